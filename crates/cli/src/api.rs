@@ -8,7 +8,8 @@ use serde_json::Value;
 use crate::connection::AgentOption;
 use crate::endpoint::Role;
 use crate::failure::Failure;
-use crate::http::{Access, BASE, Request};
+use slate::control::BASE;
+use slate::control::client::{Access, Request};
 use crate::output;
 
 #[derive(Debug, Args)]
@@ -74,7 +75,7 @@ pub fn api(options: &ApiOptions) -> Result<bool, Failure> {
     };
     let body = options.body.as_deref().map(body).transpose()?;
     let accept = options.accept.as_deref();
-    let request = Request { method, path, accept, body: body.as_deref(), key: None };
+    let request = Request { method, path, accept, body: body.as_deref() };
     let mut response = access.ask(&request)?.well()?;
     let lost = |source| Failure::File { path: place(options.out.as_deref()), source };
     let mut to: Box<dyn std::io::Write> = match &options.out {

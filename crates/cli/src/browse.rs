@@ -8,7 +8,8 @@ use serde_json::json;
 use crate::connection::AgentOption;
 use crate::endpoint::Role;
 use crate::failure::Failure;
-use crate::http::{BASE, Request};
+use slate::control::BASE;
+use slate::control::client::Request;
 use crate::output;
 
 #[derive(Debug, Args)]

@@ -8,7 +8,8 @@ use std::time::Duration;
 use clap::{CommandFactory, ValueEnum};
 use clap_complete::CompletionCandidate;
 use clap_complete::env::{CompleteEnv, Shells};
-use slate::runtime::remote::{Client, agents};
+use slate::control::Client;
+use slate::runtime::directory::agents;
 
 use crate::arguments::Arguments;
 use crate::connection::ask_usual;

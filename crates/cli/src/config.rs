@@ -1,7 +1,7 @@
 use clap::Subcommand;
 use serde_json::json;
 use slate::runtime::configuration::{SaveTo, parse_change};
-use slate::runtime::remote::{Changed, ClientError, Different};
+use slate::control::{Changed, ClientError, Different};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -72,7 +72,7 @@ fn get(agent: &AgentOption, path: &str, json: bool) -> Result<(), Failure> {
         output::document("slate.config/1", &json!({ "settings": settings }));
         return Ok(());
     }
-    let row = |setting: slate::runtime::remote::SettingEntry| {
+    let row = |setting: slate::control::SettingEntry| {
         [format!("{} = {}", setting.path, setting.text), format!("# {}", setting.origin)]
     };
     output::columns(settings.into_iter().map(row));

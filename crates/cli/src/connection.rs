@@ -7,14 +7,17 @@ use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::runtime::remote::{Client, ClientError, agents};
+use slate::control::{Client, ClientError};
+use slate::runtime::directory::agents;
 use slate::runtime::sharing::TEAM;
 
 use crate::complete;
 use crate::endpoint::Role;
 use crate::failure::Failure;
-use crate::http::trouble::Trouble;
-use crate::http::{Access, socket};
+use slate::control::client::Trouble;
+use slate::control::client::Access;
+
+use crate::endpoint::{access_at, access_of};
 use crate::watch::now;
 
 /// Which agent is asked.
@@ -40,14 +43,14 @@ impl AgentOption {
 
     /// The agent over HTTP, when it is reached in no other way.
     pub fn elsewhere(&self) -> Result<Option<Access>, Failure> {
-        self.address().map(|address| Access::at(&address, None)).transpose()
+        self.address().map(|address| access_at(&address, None)).transpose()
     }
 
     /// The agent over HTTP, asked with the secret of a role, or of the highest that is known.
     pub fn over_http(&self, role: Option<Role>) -> Result<Access, Failure> {
         match self.address() {
-            Some(address) => Access::at(&address, role),
-            None => Access::of(self.connect()?.name(), role),
+            Some(address) => access_at(&address, role),
+            None => access_of(self.connect()?.name(), role),
         }
     }
 
@@ -70,7 +73,7 @@ impl AgentOption {
     /// Connects to it.
     pub fn connect(&self) -> Result<Client, Failure> {
         if let Some(access) = self.elsewhere()? {
-            return socket::connect(&access);
+            return Ok(Client::at(&access)?);
         }
         if let Some(name) = self.said() {
             return Ok(Client::connect(&name)?);

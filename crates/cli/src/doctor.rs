@@ -9,7 +9,8 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
-use slate::runtime::remote::{Client, ClientError, folder};
+use slate::control::{Client, ClientError};
+use slate::runtime::directory::folder;
 
 use crate::connection::ask_all;
 use crate::failure::{ASSERTION_FALSE, Failure};

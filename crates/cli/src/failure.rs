@@ -8,14 +8,14 @@ use slate::record::replay::PlayError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
-use slate::runtime::remote::{ClientError, Refusal};
+use slate::control::{ClientError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
 
 use crate::arguments::MAXIMUM_SEED;
 use crate::check::finding;
 use crate::condition::Unfit;
-use crate::http::trouble::Trouble;
+use slate::control::client::{Denied, RequestError, Trouble};
 use crate::output;
 
 /// The agent is not there, or does not answer.
@@ -474,5 +474,20 @@ impl Failure {
             }
             _ => return None,
         })
+    }
+}
+
+impl From<Denied> for Failure {
+    fn from(Denied { status, detail, help, code, .. }: Denied) -> Self {
+        Self::Http { status, detail, help, code }
+    }
+}
+
+impl From<RequestError> for Failure {
+    fn from(error: RequestError) -> Self {
+        match error {
+            RequestError::Trouble(trouble) => trouble.into(),
+            RequestError::Denied(denied) => denied.into(),
+        }
     }
 }

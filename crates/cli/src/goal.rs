@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::{Map, Value, json};
 use slate::blackboard::is_within;
-use slate::runtime::remote::{Changed, Client, SetProperty, Watched};
+use slate::control::{Changed, Client, SetProperty, Watched};
 use slate::sim::world::{Bounds, World};
 
 use crate::config::show_changes;

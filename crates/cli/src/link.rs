@@ -4,7 +4,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
 use slate::blackboard::{Url, is_within};
-use slate::runtime::remote::LinkEntry;
+use slate::control::LinkEntry;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -175,7 +175,7 @@ pub fn unlink(options: &UnlinkOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-fn show(changed: &[slate::runtime::remote::Changed], dry_run: bool, json: bool) {
+fn show(changed: &[slate::control::Changed], dry_run: bool, json: bool) {
     if json {
         return output::document("slate.link.change/1", &json!({ "changed": changed }));
     }

@@ -2,7 +2,7 @@ use std::time::Duration;
 
 use clap::Args;
 use serde_json::Value;
-use slate::runtime::remote::{Client, ClientError, Reading};
+use slate::control::{Client, ClientError, Reading};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

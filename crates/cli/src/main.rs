@@ -23,7 +23,6 @@ mod failure;
 mod folder;
 mod goal;
 mod graph;
-mod http;
 mod interface;
 mod link;
 mod log;
@@ -48,6 +47,7 @@ mod snapshot;
 mod stat;
 mod stop;
 mod teleop;
+mod token;
 mod top;
 mod trace;
 #[cfg(feature = "console")]

@@ -1,7 +1,7 @@
 use clap::Subcommand;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
-use slate::runtime::remote::Switched;
+use slate::control::Switched;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -69,7 +69,7 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
         return Ok(());
     }
     let head = ["module", "condition", "ticks", "late", "crashes", "plugin", "shadow"].map(String::from);
-    let row = |module: &slate::runtime::remote::ModuleEntry| {
+    let row = |module: &slate::control::ModuleEntry| {
         let [ticks, misses, crashes] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
         let shadow = if module.has_shadow { "new code beside it" } else { "" };
         let [name, condition, plugin] = [&module.name, &module.condition, &module.plugin].map(Clone::clone);

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::Args;
-use slate::runtime::remote::{PeerEntry, PeerList};
+use slate::control::{PeerEntry, PeerList};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

@@ -4,7 +4,7 @@ use std::fmt;
 use std::fs;
 
 use serde::Serialize;
-use slate::runtime::remote::{Lock, folder};
+use slate::runtime::directory::{Lock, folder};
 
 use crate::duration;
 

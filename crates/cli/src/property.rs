@@ -1,7 +1,7 @@
 //! What a running agent knows.
 
 use serde_json::{Value, json};
-use slate::runtime::remote::{PropertyEntry, SetProperty};
+use slate::control::{PropertyEntry, SetProperty};
 use slate::runtime::sharing::TEAM;
 
 use crate::connection::AgentOption;

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use serde_json::json;
-use slate::runtime::remote::{Client, ClientError};
+use slate::control::{Client, ClientError};
 
 use crate::connection::ask_all;
 use crate::failure::Failure;

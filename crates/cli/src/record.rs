@@ -10,7 +10,8 @@ use slate::runtime::recording::{RecordingEntry, RecordingStatus};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::http::{BASE, Request};
+use slate::control::BASE;
+use slate::control::client::Request;
 use crate::output;
 
 #[derive(Debug, Subcommand)]

@@ -5,7 +5,7 @@ use std::time::Instant;
 use slate::record::{Recorded, Report};
 use slate::runtime::Rate;
 use slate::runtime::log::LogTarget;
-use slate::runtime::remote::Server;
+use slate::control::Server;
 use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use clap::Subcommand;
 use serde_json::json;
-use slate::runtime::remote::SnapshotEntry;
+use slate::control::SnapshotEntry;
 use slate::runtime::snapshot::Snapshot;
 
 use crate::connection::AgentOption;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
-use slate::runtime::remote::{LONGEST, Measured};
+use slate::control::{LONGEST, Measured};
 
 use crate::connection::AgentOption;
 use crate::failure::{ASSERTION_FALSE, Failure};
@@ -90,7 +90,7 @@ pub fn stat(options: &StatOptions) -> Result<u8, Failure> {
 
 fn row(one: &Measured) -> [String; 11] {
     let dash = || "-".to_owned();
-    let of = |pick: fn(&slate::runtime::remote::Spread) -> f64| {
+    let of = |pick: fn(&slate::control::Spread) -> f64| {
         one.interval.as_ref().map_or_else(dash, |interval| duration::show(pick(interval)))
     };
     [

@@ -7,11 +7,13 @@ use std::time::Duration;
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
-use slate::runtime::remote::{Client, ClientError, agents};
+use slate::control::{Client, ClientError};
+use slate::runtime::directory::agents;
 
 use crate::connection::AgentOption;
 use crate::failure::{Failure, UNREACHED};
-use crate::http::{Access, BASE, Request};
+use slate::control::BASE;
+use slate::control::client::{Access, Request};
 use crate::output;
 use crate::watch::now;
 

@@ -10,7 +10,7 @@ use crossterm::terminal::{Clear, ClearType, EnterAlternateScreen, LeaveAlternate
 use crossterm::{execute, queue};
 use serde::Serialize;
 use serde_json::{Value, json};
-use slate::runtime::remote::{Client, ClientError, Watched};
+use slate::control::{Client, ClientError, Watched};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -146,7 +146,7 @@ impl Look {
             .flat_map(|module| ["timing", "histogram"].map(|name| format!("/{}/{name}", module.name)));
         let urls: Vec<_> = urls.chain(["/loop/state".into(), "/loop/histogram".into()]).collect();
         let values = newest(client, &urls)?;
-        let row = |(index, module): (usize, &slate::runtime::remote::ModuleEntry)| {
+        let row = |(index, module): (usize, &slate::control::ModuleEntry)| {
             let (timing, histogram) = (&values[2 * index], &values[2 * index + 1]);
             let number = |value: &Value, name: &str| value.get(name).and_then(Value::as_u64);
             let period = number(timing, "period").filter(|period| *period > 0);

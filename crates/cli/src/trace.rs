@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use clap::Args;
 use slate::runtime::printable;
-use slate::runtime::remote::{Client, ClientError, TraceEntry};
+use slate::control::{Client, ClientError, TraceEntry};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

@@ -3,7 +3,7 @@
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::{Map, Value, json};
-use slate::runtime::remote::{PropertyEntry, Watched};
+use slate::control::{PropertyEntry, Watched};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
-use slate::runtime::remote::{Reading, Watched};
+use slate::control::{Reading, Watched};
 
 use crate::condition::Condition;
 use crate::connection::AgentOption;

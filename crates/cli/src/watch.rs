@@ -8,7 +8,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::{Value, json};
 use slate::record::bag::seconds;
-use slate::runtime::remote::{Client, ClientError, Reading, Watched};
+use slate::control::{Client, ClientError, Reading, Watched};
 
 use crate::condition::Condition;
 use crate::connection::AgentOption;

@@ -8,9 +8,9 @@ use hyper::header::{AUTHORIZATION, HOST, HeaderMap, ORIGIN, SEC_WEBSOCKET_PROTOC
 use hyper::{Method, StatusCode, Uri};
 use tokio::time::Instant;
 
-use crate::Role;
-use crate::problem::Problem;
-use crate::query::Query;
+use slate_control::Role;
+use slate_control::Problem;
+use slate_control::Query;
 use crate::token::Tokens;
 
 /// How a token is said among the subprotocols of a WebSocket, as a browser can set no other header.

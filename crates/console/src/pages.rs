@@ -9,13 +9,11 @@ use flate2::Compression;
 use flate2::write::GzEncoder;
 use serde_json::json;
 
-use crate::context::Page;
+use slate_control::Page;
+use slate_control::operations::{PROJECT, is_plain};
 
 /// The files that are built in, by their paths.
 const BUILT_IN: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/pages.rs"));
-
-/// Where a project keeps panels and layouts of its own: beside what the agent was started with.
-pub(crate) const PROJECT: &str = "console";
 
 /// What stands before the paths of a project's own files.
 const OWN: &str = "/project/";
@@ -107,12 +105,6 @@ fn read(folder: &Path, path: &str) -> Option<Vec<u8>> {
     let file = folder.join(path);
     let is_fit = fs::metadata(&file).is_ok_and(|about| about.is_file() && about.len() <= LARGEST);
     if is_fit { fs::read(file).ok() } else { None }
-}
-
-/// Whether a name is no way to another folder and nothing that is hidden.
-pub(crate) fn is_plain(name: &str) -> bool {
-    let known = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_' | b'.');
-    !name.is_empty() && !name.starts_with('.') && name.bytes().all(known)
 }
 
 fn kind(path: &str) -> Option<&'static str> {

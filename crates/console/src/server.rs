@@ -14,17 +14,14 @@ use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper_util::rt::{TokioIo, TokioTimer};
 use slate_module::Level;
-use slate_record::page::Followed;
-use slate_runtime::remote::Desk;
 use slate_runtime::{Agent, printable};
 use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::TcpListener;
-use tokio::sync::{Notify, Semaphore};
+use tokio::sync::Notify;
 
-use crate::connection::{Guests, Patient, Place};
-use crate::context::{Context, Document, Page};
+use slate_control::{Context, Document, Guests, LOOK, Page, Patient, Place, Service};
+
 use crate::guard::Guard;
-use crate::lease::LOOK;
 use crate::pages::Pages;
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
@@ -95,12 +92,10 @@ impl std::fmt::Debug for Console {
 
 /// What connections share.
 pub(crate) struct Hall {
-    pub context: Arc<Context>,
+    pub service: Service,
     pub guard: Guard,
     pages: Pages,
     guests: Arc<Guests>,
-    /// Places of requests that are worked on.
-    work: Arc<Semaphore>,
 }
 
 impl Console {
@@ -162,22 +157,13 @@ impl Console {
         let [here, shown] = [here, shown].map(|host| format!("{scheme}://{host}"));
         let file = tokens.write(agent.board().agent(), port, [&here, &shown], certificate)?;
         let link = format!("{shown}/#token={}", tokens.highest());
-        let session = Tokens::generate()?.session();
-        let context = Context::new(
-            Desk::new(agent),
-            Arc::clone(agent.logger()),
-            agent.is_lockstep(),
-            documents,
-            settings.operable.clone(),
-            Followed::of(&agent.configuration()),
-            session,
-        );
+        let context =
+            Context::new(agent)?.with_documents(documents).with_operable(settings.operable.clone());
         let hall = Arc::new(Hall {
-            context: Arc::new(context),
+            service: Service::new(Arc::new(context), WORKING, true),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
             pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
-            work: Arc::new(Semaphore::new(WORKING)),
         });
         let end = Arc::new(Notify::new());
         let ended = Arc::clone(&end);
@@ -226,13 +212,13 @@ async fn serve(listeners: Vec<std::net::TcpListener>, tls: Option<Tls>, hall: Ar
     for listener in listeners {
         match TcpListener::from_std(listener) {
             Ok(listener) => drop(tokio::spawn(receive(listener, tls.clone(), Arc::clone(&hall)))),
-            Err(error) => hall.context.log(Level::Error, &format!("the console does not listen: {error}")),
+            Err(error) => hall.service.context().log(Level::Error, &format!("the console does not listen: {error}")),
         }
     }
     let ends_leases = async {
         loop {
             tokio::time::sleep(LOOK).await;
-            hall.context.leases.end_old();
+            hall.service.context().end_old_leases();
         }
     };
     let (ended, ends_leases) = (std::pin::pin!(ended.notified()), std::pin::pin!(ends_leases));
@@ -253,6 +239,7 @@ async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {
         let (hall, tls) = (Arc::clone(&hall), tls.clone());
         let task = async move {
             let leave = Arc::clone(&place.leave);
+            let closing = Closing(Arc::clone(hall.service.context()), Arc::clone(&place));
             let greeted = async move {
                 match tls {
                     None => converse(stream, from, hall, place).await,
@@ -265,8 +252,18 @@ async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {
             };
             let (greeted, left) = (std::pin::pin!(greeted), std::pin::pin!(leave.notified()));
             futures_util::future::select(greeted, left).await;
+            drop(closing);
         };
         tokio::spawn(task);
+    }
+}
+
+/// Ends what belongs to a connection with it.
+struct Closing(Arc<Context>, Arc<Place>);
+
+impl Drop for Closing {
+    fn drop(&mut self) {
+        self.1.close(&self.0);
     }
 }
 

@@ -7,9 +7,9 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
 use serde_json::json;
-use slate_runtime::remote::folder;
+use slate_runtime::directory::folder;
 
-use crate::Role;
+use slate_control::Role;
 
 /// Bytes of a secret that is made here.
 const BYTES: usize = 32;
@@ -61,11 +61,6 @@ impl Tokens {
             }
         }
         found
-    }
-
-    /// A name of a run, that is no secret: these are thrown away.
-    pub fn session(self) -> String {
-        self.0.into_values().next().unwrap_or_default().chars().take(16).collect()
     }
 
     /// The secret of the highest role.

@@ -13,6 +13,7 @@ mod clock;
 mod comparison;
 pub mod configuration;
 mod digest;
+pub mod directory;
 pub mod isolation;
 mod link;
 pub mod log;
@@ -23,7 +24,6 @@ pub mod playback;
 pub mod plugin;
 mod printable;
 pub mod recording;
-pub mod remote;
 pub mod replacement;
 mod runner;
 pub mod sharing;
@@ -33,7 +33,7 @@ pub mod timing;
 
 pub use agent::{
     Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,
-    PluginError, PluginStatus, Reload, StartError, Stopper, SystemClock, Teleoperation, WeakComposer,
+    PluginError, PluginStatus, Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation, WeakComposer,
 };
 pub use background::give_way;
 pub use clock::{Calendar, RecordedTimes, TimeSource};

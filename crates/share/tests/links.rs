@@ -12,7 +12,7 @@ use slate_blackboard::interface::Value;
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{Configuration, Database, Options as Reading};
-use slate_runtime::remote::{Client, ClientError, Server};
+use slate_control::{Client, ClientError, Server};
 use slate_runtime::{Agent, Composer, Control, Mode, NewLink, Options, Rate, StartError, Stopper};
 use slate_share::agent::AgentSharing;
 use slate_share::carrier::local::Local;

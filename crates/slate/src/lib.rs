@@ -5,6 +5,7 @@
 
 #[cfg(feature = "console")]
 pub use slate_console as console;
+pub use slate_control as control;
 pub use slate_interfaces as interfaces;
 pub use slate_mapek as mapek;
 pub use slate_module as module;

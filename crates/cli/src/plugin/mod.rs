@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Subcommand;
 use serde_json::json;
-use slate::runtime::remote::{LoadedPlugin, PluginEntry, Reloaded};
+use slate::control::{LoadedPlugin, PluginEntry, Reloaded};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

@@ -8,7 +8,7 @@ use serde_json::json;
 use slate::record::Recorder;
 use slate::record::replay::{Difference, Plan, Player, Recomputation};
 use slate::runtime::recording::{Change, Recording};
-use slate::runtime::remote::Server;
+use slate::control::Server;
 use slate::runtime::{Agent, Mode, Options, printable};
 
 use crate::console::open_playback;

@@ -1,7 +1,7 @@
 //! What an actuator has to be told, so that a robot moves as somebody wants.
 
 use serde_json::{Value, json};
-use slate::runtime::remote::{Client, ControlsEntry};
+use slate::control::{Client, ControlsEntry};
 
 use crate::failure::Failure;
 

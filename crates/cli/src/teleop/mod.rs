@@ -16,7 +16,7 @@ use crossterm::queue;
 use crossterm::terminal::{Clear, ClearType, disable_raw_mode, enable_raw_mode};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::Value;
-use slate::runtime::remote::{Client, ClientError};
+use slate::control::{Client, ClientError};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

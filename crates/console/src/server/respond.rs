@@ -3,27 +3,17 @@
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-use http_body_util::{BodyExt, LengthLimitError, Limited};
-use hyper::body::{Bytes, Incoming};
+use hyper::body::Incoming;
 use hyper::header::{
-    ACCEPT, ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, CONTENT_TYPE, ETAG, HeaderMap, HeaderValue,
-    IF_MATCH, IF_NONE_MATCH, UPGRADE, VARY,
+    ACCEPT, ACCEPT_ENCODING, CACHE_CONTROL, CONTENT_ENCODING, ETAG, HeaderMap, HeaderValue, IF_NONE_MATCH,
+    UPGRADE, VARY,
 };
 use hyper::{Method, Request, Response, StatusCode};
-use serde_json::{Value as Json, json};
-use slate_module::Level;
+use serde_json::json;
+use slate_control::{BASE, Body, Caller, Found, Place, Problem, Query, json_response, response};
 
-use super::{Hall, REQUEST};
-use crate::answer::{Body, json_response, response, whole};
-use crate::api::{DRIVE, OPERATIONS, STOP};
-use crate::connection::Place;
-use crate::problem::Problem;
-use crate::query::Query;
-use crate::route::{Ask, BASE, Found, check_query, find};
+use super::Hall;
 use crate::socket;
-
-/// The longest body, bytes.
-const BODY: usize = 1 << 20;
 
 /// What whoever asks says by `Prefer` to be told of a refusal as of anything else that comes of a request: with status 200, and
 /// the real one in the problem. A browser writes each other status into its log as a failure of the page, and to be refused is
@@ -70,7 +60,7 @@ async fn answer(
     let is_socket = request.headers().contains_key(UPGRADE);
     hall.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {
-        return socket::open(&hall.context, &hall.guard, place, from, request);
+        return socket::open(hall.service.context(), &hall.guard, place, from, request);
     }
     let (head, body) = request.into_parts();
     let path = head.uri.path();
@@ -79,54 +69,14 @@ async fn answer(
     }
     let mut query = Query::parse(head.uri.query().unwrap_or_default())?;
     let role = hall.guard.role(&head.method, &head.headers, &mut query)?;
-    let (operation, captured): Found = find(OPERATIONS, head.method.as_str(), path)?;
+    let found = Found::of(head.method.as_str(), path)?;
     // A stop waits for nobody, and is never too much.
-    let is_stop = operation.name == STOP;
-    if !is_stop {
+    if !found.is_stop() {
         hall.guard.check_rate()?;
     }
-    if role < operation.role {
-        let message = format!("{} may not do this", role.one());
-        let help = format!("ask with the token of {}", operation.role.one());
-        return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
-    }
-    let body = if is_stop {
-        // What can't be understood is no reason not to stop.
-        read(&head.headers, body, true).await.unwrap_or_default()
-    } else {
-        check_query(operation, &query)?;
-        read(&head.headers, body, operation.body.is_some()).await?
-    };
     let who = format!("{role} at {from}");
-    let ask = Ask {
-        role,
-        who: who.clone(),
-        captured,
-        query,
-        accept: text(&head.headers, ACCEPT.as_str()).unwrap_or_default(),
-        if_match: text(&head.headers, IF_MATCH.as_str()),
-        last_event: text(&head.headers, "last-event-id").and_then(|text| text.parse().ok()),
-        body,
-    };
-    let _permit = match is_stop {
-        true => None,
-        // It is closed by nobody.
-        false => Arc::clone(&hall.work).acquire_owned().await.ok(),
-    };
-    let context = Arc::clone(&hall.context);
-    let worked = tokio::task::spawn_blocking(move || (operation.handler)(&context, &ask)).await;
-    let broken = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log");
-    let answer = worked.map_err(broken)?;
-    // Who drives says so many times a second, and who has the controls is in the log.
-    if operation.method != "GET" && operation.name != DRIVE {
-        let done = match &answer {
-            Ok(_) => "is done".to_owned(),
-            Err(problem) => format!("is refused with {}", problem.status.as_u16()),
-        };
-        let path = slate_runtime::printable_text(path);
-        hall.context.log(Level::Info, &format!("{who}: {} {path} {done}", operation.method));
-    }
-    Ok(whole(answer?))
+    let caller = Caller { role, who, local: None, is_told: false, place: Arc::clone(place) };
+    hall.service.answer(found, caller, (path, &head.headers), query, body).await
 }
 
 /// What is shown without a token: pages, and where the rest is.
@@ -176,37 +126,4 @@ fn takes_gzip(headers: &HeaderMap) -> bool {
 
 fn text(headers: &HeaderMap, name: &str) -> Option<String> {
     headers.get(name)?.to_str().ok().map(ToOwned::to_owned)
-}
-
-/// The body as JSON; nothing when it is empty.
-async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Option<Json>, Problem> {
-    let collected = tokio::time::timeout(REQUEST, Limited::new(body, BODY).collect()).await;
-    let late =
-        |_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the body has not come in time", "send it at once");
-    let bytes: Bytes = match collected.map_err(late)? {
-        Ok(collected) => collected.to_bytes(),
-        Err(error) if error.is::<LengthLimitError>() => {
-            let message = format!("the body is longer than {BODY} bytes");
-            return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, message, "send less at once"));
-        }
-        Err(error) => return Err(Problem::bad(format!("the body can't be read: {error}"), "send it again")),
-    };
-    if bytes.is_empty() {
-        return Ok(None);
-    }
-    if !is_taken {
-        return Err(Problem::bad("this takes no body", "send none"));
-    }
-    if let Some(coding) = text(headers, CONTENT_ENCODING.as_str()).filter(|coding| coding != "identity") {
-        let message = format!("the body is coded as `{coding}`");
-        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send it as it is"));
-    }
-    let kind = text(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
-    let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
-    if kind != "application/json" && kind != "application/merge-patch+json" {
-        let message = format!("the body is `{kind}`");
-        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send application/json"));
-    }
-    let wrong = |error| Problem::bad(format!("the body is no JSON: {error}"), "send one JSON value");
-    serde_json::from_slice(&bytes).map(Some).map_err(wrong)
 }

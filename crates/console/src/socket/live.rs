@@ -16,10 +16,10 @@ use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use super::{Listener, Said, Sink, Visitor, hand, ping, say};
-use crate::context::Context;
-use crate::problem::Problem;
-use crate::select::Selection;
-use crate::stream::{Sample, Watcher, apart};
+use slate_control::Context;
+use slate_control::Problem;
+use slate_control::Selection;
+use slate_control::{Sample, Watcher, apart};
 
 /// How often it is looked for news at most.
 const LOOK: Duration = Duration::from_millis(10);

@@ -1,12 +1,8 @@
-//! WebSockets: live values, teleoperation, tools, and Foxglove.
+//! WebSockets: live values, teleoperation, and Foxglove.
 
 mod foxglove;
 mod live;
-mod remote;
 mod teleoperation;
-
-pub(crate) use remote::MOST as MOST_TOOLS;
-pub(crate) use teleoperation::gate;
 
 use std::net::SocketAddr;
 use std::sync::Arc;
@@ -21,21 +17,15 @@ use hyper::upgrade::Upgraded;
 use hyper::{Method, Request, Response, StatusCode};
 use hyper_util::rt::TokioIo;
 use slate_module::Level;
-use tokio::sync::OwnedSemaphorePermit;
 use tokio::time::Instant;
 use tokio_tungstenite::WebSocketStream;
 use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
 use tokio_tungstenite::tungstenite::protocol::{Role as Side, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Bytes, Message};
 
-use crate::Role;
-use crate::answer::{Body, response};
-use crate::connection::Place;
-use crate::context::Context;
+
+use slate_control::{BASE, Body, Caller, Context, Place, Problem, Query, Role, response};
 use crate::guard::{Guard, TOKEN_PROTOCOL, protocols};
-use crate::problem::Problem;
-use crate::query::Query;
-use crate::route::BASE;
 
 /// The longest message of a client, bytes.
 const MESSAGE: usize = 64 << 10;
@@ -68,13 +58,8 @@ enum Said {
 impl Listener {
     /// The next message; nothing when the client is gone, silent for too long, or says too much.
     async fn next(&mut self) -> Option<Said> {
-        self.next_within(SILENCE).await
-    }
-
-    /// As [`next`](Listener::next), for one that may be silent for so long.
-    async fn next_within(&mut self, silence: Duration) -> Option<Said> {
         loop {
-            let message = tokio::time::timeout(silence, self.stream.next()).await.ok()??.ok()?;
+            let message = tokio::time::timeout(SILENCE, self.stream.next()).await.ok()??.ok()?;
             let passed = self.count.1.elapsed().as_secs_f64();
             if passed >= 1.0 {
                 self.count = (0.0, Instant::now());
@@ -98,7 +83,6 @@ impl Listener {
 enum Kind {
     Live,
     Teleoperation,
-    Remote,
     Foxglove,
 }
 
@@ -112,7 +96,6 @@ impl Kind {
         match path.strip_prefix(BASE).unwrap_or(path) {
             "/live" => Some(Self::Live),
             "/teleoperation" => Some(Self::Teleoperation),
-            "/remote" => Some(Self::Remote),
             "/foxglove" => Some(Self::Foxglove),
             // Where its clients look unless a path is given.
             "/" if speaks_foxglove => Some(Self::Foxglove),
@@ -122,7 +105,7 @@ impl Kind {
 
     fn protocols(self) -> &'static [&'static str] {
         match self {
-            Self::Live | Self::Teleoperation | Self::Remote => &[SLATE],
+            Self::Live | Self::Teleoperation => &[SLATE],
             Self::Foxglove => &foxglove::PROTOCOLS,
         }
     }
@@ -135,7 +118,15 @@ struct Visitor {
     /// Who it is, for the log.
     who: String,
     /// It counts as long as this lives.
-    _place: (Arc<Place>, Option<OwnedSemaphorePermit>),
+    place: Arc<Place>,
+}
+
+impl Visitor {
+    /// Who asks for operations.
+    fn caller(&self) -> Caller {
+        let place = Arc::clone(&self.place);
+        Caller { role: self.role, who: self.who.clone(), local: None, is_told: false, place }
+    }
 }
 
 /// Opens a socket.
@@ -150,7 +141,7 @@ pub(crate) fn open<B>(
     let headers = request.headers();
     let offered = protocols(headers);
     let kind = Kind::of(&path, &offered).ok_or_else(|| {
-        let help = format!("there are {BASE}/live, {BASE}/teleoperation, {BASE}/remote and /foxglove");
+        let help = format!("there are {BASE}/live, {BASE}/teleoperation and /foxglove");
         Problem::not_found(format!("there is no WebSocket at {path}"), help)
     })?;
     let key = key(request.method(), headers)?.to_owned();
@@ -171,10 +162,6 @@ pub(crate) fn open<B>(
         let message = "too many WebSockets are open";
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
     };
-    let permit = match kind {
-        Kind::Remote => Some(Arc::clone(&context.tools).try_acquire_owned().map_err(|_| full())?),
-        Kind::Live | Kind::Teleoperation | Kind::Foxglove => None,
-    };
     if !place.becomes_socket() {
         return Err(full());
     }
@@ -192,8 +179,8 @@ pub(crate) fn open<B>(
     answered.remove(hyper::header::CONTENT_TYPE);
     let upgrade = hyper::upgrade::on(&mut request);
     let left = Arc::clone(&place.leave);
-    let _place = (Arc::clone(place), permit);
-    let visitor = Visitor { context: Arc::clone(context), role, who: format!("{role} at {from}"), _place };
+    let place = Arc::clone(place);
+    let visitor = Visitor { context: Arc::clone(context), role, who: format!("{role} at {from}"), place };
     tokio::spawn(async move {
         let Ok(upgraded) = upgrade.await else { return };
         let visit = visit(kind, visitor, upgraded);
@@ -226,23 +213,20 @@ fn key<'h>(method: &Method, headers: &'h HeaderMap) -> Result<&'h str, Problem> 
 }
 
 async fn visit(kind: Kind, visitor: Visitor, upgraded: Upgraded) {
-    let longest = if kind == Kind::Remote { remote::CALL } else { MESSAGE };
     let mut settings = WebSocketConfig::default();
-    settings.max_message_size = Some(longest);
-    settings.max_frame_size = Some(longest);
+    settings.max_message_size = Some(MESSAGE);
+    settings.max_frame_size = Some(MESSAGE);
     // What does not go out at once waits in the kernel, or its sender does.
     settings.write_buffer_size = 0;
     let stream = WebSocketStream::from_raw_socket(TokioIo::new(upgraded), Side::Server, Some(settings)).await;
     let (sink, stream) = stream.split();
     let listener = Listener { stream, count: (0.0, Instant::now()) };
-    // A tool comes and goes with each command, and the log says what it changes.
-    if !matches!(kind, Kind::Live | Kind::Remote) {
+    if kind != Kind::Live {
         visitor.context.log(Level::Info, &format!("{} has come to {}", visitor.who, kind.name()));
     }
     match kind {
         Kind::Live => live::visit(visitor, sink, listener).await,
         Kind::Teleoperation => teleoperation::visit(visitor, sink, listener).await,
-        Kind::Remote => remote::visit(visitor, sink, listener).await,
         Kind::Foxglove => foxglove::visit(visitor, sink, listener).await,
     }
 }
@@ -252,7 +236,6 @@ impl Kind {
         match self {
             Self::Live => "the live values",
             Self::Teleoperation => "the controls",
-            Self::Remote => "the desk of the tools",
             Self::Foxglove => "the endpoint for Foxglove",
         }
     }

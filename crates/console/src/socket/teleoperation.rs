@@ -11,13 +11,11 @@ use hyper::StatusCode;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;
-use slate_runtime::remote::Call;
 use slate_runtime::{ControlsError, Mistake, Teleoperation};
 
 use super::{Listener, Said, Sink, Visitor, say};
-use crate::context::Context;
-use crate::problem::Problem;
-use crate::schema;
+use slate_control::operations::gate;
+use slate_control::{self as schema, Problem};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -65,7 +63,8 @@ fn take(
         if let Some(controls) = controls {
             controls.release();
         }
-        context.desk.make(Call::Stop { reason }).map_err(|refusal| (sequence, refusal.into()))?;
+        context.agent.stop(&reason);
+        context.agent.settle();
         return Ok(json!({ "stopped": true, "sequence": sequence }));
     }
     let request = Request::deserialize(said).map_err(ununderstood)?;
@@ -74,7 +73,7 @@ fn take(
     if let Some(name) = request.take {
         // Nobody has two.
         *controls = None;
-        let taken = context.desk.composer().take_controls(&name, &visitor.who);
+        let taken = context.agent.composer().take_controls(&name, &visitor.who);
         let taken = taken.map_err(|error| {
             wrong(match error {
                 ControlsError::Unknown { .. } => {
@@ -133,10 +132,4 @@ fn stop(said: &mut Json) -> Option<Option<String>> {
         return None;
     }
     Some(reason.as_str().filter(|reason| !reason.is_empty()).map(str::to_owned))
-}
-
-/// How a gate stands.
-pub(crate) fn gate(context: &Arc<Context>, actuator: &str) -> Json {
-    let newest = context.board().read(&format!("{actuator}/gate")).ok().flatten();
-    newest.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
 }

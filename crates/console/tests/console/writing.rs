@@ -5,7 +5,6 @@ use serde_json::{Value as Json, json};
 use crate::agent::Running;
 use crate::client::Client;
 use crate::modules::CONFIGURATION;
-use crate::sockets::Socket;
 
 #[test]
 fn a_parameter_is_set_checked_and_taken_back() {
@@ -58,12 +57,13 @@ fn an_operator_sets_the_parameters_that_the_configuration_gives_operators_and_no
     let told = run.get("/parameters").json();
     let operable = told.as_array().unwrap().iter().filter(|own| own["operable"] == true);
     assert_eq!(operable.map(|own| own["name"].clone()).collect::<Vec<_>>(), [json!("step")]);
-    // Tools with a connection of their own may the same.
-    let mut socket = Socket::open(&run, "/api/v1/remote", "operator");
-    socket.hear();
-    let mut set = |url: &str, value: Json| {
-        let answer = socket.ask(&json!({ "call": "property/set", "url": url, "value": value }));
-        answer["error"]["message"].as_str().unwrap_or("set").to_owned()
+    // By its URL it is the same.
+    let set = |url: &str, value: Json| {
+        let reply = operator.send("PUT", "/value", Some(&json!({ "url": url, "value": value })));
+        match reply.status {
+            200 => "set".to_owned(),
+            _ => reply.json_of(403)["detail"].as_str().unwrap().to_owned(),
+        }
     };
     assert_eq!(set("/sensor/params/step", json!(4.0)), "set");
     assert_eq!(set("/sensor/params", json!({ "step": 4.5 })), "set");
@@ -175,7 +175,7 @@ fn a_message_is_sent_and_answered() {
     assert_eq!(sent["status"], "done");
     run.wait_for("the message", || run.number("driver/heard/value") == 4.0);
     assert!(operator.send("POST", &at, Some(&json!({ "speed": 4.0 }))).problem(422).contains("value"));
-    assert!(operator.send("POST", &at, Some(&json!({}))).problem(422).contains("it lacks value"));
+    assert!(operator.send("POST", &at, Some(&json!({}))).problem(422).contains("lacks value"));
     operator.send("POST", &run.at("sensor/count"), Some(&json!({ "value": 4.0 }))).problem(405);
 }
 

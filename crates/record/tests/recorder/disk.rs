@@ -10,7 +10,6 @@ use slate_blackboard::interface::Value;
 use slate_record::bag::{Reader, repair_into};
 use slate_runtime::Control;
 use slate_runtime::recording::RecordingControl;
-use slate_runtime::remote::{Call, Desk};
 
 use crate::support::{Bytes, Full, LOCKSTEP, Stuck, agent, numbers, read};
 
@@ -80,14 +79,16 @@ fn who_is_told_that_something_was_changed_finds_it_in_the_file() {
     let (mut agent, recorder, _) = agent(!LOCKSTEP, "");
     let bytes = Bytes::default();
     recorder.begin_with(&agent, Path::new("here"), Box::new(Slow(bytes.clone())));
-    let (desk, stopper) = (Desk::new(&agent), agent.stopper());
+    let (composer, stopper) = (agent.composer(), agent.stopper());
+    let database = agent.database().unwrap().clone();
     let run = std::thread::spawn(move || {
         agent.run(Box::new(|_| Control::Continue)).unwrap();
         agent
     });
     for step in 2..6 {
         let changes = vec![("modules.counter.params.step".to_owned(), format!("{step}.0"))];
-        desk.make(Call::ConfigSet { changes, dry_run: false }).unwrap();
+        database.set(&changes).unwrap();
+        composer.settle_changes();
         // As a kill would leave it now.
         let file = bytes.0.lock().unwrap().clone();
         let mut reader = Reader::unfinished(Cursor::new(&file), "here").unwrap();

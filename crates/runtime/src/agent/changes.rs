@@ -44,7 +44,7 @@ impl Composer {
     }
 
     /// Tells who reads the log later why the robot is another one from here on.
-    pub(crate) fn say_changes(&self, what: &str, changes: &[Change]) {
+    pub fn say_changes(&self, what: &str, changes: &[Change]) {
         changes.iter().for_each(|change| self.say(&format!("{what} {}", self.told(change))));
     }
 
@@ -57,7 +57,7 @@ impl Composer {
     }
 
     /// The value that a module has where nothing says another.
-    pub(crate) fn default_at(&self, path: &str) -> Option<String> {
+    pub fn default_at(&self, path: &str) -> Option<String> {
         let names = Key::parse(path).ok()?;
         let names: Vec<&str> = names.iter().map(Key::get).collect();
         let [section, module, part, name] = names[..] else { return None };
@@ -136,7 +136,7 @@ impl Composer {
     }
 
     /// Waits until the changes that were made are in what records the agent, but not for long.
-    pub(crate) fn settle_changes(&self) {
+    pub fn settle_changes(&self) {
         if let Some(recording) = &self.shared.recording {
             recording.settle();
         }

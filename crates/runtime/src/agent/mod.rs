@@ -42,7 +42,7 @@ use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
 use catalogue::Catalogue;
-pub(crate) use composer::Property;
+pub use composer::RemoteEnd;
 pub use composer::{
     Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError,
     PluginStatus, Reload, Teleoperation, WeakComposer,

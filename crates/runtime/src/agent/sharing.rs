@@ -198,19 +198,19 @@ impl Composer {
     }
 
     /// The agents of which the configuration says where they are.
-    pub(crate) fn named_agents(&self) -> Vec<String> {
+    pub fn named_agents(&self) -> Vec<String> {
         let composition = self.composition();
         let share = composition.configuration.share();
         share.map(|share| share.agents.keys().cloned().collect()).unwrap_or_default()
     }
 
     /// What looks into other agents; nothing when this one shares nothing.
-    pub(crate) fn inspection(&self) -> Option<Arc<dyn Inspection>> {
+    pub fn inspection(&self) -> Option<Arc<dyn Inspection>> {
         self.composition().remotes.sharing.as_ref()?.inspection()
     }
 
     /// The time of the clock by which the agent shares.
-    pub(crate) fn steady_now(&self) -> u64 {
+    pub fn steady_now(&self) -> u64 {
         clocks(&self.shared.clock)[1]()
     }
 

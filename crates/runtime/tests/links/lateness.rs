@@ -9,7 +9,6 @@ use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::{Access, Board, Store};
 use slate_runtime::configuration::{Database, Options as Reading};
-use slate_runtime::remote::{Client, Server};
 use slate_runtime::sharing::{RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want};
 use slate_runtime::{Agent, Composer, Control, Mode, NewLink, Options, Rate, Stopper};
 
@@ -36,7 +35,6 @@ struct Running {
     composer: Composer,
     stopper: Stopper,
     told: Told,
-    server: Server,
     number: u64,
     thread: Option<JoinHandle<()>>,
 }
@@ -69,12 +67,11 @@ params.hold = {number}
             ..Options::default()
         };
         let mut agent = Agent::load_with(&database, &all(), options).unwrap();
-        let server = Server::open(&agent).unwrap();
         let (board, composer, stopper) = (Arc::clone(agent.board()), agent.composer(), agent.stopper());
         let thread = std::thread::spawn(move || {
             agent.run(Box::new(|_| Control::Continue)).unwrap();
         });
-        Self { board, database, composer, stopper, told, server, number, thread: Some(thread) }
+        Self { board, database, composer, stopper, told, number, thread: Some(thread) }
     }
 
     /// Keeps the module in its step until it is late.
@@ -154,14 +151,14 @@ fn a_refused_link_leaves_nothing_behind_while_a_module_is_late() {
         ] {
             assert!(refused.unwrap_err().to_string().contains("`held` has not returned"));
         }
-        let mut client = Client::connect(agent.server.name()).unwrap();
-        let set = |path: &str, value: &str| [(path.to_owned(), value.to_owned())];
-        let refused = client.set(&set("links.\"held/number\"", "counter/number")).unwrap_err();
+        // As a tool sets it.
+        let set = |path: &str, value: &str| agent.composer.commit(|| agent.database.propose(&[(path, value)]));
+        let refused = set("links.\"held/number\"", "counter/number").unwrap_err();
         assert!(refused.to_string().contains("`held` has not returned"), "{refused}");
         assert!(agent.database.diff().is_empty(), "{:?}", agent.database.diff());
         assert_eq!(agent.composer.links().len(), 1);
         // What it can do later it does; the change is made, and so it is said.
-        assert_eq!(client.set(&set("modules.held.params.factor", "2.0")).unwrap().len(), 1);
+        assert_eq!(set("modules.held.params.factor", "2.0").unwrap().len(), 1);
         agent.let_go();
         agent.wait_for("its return", || agent.condition() == "WORKING");
         agent.composer.link(&link).unwrap();
@@ -176,8 +173,8 @@ fn settings_that_are_changed_while_links_wait_hold() {
     agent.hold();
     // As of a file that was edited: it holds, and the link is made when that is possible.
     agent.database.set(&[("links.\"held/number\"", "counter/number")]).unwrap();
-    let mut client = Client::connect(agent.server.name()).unwrap();
-    let changed = client.set(&[("modules.held.params.factor".into(), "3.0".into())]).unwrap();
+    let change = ("modules.held.params.factor", "3.0");
+    let changed = agent.composer.commit(|| agent.database.propose(&[change])).unwrap();
     assert_eq!(changed.len(), 1);
     assert!(agent.trouble("held/number").unwrap().contains("`held` has not returned"));
     agent.let_go();

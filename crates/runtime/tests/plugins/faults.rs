@@ -1,7 +1,6 @@
 //! Panics in every call of a plugin: whoever calls is told, and nobody else notices.
 
 use slate_blackboard::interface::Value;
-use slate_runtime::remote::{Client, Server};
 use slate_runtime::{Agent, Mode, PluginError};
 
 use crate::fixtures::libraries;
@@ -100,15 +99,13 @@ fn better_code_revives_a_module_that_has_failed_for_good() {
 fn a_module_that_was_switched_off_and_on_after_it_failed_for_good_begins_with_a_reload() {
     let mut agent = lockstep(&robot_with(TICK));
     step(&mut agent, 10);
-    let server = Server::open(&agent).unwrap();
-    let mut client = Client::connect(server.name()).unwrap();
-    assert!(client.enable("counter", false).unwrap().changed);
+    agent.composer().enable("counter", false).unwrap();
     step(&mut agent, 1);
-    assert_eq!(client.enable("counter", true).unwrap().needs_reload.as_deref(), Some("counter"));
+    agent.composer().enable("counter", true).unwrap();
     agent.board().write("counter/params/fault", &Value::Integer(0), 0).unwrap();
     step(&mut agent, 1);
     assert_eq!(number(&agent, "counter/count/value"), 0, "not before");
-    client.reload("counter", None).unwrap();
+    agent.composer().reload("counter", None).unwrap();
     step(&mut agent, 3);
     assert_eq!(number(&agent, "counter/count/value"), 3);
 }

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use slate_blackboard::nearest_names;
 use slate_module::Level;
-use slate_runtime::remote::agents;
+use slate_runtime::directory::agents;
 use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
 
 use super::outbox::Outbox;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use slate_blackboard::nearest_names;
-use slate_runtime::remote::agents;
+use slate_runtime::directory::agents;
 use slate_runtime::sharing::{Inspection, RemoteProperty};
 
 use crate::peers::Peers;

@@ -10,8 +10,8 @@ use slate_record::ros::{self, Definition, Shown, Standard};
 
 use super::Out;
 use super::transforms::{frames, is_transform};
-use crate::context::Context;
-use crate::stream::Sample;
+use slate_control::Context;
+use slate_control::Sample;
 
 /// How values of an interface become messages.
 pub(super) enum Form {
@@ -155,7 +155,7 @@ impl Channels {
 
     /// Which module publishes what, and which reads it.
     pub fn graph(&self, context: &Context) -> Json {
-        let composer = context.desk.composer();
+        let composer = context.agent.composer();
         let modules: Vec<String> = composer.modules().into_iter().map(|module| module.name).collect();
         let owner = |path: &str| {
             let own = modules.iter().filter(|module| path.starts_with(&format!("{module}/")));

@@ -22,9 +22,7 @@ use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use super::{Listener, Said, Sink, Visitor, hand, ping, say};
-use crate::Role;
-use crate::context::Context;
-use crate::stream::{Watcher, apart};
+use slate_control::{Caller, Context, Watcher, apart};
 use channels::{Channels, Form};
 use request::{Call, Request};
 use transforms::Transforms;
@@ -57,7 +55,7 @@ enum Out {
 /// What one client wants, and what it was told.
 struct Session {
     context: Arc<Context>,
-    role: Role,
+    caller: Caller,
     who: String,
     channels: Channels,
     subscriptions: BTreeMap<u32, Subscription>,
@@ -158,10 +156,11 @@ async fn send(sink: &mut Sink, out: Vec<Out>) -> bool {
 
 impl Session {
     fn new(visitor: Visitor) -> Self {
+        let caller = visitor.caller();
         Self {
             channels: Channels::default(),
             context: visitor.context,
-            role: visitor.role,
+            caller,
             who: visitor.who,
             subscriptions: BTreeMap::new(),
             transforms: BTreeMap::new(),
@@ -304,7 +303,7 @@ impl Session {
     }
 
     fn call(&mut self, call: &Call) -> Out {
-        match services::call(&self.context, self.role, &self.who, call) {
+        match services::call(&self.context, &self.caller, call) {
             Ok(answer) => {
                 let encoding = b"json";
                 let mut bytes = vec![3];
@@ -349,7 +348,7 @@ fn encode(id: u32, subscription: &mut Subscription) -> Vec<Vec<u8>> {
         true => watcher.take_all(),
         false => watcher.take().map(|sample| sample.into_iter().collect()),
     };
-    let message = |sample: crate::stream::Sample| {
+    let message = |sample: slate_control::Sample| {
         let mut bytes = vec![1];
         bytes.extend(id.to_le_bytes());
         bytes.extend(sample.stamp.time.to_le_bytes());

@@ -5,7 +5,7 @@ use slate_blackboard::Access;
 use slate_blackboard::interface::{Kind, Value};
 
 use super::{Out, Session, status};
-use crate::api;
+use slate_control::operations;
 
 impl Session {
     /// All parameters, or those that are named, as they are.
@@ -36,7 +36,7 @@ impl Session {
         let mut out = Vec::new();
         for (name, value) in values {
             let path = name.trim_start_matches('/');
-            if let Err(problem) = api::put_value(&self.context, self.role, &self.who, path, value) {
+            if let Err(problem) = operations::put_value(&self.context, &self.caller, path, value) {
                 out.push(status(2, &format!("{name} is not set: {problem}"), None));
             }
         }

@@ -6,8 +6,8 @@ use slate_blackboard::interface::{Descriptor, Value};
 
 use super::Session;
 use super::request::Advertised;
-use crate::Role;
-use crate::api;
+use slate_control::Role;
+use slate_control::operations;
 
 /// Where the messages of a channel go.
 pub(super) enum Channel {
@@ -32,14 +32,14 @@ impl Session {
     /// Where a channel goes, if anywhere.
     pub(super) fn publishing(&self, channel: Advertised) -> Result<Channel, String> {
         let topic = &channel.topic;
-        if self.role < Role::Operator {
-            return Err(format!("{} may not publish {topic}", self.role.one()));
+        if self.caller.role < Role::Operator {
+            return Err(format!("{} may not publish {topic}", self.caller.role.one()));
         }
         if channel.encoding != "json" {
             return Err(format!("{topic} is published as `{}`; only json is taken", channel.encoding));
         }
         let path = topic.trim_start_matches('/');
-        let actuators = self.context.desk.composer().actuators();
+        let actuators = self.context.agent.composer().actuators();
         if let Some((name, _)) =
             actuators.into_iter().find(|(name, _)| path == name || path == format!("{name}/command"))
         {
@@ -64,10 +64,10 @@ impl Session {
             serde_json::from_slice(payload).map_err(|error| format!("a message is no JSON: {error}"))?;
         let done = match to {
             Channel::Setting(path) => {
-                api::put_value(&self.context, self.role, &self.who, path, &body).map(drop)
+                operations::put_value(&self.context, &self.caller, path, &body).map(drop)
             }
             Channel::Mailbox(path) => {
-                api::send_value(&self.context, self.role, &self.who, path, &body).map(drop)
+                operations::send_value(&self.context, &self.caller, path, &body).map(drop)
             }
             Channel::Actuator(name) => {
                 let name = name.clone();
@@ -80,7 +80,7 @@ impl Session {
     /// A command of a person, which holds as long as any of teleoperation does.
     fn drive(&mut self, actuator: &str, body: &Json) -> Result<(), String> {
         if !self.controls.contains_key(actuator) {
-            let taken = self.context.desk.composer().take_controls(actuator, &self.who);
+            let taken = self.context.agent.composer().take_controls(actuator, &self.who);
             let taken = taken.map_err(|error| error.to_string())?;
             self.controls.insert(actuator.to_owned(), taken);
         }

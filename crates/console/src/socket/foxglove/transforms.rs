@@ -6,8 +6,8 @@ use slate_interfaces::{Odometry, Transform};
 use slate_record::bag::Value;
 use slate_record::ros::{self, Frames};
 
-use crate::context::Context;
-use crate::stream::{Sample, Watcher};
+use slate_control::Context;
+use slate_control::{Sample, Watcher};
 
 /// Values of another cycle may come while it is looked; so often it is looked again.
 const LOOKS: usize = 3;

@@ -71,10 +71,14 @@ impl NewLink {
     }
 }
 
-/// A property that a link to another agent would lead to.
-pub(crate) struct Property<'a> {
+/// A property of another agent, as the end of a link.
+#[derive(Clone, Copy, Debug)]
+pub struct RemoteEnd<'a> {
+    /// Its path in that agent.
     pub path: &'a str,
+    /// Its interface.
     pub descriptor: &'static Descriptor,
+    /// Whether it takes messages.
     pub takes_messages: bool,
 }
 
@@ -147,11 +151,11 @@ impl Composer {
     ///
     /// # Errors
     /// As [`link`](Composer::link).
-    pub(crate) fn misfit(
+    pub fn misfit(
         &self,
         link: &NewLink,
         path: RemotePath,
-        property: &Property,
+        property: &RemoteEnd<'_>,
     ) -> Result<Option<(String, String)>, Report> {
         let (database, to) = self.input(&link.to)?;
         let proposal = database.propose(&link.changes(&to))?;
@@ -229,7 +233,10 @@ impl Composer {
     }
 
     /// Makes changes of the configuration, unless links are among them that a module is in the way of.
-    pub(crate) fn commit(
+    ///
+    /// # Errors
+    /// What is wrong with them.
+    pub fn commit(
         &self,
         propose: impl Fn() -> Result<Proposal, Report>,
     ) -> Result<Vec<Change>, Report> {
@@ -242,7 +249,10 @@ impl Composer {
     }
 
     /// Refuses changes of links that a module is in the way of.
-    pub(crate) fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
+    ///
+    /// # Errors
+    /// The links that a module is in the way of.
+    pub fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
         if proposal.changes().iter().any(|change| change.names().first().is_some_and(|name| name == "links"))
         {
             self.check_returned(proposal.configuration())?;

@@ -28,7 +28,7 @@ use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 use crate::recording::{Change, Recording};
 pub use error::PluginError;
 use gather::Gathered;
-pub(crate) use links::Property;
+pub use links::RemoteEnd;
 pub use links::{LinkStatus, NewLink};
 use overview::{Held, Overview};
 pub use reload::Reload;
@@ -388,7 +388,7 @@ impl Composer {
     }
 
     /// What records the agent, if anything does.
-    pub(crate) fn recording(&self) -> Option<&dyn Recording> {
+    pub fn recording(&self) -> Option<&dyn Recording> {
         self.shared.recording.as_deref()
     }
 
@@ -402,7 +402,8 @@ impl Composer {
         self.shared.clock.now()
     }
 
-    pub(crate) fn say(&self, text: &str) {
+    /// Writes a line into the log.
+    pub fn say(&self, text: &str) {
         self.log(Level::Info, text);
     }
 
@@ -411,11 +412,12 @@ impl Composer {
     }
 
     /// Waits until what was logged so far is written, but not longer than `limit`.
-    pub(crate) fn flush_log(&self, limit: Duration) {
+    pub fn flush_log(&self, limit: Duration) {
         self.shared.logger.flush(limit);
     }
 
-    pub(crate) fn log(&self, level: Level, text: &str) {
+    /// Writes a line of that level into the log.
+    pub fn log(&self, level: Level, text: &str) {
         self.shared.logger.log(self.now(), level, text);
     }
 }

@@ -138,7 +138,7 @@ impl Composer {
     }
 
     /// Whether a module is the agent's clock.
-    pub(crate) fn is_time_source(&self, module: &str) -> bool {
+    pub fn is_time_source(&self, module: &str) -> bool {
         self.overview().time_source.as_deref() == Some(module)
     }
 }

@@ -89,7 +89,7 @@ impl Proposal {
     }
 
     /// Nothing if it was overtaken.
-    pub(crate) fn apply(self) -> Option<Vec<Change>> {
+    pub fn apply(self) -> Option<Vec<Change>> {
         self.apply_after(|_| Ok::<(), Infallible>(())).map(|Ok(changes)| changes)
     }
 

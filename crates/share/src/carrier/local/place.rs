@@ -5,7 +5,7 @@ use std::io::ErrorKind;
 use std::os::unix::fs::{DirBuilderExt, FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
-use slate_runtime::remote::{Lock, folder};
+use slate_runtime::directory::{Lock, folder};
 
 use crate::carrier::CarrierError;
 

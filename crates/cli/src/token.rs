@@ -1,0 +1,33 @@
+//! The secret by which an agent elsewhere knows who asks. A secret is no argument of a command, which all users of a computer
+//! see, but stands in the variable `SLATE_TOKEN`, or in a file that this names as `@FILE`.
+
+use std::os::unix::fs::MetadataExt;
+
+use slate::control::client::Trouble;
+
+/// The variable.
+const VARIABLE: &str = "SLATE_TOKEN";
+
+/// The secret that was given, if one was.
+pub fn given() -> Result<Option<String>, Trouble> {
+    let Some(said) = std::env::var_os(VARIABLE).filter(|said| !said.is_empty()) else { return Ok(None) };
+    let (place, text) = match said.to_string_lossy().strip_prefix('@') {
+        Some(file) => (file.to_owned(), read(file)?),
+        None => (VARIABLE.to_owned(), said.to_string_lossy().into_owned()),
+    };
+    let token = text.trim();
+    // Anything else could end the line of a request.
+    match !token.is_empty() && token.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
+        true => Ok(Some(token.to_owned())),
+        false => Err(Trouble::Token { place, reason: "it is none".into() }),
+    }
+}
+
+fn read(file: &str) -> Result<String, Trouble> {
+    let wrong = |reason: String| Trouble::Token { place: file.to_owned(), reason };
+    let mode = std::fs::metadata(file).map_err(|error| wrong(error.to_string()))?.mode();
+    if mode & 0o077 != 0 {
+        return Err(wrong(format!("others may read it (mode {:o}): chmod 600", mode & 0o777)));
+    }
+    std::fs::read_to_string(file).map_err(|error| wrong(error.to_string()))
+}

@@ -1,0 +1,225 @@
+//! What tools ask of another agent, through one that knows it.
+
+use std::collections::BTreeSet;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::time::Duration;
+
+use serde_json::json;
+use slate_blackboard::{Access, nearest_names, nearest_paths};
+
+use super::{AgentControl, Done, refusal, result};
+use slate_runtime::directory::agents;
+use super::properties::reading;
+use crate::entries::{PropertyEntry, Refusal, RemoteSnapshotEntry};
+use slate_runtime::NewLink;
+use slate_runtime::RemoteEnd;
+use slate_runtime::{Message, Mistake};
+use slate_runtime::replacement::Replacement;
+use slate_runtime::sharing::{Newest, RemotePath, RemoteProperty, TEAM, Unread};
+
+/// How long the other agent may take for an answer.
+const LIMIT: Duration = Duration::from_secs(1);
+
+/// The agent and the path or pattern of a whole URL.
+pub(super) fn split(url: &str) -> Option<(&str, &str)> {
+    let rest = url.strip_prefix("slate://")?;
+    Some(rest.split_once('/').unwrap_or((rest, "**")))
+}
+
+impl AgentControl {
+    /// The agent and what is asked of it, when that is another one than this; what the team knows is known here.
+    pub(super) fn elsewhere<'u>(&self, url: &'u str) -> Option<(&'u str, &'u str)> {
+        split(url).filter(|(agent, _)| *agent != TEAM && *agent != self.composer.board().agent())
+    }
+
+    /// Whether a URL is of another agent.
+    pub(crate) fn is_elsewhere(&self, url: &str) -> bool {
+        self.elsewhere(url).is_some()
+    }
+
+    pub(super) fn remote_properties(
+        &self,
+        agent: &str,
+        pattern: &str,
+    ) -> Result<Vec<PropertyEntry>, Refusal> {
+        let entry = |property: RemoteProperty| PropertyEntry {
+            path: property.path,
+            interface: property.descriptor.name.into(),
+            doc: property.doc,
+            access: String::new(),
+        };
+        let properties = self.some_of(agent, pattern, false)?;
+        Ok(properties.into_iter().map(entry).collect())
+    }
+
+    pub(super) fn remote_read(&self, agent: &str, path: &str) -> Done {
+        let Some((property, field)) = self.remote_property(agent, path, true)? else {
+            return Err(self.nothing_at(agent, path));
+        };
+        let value = property.value(field);
+        let value = value.map_err(|error| {
+            let text = format!("slate://{agent}/{}: {error}", property.path);
+            let mistake = matches!(error, Unread::Field(_)).then_some(Mistake::Name);
+            refusal(Message { text, mistake }, &seen(agent))
+        })?;
+        result(value.map(reading))
+    }
+
+    /// The property that a path of another agent leads to, and the field of it. What stands behind the property is a field;
+    /// only the other agent knows where that begins.
+    fn remote_property<'p>(
+        &self,
+        agent: &str,
+        path: &'p str,
+        values: bool,
+    ) -> Result<Option<(RemoteProperty, &'p str)>, Refusal> {
+        let ends = path.rmatch_indices('/').map(|(end, _)| end);
+        for end in [path.len()].into_iter().chain(ends) {
+            let (property, field) = (&path[..end], path[end..].trim_start_matches('/'));
+            if let Some(property) = self.ask(agent, property, values)?.into_iter().next() {
+                return Ok(Some((property, field)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether a link to another agent would bring something as far as that agent is there; one that is not is no reason
+    /// against it.
+    pub(super) fn check_remote(&self, link: &NewLink, from: &str) -> Result<(), Refusal> {
+        let board = self.composer.board();
+        let Some((agent, path)) = split(from).filter(|(agent, _)| *agent != board.agent()) else {
+            return Ok(());
+        };
+        let wanted = RemotePath { agent: agent.into(), path: path.into() };
+        let fits = |path: &str, descriptor, takes_messages| {
+            let property = RemoteEnd { path, descriptor, takes_messages };
+            match self.composer.misfit(link, wanted.clone(), &property).map_err(Refusal::from)? {
+                Some((message, help)) => Err(refusal(message, &help)),
+                None => Ok(()),
+            }
+        };
+        let missing = |message: String| {
+            let help = "the link can be made, and waits until that is there";
+            Err(refusal(Mistake::Name.of(message), help))
+        };
+        if agent == TEAM {
+            // What the team knows is known here.
+            return match board.find(&wanted.place()) {
+                Ok((property, _)) => {
+                    let topic = property.path().strip_prefix("team/").unwrap_or_default();
+                    fits(topic, property.descriptor(), false)
+                }
+                Err(error) => missing(error.to_string()),
+            };
+        }
+        match self.remote_property(agent, path, false) {
+            Ok(Some((property, _))) => {
+                fits(&property.path, property.descriptor, property.access == Access::Messages)
+            }
+            Ok(None) => missing(self.nothing_at(agent, path).message),
+            // One that is not there may come; but not when nobody here has that name.
+            Err(_) => match self.nearest_agents(agent) {
+                near if near.is_empty() => Ok(()),
+                near => missing(format!("no agent `{agent}` is known here; nearest: {}", near.join(", "))),
+            },
+        }
+    }
+
+    /// Which agents may be meant by a name that is none.
+    fn nearest_agents(&self, agent: &str) -> Vec<String> {
+        let peers = super::peers::peers(&self.composer).peers.into_iter().map(|peer| peer.agent);
+        let known: BTreeSet<String> =
+            agents().into_iter().chain(self.composer.named_agents()).chain(peers).collect();
+        if known.contains(agent) {
+            return Vec::new();
+        }
+        let own = self.composer.board().agent();
+        nearest_names(agent, known.iter().map(String::as_str).filter(|known| *known != own))
+    }
+
+    /// Writes the newest values of properties into a file, which is there as a whole or not at all.
+    pub(crate) fn remote_snapshot(&self, url: &str, file: &Path) -> Done {
+        let Some((agent, pattern)) = self.elsewhere(url) else {
+            let message = format!("`{url}` names no other agent");
+            return Err(refusal(message, "such as slate://other/**; without it all of this agent is saved"));
+        };
+        let properties = self.some_of(agent, pattern, true)?;
+        let count = |is: fn(&Newest) -> bool| properties.iter().filter(|one| is(&one.newest)).count();
+        let entry = RemoteSnapshotEntry {
+            agent: agent.into(),
+            properties: properties.len(),
+            values: count(|newest| matches!(newest, Newest::Value(..))),
+            untold: count(|newest| matches!(newest, Newest::TooLarge(_) | Newest::NotAllowed)),
+        };
+        write(agent, &properties, file).map_err(|error| {
+            let message = format!("{} can't be written: {error}", slate_runtime::printable(file));
+            refusal(message, "name a file in a folder that can be written to")
+        })?;
+        result(entry)
+    }
+
+    /// At least one property.
+    fn some_of(&self, agent: &str, pattern: &str, values: bool) -> Result<Vec<RemoteProperty>, Refusal> {
+        let found = self.ask(agent, pattern, values)?;
+        if !found.is_empty() {
+            return Ok(found);
+        }
+        let beginning: Vec<_> = pattern.split('/').take_while(|name| !name.starts_with('*')).collect();
+        Err(self.nothing_at(agent, &beginning.join("/")))
+    }
+
+    fn ask(&self, agent: &str, pattern: &str, values: bool) -> Result<Vec<RemoteProperty>, Refusal> {
+        // One that is none would match nothing there.
+        slate_blackboard::Pattern::parse(pattern).map_err(|error| {
+            refusal(error.to_string(), "such as slate://robot/planner/* or slate://robot/**")
+        })?;
+        let inspection = self.composer.inspection().ok_or_else(|| {
+            let message = format!("this agent shares nothing, so it knows no agent `{agent}`");
+            refusal(message, "give it a [share] table, or ask the other agent itself with --agent")
+        })?;
+        let known = "`slate peers` shows the agents that this one knows, and why they are not there";
+        inspection.list(agent, pattern, values, LIMIT).map_err(|reason| refusal(reason, known))
+    }
+
+    /// There is no such property.
+    fn nothing_at(&self, agent: &str, path: &str) -> Refusal {
+        let all = self.ask(agent, "**", false).unwrap_or_default();
+        let near = nearest_paths(path, '/', all.iter().map(|property| property.path.as_str()));
+        let modules = || -> BTreeSet<&str> {
+            all.iter().filter_map(|property| property.path.split('/').next()).take(100).collect()
+        };
+        let near = match (near.is_empty(), modules()) {
+            (false, _) => format!("; nearest: {}", near.join(", ")),
+            (true, modules) if modules.is_empty() => String::new(),
+            (true, modules) => format!("; there are: {}", modules.into_iter().collect::<Vec<_>>().join(", ")),
+        };
+        refusal(Mistake::Name.of(format!("no property at slate://{agent}/{path}{near}")), &seen(agent))
+    }
+}
+
+fn seen(agent: &str) -> String {
+    format!("`slate list slate://{agent}/**` shows the properties")
+}
+
+/// One property after the other, as the text of a value takes far more memory than the value.
+fn write(agent: &str, properties: &[RemoteProperty], file: &Path) -> std::io::Result<()> {
+    let mut out = BufWriter::new(Replacement::create(file)?);
+    write!(out, "{{\"agent\":{},\"properties\":[", json!(agent))?;
+    for (index, property) in properties.iter().enumerate() {
+        let (newest, untold) = match property.value("") {
+            Ok(value) => (value.map(reading), None),
+            Err(reason) => (None, Some(reason.to_string())),
+        };
+        let entry = json!({
+            "path": property.path,
+            "interface": property.descriptor.name,
+            "schema": format!("{:016x}", property.descriptor.hash),
+            "newest": newest,
+            "untold": untold,
+        });
+        write!(out, "{}\n{entry}", if index == 0 { "" } else { "," })?;
+    }
+    out.write_all(b"\n]}\n")?;
+    out.into_inner().map_err(|error| error.into_error())?.keep()
+}

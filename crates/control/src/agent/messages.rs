@@ -1,0 +1,129 @@
+//! Messages that tools send.
+
+use std::thread::sleep;
+use std::time::Duration;
+
+use serde_json::Value as Json;
+use slate_blackboard::interface::{self, Descriptor, Value};
+use slate_blackboard::message::Status;
+use slate_blackboard::{BoardError, Carrier, Property};
+
+use super::{AgentControl, Done, refusal, result};
+use super::properties::KNOWN;
+use crate::entries::Refusal;
+use slate_runtime::{Message, Mistake};
+
+/// How long it is waited for what becomes of a message.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// How often it is looked.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Where the last lines of the log are.
+const TAIL: &str = "log/tail";
+
+/// How long lines of the log may take until they are there.
+const WRITTEN: Duration = Duration::from_millis(500);
+
+/// The fields of an interface that a value lacks, after what it `names`.
+pub fn lacking(descriptor: &Descriptor, names: impl Fn(&str) -> bool) -> Vec<&'static str> {
+    let fields = descriptor.fields.iter().map(|field| field.name);
+    fields.filter(|name| *name != "reserved" && !names(name)).collect()
+}
+
+impl AgentControl {
+    /// The number of the newest line of the log.
+    pub fn log_end(&self) -> u64 {
+        let tail = self.composer.board().find(TAIL).ok();
+        tail.and_then(|(property, _)| Some(property.channel()?.published())).unwrap_or(0)
+    }
+
+    /// Why a module has refused a message: in its own words, what it has warned of since the log had `log_end` lines, as a
+    /// code says little.
+    pub fn refused_message(&self, property: &Property, code: u16, log_end: u64) -> Refusal {
+        let path = property.path();
+        let modules = self.composer.modules().into_iter().map(|module| module.name);
+        let owns = |name: &String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
+        let owner = modules.filter(owns).max_by_key(String::len);
+        match owner.and_then(|module| self.warning(&module, log_end)) {
+            Some(text) => refusal(format!("/{path} refuses the message: {text}"), "send one that it takes"),
+            None => {
+                let message = format!("/{path} refuses the message, with code {code}");
+                let interface = property.descriptor().name;
+                refusal(message, &format!("the interface {interface} says what the code means"))
+            }
+        }
+    }
+
+    /// The last line after that number in which a module warns.
+    fn warning(&self, module: &str, after: u64) -> Option<String> {
+        // What it says in a step is still on its way.
+        self.composer.flush_log(WRITTEN);
+        let kept = self.composer.board().history(TAIL).ok()?;
+        let text = |line: &Value, name: &str| line.get(name).and_then(Value::as_str).map(str::to_owned);
+        let warns = |line: &Value| {
+            let is_warning = text(line, "level").is_some_and(|level| level == "WARN" || level == "ERROR");
+            is_warning && text(line, "module").as_deref() == Some(module)
+        };
+        let mut new = kept.into_iter().filter(|(_, stamp)| stamp.sequence > after).map(|(line, _)| line);
+        new.rfind(warns).and_then(|line| text(&line, "text"))
+    }
+
+    /// Sends a message to a property that takes them, and tells what becomes of it within a second: `done` or `accepted`; when
+    /// it is only found out whether it would be taken, `fits`.
+    pub(crate) fn send(&self, url: &str, value: &Json, dry_run: bool) -> Done {
+        if self.elsewhere(url).is_some() {
+            let message = Mistake::OtherAgent.of(format!("{url} is of another agent"));
+            return Err(refusal(message, "ask that agent itself, with --agent"));
+        }
+        let path = self.path_of(url)?;
+        let unknown = |error: BoardError| refusal(Message::from(&error), KNOWN);
+        let (property, field) = self.composer.board().find(&path).map_err(unknown)?;
+        let Carrier::Mailbox(mailbox) = property.carrier() else {
+            let message = Mistake::Value.of(format!("/{} takes no messages", property.path()));
+            return Err(refusal(
+                message,
+                "`slate set` sets what can be set; `slate list` shows what there is",
+            ));
+        };
+        if !field.is_empty() {
+            let message = Mistake::Name.of(format!("/{path} is a part of a message"));
+            return Err(refusal(message, "send the whole one"));
+        }
+        let descriptor = property.descriptor();
+        let lacking = lacking(descriptor, |name| value.get(name).is_some());
+        let shape = mailbox.shape();
+        let mut bytes = vec![0; shape.bytes(shape.capacity)];
+        let help = format!("a message is a {}, with all its fields", descriptor.name);
+        let no_value = |error: serde_json::Error| refusal(Mistake::Value.of(error.to_string()), &help);
+        let value: Value = serde_json::from_value(value.clone()).map_err(no_value)?;
+        let wrong = |error| {
+            let message = Message::from(&BoardError::Access { url: format!("/{path}"), error });
+            refusal(message, &help)
+        };
+        let items = interface::edit(descriptor, &mut bytes, 0, "", &value).map_err(wrong)?;
+        if !lacking.is_empty() {
+            let message = Mistake::Value.of(format!("the message lacks {}", lacking.join(", ")));
+            return Err(refusal(message, &help));
+        }
+        if dry_run {
+            return result("fits");
+        }
+        let full = |reason: String| refusal(reason, "wait for the module that takes them");
+        let log_end = self.log_end();
+        let mut sender = mailbox.sender().map_err(|error| full(error.to_string()))?;
+        let sent = sender.send(&bytes[..shape.bytes(items)], items, self.composer.now());
+        let ticket = sent.map_err(|error| full(error.to_string()))?;
+        let mut waited = Duration::ZERO;
+        loop {
+            match sender.status(ticket) {
+                Status::Done => return result("done"),
+                Status::Refused(code) => return Err(self.refused_message(&property, code, log_end)),
+                Status::Accepted if waited < ANSWER => {}
+                Status::Accepted | Status::Unknown => return result("accepted"),
+            }
+            sleep(LOOK);
+            waited += LOOK;
+        }
+    }
+}

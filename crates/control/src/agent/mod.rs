@@ -1,0 +1,509 @@
+//! The agent as its operations see it.
+
+mod elsewhere;
+mod messages;
+mod own;
+mod peers;
+mod properties;
+mod settings;
+mod trace;
+mod values;
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::{BoardError, Url, interface};
+use slate_runtime::configuration::{Configuration, Database, Diagnostic, Report};
+use slate_runtime::playback::Order;
+use slate_runtime::recording::{self, RecordingControl, RecordingRefusal};
+use slate_runtime::snapshot::{Snapshot, SnapshotError};
+use slate_runtime::{
+    Agent, Composer, ControlsError, ControlsHolder, Loaded, Message, Mistake, NewLink, PluginError, Reload,
+};
+
+use crate::entries::{
+    Changed, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
+    SnapshotEntry, Switched, UnloadedPlugin,
+};
+
+pub use messages::lacking;
+pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
+pub(crate) use own::own_url;
+pub(crate) use properties::KNOWN;
+pub(crate) use trace::ToolTrace;
+pub use values::LONGEST;
+
+/// What is to be recorded.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordingWish {
+    /// Which properties, such as `/r2/**`; all unless given.
+    #[serde(default)]
+    pub select: Vec<String>,
+    /// Which of them not.
+    #[serde(default)]
+    pub exclude: Vec<String>,
+    /// At most so many values a second of each.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rate: Option<f64>,
+    /// Only values that differ from the last one recorded.
+    #[serde(default)]
+    pub on_change: bool,
+}
+
+/// The agent as its operations see it: what can be looked at and changed while it runs. Calls may come from several threads at
+/// once; those that change what the agent is made of wait for each other.
+#[derive(Clone)]
+pub struct AgentControl {
+    composer: Composer,
+    database: Option<Database>,
+}
+
+impl std::fmt::Debug for AgentControl {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AgentControl").field("agent", &self.composer.board().agent()).finish_non_exhaustive()
+    }
+}
+
+/// What comes of a call.
+pub type Done = Result<serde_json::Value, Refusal>;
+
+impl AgentControl {
+    /// That of an agent, which it keeps.
+    pub fn new(agent: &Agent) -> Self {
+        Self { composer: agent.composer(), database: agent.database().cloned() }
+    }
+
+    /// What changes the agent.
+    pub fn composer(&self) -> &Composer {
+        &self.composer
+    }
+
+    /// Where its configuration is changed; none when it was loaded without one.
+    pub fn settings(&self) -> Option<&Database> {
+        self.database.as_ref()
+    }
+
+    /// Changes settings if `holds` still says so right before; it is asked again when somebody
+    /// else was faster.
+    ///
+    /// # Errors
+    /// What `holds` says, or that the changes don't fit.
+    pub fn set_if<E: From<Refusal>>(
+        &self,
+        changes: &[(String, String)],
+        holds: impl Fn() -> Result<(), E>,
+    ) -> Result<Vec<Changed>, E> {
+        loop {
+            let proposal = self.proposal(changes).map_err(E::from)?;
+            holds()?;
+            if let Some(changed) = proposal.apply() {
+                self.composer.say_changes("a tool has changed", &changed);
+                self.composer.settle_changes();
+                return Ok(self.changed(changed));
+            }
+        }
+    }
+
+    /// Waits until all changes so far are in the recording, whatever becomes of this process.
+    pub fn settle(&self) {
+        self.composer.settle_changes();
+    }
+
+    /// Unloads a plugin, or those of a list.
+    pub(crate) fn unload(&self, name: &str) -> Done {
+        let unloaded = self.composer.unload(name)?.into_iter();
+        let unloaded = unloaded.map(|(name, library)| UnloadedPlugin { name, library: library.into() });
+        result(unloaded.collect::<Vec<_>>())
+    }
+
+    /// Runs new code beside that of a plugin; the modules, each with the path of the comparison.
+    pub(crate) fn shadow(&self, name: &str, file: &Path) -> Done {
+        let modules = self.composer.shadow(name, absolute(file)?)?.into_iter();
+        result(modules.map(|module| (module.clone(), format!("/{module}/shadow"))).collect::<Vec<_>>())
+    }
+
+    /// Ends the new code beside a plugin.
+    pub(crate) fn end_shadow(&self, name: &str) -> Done {
+        result(self.composer.end_shadow(name)?)
+    }
+
+    /// Lets the new code beside a plugin take over.
+    pub(crate) fn promote(&self, name: &str) -> Done {
+        reloaded(self.composer.promote(name)?)
+    }
+
+    /// Links an input, or only finds out whether that can be done.
+    pub(crate) fn link(&self, to: &str, from: &str, options: Vec<(String, String)>, dry_run: bool) -> Done {
+        let link = options
+            .into_iter()
+            .fold(NewLink::new(to.to_owned(), from), |link, (name, value)| link.with(name, value));
+        let composer = &self.composer;
+        let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
+        let changes = changes.map_err(Refusal::from)?;
+        match dry_run {
+            true => self.check_remote(&link, from)?,
+            false => self.composer.say_changes("a tool has linked", &changes),
+        }
+        let mut changed = self.changed(changes);
+        if let Some(first) = changed.first_mut() {
+            first.conversion = self.conversion(to, from);
+        }
+        result(changed)
+    }
+
+    /// Removes the link of an input, or only finds out whether that can be done.
+    pub(crate) fn unlink(&self, to: &str, dry_run: bool) -> Done {
+        let composer = &self.composer;
+        let changes = if dry_run { composer.check_unlink(to) } else { composer.unlink(to) };
+        let changes = changes.map_err(Refusal::from)?;
+        if !dry_run {
+            self.composer.say_changes("a tool has unlinked", &changes);
+        }
+        result(self.changed(changes))
+    }
+
+    /// The links.
+    pub(crate) fn links(&self) -> Done {
+        let entry = |link: slate_runtime::LinkStatus| LinkEntry {
+            to: link.to,
+            from: link.from,
+            options: link.options,
+            queue: link.queue,
+            age: link.age,
+            evicted: link.evicted,
+            trouble: link.trouble,
+        };
+        result(self.composer.links().into_iter().map(entry).collect::<Vec<_>>())
+    }
+
+    /// The other agents that are known.
+    pub(crate) fn peers(&self) -> Done {
+        result(peers::peers(&self.composer))
+    }
+
+    /// What is wrong with files that were edited and are refused.
+    pub(crate) fn refused_edit(&self) -> Done {
+        result(self.database()?.refused_edit().map(Refusal::from))
+    }
+
+    /// Takes a snapshot.
+    pub(crate) fn save_snapshot(&self, file: &Path) -> Done {
+        snapshot(&self.composer.save_snapshot(absolute(file)?)?)
+    }
+
+    /// Goes on from a snapshot.
+    pub(crate) fn load_snapshot(&self, file: &Path) -> Done {
+        let read = Snapshot::read(absolute(file)?)?;
+        self.composer.restore(&read, self.database.as_ref())?;
+        snapshot(&read)
+    }
+
+    /// Begins to record into a file that does not exist yet.
+    pub fn start_recording(&self, file: &Path, what: &RecordingWish) -> Done {
+        let selection = recording::selection(&what.select, &what.exclude, what.rate, what.on_change)?;
+        result(self.recordings()?.start(&self.composer, absolute(file)?, &selection)?)
+    }
+
+    /// Ends a recording, the only one without a file.
+    pub(crate) fn stop_recording(&self, file: Option<&Path>) -> Done {
+        let file = file.map(absolute).transpose()?;
+        result(self.recordings()?.stop(&self.composer, file)?)
+    }
+
+    /// What is recorded.
+    pub(crate) fn recording_status(&self) -> Done {
+        result(self.recordings()?.status())
+    }
+
+    /// Saves the last seconds into a file that does not exist yet.
+    pub(crate) fn save_flight(&self, file: &Path) -> Done {
+        result(self.recordings()?.save(&self.composer, absolute(file)?)?)
+    }
+
+    /// The actuators, and who has the controls of each.
+    pub(crate) fn holders(&self) -> Done {
+        let entry = |ControlsHolder { actuator, holder }: ControlsHolder| {
+            let (holder, since) = holder.unzip();
+            HolderEntry { actuator, holder, since }
+        };
+        result(self.composer.controls().into_iter().map(entry).collect::<Vec<_>>())
+    }
+
+    /// Controls the playback of a recording.
+    pub(crate) fn replay(&self, order: Order) -> Done {
+        let control = self.composer.playback().ok_or_else(no_playback)?;
+        result(control.order(order).map_err(|(message, help)| refusal(message, &help))?)
+    }
+
+    /// Stops all actuators until [`reset`](AgentControl::reset) and [`arm`](AgentControl::arm). It waits for nothing.
+    pub fn stop(&self, reason: &str) {
+        self.composer.stop_actuators(if reason.is_empty() { "by a tool" } else { reason });
+    }
+
+    /// Ends a stop of the actuators; false when none was stopped.
+    pub fn reset(&self) -> bool {
+        let was_stopped = self.composer.actuators().iter().any(|(_, reason)| reason.is_some());
+        self.composer.reset();
+        was_stopped
+    }
+
+    /// What a link makes of what, when its two ends are of different interfaces.
+    fn conversion(&self, to: &str, from: &str) -> Option<String> {
+        let path = Url::parse(to).ok()?.path_in("");
+        let input = self.composer.port(&path)?.descriptor;
+        let (property, field) = self.composer.board().find(&self.path_of(from).ok()?).ok()?;
+        let source = property.descriptor();
+        let is_other = field.is_empty() && source.hash != input.hash;
+        is_other.then(|| format!("{} of {}, field by field", input.name, source.name))
+    }
+
+    /// The plugins.
+    pub(crate) fn plugins(&self) -> Done {
+        let entry = |plugin: slate_runtime::PluginStatus| PluginEntry {
+            name: plugin.name,
+            version: plugin.version,
+            file: plugin.file,
+            loaded: plugin.loaded,
+            kinds: plugin.kinds,
+            modules: plugin.modules,
+            shadow: plugin.shadow,
+        };
+        result(self.composer.plugins().into_iter().map(entry).collect::<Vec<_>>())
+    }
+
+    /// Loads a plugin of the configuration by name, or a library.
+    pub(crate) fn load(&self, name: Option<&str>, file: Option<&Path>) -> Done {
+        match (name, file) {
+            (Some(name), None) => loaded(self.composer.load(name)?),
+            (None, Some(file)) => loaded(self.composer.load_library(absolute(file)?)?),
+            _ => Err(refusal("plugin/load takes a name or a file", "give one of the two")),
+        }
+    }
+
+    /// Exchanges the code of a plugin.
+    pub(crate) fn reload(&self, name: &str, file: Option<&Path>) -> Done {
+        reloaded(self.composer.reload(name, file.map(absolute).transpose()?)?)
+    }
+
+    fn recordings(&self) -> Result<&dyn RecordingControl, Refusal> {
+        self.composer.recording().and_then(|recording| recording.control()).ok_or_else(no_recorder)
+    }
+
+    /// Lets commands through to the actuators, or to one.
+    ///
+    /// # Errors
+    /// When one of them is stopped, or there is none of that name.
+    pub fn arm(&self, actuator: Option<&str>) -> Result<(), Refusal> {
+        let actuators = self.composer.actuators();
+        let armed = match actuator {
+            None => self.composer.arm(),
+            Some(name) => self.composer.arm_one(name).ok_or_else(|| {
+                let names: Vec<_> = actuators.iter().map(|(name, _)| name.clone()).collect();
+                unknown("actuator", name, &names, "all of them are armed without a name")
+            })?,
+        };
+        if armed {
+            return Ok(());
+        }
+        let of = |name: &String| actuator.is_none_or(|actuator| actuator == name);
+        let stopped = actuators.into_iter().filter(|(name, _)| of(name));
+        let stopped: Vec<_> =
+            stopped.filter_map(|(name, reason)| Some(format!("`{name}` ({})", reason?))).collect();
+        let message = format!("still stopped: {}", stopped.join(", "));
+        Err(refusal(message, "end the stop first: `slate reset`, then `slate arm`"))
+    }
+
+    /// The modules.
+    pub(crate) fn modules(&self) -> Done {
+        let entry = |module: slate_runtime::ModuleStatus| ModuleEntry {
+            name: module.name,
+            kind: module.kind,
+            plugin: module.plugin,
+            condition: module.condition.into(),
+            ticks: module.ticks,
+            misses: module.misses,
+            panics: module.panics,
+            has_shadow: module.has_shadow,
+        };
+        result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
+    }
+
+    /// Switches a module on or off.
+    pub(crate) fn enable(&self, name: &str, on: bool) -> Done {
+        let known = |database: &&Database| {
+            database.current().modules().iter().any(|module| module.name.value == name)
+        };
+        let modules = self.composer.modules();
+        let Some(module) = modules.iter().find(|module| module.name == name) else {
+            let names: Vec<_> = modules.into_iter().map(|module| module.name).collect();
+            return Err(unknown("module", name, &names, "see the list of modules"));
+        };
+        if !on && self.composer.is_time_source(name) {
+            let message = Mistake::TimeSource
+                .of(format!("`{name}` is the time source, and without it the world stands still"));
+            return Err(refusal(message, "end the agent instead"));
+        }
+        let switch = format!("{name}/enabled");
+        if let Some(link) = self.composer.links().into_iter().find(|link| link.to == switch) {
+            let message = Mistake::Linked.of(format!("`{name}` is switched by a link, from {}", link.from));
+            return Err(refusal(message, &format!("take the link away first: slate unlink {switch}")));
+        }
+        let has_failed = on && module.condition == "FAULTED";
+        let present = self.composer.board().read(&format!("{name}/enabled/value"));
+        if present.ok().flatten().is_some_and(|(value, _)| value == interface::Value::Bool(on)) {
+            if has_failed {
+                let message = format!("`{name}` has failed for good, so switching it on does nothing");
+                let help = format!("reload its plugin: slate plugin reload {}", module.plugin);
+                return Err(refusal(message, &help));
+            }
+            return result(Switched { changed: false, needs_reload: None });
+        }
+        match self.database.as_ref().filter(known) {
+            Some(database) => {
+                let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
+                // Back to what the files say is no change that is to be saved.
+                let is_on = |configuration: &Configuration| {
+                    let mut modules = configuration.modules().iter();
+                    modules.any(|module| module.name.value == name && module.enabled.value == on)
+                };
+                match database.revert(&path) {
+                    Ok(back) if is_on(back.configuration()) => drop(back.commit()?),
+                    _ => drop(database.set(&[(path, on.to_string())])?),
+                }
+            }
+            // One that came with a plugin which was loaded by hand is in no file.
+            None => self.composer.enable(name, on)?,
+        }
+        self.composer.say(&format!("a tool has switched {name} {}", if on { "on" } else { "off" }));
+        result(Switched { changed: true, needs_reload: has_failed.then(|| module.plugin.clone()) })
+    }
+}
+
+fn loaded(loaded: Loaded) -> Done {
+    let plugin = |(name, file)| LoadedPlugin { name, file };
+    let plugins = loaded.plugins.into_iter().map(plugin).collect();
+    result(LoadedPlugins { plugins, modules: loaded.modules })
+}
+
+fn reloaded(reload: Reload) -> Done {
+    result(Reloaded {
+        plugin: reload.plugin,
+        modules: reload.modules.into_iter().map(|(name, state)| (name, state.err())).collect(),
+        in_place: reload.in_place,
+        old_library: reload.old_library.into(),
+    })
+}
+
+fn snapshot(snapshot: &Snapshot) -> Done {
+    let agent = snapshot.agent().into();
+    result(SnapshotEntry { agent, time: snapshot.time(), cycle: snapshot.cycle() })
+}
+
+fn result(value: impl Serialize) -> Done {
+    serde_json::to_value(value)
+        .map_err(|error| refusal(format!("the answer can't be written: {error}"), "ask for less of it"))
+}
+
+/// The agent's own folder is not that of the tool.
+pub(crate) fn absolute(file: &Path) -> Result<&Path, Refusal> {
+    if file.is_absolute() {
+        return Ok(file);
+    }
+    Err(refusal(format!("{} is a relative path", slate_runtime::printable(file)), "give its absolute path"))
+}
+
+pub(crate) fn no_playback() -> Refusal {
+    refusal("the agent plays no recording", "start one that does: slate replay FILE; or name it with --agent")
+}
+
+pub(crate) fn no_recorder() -> Refusal {
+    let help = "`slate run` has one; a program gives its agent one with `Options::recording`";
+    refusal("this agent has nothing that records", help)
+}
+
+pub(crate) fn refusal(message: impl Into<Message>, help: &str) -> Refusal {
+    let Message { text, mistake } = message.into();
+    Refusal { message: text, help: help.into(), code: code(mistake), report: None }
+}
+
+fn code(mistake: Option<Mistake>) -> Option<String> {
+    mistake.map(|mistake| mistake.code().to_owned())
+}
+
+/// There is nothing of that name; `help` is for when there is nothing like it either.
+fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
+    let near = slate_blackboard::nearest_names(name, names.iter().map(String::as_str)).join(" or ");
+    let help = if near.is_empty() { help.into() } else { format!("did you mean {near}?") };
+    refusal(Mistake::Name.of(format!("no {what} is called `{name}`")), &help)
+}
+
+impl From<Report> for Refusal {
+    fn from(report: Report) -> Self {
+        let diagnostics = report.diagnostics();
+        // Of several, each has its help beside it.
+        let line = |one: &Diagnostic| match one.help_text() {
+            Some(help) => format!("{} ({help})", one.placed()),
+            None => one.placed(),
+        };
+        let (message, help) = match diagnostics {
+            [one] => (one.placed(), one.help_text().unwrap_or_default().to_owned()),
+            several => (several.iter().map(line).collect::<Vec<_>>().join("\n"), String::new()),
+        };
+        let is_written = diagnostics.iter().any(Diagnostic::is_written);
+        let report_text = is_written.then(|| report.render(false));
+        Self { message, help, code: code(report.mistake()), report: report_text }
+    }
+}
+
+impl From<PluginError> for Refusal {
+    fn from(error: PluginError) -> Self {
+        match error {
+            PluginError::Unfit(report) => report.into(),
+            other => {
+                let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
+                let message = Message { text: other.to_string(), mistake: other.mistake() };
+                refusal(message, &help.unwrap_or_default())
+            }
+        }
+    }
+}
+
+impl From<ControlsError> for Refusal {
+    fn from(error: ControlsError) -> Self {
+        let (mistake, help) = match &error {
+            ControlsError::Unknown { .. } => (Mistake::Name, "name one of them"),
+            ControlsError::Taken { .. } => {
+                (Mistake::Held, "wait until they are given back; `slate api GET /leases` shows who has which")
+            }
+        };
+        refusal(mistake.of(error.to_string()), help)
+    }
+}
+
+impl From<RecordingRefusal> for Refusal {
+    fn from(refused: RecordingRefusal) -> Self {
+        refusal(refused.message, &refused.help)
+    }
+}
+
+impl From<SnapshotError> for Refusal {
+    fn from(error: SnapshotError) -> Self {
+        match error {
+            SnapshotError::Configuration(report) => report.into(),
+            other => {
+                let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
+                refusal(other.to_string(), &help.unwrap_or_default())
+            }
+        }
+    }
+}
+
+impl From<BoardError> for Refusal {
+    fn from(error: BoardError) -> Self {
+        refusal(
+            Message::from(&error),
+            "name a module of the agent; one that a link switches can't be switched by hand",
+        )
+    }
+}

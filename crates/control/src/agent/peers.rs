@@ -1,0 +1,162 @@
+//! What an agent's board says of other agents.
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::Board;
+use slate_blackboard::interface::Value;
+
+use slate_runtime::Composer;
+
+/// What an agent knows of others.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PeerList {
+    /// Those that it knows, by their names.
+    pub peers: Vec<PeerEntry>,
+    /// Those that were not let in, the last ones.
+    pub rejected: Vec<RejectedEntry>,
+}
+
+/// Somebody who was not let in.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RejectedEntry {
+    /// Who, as far as that is known.
+    pub from: String,
+    /// Why.
+    pub reason: String,
+    /// How often.
+    pub count: u64,
+    /// How long ago that was last, nanoseconds.
+    pub ago: u64,
+}
+
+/// Another agent, as an agent sees it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PeerEntry {
+    /// Its name.
+    pub agent: String,
+    /// Where this agent dials it, or has dialled it; nothing when the other one did.
+    pub endpoint: Option<String>,
+    /// For how long it is connected, nanoseconds; nothing when it is not.
+    pub connected: Option<u64>,
+    /// How long a packet takes there and back, nanoseconds.
+    pub round_trip: u64,
+    /// What its clock shows more, nanoseconds.
+    pub offset: i64,
+    /// Why it is not there, where that is known.
+    pub reason: String,
+    /// What is read of it.
+    pub reads: Vec<ReadEntry>,
+    /// What it reads.
+    pub serves: Vec<ServedEntry>,
+}
+
+/// A property of another agent that is read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReadEntry {
+    /// Its path in the other agent.
+    pub path: String,
+    /// Whether its values come.
+    pub served: bool,
+    /// How many came.
+    pub received: u64,
+    /// How many of a queue will not.
+    pub lost: u64,
+    /// Why they don't, where that is known.
+    pub reason: String,
+}
+
+/// A property that another agent reads.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ServedEntry {
+    /// Its path in this agent.
+    pub path: String,
+    /// How many values were sent.
+    pub sent: u64,
+    /// How many of a queue wait.
+    pub lag: u64,
+}
+
+pub(super) fn peers(composer: &Composer) -> PeerList {
+    let board = composer.board();
+    let mut paths: Vec<String> =
+        board.properties().iter().map(|property| property.path().to_owned()).collect();
+    paths.sort_unstable();
+    let agent = |path: &String| {
+        let name = path.strip_prefix("peers/")?.strip_suffix("/link")?;
+        (!name.contains('/')).then(|| name.to_owned())
+    };
+    let entry = |agent: String| {
+        let own = format!("peers/{agent}");
+        let below = |kind: &str| {
+            let prefix = format!("{own}/{kind}/");
+            paths
+                .iter()
+                .filter_map(|path| path.strip_prefix(&prefix).map(ToOwned::to_owned))
+                .collect::<Vec<_>>()
+        };
+        let link = read(board, &format!("{own}/link"));
+        let since = number(&link, "since");
+        PeerEntry {
+            endpoint: Some(text(&link, "endpoint")).filter(|endpoint| !endpoint.is_empty()),
+            connected: flag(&link, "connected").then(|| composer.steady_now().saturating_sub(since)),
+            round_trip: number(&link, "round_trip"),
+            offset: link
+                .get("offset")
+                .and_then(Value::as_integer)
+                .map_or(0, |n| i64::try_from(n).unwrap_or(0)),
+            reason: text(&link, "reason"),
+            reads: below("reads")
+                .into_iter()
+                .map(|path| {
+                    let state = read(board, &format!("{own}/reads/{path}"));
+                    ReadEntry {
+                        served: flag(&state, "served"),
+                        received: number(&state, "received"),
+                        lost: number(&state, "lost"),
+                        reason: text(&state, "reason"),
+                        path,
+                    }
+                })
+                .collect(),
+            serves: below("serves")
+                .into_iter()
+                .map(|path| {
+                    let state = read(board, &format!("{own}/serves/{path}"));
+                    ServedEntry { sent: number(&state, "sent"), lag: number(&state, "lag"), path }
+                })
+                .collect(),
+            agent,
+        }
+    };
+    let peers = paths.iter().filter_map(agent).map(entry).collect();
+    let rejected = paths.iter().filter(|path| path.starts_with("share/rejected/")).filter_map(|path| {
+        let shown = read(board, path);
+        Some(RejectedEntry {
+            from: text(&shown, "from"),
+            reason: text(&shown, "reason"),
+            // One that has not been written yet is about to be.
+            count: Some(number(&shown, "count")).filter(|count| *count > 0)?,
+            ago: composer.steady_now().saturating_sub(number(&shown, "last")),
+        })
+    });
+    PeerList { peers, rejected: rejected.collect() }
+}
+
+/// The newest value; an empty one when it has just left.
+fn read(board: &Board, path: &str) -> Value {
+    board.read(path).ok().flatten().map_or(Value::Table(Vec::new()), |(value, _)| value)
+}
+
+fn number(value: &Value, name: &str) -> u64 {
+    value.get(name).and_then(Value::as_integer).and_then(|n| u64::try_from(n).ok()).unwrap_or(0)
+}
+
+fn flag(value: &Value, name: &str) -> bool {
+    matches!(value.get(name), Some(Value::Bool(true)))
+}
+
+fn text(value: &Value, name: &str) -> String {
+    match value.get(name) {
+        Some(Value::Text(text)) => text.clone(),
+        _ => String::new(),
+    }
+}

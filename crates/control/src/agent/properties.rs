@@ -1,0 +1,138 @@
+//! What tools ask of properties.
+
+use std::sync::Arc;
+
+use slate_blackboard::interface;
+use slate_blackboard::{Access, BoardError, Pattern, Property, Stamp, Url};
+use slate_module::Direction;
+
+use super::{AgentControl, Done, refusal, result};
+use super::elsewhere;
+use crate::entries::{PropertyEntry, Reading, Refusal};
+use slate_runtime::{Message, Mistake};
+use slate_runtime::sharing::{RemotePath, TEAM};
+
+pub(crate) const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
+
+impl AgentControl {
+    /// The properties that a pattern matches, of this agent or another one; all of this one without it.
+    pub(crate) fn properties(&self, pattern: Option<&str>) -> Result<Vec<PropertyEntry>, Refusal> {
+        if let Some((agent, pattern)) = pattern.and_then(|pattern| self.elsewhere(pattern)) {
+            return self.remote_properties(agent, pattern);
+        }
+        // That of this agent or the team as a whole URL.
+        let here = |pattern: &str| match elsewhere::split(pattern) {
+            Some((agent, path)) if agent == TEAM => place(agent, path),
+            Some((_, path)) => path.to_owned(),
+            None => pattern.to_owned(),
+        };
+        let pattern = pattern.map(|pattern| Pattern::parse(&here(pattern))).transpose();
+        let pattern = pattern.map_err(|error| {
+            refusal(Mistake::Value.of(error.to_string()), "such as /r2/planner/* or /**/timing")
+        })?;
+        let entry = |property: &Arc<Property>| PropertyEntry {
+            path: property.path().into(),
+            interface: property.descriptor().name.to_string(),
+            doc: property.doc().to_string(),
+            access: self.access(property).into(),
+        };
+        let properties = self.composer.board().properties();
+        let wanted = properties
+            .iter()
+            .filter(|property| pattern.as_ref().is_none_or(|pattern| pattern.matches(property.path())));
+        let mut entries: Vec<_> = wanted.map(entry).collect();
+        if let Some(pattern) = pattern.as_ref().filter(|_| entries.is_empty()) {
+            self.check_beginning(pattern)?;
+        }
+        entries.sort_unstable_by(|a, b| a.path.cmp(&b.path));
+        Ok(entries)
+    }
+
+    /// Who writes a property, as [`PropertyEntry::access`] says it.
+    pub fn access(&self, property: &Property) -> &'static str {
+        match property.access() {
+            Access::Output => "output",
+            Access::Messages => "messages",
+            Access::Setting if self.is_queue(property.path()) => "queue",
+            Access::Setting => "setting",
+        }
+    }
+
+    /// Whether an input takes every value of what it is linked to, and nothing else.
+    pub(super) fn is_queue(&self, path: &str) -> bool {
+        self.composer.port(path).is_some_and(|port| port.direction == Direction::Queue)
+    }
+
+    /// What stands before the first star has to be the beginning of something.
+    fn check_beginning(&self, pattern: &Pattern) -> Result<(), Refusal> {
+        let text = pattern.to_string();
+        let names: Vec<_> = text.split('/').take_while(|name| !name.starts_with('*')).collect();
+        let beginning = names.join("/");
+        let below = |property: &Arc<Property>| {
+            property.path().strip_prefix(&beginning).is_some_and(|rest| rest.starts_with('/'))
+        };
+        if names.is_empty() || self.composer.board().properties().iter().any(below) {
+            return Ok(());
+        }
+        let unknown = self.composer.board().find(&beginning).err();
+        unknown.map_or(Ok(()), |error| Err(refusal(Message::from(&error), KNOWN)))
+    }
+
+    /// The path here of a URL, which leads to something.
+    fn path(&self, url: &Url) -> Result<String, Refusal> {
+        let unknown = |error: BoardError| refusal(Message::from(&error), KNOWN);
+        let path = url.path_in("");
+        if url.agent() == Some(TEAM) {
+            let path = place(TEAM, &path);
+            return self.composer.board().find(&path).map(|_| path).map_err(unknown);
+        }
+        self.composer.board().resolve(url).map(|_| path).map_err(unknown)
+    }
+
+    pub(crate) fn read(&self, url: &str) -> Done {
+        parse(url)?;
+        if let Some((agent, path)) = self.elsewhere(url) {
+            return self.remote_read(agent, path);
+        }
+        let read = self.composer.board().read(&self.value_path(url)?);
+        result(read.map_err(|error| refusal(Message::from(&error), KNOWN))?.map(reading))
+    }
+
+    /// The path here of a URL, which leads to something.
+    pub(crate) fn path_of(&self, url: &str) -> Result<String, Refusal> {
+        self.path(&parse(url)?)
+    }
+
+    /// The path here of a URL, which leads to what has values.
+    pub(crate) fn value_path(&self, url: &str) -> Result<String, Refusal> {
+        let path = self.path_of(url)?;
+        if let Some((property, _)) = self.composer.board().get(&path)
+            && property.access() == Access::Messages
+        {
+            let message =
+                Mistake::Messages.of(format!("/{} takes messages, and has no value", property.path()));
+            return Err(refusal(message, KNOWN));
+        }
+        Ok(path)
+    }
+
+    pub(crate) fn history(&self, url: &str) -> Done {
+        let kept = self.composer.board().history(&self.path(&parse(url)?)?);
+        let kept = kept.map_err(|error| refusal(Message::from(&error), KNOWN))?;
+        result(kept.into_iter().map(reading).collect::<Vec<_>>())
+    }
+}
+
+fn parse(url: &str) -> Result<Url, Refusal> {
+    Url::parse(url).map_err(|error| refusal(Mistake::Value.of(error.to_string()), "such as /module/property"))
+}
+
+/// The path on the board.
+fn place(agent: &str, path: &str) -> String {
+    RemotePath { agent: agent.into(), path: path.into() }.place()
+}
+
+pub(super) fn reading((value, stamp): (interface::Value, Stamp)) -> Reading {
+    let value = serde_json::to_value(value).unwrap_or_default();
+    Reading { value, sequence: stamp.sequence, time: stamp.time }
+}

@@ -1,0 +1,186 @@
+//! What is sent back.
+
+use std::convert::Infallible;
+use std::fs::File;
+use std::io::Read;
+use std::pin::Pin;
+use std::task::{Context as Task, Poll};
+
+use hyper::body::{Body as HttpBody, Bytes, Frame, SizeHint};
+use hyper::header::{HeaderName, HeaderValue};
+use hyper::{Response, StatusCode};
+use serde_json::{Value as Json, json};
+use tokio::sync::mpsc;
+
+use crate::problem::Problem;
+use crate::stream::Follow;
+
+/// What comes of a request.
+pub enum Answer {
+    /// JSON, with what its version is called.
+    Json(StatusCode, Json, Option<String>),
+    /// Anything, of a kind.
+    Bytes(&'static str, Vec<u8>),
+    /// So many bytes of a file.
+    File(File, u64),
+    /// What goes on until somebody goes.
+    Follow(Follow),
+    /// Nothing to tell.
+    Nothing,
+}
+
+impl Answer {
+    /// JSON with status 200.
+    pub fn json(value: Json) -> Self {
+        Self::Json(StatusCode::OK, value, None)
+    }
+
+    /// Plain text.
+    pub fn text(text: String) -> Self {
+        Self::Bytes("text/plain; charset=utf-8", text.into_bytes())
+    }
+}
+
+/// The body of an answer.
+#[derive(Debug)]
+pub enum Body {
+    /// All of it; nothing when it is empty or was sent.
+    Whole(Option<Bytes>),
+    /// Pieces as they come.
+    Stream(mpsc::Receiver<Bytes>),
+}
+
+impl Body {
+    /// All of it at once.
+    pub fn of(bytes: impl Into<Bytes>) -> Self {
+        Self::Whole(Some(bytes.into()).filter(|bytes: &Bytes| !bytes.is_empty()))
+    }
+}
+
+impl HttpBody for Body {
+    type Data = Bytes;
+    type Error = Infallible;
+
+    fn poll_frame(
+        self: Pin<&mut Self>,
+        task: &mut Task<'_>,
+    ) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
+        match self.get_mut() {
+            Self::Whole(bytes) => Poll::Ready(bytes.take().map(|bytes| Ok(Frame::data(bytes)))),
+            Self::Stream(receiver) => {
+                receiver.poll_recv(task).map(|bytes| bytes.map(|bytes| Ok(Frame::data(bytes))))
+            }
+        }
+    }
+
+    fn is_end_stream(&self) -> bool {
+        matches!(self, Self::Whole(None))
+    }
+
+    fn size_hint(&self) -> SizeHint {
+        match self {
+            Self::Whole(bytes) => SizeHint::with_exact(bytes.as_ref().map_or(0, |bytes| bytes.len() as u64)),
+            Self::Stream(_) => SizeHint::default(),
+        }
+    }
+}
+
+/// What every answer says to browsers: nothing of other origins, in no frame, from no cache.
+const HEADERS: [(&str, &str); 7] = [
+    (
+        "content-security-policy",
+        "default-src 'self'; img-src 'self' data: blob:; object-src 'none'; base-uri 'none'; form-action 'none'; \
+         frame-ancestors 'none'",
+    ),
+    ("x-content-type-options", "nosniff"),
+    ("referrer-policy", "no-referrer"),
+    ("cross-origin-opener-policy", "same-origin"),
+    ("cross-origin-resource-policy", "same-origin"),
+    ("cache-control", "no-store"),
+    ("x-frame-options", "DENY"),
+];
+
+/// An answer with the headers that all have.
+pub fn response(status: StatusCode, kind: &str, body: Body) -> Response<Body> {
+    let mut response = Response::new(body);
+    *response.status_mut() = status;
+    let headers = response.headers_mut();
+    for (name, value) in HEADERS {
+        headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
+    }
+    if let Ok(kind) = HeaderValue::from_str(kind) {
+        headers.insert(hyper::header::CONTENT_TYPE, kind);
+    }
+    response
+}
+
+/// An answer of JSON.
+pub fn json_response(status: StatusCode, value: &Json) -> Response<Body> {
+    response(status, "application/json", Body::of(value.to_string()))
+}
+
+impl Problem {
+    /// The answer that tells it.
+    pub fn response(&self) -> Response<Body> {
+        let body = Body::of(self.json().to_string());
+        let mut response = response(self.status, "application/problem+json", body);
+        for (name, value) in &self.headers {
+            if let Ok(value) = HeaderValue::from_str(value) {
+                response.headers_mut().insert(HeaderName::from_static(name), value);
+            }
+        }
+        response
+    }
+}
+
+/// What is no text and nothing that a browser shows.
+pub const BYTES: &str = "application/octet-stream";
+
+/// As much of a file as is sent at once, bytes.
+const PIECE: u64 = 256 << 10;
+
+/// Sends a file, piece by piece.
+async fn send(mut file: File, mut left: u64, sender: mpsc::Sender<Bytes>) {
+    while left > 0 {
+        let length = left.min(PIECE);
+        let read = tokio::task::spawn_blocking(move || {
+            let mut piece = vec![0; length as usize];
+            file.read_exact(&mut piece).map(|()| (file, piece))
+        });
+        // What can't be read is missing in the answer, which says how long it is.
+        let Ok(Ok((back, piece))) = read.await else { return };
+        file = back;
+        left -= length;
+        if sender.send(piece.into()).await.is_err() {
+            return;
+        }
+    }
+}
+
+/// An answer that is whole.
+pub fn whole(answer: Answer) -> Response<Body> {
+    match answer {
+        Answer::Json(status, value, version) => {
+            let mut response = json_response(status, &value);
+            if let Some(version) = version.and_then(|version| HeaderValue::from_str(&version).ok()) {
+                response.headers_mut().insert(hyper::header::ETAG, version);
+            }
+            response
+        }
+        Answer::Bytes(kind, bytes) => response(StatusCode::OK, kind, Body::of(bytes)),
+        Answer::File(file, length) => {
+            // One piece that waits, and one on its way: who reads slowly is read for slowly.
+            let (sender, receiver) = mpsc::channel(1);
+            tokio::spawn(send(file, length, sender));
+            let mut response = response(StatusCode::OK, BYTES, Body::Stream(receiver));
+            // Whoever gets fewer knows that something is missing.
+            response.headers_mut().insert(hyper::header::CONTENT_LENGTH, length.into());
+            response
+        }
+        Answer::Nothing => json_response(StatusCode::OK, &json!({})),
+        Answer::Follow(follow) => {
+            let (kind, receiver) = follow.begin();
+            response(StatusCode::OK, kind, Body::Stream(receiver))
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! The operations as a client carries them out.
+
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+use slate_runtime::configuration::SaveTo;
+use slate_runtime::playback::{Order, PlaybackStatus};
+use slate_runtime::recording::{RecordingEntry, RecordingStatus, SavedFlight};
+
+use super::{Client, ClientError, coded};
+use crate::agent::{PeerList, RecordingWish};
+use crate::entries::{
+    Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugins, Measured, ModuleEntry, News,
+    PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SetProperty,
+    SettingEntry, SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, Watched,
+};
+
+/// A result of a call.
+type Done<T> = Result<T, ClientError>;
+
+fn millis(time: Duration) -> u64 {
+    u64::try_from(time.as_millis()).unwrap_or(u64::MAX)
+}
+
+fn file_part(file: &Path) -> String {
+    coded(&file.to_string_lossy())
+}
+
+fn dry(dry_run: bool) -> &'static str {
+    if dry_run { "?dry_run=true" } else { "" }
+}
+
+/// The agent and the path of a URL, as paths of the API have them.
+fn place(own: &str, url: &str) -> String {
+    let (agent, path) = match url.strip_prefix("slate://") {
+        Some(rest) => rest.split_once('/').unwrap_or((rest, "")),
+        None => (own, url.trim_start_matches('/')),
+    };
+    format!("{}/{}", coded(agent), coded(path))
+}
+
+/// Their errors are those of [`call`](Client::call).
+#[allow(clippy::missing_errors_doc, reason = "said above for all of them")]
+impl Client {
+    /// The plugins.
+    pub fn plugins(&mut self) -> Done<Vec<PluginEntry>> {
+        self.call("GET", "/plugins", None)
+    }
+
+    /// Loads a plugin of the configuration.
+    pub fn load(&mut self, name: &str) -> Done<LoadedPlugins> {
+        self.call("PUT", &format!("/plugins/{}", coded(name)), None)
+    }
+
+    /// Loads a library, by its absolute path.
+    pub fn load_library(&mut self, file: &Path) -> Done<LoadedPlugins> {
+        self.call("POST", "/plugins", Some(&json!({ "file": file })))
+    }
+
+    /// Unloads a plugin, or those of a list.
+    pub fn unload(&mut self, name: &str) -> Done<Vec<UnloadedPlugin>> {
+        self.call("DELETE", &format!("/plugins/{}", coded(name)), None)
+    }
+
+    /// Exchanges the code of a plugin, by the library that it came from or that at an absolute path.
+    pub fn reload(&mut self, name: &str, file: Option<&Path>) -> Done<Reloaded> {
+        let body = file.map(|file| json!({ "file": file }));
+        self.call("POST", &format!("/plugins/{}/reload", coded(name)), body.as_ref())
+    }
+
+    /// Runs the code of the library at an absolute path beside that of a plugin; the modules, each with the path of the
+    /// property that compares them.
+    pub fn shadow(&mut self, name: &str, file: &Path) -> Done<Vec<(String, String)>> {
+        self.call("PUT", &format!("/plugins/{}/shadow", coded(name)), Some(&json!({ "file": file })))
+    }
+
+    /// Ends the new code beside a plugin.
+    pub fn end_shadow(&mut self, name: &str) -> Done<()> {
+        self.call::<Json>("DELETE", &format!("/plugins/{}/shadow", coded(name)), None).map(drop)
+    }
+
+    /// Lets the new code beside a plugin take over.
+    pub fn promote(&mut self, name: &str) -> Done<Reloaded> {
+        self.call("POST", &format!("/plugins/{}/promote", coded(name)), None)
+    }
+
+    /// Begins to record a trace into a file at an absolute path. It exists after [`end_trace`](Client::end_trace).
+    pub fn record_trace(&mut self, file: &Path) -> Done<()> {
+        self.call::<Json>("POST", "/trace", Some(&json!({ "file": file }))).map(drop)
+    }
+
+    /// What this client has recorded so far.
+    pub fn trace_progress(&mut self) -> Done<TraceEntry> {
+        self.call("GET", "/trace", None)
+    }
+
+    /// Ends the trace.
+    pub fn end_trace(&mut self) -> Done<TraceEntry> {
+        self.call("DELETE", "/trace", None)
+    }
+
+    /// Sends a message, or only finds out whether it would be taken; what becomes of it.
+    pub fn send(&mut self, url: &str, value: Json, dry_run: bool) -> Done<String> {
+        #[derive(Deserialize)]
+        struct Sent {
+            status: String,
+        }
+        let path = format!("/slate/{}{}", place(&self.name, url), dry(dry_run));
+        self.call("POST", &path, Some(&value)).map(|sent: Sent| sent.status)
+    }
+
+    /// Stops all actuators until `reset` and `arm`.
+    pub fn stop(&mut self, reason: &str) -> Done<()> {
+        // In the head of the request, so that nothing more has to come.
+        self.call::<Json>("POST", &format!("/stop?reason={}", coded(reason)), None).map(drop)
+    }
+
+    /// Controls the playback of a recording, and says how it stands then.
+    pub fn replay(&mut self, order: Order) -> Done<PlaybackStatus> {
+        let (method, what, body) = match order {
+            Order::Status => ("GET", "", None),
+            Order::Pause => ("POST", "/pause", None),
+            Order::Resume => ("POST", "/resume", None),
+            Order::Step(cycles) => ("POST", "/step", Some(json!({ "cycles": cycles }))),
+            Order::Seek(time) => ("POST", "/seek", Some(json!({ "time": time }))),
+            Order::Rate(factor) => ("POST", "/rate", Some(json!({ "factor": factor }))),
+            Order::Loop(section) => ("POST", "/loop", Some(json!({ "section": section }))),
+        };
+        let status: Option<PlaybackStatus> =
+            self.call(method, &format!("/playback{what}"), body.as_ref())?;
+        status.ok_or_else(|| ClientError::Refused(crate::agent::no_playback()))
+    }
+
+    /// Takes the controls of an actuator, until this is dropped or gives them back.
+    pub fn take_controls(&mut self, actuator: &str, who: &str) -> Done<ControlsEntry> {
+        #[derive(Deserialize)]
+        struct Lease {
+            lease: String,
+            actuator: String,
+            hold_ms: u64,
+            interface: Interface,
+        }
+        #[derive(Deserialize)]
+        struct Interface {
+            title: String,
+        }
+        if self.lease.is_some() {
+            self.leave_controls()?;
+        }
+        let body = json!({ "actuator": actuator, "who": who, "bound": true });
+        let lease: Lease = self.call("POST", "/leases", Some(&body))?;
+        self.lease = Some(lease.lease);
+        Ok(ControlsEntry {
+            actuator: lease.actuator,
+            interface: lease.interface.title,
+            hold: lease.hold_ms,
+        })
+    }
+
+    /// Commands what it has the controls of, for a short while; the state of the gate.
+    pub fn command(&mut self, command: Json) -> Done<Json> {
+        self.drive(&json!({ "command": command }))
+    }
+
+    /// Lets go at once, and keeps the controls; the state of the gate.
+    pub fn release(&mut self) -> Done<Json> {
+        self.drive(&json!({ "release": true }))
+    }
+
+    fn drive(&mut self, body: &Json) -> Done<Json> {
+        #[derive(Deserialize)]
+        struct Driven {
+            gate: Json,
+        }
+        let lease = coded(self.lease.as_deref().unwrap_or("none"));
+        self.call("PUT", &format!("/leases/{lease}"), Some(body)).map(|driven: Driven| driven.gate)
+    }
+
+    /// Gives the controls back.
+    pub fn leave_controls(&mut self) -> Done<()> {
+        let Some(lease) = self.lease.take() else { return Ok(()) };
+        match self.call::<Json>("DELETE", &format!("/leases/{}", coded(&lease)), None) {
+            // It has ended by itself.
+            Ok(_) | Err(ClientError::Refused(_)) => Ok(()),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The actuators, and who has the controls of each.
+    pub fn controls(&mut self) -> Done<Vec<HolderEntry>> {
+        self.call("GET", "/leases", None)
+    }
+
+    /// Ends a stop of the actuators; false when none was stopped.
+    pub fn reset(&mut self) -> Done<bool> {
+        #[derive(Deserialize)]
+        struct Reset {
+            was_stopped: bool,
+        }
+        self.call("POST", "/reset", None).map(|reset: Reset| reset.was_stopped)
+    }
+
+    /// Lets commands through to the actuators, or to one.
+    pub fn arm(&mut self, actuator: Option<&str>) -> Done<()> {
+        self.call::<Json>("POST", "/arm", Some(&json!({ "actuator": actuator }))).map(drop)
+    }
+
+    /// The modules.
+    pub fn modules(&mut self) -> Done<Vec<ModuleEntry>> {
+        self.call("GET", "/modules", None)
+    }
+
+    /// Switches a module on or off.
+    pub fn enable(&mut self, name: &str, on: bool) -> Done<Switched> {
+        self.call("PUT", &format!("/modules/{}", coded(name)), Some(&json!({ "enabled": on })))
+    }
+
+    /// The links.
+    pub fn links(&mut self) -> Done<Vec<LinkEntry>> {
+        self.call("GET", "/links", None)
+    }
+
+    /// The other agents that are known.
+    pub fn peers(&mut self) -> Done<PeerList> {
+        self.call("GET", "/peers", None)
+    }
+
+    /// Links an input, or only finds out whether that can be done; options are keys and values of the link's table.
+    pub fn link(
+        &mut self,
+        to: &str,
+        from: &str,
+        options: &[(String, String)],
+        dry_run: bool,
+    ) -> Done<Vec<Changed>> {
+        let path = format!("/links/{}{}", coded(to), dry(dry_run));
+        self.call("PUT", &path, Some(&json!({ "from": from, "options": options })))
+    }
+
+    /// Removes the link of an input, or only finds out whether that can be done.
+    pub fn unlink(&mut self, to: &str, dry_run: bool) -> Done<Vec<Changed>> {
+        self.call("DELETE", &format!("/links/{}{}", coded(to), dry(dry_run)), None)
+    }
+
+    /// The settings at a path and below it; an empty path is everything.
+    pub fn settings(&mut self, path: &str) -> Done<Vec<SettingEntry>> {
+        self.call("GET", &format!("/settings?path={}", coded(path)), None)
+    }
+
+    /// Makes changes, all or none; each a path and a value as `--set` takes them.
+    pub fn set(&mut self, changes: &[(String, String)]) -> Done<Vec<Changed>> {
+        self.call("PATCH", "/settings", Some(&json!(changes)))
+    }
+
+    /// Takes back what was changed at run time and not saved, at a path and below it; an empty path is all of it.
+    pub fn revert(&mut self, path: &str) -> Done<Vec<Changed>> {
+        self.call("DELETE", &format!("/settings?path={}", coded(path)), None)
+    }
+
+    /// The settings that differ from those of the files.
+    pub fn differences(&mut self) -> Done<Vec<Different>> {
+        self.call("GET", "/settings/differences", None)
+    }
+
+    /// What is wrong with files that were edited and are refused.
+    pub fn refused_edit(&mut self) -> Done<Option<Refusal>> {
+        self.call("GET", "/settings/refused", None)
+    }
+
+    /// Writes what was changed at run time into the files.
+    pub fn save(&mut self, to: SaveTo) -> Done<Saved> {
+        self.call("POST", "/settings/save", Some(&json!({ "to": to })))
+    }
+
+    /// The properties that a pattern such as `/**/timing` matches; all without one.
+    pub fn properties(&mut self, pattern: Option<&str>) -> Done<Vec<PropertyEntry>> {
+        let query = pattern.map_or_else(String::new, |pattern| format!("?pattern={}", coded(pattern)));
+        self.call("GET", &format!("/properties{query}"), None)
+    }
+
+    /// Takes a snapshot, into a file at an absolute path.
+    pub fn save_snapshot(&mut self, file: &Path) -> Done<SnapshotEntry> {
+        self.call("POST", &format!("/snapshots/{}", file_part(file)), None)
+    }
+
+    /// Lets the agent go on from the snapshot at an absolute path.
+    pub fn load_snapshot(&mut self, file: &Path) -> Done<SnapshotEntry> {
+        self.call("POST", &format!("/snapshots/{}/load", file_part(file)), None)
+    }
+
+    /// Writes the newest values of another agent's properties, such as `slate://robot/**`, into a file at an absolute path.
+    pub fn save_remote(&mut self, url: &str, file: &Path) -> Done<RemoteSnapshotEntry> {
+        let path = format!("/snapshots/{}/values", file_part(file));
+        self.call("POST", &path, Some(&json!({ "url": url })))
+    }
+
+    /// Begins to record into a file at an absolute path, which does not exist yet: properties such as `/r2/**`, all without
+    /// any, at most so many values a second of each, or only those that change.
+    pub fn start_recording(
+        &mut self,
+        file: &Path,
+        (select, exclude): (&[String], &[String]),
+        rate: Option<f64>,
+        on_change: bool,
+    ) -> Done<()> {
+        let wish = RecordingWish { select: select.to_vec(), exclude: exclude.to_vec(), rate, on_change };
+        self.call::<Json>("POST", &format!("/recordings/{}", file_part(file)), Some(&json!(wish))).map(drop)
+    }
+
+    /// Ends the recording into the file at an absolute path, or the only one.
+    pub fn stop_recording(&mut self, file: Option<&Path>) -> Done<RecordingEntry> {
+        match file {
+            Some(file) => self.call("POST", &format!("/recordings/{}/stop", file_part(file)), None),
+            None => self.call("DELETE", "/recordings", None),
+        }
+    }
+
+    /// What is recorded.
+    pub fn recordings(&mut self) -> Done<RecordingStatus> {
+        #[derive(Deserialize)]
+        struct Recordings {
+            can_record: bool,
+            #[serde(flatten)]
+            status: RecordingStatus,
+        }
+        let recordings: Recordings = self.call("GET", "/recordings", None)?;
+        match recordings.can_record {
+            true => Ok(recordings.status),
+            false => Err(ClientError::Refused(crate::agent::no_recorder())),
+        }
+    }
+
+    /// Saves the last seconds into a file at an absolute path, which does not exist yet.
+    pub fn save_flight(&mut self, file: &Path) -> Done<SavedFlight> {
+        self.call("POST", &format!("/recordings/{}/snapshot", file_part(file)), None)
+    }
+
+    /// The newest value of a property or a field; nothing before the first write.
+    pub fn read(&mut self, url: &str) -> Done<Option<Reading>> {
+        let reading: Reading = self.call("GET", &format!("/slate/{}", place(&self.name, url)), None)?;
+        Ok(Some(reading).filter(|reading| reading.sequence > 0))
+    }
+
+    /// The values that came since they were looked at last; the first one is waited for, 50 s at most.
+    pub fn watch(&mut self, of: &[Watched], within: Duration) -> Done<Vec<News>> {
+        self.call("POST", "/watch", Some(&json!({ "of": of, "within": millis(within) })))
+    }
+
+    /// How often values of properties come in that time, 50 s at most.
+    pub fn measure(&mut self, urls: &[String], time: Duration) -> Done<Vec<Measured>> {
+        self.call("POST", "/measure", Some(&json!({ "urls": urls, "time": millis(time) })))
+    }
+
+    /// Sets a parameter, an input without a link, or a field of one, or whether a module is on.
+    pub fn set_property(&mut self, url: &str, value: Json) -> Done<SetProperty> {
+        self.call("PUT", "/value", Some(&json!({ "url": url, "value": value })))
+    }
+
+    /// All values that a property keeps, or a field of them, the oldest first: of a queue the last ones.
+    pub fn history(&mut self, url: &str) -> Done<Vec<Reading>> {
+        #[derive(Deserialize)]
+        struct Kept {
+            values: Vec<Reading>,
+        }
+        let path = format!("/queues/{}?limit=100000", place(&self.name, url));
+        self.call("GET", &path, None).map(|kept: Kept| kept.values)
+    }
+}

@@ -1,0 +1,290 @@
+//! One connection of HTTP/1.1, asked from a thread that waits.
+
+use std::error::Error as _;
+use std::io::{Error, ErrorKind, Result};
+use std::pin::Pin;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+use std::task::{Context, Poll};
+use std::time::Duration;
+
+use http_body_util::{BodyExt, Full};
+use hyper::body::{Bytes, Incoming};
+use hyper::client::conn::http1::{self, SendRequest};
+use hyper::header::{ACCEPT, AUTHORIZATION, CONTENT_TYPE, HOST, HeaderValue};
+use hyper_util::rt::TokioIo;
+use serde_json::Value as Json;
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::net::{TcpStream, UnixStream};
+use tokio::runtime::Runtime;
+
+use super::{Access, Request, Trouble};
+use crate::server::CALLER;
+
+/// How long one of the addresses of a name may take.
+const CONNECT: Duration = Duration::from_secs(5);
+
+/// The longest answer to a call, bytes: a client trusts its agent more than the agent its clients.
+const LONGEST: usize = 1 << 28;
+
+/// The first byte of a TLS alert.
+const ALERT: u8 = 0x15;
+
+/// A connection and the thread's own runtime, which runs while an answer is waited for.
+pub(super) struct Link {
+    runtime: Runtime,
+    sender: SendRequest<Full<Bytes>>,
+    host: String,
+    authorization: Option<HeaderValue>,
+    caller: Option<HeaderValue>,
+    first: Arc<AtomicU8>,
+}
+
+impl std::fmt::Debug for Link {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Link").field("host", &self.host).finish_non_exhaustive()
+    }
+}
+
+/// Why there is no answer.
+#[derive(Debug)]
+pub(super) enum Broken {
+    /// It is no HTTP.
+    Nonsense(String),
+    /// It did not come in time.
+    Late,
+    /// The connection was closed before the request was sent.
+    Unsent,
+    /// The connection is lost.
+    Lost(Error),
+}
+
+impl Link {
+    /// Over the socket of an agent.
+    pub fn unix(stream: std::os::unix::net::UnixStream) -> Result<Self> {
+        stream.set_nonblocking(true)?;
+        let runtime = runtime()?;
+        let first = Arc::new(AtomicU8::new(0));
+        let noted = Arc::clone(&first);
+        let sender = runtime.block_on(async {
+            let stream = Noted { stream: UnixStream::from_std(stream)?, first: noted };
+            begin(stream).await.map_err(Error::other)
+        })?;
+        Ok(Self { runtime, sender, host: "localhost".into(), authorization: None, caller: None, first })
+    }
+
+    /// Over TCP, with TLS or to this computer.
+    pub fn tcp(access: &Access) -> std::result::Result<Self, Trouble> {
+        let address = &access.address;
+        let unreached = |error: &dyn std::fmt::Display| Trouble::Unreached {
+            address: address.to_string(),
+            reason: error.to_string(),
+        };
+        let found = address.resolve().map_err(|error| unreached(&error))?;
+        if !address.is_secure && !found.iter().all(|found| found.ip().is_loopback()) {
+            return Err(Trouble::Open { address: address.to_string() });
+        }
+        let bearer = HeaderValue::from_str(&format!("Bearer {}", access.token));
+        let mut bearer = bearer.map_err(|error| unreached(&error))?;
+        bearer.set_sensitive(true);
+        let runtime = runtime().map_err(|error| unreached(&error))?;
+        let first = Arc::new(AtomicU8::new(0));
+        let noted = Arc::clone(&first);
+        let sender = runtime.block_on(async {
+            let stream = connect(found).await.map_err(|error| unreached(&error))?;
+            // Commands are small, and wait for nothing.
+            stream.set_nodelay(true).map_err(|error| unreached(&error))?;
+            if !address.is_secure {
+                return begin(Noted { stream, first: noted }).await.map_err(|error| unreached(&error));
+            }
+            #[cfg(feature = "tls")]
+            {
+                let stream = super::secure::begin(stream, address, access.certificate.as_deref()).await?;
+                begin(Noted { stream, first: noted }).await.map_err(|error| unreached(&error))
+            }
+            #[cfg(not(feature = "tls"))]
+            Err(Trouble::WithoutTls { address: address.to_string() })
+        })?;
+        let host = address.authority();
+        Ok(Self { runtime, sender, host, authorization: Some(bearer), caller: None, first })
+    }
+
+    /// Says for whom it asks.
+    pub fn set_caller(&mut self, who: &str) {
+        self.caller = HeaderValue::from_str(who).ok();
+    }
+
+    /// Sends a request, and returns when the head of the answer is there.
+    pub fn ask(
+        &mut self,
+        request: &Request<'_>,
+        within: Duration,
+    ) -> std::result::Result<hyper::Response<Incoming>, Broken> {
+        let request = self.request(request)?;
+        let sender = &mut self.sender;
+        let answered = self.runtime.block_on(async {
+            let sent = async {
+                sender.ready().await?;
+                sender.send_request(request).await
+            };
+            tokio::time::timeout(within, sent).await
+        });
+        answered.map_err(|_| Broken::Late)?.map_err(|error| self.broken(&error))
+    }
+
+    /// As [`ask`](Link::ask), with all of the answer, as JSON.
+    pub fn whole(
+        &mut self,
+        request: &Request<'_>,
+        within: Duration,
+    ) -> std::result::Result<(u16, Json), Broken> {
+        let response = self.ask(request, within)?;
+        let status = response.status().as_u16();
+        let body = http_body_util::Limited::new(response.into_body(), LONGEST);
+        let collected = self.runtime.block_on(async { tokio::time::timeout(within, body.collect()).await });
+        let collected = collected.map_err(|_| Broken::Late)?;
+        let bytes = collected
+            .map_err(|error| match error.downcast::<hyper::Error>() {
+                Ok(error) => self.broken(&error),
+                Err(error) => Broken::Nonsense(error.to_string()),
+            })?
+            .to_bytes();
+        if bytes.is_empty() {
+            return Ok((status, Json::Null));
+        }
+        let value = serde_json::from_slice(&bytes).map_err(|error| Broken::Nonsense(error.to_string()))?;
+        Ok((status, value))
+    }
+
+    /// The next piece of a body, which may come slowly.
+    pub fn next_piece(&mut self, body: &mut Incoming) -> Result<Option<Bytes>> {
+        loop {
+            match self.runtime.block_on(body.frame()) {
+                None => return Ok(None),
+                Some(Err(error)) => {
+                    return Err(match self.broken(&error) {
+                        Broken::Lost(error) => error,
+                        Broken::Nonsense(problem) => Error::new(ErrorKind::InvalidData, problem),
+                        Broken::Late => ErrorKind::TimedOut.into(),
+                        Broken::Unsent => closed(),
+                    });
+                }
+                Some(Ok(frame)) => {
+                    if let Ok(piece) = frame.into_data()
+                        && !piece.is_empty()
+                    {
+                        return Ok(Some(piece));
+                    }
+                }
+            }
+        }
+    }
+
+    fn request(&self, asked: &Request<'_>) -> std::result::Result<hyper::Request<Full<Bytes>>, Broken> {
+        let body = asked.body.unwrap_or_default().to_owned();
+        let mut request = hyper::Request::builder().method(asked.method).uri(asked.path).header(HOST, &self.host);
+        for (name, value) in [(AUTHORIZATION, &self.authorization)] {
+            if let Some(value) = value {
+                request = request.header(name, value);
+            }
+        }
+        if let Some(who) = &self.caller {
+            request = request.header(CALLER, who);
+        }
+        if let Some(accept) = asked.accept {
+            request = request.header(ACCEPT, accept);
+        }
+        if asked.body.is_some() {
+            request = request.header(CONTENT_TYPE, "application/json");
+        }
+        request.body(Full::new(Bytes::from(body))).map_err(|error| Broken::Nonsense(error.to_string()))
+    }
+
+    fn broken(&self, error: &hyper::Error) -> Broken {
+        if error.is_parse() {
+            return Broken::Nonsense(match self.first.load(Ordering::Relaxed) {
+                ALERT => "it speaks TLS".into(),
+                _ => format!("it does not answer in HTTP: {error}"),
+            });
+        }
+        if error.is_canceled() {
+            return Broken::Unsent;
+        }
+        let mut source = error.source();
+        while let Some(cause) = source {
+            if let Some(error) = cause.downcast_ref::<Error>() {
+                return Broken::Lost(Error::new(error.kind(), error.to_string()));
+            }
+            source = cause.source();
+        }
+        Broken::Lost(closed())
+    }
+}
+
+pub(super) fn closed() -> Error {
+    Error::new(ErrorKind::UnexpectedEof, "it has closed the connection")
+}
+
+fn runtime() -> Result<Runtime> {
+    tokio::runtime::Builder::new_current_thread().enable_all().build()
+}
+
+async fn connect(found: Vec<std::net::SocketAddr>) -> Result<TcpStream> {
+    let mut last = None;
+    for found in found {
+        match tokio::time::timeout(CONNECT, TcpStream::connect(found)).await {
+            Ok(Ok(stream)) => return Ok(stream),
+            Ok(Err(error)) => last = Some(error),
+            Err(_) => last = Some(Error::new(ErrorKind::TimedOut, "connection timed out")),
+        }
+    }
+    Err(last.unwrap_or_else(|| Error::other("there is no address")))
+}
+
+async fn begin<S>(stream: S) -> hyper::Result<SendRequest<Full<Bytes>>>
+where
+    S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
+{
+    let (sender, connection) = http1::handshake(TokioIo::new(stream)).await?;
+    // It runs while an answer is waited for.
+    tokio::spawn(async {
+        // Whoever waits for an answer is told what is wrong.
+        let _ = connection.await;
+    });
+    Ok(sender)
+}
+
+/// A stream that notes the first byte of the other side.
+struct Noted<S> {
+    stream: S,
+    first: Arc<AtomicU8>,
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Noted<S> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        task: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<Result<()>> {
+        let before = buffer.filled().len();
+        let read = Pin::new(&mut self.stream).poll_read(task, buffer);
+        if let (0, Some(byte)) = (self.first.load(Ordering::Relaxed), buffer.filled().get(before)) {
+            self.first.store(*byte, Ordering::Relaxed);
+        }
+        read
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for Noted<S> {
+    fn poll_write(mut self: Pin<&mut Self>, task: &mut Context<'_>, bytes: &[u8]) -> Poll<Result<usize>> {
+        Pin::new(&mut self.stream).poll_write(task, bytes)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<Result<()>> {
+        Pin::new(&mut self.stream).poll_flush(task)
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<Result<()>> {
+        Pin::new(&mut self.stream).poll_shutdown(task)
+    }
+}

@@ -1,0 +1,394 @@
+//! The client of an agent: over its Unix socket, or over TCP with TLS.
+
+mod address;
+mod calls;
+mod link;
+#[cfg(feature = "tls")]
+mod secure;
+mod trouble;
+
+use std::io::{ErrorKind, Read};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::time::Duration;
+
+use hyper::body::Bytes;
+use serde::de::DeserializeOwned;
+use serde_json::Value as Json;
+use slate_runtime::directory;
+
+use crate::entries::Refusal;
+use crate::operation::BASE;
+use crate::operations::API;
+pub use address::Address;
+use link::{Broken, Link, closed};
+pub use trouble::Trouble;
+
+/// How long an agent may take for its first answer.
+const GREETING: Duration = Duration::from_secs(5);
+
+/// How long it may take for an answer: a module may be slow to let itself be exchanged.
+const ANSWER: Duration = Duration::from_secs(60);
+
+/// An agent over TCP, and the secret that it is asked with.
+#[derive(Clone, Debug)]
+pub struct Access {
+    /// Where it is.
+    pub address: Address,
+    /// The address for a browser, which demands more of a certificate.
+    pub browser: String,
+    /// The secret of a role.
+    pub token: String,
+    /// The file of the certificates to trust, instead of those that the system trusts.
+    pub certificate: Option<PathBuf>,
+}
+
+/// What an agent is asked.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Request<'r> {
+    /// The method, such as `GET`.
+    pub method: &'r str,
+    /// The path and the query.
+    pub path: &'r str,
+    /// The wanted kind of answer.
+    pub accept: Option<&'r str>,
+    /// JSON.
+    pub body: Option<&'r str>,
+}
+
+/// What it answers.
+#[derive(Debug)]
+pub struct Response {
+    /// The status of HTTP.
+    pub status: u16,
+    /// The body, as it comes.
+    pub body: Body,
+}
+
+/// The body of an answer.
+pub struct Body {
+    link: Link,
+    incoming: hyper::body::Incoming,
+    piece: Bytes,
+}
+
+impl std::fmt::Debug for Body {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Body").finish_non_exhaustive()
+    }
+}
+
+impl Read for Body {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        if self.piece.is_empty() {
+            match self.link.next_piece(&mut self.incoming)? {
+                Some(piece) => self.piece = piece,
+                None => return Ok(0),
+            }
+        }
+        let length = self.piece.len().min(buffer.len());
+        buffer[..length].copy_from_slice(&self.piece.split_to(length));
+        Ok(length)
+    }
+}
+
+/// An agent does not do what it was asked over HTTP.
+#[derive(Debug, thiserror::Error)]
+#[error("{detail}")]
+pub struct Denied {
+    /// The status of HTTP.
+    pub status: u16,
+    /// What is wrong.
+    pub detail: String,
+    /// What to do about it.
+    pub help: String,
+    /// The code of its kind.
+    pub code: Option<String>,
+    /// File, line and caret of mistakes in a configuration.
+    pub report: Option<String>,
+}
+
+impl Denied {
+    fn read(status: u16, problem: &Json) -> Self {
+        let field = |name: &str| problem.get(name).and_then(Json::as_str).map(str::to_owned);
+        // Of a refusal that was asked for with status 200 the body has the status.
+        let status = problem
+            .get("status")
+            .and_then(Json::as_u64)
+            .and_then(|own| u16::try_from(own).ok())
+            .unwrap_or(status);
+        let detail = field("detail").unwrap_or_else(|| format!("the agent answers with status {status}"));
+        let help = match status {
+            401 => "let SLATE_TOKEN be the secret of this run: it stands behind `#token=` in the link that the agent \
+                    prints"
+                .into(),
+            _ => field("help").unwrap_or_default(),
+        };
+        Self { status, detail, help, code: field("code"), report: field("report") }
+    }
+
+    fn refusal(self) -> Refusal {
+        Refusal { message: self.detail, help: self.help, code: self.code, report: self.report }
+    }
+}
+
+/// Why an agent elsewhere was not asked, or does not do it.
+#[derive(Debug, thiserror::Error)]
+pub enum RequestError {
+    /// It is not reached.
+    #[error(transparent)]
+    Trouble(#[from] Trouble),
+    /// It does not do it.
+    #[error(transparent)]
+    Denied(#[from] Denied),
+}
+
+impl Access {
+    /// Asks, and returns when the head of the answer is there.
+    ///
+    /// # Errors
+    /// When the agent is not reached.
+    pub fn ask(&self, request: &Request<'_>) -> Result<Response, Trouble> {
+        let mut link = Link::tcp(self)?;
+        let response = link.ask(request, ANSWER).map_err(|broken| self.trouble(broken))?;
+        let status = response.status().as_u16();
+        Ok(Response { status, body: Body { link, incoming: response.into_body(), piece: Bytes::new() } })
+    }
+
+    /// As [`ask`](Access::ask), and returns all of the answer, which is JSON.
+    ///
+    /// # Errors
+    /// When the agent is not reached, or refuses.
+    pub fn value(&self, request: &Request<'_>) -> Result<Json, RequestError> {
+        let mut response = self.ask(request)?.well()?;
+        let mut text = String::new();
+        let address = self.address.to_string();
+        let lost = |error: std::io::Error| Trouble::Unreached { address, reason: error.to_string() };
+        response.body.read_to_string(&mut text).map_err(lost)?;
+        Ok(serde_json::from_str(&text).unwrap_or_default())
+    }
+
+    fn trouble(&self, broken: Broken) -> Trouble {
+        let address = self.address.to_string();
+        match broken {
+            Broken::Nonsense(reason) if !self.address.is_secure => Trouble::NoHttp { address, reason },
+            Broken::Nonsense(reason) => Trouble::Unreached { address, reason },
+            Broken::Late => Trouble::Unreached { address, reason: "no answer within 60 s".into() },
+            Broken::Lost(error) => Trouble::Unreached { address, reason: error.to_string() },
+            Broken::Unsent => Trouble::Unreached { address, reason: closed().to_string() },
+        }
+    }
+}
+
+impl Response {
+    /// The answer, unless the agent does not do it.
+    ///
+    /// # Errors
+    /// Why it does not.
+    pub fn well(mut self) -> Result<Self, Denied> {
+        if self.status < 400 {
+            return Ok(self);
+        }
+        let mut text = String::new();
+        // What came of it is better than nothing.
+        let _ = self.body.read_to_string(&mut text);
+        Err(Denied::read(self.status, &serde_json::from_str(&text).unwrap_or_default()))
+    }
+}
+
+/// Why an agent was not asked, or does not do it.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// There is no such agent.
+    #[error("no agent `{name}` runs here")]
+    NoAgent {
+        /// What was asked for.
+        name: String,
+        /// The agents that run.
+        running: Vec<String>,
+    },
+    /// The agent refuses.
+    #[error("{}", .0.message)]
+    Refused(Refusal),
+    /// It has another version of the operations.
+    #[error("agent `{name}` speaks version {found} of the protocol, this program version {API}")]
+    Version {
+        /// The agent.
+        name: String,
+        /// Its version.
+        found: u64,
+    },
+    /// Its answer makes no sense.
+    #[error("agent `{name}` sent what can't be understood: {problem}")]
+    Nonsense {
+        /// The agent.
+        name: String,
+        /// What is wrong with it.
+        problem: String,
+    },
+    /// The connection broke, or the agent does not answer.
+    #[error("agent `{name}` does not answer: {error}")]
+    Lost {
+        /// The agent.
+        name: String,
+        /// What happened.
+        error: std::io::Error,
+    },
+}
+
+/// A connection to an agent.
+#[derive(Debug)]
+pub struct Client {
+    name: String,
+    is_local: bool,
+    link: Link,
+    /// How it is reached again when an idle connection was closed.
+    access: Option<Access>,
+    /// The controls that it has.
+    lease: Option<String>,
+}
+
+impl Client {
+    /// Connects to the agent that is reached by that name.
+    ///
+    /// # Errors
+    /// When there is none, or it does not answer as it should.
+    pub fn connect(name: &str) -> Result<Self, ClientError> {
+        let mut client = Self::to_socket(name)?;
+        client.greet()?;
+        Ok(client)
+    }
+
+    /// Connects to an agent elsewhere.
+    ///
+    /// # Errors
+    /// When it is not reached, or the secret is of no role.
+    pub fn at(access: &Access) -> Result<Self, RequestError> {
+        let mut client = Self {
+            name: access.address.to_string(),
+            is_local: false,
+            link: Link::tcp(access)?,
+            access: Some(access.clone()),
+            lease: None,
+        };
+        let path = format!("{BASE}/agent");
+        let request = Request { method: "GET", path: &path, ..Request::default() };
+        let (status, agent) =
+            client.link.whole(&request, ANSWER).map_err(|broken| access.trouble(broken))?;
+        if status >= 400 {
+            return Err(Denied::read(status, &agent).into());
+        }
+        client.name = agent.get("name").and_then(Json::as_str).unwrap_or_default().to_owned();
+        Ok(client)
+    }
+
+    /// Stops all actuators of the agent that is reached by that name, until `reset` and `arm`. The request is sent before anything
+    /// is heard, so that an agent that hangs finds it when it goes on, also when nobody waits for it any more.
+    ///
+    /// # Errors
+    /// When there is no such agent, or it does not answer.
+    pub fn stop_at_once(name: &str, reason: &str) -> Result<(), ClientError> {
+        Self::to_socket(name)?.stop(reason)
+    }
+
+    fn to_socket(name: &str) -> Result<Self, ClientError> {
+        let lost = |error| ClientError::Lost { name: name.into(), error };
+        let connected = directory::socket(name).and_then(UnixStream::connect);
+        let stream = connected.map_err(|error| match error.kind() {
+            // Refused by a socket that nobody listens at.
+            ErrorKind::NotFound | ErrorKind::ConnectionRefused => {
+                ClientError::NoAgent { name: name.into(), running: directory::agents() }
+            }
+            _ => lost(error),
+        })?;
+        let link = Link::unix(stream).map_err(lost)?;
+        Ok(Self { name: name.into(), is_local: true, link, access: None, lease: None })
+    }
+
+    /// Finds out whether the agent is there and has the same operations.
+    fn greet(&mut self) -> Result<(), ClientError> {
+        let agent: Json = self.ask("GET", "/agent", None, GREETING)?;
+        match agent.get("api").and_then(Json::as_u64).unwrap_or_default() {
+            API => Ok(()),
+            found => Err(ClientError::Version { name: self.name.clone(), found }),
+        }
+    }
+
+    /// The name under which the agent is reached, or that it has said.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether it is reached by a socket of this computer.
+    pub fn is_local(&self) -> bool {
+        self.is_local
+    }
+
+    /// Says for whom it asks, such as a language model; the log of the agent then has each of its operations.
+    pub fn on_behalf_of(&mut self, who: &str) {
+        self.link.set_caller(who);
+    }
+
+    /// Carries out an operation: `path` stands behind `/api/v1`.
+    ///
+    /// # Errors
+    /// When the agent refuses, or the connection is lost.
+    pub fn call<T: DeserializeOwned>(
+        &mut self,
+        method: &str,
+        path: &str,
+        body: Option<&Json>,
+    ) -> Result<T, ClientError> {
+        self.ask(method, path, body, ANSWER)
+    }
+
+    fn ask<T: DeserializeOwned>(
+        &mut self,
+        method: &str,
+        path: &str,
+        body: Option<&Json>,
+        within: Duration,
+    ) -> Result<T, ClientError> {
+        let (path, body) = (format!("{BASE}{path}"), body.map(ToString::to_string));
+        let request = Request { method, path: &path, body: body.as_deref(), ..Request::default() };
+        let mut asked = self.link.whole(&request, within);
+        if let (Err(Broken::Unsent), Some(access)) = (&asked, &self.access) {
+            // An agent closes a connection that is idle for long.
+            self.link = Link::tcp(access)
+                .map_err(|trouble| self.broken(Broken::Lost(std::io::Error::other(trouble.to_string())), within))?;
+            asked = self.link.whole(&request, within);
+        }
+        let (status, answer) = asked.map_err(|broken| self.broken(broken, within))?;
+        if status >= 400 {
+            return Err(ClientError::Refused(Denied::read(status, &answer).refusal()));
+        }
+        serde_json::from_value(answer).map_err(|error| self.nonsense(error.to_string()))
+    }
+
+    fn broken(&self, broken: Broken, within: Duration) -> ClientError {
+        let lost = |error| ClientError::Lost { name: self.name.clone(), error };
+        match broken {
+            Broken::Nonsense(problem) => self.nonsense(problem),
+            Broken::Lost(error) => lost(error),
+            Broken::Unsent => lost(closed()),
+            Broken::Late => {
+                let said =
+                    format!("no answer within {} s; it may go on with what it was asked", within.as_secs());
+                lost(std::io::Error::new(ErrorKind::TimedOut, said))
+            }
+        }
+    }
+
+    fn nonsense(&self, problem: String) -> ClientError {
+        ClientError::Nonsense { name: self.name.clone(), problem }
+    }
+}
+
+/// A part of a path, with all that separates parts coded.
+pub fn coded(text: &str) -> String {
+    let coded = |byte: u8| match byte {
+        byte if byte.is_ascii_alphanumeric() || b"-_.~".contains(&byte) => char::from(byte).to_string(),
+        byte => format!("%{byte:02X}"),
+    };
+    text.bytes().map(coded).collect()
+}

@@ -1,0 +1,280 @@
+//! Connections: how many there are, and when one is let go.
+
+use std::collections::BTreeMap;
+use std::io::{Error, ErrorKind, Result};
+use std::pin::Pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::{Context, Poll, ready};
+use std::time::Duration;
+
+use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
+use tokio::sync::Notify;
+use tokio::time::{Instant, Sleep};
+
+use crate::agent::ToolTrace;
+
+/// How often the end of the traces is looked for.
+const HEAR: Duration = Duration::from_millis(5);
+
+/// How many connections there may be; for one more, the one that has been idle for the longest goes.
+const MOST: usize = 64;
+
+/// How many of them may be WebSockets.
+pub const MOST_SOCKETS: usize = 24;
+
+/// How long somebody may read nothing of what waits for him. It is dropped then, with what waits.
+pub const PATIENCE: Duration = Duration::from_secs(5);
+
+/// The connections of a server.
+#[derive(Default)]
+pub struct Guests {
+    present: Mutex<(u64, BTreeMap<u64, Guest>)>,
+    /// Whether the agent ends.
+    ends: AtomicBool,
+}
+
+impl std::fmt::Debug for Guests {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Guests").field("count", &self.present().1.len()).finish_non_exhaustive()
+    }
+}
+
+struct Guest {
+    /// Counts what all of them did, at what this one did last.
+    last: u64,
+    /// Requests that are being answered.
+    busy: usize,
+    is_socket: bool,
+    leave: Arc<Notify>,
+    belongings: Arc<Mutex<Belongings>>,
+}
+
+impl Guest {
+    /// Whether it may be let go for its silence.
+    fn is_idle(&self) -> bool {
+        let keeps = || self.belongings.lock().unwrap_or_else(PoisonError::into_inner).keep();
+        self.busy == 0 && !self.is_socket && !keeps()
+    }
+}
+
+/// What ends with a connection.
+#[derive(Default)]
+struct Belongings {
+    trace: ToolTrace,
+    leases: Vec<String>,
+}
+
+impl Belongings {
+    fn keep(&self) -> bool {
+        self.trace.is_under_way() || !self.leases.is_empty()
+    }
+}
+
+/// A connection that is counted as long as this lives.
+pub struct Place {
+    guests: Arc<Guests>,
+    number: u64,
+    /// Notified when it is to go.
+    pub leave: Arc<Notify>,
+    belongings: Arc<Mutex<Belongings>>,
+}
+
+impl std::fmt::Debug for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Place").field("number", &self.number).finish_non_exhaustive()
+    }
+}
+
+impl Guests {
+    fn present(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, Guest>)> {
+        self.present.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Counts one more; nothing when all places are taken by who is at work.
+    pub fn admit(self: &Arc<Self>) -> Option<Place> {
+        let mut present = self.present();
+        if present.1.len() >= MOST && !dismiss(&mut present.1) {
+            return None;
+        }
+        present.0 += 1;
+        let number = present.0;
+        let (leave, belongings) = (Arc::new(Notify::new()), Arc::default());
+        let guest = Guest {
+            last: number,
+            busy: 0,
+            is_socket: false,
+            leave: Arc::clone(&leave),
+            belongings: Arc::clone(&belongings),
+        };
+        present.1.insert(number, guest);
+        Some(Place { guests: Arc::clone(self), number, leave, belongings })
+    }
+
+    /// Lets the connection go that was idle for the longest; false when none is idle.
+    pub fn dismiss(&self) -> bool {
+        dismiss(&mut self.present().1)
+    }
+
+    /// Ends the traces of all connections, as the agent ends: first those of callers that ask how theirs goes within `hearing`,
+    /// so that they are told.
+    pub(crate) fn end_traces(&self, hearing: Duration) {
+        self.ends.store(true, Ordering::Release);
+        let under_way = || -> Vec<Arc<Mutex<Belongings>>> {
+            let present = self.present();
+            let all = present.1.values().map(|guest| Arc::clone(&guest.belongings));
+            all.filter(|own| own.lock().unwrap_or_else(PoisonError::into_inner).trace.is_under_way()).collect()
+        };
+        let mut waited = Duration::ZERO;
+        let had_some = !under_way().is_empty();
+        while waited < hearing && !under_way().is_empty() {
+            std::thread::sleep(HEAR);
+            waited += HEAR;
+        }
+        for own in under_way() {
+            own.lock().unwrap_or_else(PoisonError::into_inner).trace.finish();
+        }
+        if had_some {
+            // The last answer is on its way.
+            std::thread::sleep(4 * HEAR);
+        }
+    }
+}
+
+fn dismiss(present: &mut BTreeMap<u64, Guest>) -> bool {
+    let idle = present.iter().filter(|(_, guest)| guest.is_idle());
+    let oldest = idle.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number);
+    let dismissed = oldest.and_then(|oldest| present.remove(&oldest));
+    dismissed.inspect(|guest| guest.leave.notify_one()).is_some()
+}
+
+impl Place {
+    /// Counts as busy until what is returned is dropped.
+    pub fn work(self: &Arc<Self>) -> Work {
+        let mut present = self.guests.present();
+        present.0 += 1;
+        let now = present.0;
+        if let Some(guest) = present.1.get_mut(&self.number) {
+            (guest.last, guest.busy) = (now, guest.busy + 1);
+        }
+        Work(Arc::clone(self))
+    }
+
+    /// Counts as a WebSocket from now on; false when there are too many.
+    pub fn becomes_socket(&self) -> bool {
+        let mut present = self.guests.present();
+        let sockets = present.1.values().filter(|guest| guest.is_socket).count();
+        match present.1.get_mut(&self.number) {
+            Some(guest) if sockets < MOST_SOCKETS => {
+                guest.is_socket = true;
+                true
+            }
+            _ => false,
+        }
+    }
+}
+
+impl Place {
+    /// Does something with the trace that this connection records.
+    pub(crate) fn with_trace<R>(&self, act: impl FnOnce(&mut ToolTrace) -> R) -> R {
+        let mut own = self.belongings();
+        if self.guests.ends.load(Ordering::Acquire) {
+            own.trace.finish();
+        }
+        act(&mut own.trace)
+    }
+
+    /// Lets a lease end with this connection.
+    pub(crate) fn bind_lease(&self, lease: &str) {
+        self.belongings().leases.push(lease.to_owned());
+    }
+
+    /// Ends what belongs to the connection, which is closed.
+    pub fn close(&self, context: &Arc<crate::context::Context>) {
+        let Belongings { trace, leases } = std::mem::take(&mut *self.belongings());
+        leases.iter().for_each(|lease| drop(context.leases.end(lease)));
+        if trace.is_under_way() {
+            let ends = self.guests.ends.load(Ordering::Acquire);
+            let leave = move || trace.leave(ends);
+            match tokio::runtime::Handle::try_current() {
+                Ok(runtime) => drop(runtime.spawn_blocking(leave)),
+                Err(_) => leave(),
+            }
+        }
+    }
+
+    fn belongings(&self) -> MutexGuard<'_, Belongings> {
+        self.belongings.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        self.guests.present().1.remove(&self.number);
+    }
+}
+
+/// A request that is being answered.
+#[derive(Debug)]
+pub struct Work(Arc<Place>);
+
+impl Drop for Work {
+    fn drop(&mut self) {
+        if let Some(guest) = self.0.guests.present().1.get_mut(&self.0.number) {
+            guest.busy -= 1;
+        }
+    }
+}
+
+/// A stream that ends with an error when the other side reads nothing for too long.
+#[derive(Debug)]
+pub struct Patient<S> {
+    stream: S,
+    waits: Option<Pin<Box<Sleep>>>,
+}
+
+impl<S> Patient<S> {
+    /// Watches over a stream.
+    pub fn new(stream: S) -> Self {
+        Self { stream, waits: None }
+    }
+
+    fn judge<T>(&mut self, task: &mut Context<'_>, done: Poll<Result<T>>) -> Poll<Result<T>> {
+        if done.is_ready() {
+            self.waits = None;
+            return done;
+        }
+        let waits =
+            self.waits.get_or_insert_with(|| Box::pin(tokio::time::sleep_until(Instant::now() + PATIENCE)));
+        ready!(waits.as_mut().poll(task));
+        Poll::Ready(Err(Error::new(ErrorKind::TimedOut, "the other side reads nothing")))
+    }
+}
+
+impl<S: AsyncRead + Unpin> AsyncRead for Patient<S> {
+    fn poll_read(
+        mut self: Pin<&mut Self>,
+        task: &mut Context<'_>,
+        buffer: &mut ReadBuf<'_>,
+    ) -> Poll<Result<()>> {
+        Pin::new(&mut self.stream).poll_read(task, buffer)
+    }
+}
+
+impl<S: AsyncWrite + Unpin> AsyncWrite for Patient<S> {
+    fn poll_write(mut self: Pin<&mut Self>, task: &mut Context<'_>, bytes: &[u8]) -> Poll<Result<usize>> {
+        let done = Pin::new(&mut self.stream).poll_write(task, bytes);
+        self.judge(task, done)
+    }
+
+    fn poll_flush(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<Result<()>> {
+        let done = Pin::new(&mut self.stream).poll_flush(task);
+        // A flush that has nothing to do says nothing of who reads.
+        if done.is_ready() { done } else { self.judge(task, done) }
+    }
+
+    fn poll_shutdown(mut self: Pin<&mut Self>, task: &mut Context<'_>) -> Poll<Result<()>> {
+        let done = Pin::new(&mut self.stream).poll_shutdown(task);
+        self.judge(task, done)
+    }
+}

@@ -1,0 +1,148 @@
+//! What all requests share.
+
+use std::io::Read;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde_json::Value as Json;
+use slate_blackboard::{Board, Pattern};
+use slate_module::Level;
+use slate_record::page::Followed;
+use slate_runtime::Agent;
+use slate_runtime::log::Logger;
+
+use crate::agent::AgentControl;
+use crate::lease::Leases;
+
+/// A file that a browser gets without a token, such as a page and what belongs to it.
+#[derive(Clone, Debug)]
+pub struct Page {
+    /// Where it is, such as `/` or `/panels/map.js`.
+    pub path: String,
+    /// What it is, such as `text/javascript; charset=utf-8`.
+    pub kind: String,
+    /// What is in it.
+    pub content: Vec<u8>,
+}
+
+/// Something that the program knows and the blackboard does not, such as the world of a simulator.
+#[derive(Clone)]
+pub struct Document {
+    /// Its name, at `/api/v1/documents/NAME`.
+    pub name: String,
+    /// What it says now. It is called in a thread of the console.
+    pub read: Arc<dyn Fn() -> Json + Send + Sync>,
+}
+
+impl std::fmt::Debug for Document {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Document").field("name", &self.name).finish_non_exhaustive()
+    }
+}
+
+/// What requests are answered from.
+pub struct Context {
+    /// The agent.
+    pub agent: AgentControl,
+    /// The log.
+    pub logger: Arc<Logger>,
+    /// Whether the agent runs in lockstep.
+    pub is_lockstep: bool,
+    /// What the program tells beside the blackboard.
+    pub documents: Vec<Document>,
+    /// Parameters that an operator may set.
+    operable: Vec<Pattern>,
+    /// The robots that the configuration names.
+    pub robots: Vec<Followed>,
+    /// Tells one run from another.
+    pub session: String,
+    /// Controls that are had over plain requests.
+    pub(crate) leases: Leases,
+    /// Held by who changes something under a condition.
+    turn: Mutex<()>,
+}
+
+impl std::fmt::Debug for Context {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Context").field("agent", &self.name()).finish_non_exhaustive()
+    }
+}
+
+impl Context {
+    /// That of an agent.
+    ///
+    /// # Errors
+    /// When the system has no random numbers.
+    pub fn new(agent: &Agent) -> std::io::Result<Self> {
+        Ok(Self {
+            operable: Vec::new(),
+            session: random_name()?,
+            robots: Followed::of(&agent.configuration()),
+            agent: AgentControl::new(agent),
+            logger: Arc::clone(agent.logger()),
+            is_lockstep: agent.is_lockstep(),
+            documents: Vec::new(),
+            leases: Leases::default(),
+            turn: Mutex::default(),
+        })
+    }
+
+    /// With what the program tells beside the blackboard.
+    #[must_use]
+    pub fn with_documents(mut self, documents: Vec<Document>) -> Self {
+        self.documents = documents;
+        self
+    }
+
+    /// With parameters that an operator may set.
+    #[must_use]
+    pub fn with_operable(mut self, operable: Vec<Pattern>) -> Self {
+        self.operable = operable;
+        self
+    }
+
+    /// Ends leases that were not renewed; it is called again and again, [`LOOK`](crate::LOOK) apart.
+    pub fn end_old_leases(&self) {
+        self.leases.end_old();
+    }
+
+    /// The blackboard.
+    pub fn board(&self) -> &Arc<Board> {
+        self.agent.composer().board()
+    }
+
+    /// The name of the agent.
+    pub fn name(&self) -> &str {
+        self.board().agent()
+    }
+
+    /// Whether an operator may set what a value names of a setting: its fields if it has some, else the whole at the path.
+    pub fn is_operable(&self, path: &str, value: &Json) -> bool {
+        let is_named = |path: &str| self.operable.iter().any(|pattern| pattern.matches(path));
+        match value.as_object().filter(|fields| !fields.is_empty()) {
+            Some(fields) => fields.keys().all(|name| is_named(&format!("{path}/{name}"))),
+            None => is_named(path),
+        }
+    }
+
+    /// The time of the agent, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.agent.composer().now()
+    }
+
+    /// Writes a line into the log.
+    pub fn log(&self, level: Level, text: &str) {
+        self.logger.log(self.now(), level, text);
+    }
+
+    /// The right to change something under a condition, for one at a time.
+    pub fn turn(&self) -> MutexGuard<'_, ()> {
+        self.turn.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// A name that nobody guesses.
+pub(crate) fn random_name() -> std::io::Result<String> {
+    let mut bytes = [0; 8];
+    std::fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}

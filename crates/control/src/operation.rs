@@ -1,0 +1,208 @@
+//! Which operations there are: what is served, and what the OpenAPI document says, come from one list.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::de::DeserializeOwned;
+use serde_json::Value as Json;
+
+use crate::Role;
+use crate::answer::Answer;
+use crate::agent::own_url;
+use crate::connection::Place;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::query::{Query, decode};
+
+/// What stands before the paths of all operations.
+pub const BASE: &str = "/api/v1";
+
+/// One operation of the API.
+#[derive(Debug)]
+pub struct Operation {
+    /// The method of HTTP.
+    pub method: &'static str,
+    /// Behind [`BASE`]; a name in braces is a part, and at the end all that is left.
+    pub path: &'static str,
+    /// Its name in the document.
+    pub name: &'static str,
+    /// What it does, in a line.
+    pub summary: &'static str,
+    /// Who may do it.
+    pub role: Role,
+    /// How long it may take, and whether it changes the agent.
+    pub pace: Pace,
+    /// What may stand behind the question mark.
+    pub parameters: &'static [Parameter],
+    /// The schema of the body, if it takes one.
+    pub body: Option<fn() -> Json>,
+    /// The schema of the answer as JSON.
+    pub answer: fn() -> Json,
+    /// The other kinds of answers.
+    pub kinds: &'static [&'static str],
+    /// Carries it out.
+    pub handler: fn(&Arc<Context>, &Ask) -> Result<Answer, Problem>,
+}
+
+/// How an operation is scheduled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pace {
+    /// It runs no module's code and waits for nothing that does, so it always has a place.
+    Prompt,
+    /// It may take a while.
+    Slow,
+    /// It may run modules' code; one such operation runs at a time.
+    Change,
+}
+
+/// What may stand behind the question mark.
+#[derive(Clone, Copy, Debug)]
+pub struct Parameter {
+    /// Its name.
+    pub name: &'static str,
+    /// What it is for.
+    pub doc: &'static str,
+    /// The schema of its value.
+    pub schema: fn() -> Json,
+}
+
+/// A request that is to be answered.
+pub struct Ask {
+    /// Who asks.
+    pub caller: Caller,
+    /// The parts of the path.
+    pub captured: Vec<(&'static str, String)>,
+    /// What stands behind the question mark.
+    pub query: Query,
+    /// Which kinds of answers are wanted.
+    pub accept: String,
+    /// The version of the value that is to be changed.
+    pub if_match: Option<String>,
+    /// Where a stream that broke off goes on.
+    pub last_event: Option<u64>,
+    /// The body.
+    pub body: Option<Json>,
+}
+
+/// Who asks.
+#[derive(Clone)]
+pub struct Caller {
+    /// What the caller may do.
+    pub role: Role,
+    /// The caller for people, such as `operator at 127.0.0.1:4711`.
+    pub who: String,
+    /// The name under which a caller at this computer reaches the agent; none over the network, where no file of the agent's
+    /// computer may be named.
+    pub local: Option<String>,
+    /// Whether each operation is in the log, also one that only looks.
+    pub is_told: bool,
+    /// The connection, which traces and some leases end with.
+    pub place: Arc<Place>,
+}
+
+impl std::fmt::Debug for Caller {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Caller").field("who", &self.who).finish_non_exhaustive()
+    }
+}
+
+impl Ask {
+    /// What a path has in the place of a name in braces.
+    pub fn part(&self, name: &str) -> &str {
+        self.captured.iter().find(|(own, _)| *own == name).map_or("", |(_, part)| part)
+    }
+
+    /// The body, which has to be there.
+    pub fn body<T: DeserializeOwned>(&self) -> Result<T, Problem> {
+        match &self.body {
+            Some(body) => read(body),
+            None => Err(Problem::bad(
+                "the request has no body",
+                "send JSON, as the document at /api/v1/openapi.json says",
+            )),
+        }
+    }
+
+    /// The body, or what holds without one.
+    pub fn body_or_default<T: DeserializeOwned + Default>(&self) -> Result<T, Problem> {
+        self.body.as_ref().map_or_else(|| Ok(T::default()), read)
+    }
+
+    /// A URL as the agent knows it: one that names the agent by the name under which it is reached is its own.
+    pub fn own_url(&self, url: &str) -> String {
+        self.caller.local.as_deref().map_or_else(|| url.to_owned(), |name| own_url(url, name))
+    }
+
+    /// Whether something is only found out.
+    pub fn is_dry(&self) -> Result<bool, Problem> {
+        self.query.flag("dry_run")
+    }
+}
+
+fn read<T: DeserializeOwned>(body: &Json) -> Result<T, Problem> {
+    T::deserialize(body).map_err(|error| {
+        Problem::unfit(format!("the body does not fit: {error}"), "see /api/v1/openapi.json")
+    })
+}
+
+/// The operation of a request, and the parts of its path.
+pub type Found = (&'static Operation, Vec<(&'static str, String)>);
+
+/// Finds the operation of a request.
+pub fn find(operations: &'static [Operation], method: &str, path: &str) -> Result<Found, Problem> {
+    let rest = path.strip_prefix(BASE).filter(|rest| rest.is_empty() || rest.starts_with('/'));
+    let unknown = || Problem::not_found(format!("there is nothing at {path}"), "see /api/v1/openapi.json");
+    let parts = rest.ok_or_else(unknown)?.split('/').skip(1);
+    let parts = parts.map(decode).collect::<Result<Vec<_>, _>>()?;
+    // What is more special comes first, and what is more general is no other way to say the same.
+    let mut path_found = None;
+    let mut allowed: Vec<&str> = Vec::new();
+    for operation in operations {
+        let Some(captured) = fits(operation.path, &parts) else { continue };
+        if *path_found.get_or_insert(operation.path) != operation.path {
+            continue;
+        }
+        if operation.method == method || (method == "HEAD" && operation.method == "GET") {
+            return Ok((operation, captured));
+        }
+        allowed.push(operation.method);
+    }
+    if allowed.is_empty() {
+        return Err(unknown());
+    }
+    let allowed = allowed.join(", ");
+    let message = format!("{method} is nothing that can be done with {path}");
+    Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, format!("{allowed} can"))
+        .with("allow", allowed))
+}
+
+fn fits(template: &'static str, parts: &[String]) -> Option<Vec<(&'static str, String)>> {
+    let names: Vec<&'static str> = template.split('/').skip(1).collect();
+    let mut captured = Vec::new();
+    for (place, name) in names.iter().enumerate() {
+        let part = parts.get(place)?;
+        match name.strip_prefix('{').and_then(|name| name.strip_suffix('}')) {
+            Some(name) if place + 1 == names.len() => {
+                let rest = parts[place..].join("/");
+                captured.push((name, rest));
+                return parts[place..].iter().all(|part| !part.is_empty()).then_some(captured);
+            }
+            Some(name) => captured.push((name, part.clone())),
+            None if name == part => {}
+            None => return None,
+        }
+    }
+    (names.len() == parts.len()).then_some(captured)
+}
+
+/// Refuses what an operation does not know.
+pub fn check_query(operation: &Operation, query: &Query) -> Result<(), Problem> {
+    let known = |name: &str| operation.parameters.iter().any(|parameter| parameter.name == name);
+    let Some(other) = query.names().find(|name| !known(name)) else { return Ok(()) };
+    let names: Vec<_> = operation.parameters.iter().map(|parameter| parameter.name).collect();
+    let help = match names.is_empty() {
+        true => "it takes none".into(),
+        false => format!("it takes {}", names.join(", ")),
+    };
+    Err(Problem::bad(format!("`{other}` is no parameter of this"), help))
+}

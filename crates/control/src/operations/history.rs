@@ -1,0 +1,164 @@
+//! The past: what was written to a property between two times.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde_json::{Value as Json, json};
+use slate_blackboard::channel::FrozenValue;
+use slate_blackboard::interface::{AccessError, Descriptor, View, find};
+use slate_blackboard::{Access, BoardError};
+use slate_runtime::recording::{History, HistoryWish, Left, RecordingRefusal};
+
+use super::values::{SELECTION, own_path, url};
+use super::{TOKEN, shape};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::select::Selection;
+
+/// How many values are told at once when nothing else is said, and at most.
+const LIMIT: u64 = 1000;
+const MOST: u64 = 10_000;
+
+/// An answer has no more bytes of values than this, unless a single one has.
+const LARGEST: usize = 8 << 20;
+
+pub(super) const READ: Operation = Operation {
+    method: "GET",
+    path: "/history/{agent}/{path}",
+    name: "history",
+    summary: "The values that a property had between two times, from the last seconds that are in memory, or from the recording \
+              that is played. Where the answer would have more than 8 MiB, `left_out` says how many values are not in it, and `next` is \
+              the `from` to go on with",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[
+        Parameter {
+            name: "from",
+            doc: "The earliest time, of the agent; 0 unless given. The `next` of an answer goes on where that ends.",
+            schema: place,
+        },
+        Parameter { name: "to", doc: "The latest time; there is none unless given.", schema: shape::count },
+        Parameter {
+            name: "limit",
+            doc: "At most so many, spread evenly, with the last one; 1000 unless given. With 1 it is what held at `to`.",
+            schema: || json!({ "type": "integer", "minimum": 1, "maximum": MOST }),
+        },
+        SELECTION[0],
+        SELECTION[1],
+        TOKEN,
+    ],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("values", shape::list(shape::reading())),
+            ("count", shape::count()),
+            ("from", shape::count()),
+            ("to", shape::count()),
+            ("left_out", shape::count()),
+            ("next", shape::optional(place())),
+        ])
+    },
+    kinds: &[],
+    handler: read,
+};
+
+/// A time, and where several values may have it the sequence number of the first of them that is meant.
+fn place() -> Json {
+    json!({ "type": "string", "pattern": "^[0-9]+(:[0-9]+)?$" })
+}
+
+/// The time and the sequence number of a place.
+fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
+    let (time, sequence) = text.split_once(':').unwrap_or((text, "0"));
+    let number = |text: &str| {
+        let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
+        text.parse::<u64>().ok().filter(|_| is_number)
+    };
+    number(time).zip(number(sequence)).ok_or_else(|| {
+        let help = "it is a time in nanoseconds of the agent, such as 1320000000, or the `next` of an answer";
+        Problem::bad(format!("`from` is `{text}`"), help)
+    })
+}
+
+fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
+    let (from, sequence) = ask.query.get("from").map(parse_place).transpose()?.unwrap_or_default();
+    let to = ask.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);
+    let most = match ask.query.count("limit", MOST)? {
+        Some(0) => {
+            return Err(Problem::bad("`limit` is 0", format!("it is a whole number from 1 to {MOST}")));
+        }
+        limit => limit.unwrap_or(LIMIT) as usize,
+    };
+    let url = url(ask)?;
+    let elsewhere = || Problem::unfit("history is of this agent's properties", "ask the other agent");
+    let path = own_path(context, &url).ok_or_else(elsewhere)?;
+    let (property, field) = context.board().find(&path)?;
+    if property.access() == Access::Messages {
+        let message = format!("/{} takes messages, and has no value", property.path());
+        return Err(Problem::unfit(message, "ask for what its module writes"));
+    }
+    let wish = HistoryWish { path: property.path().into(), from, sequence, to, most };
+    let wrong = |error| BoardError::Access { url: format!("/{path}"), error };
+    if !field.is_empty() {
+        find(property.descriptor(), &field).map_err(wrong)?;
+    }
+    let (mut told, mut failure) = (Vec::<u8>::new(), None);
+    let mut take = |descriptor: &'static Descriptor, kept: FrozenValue| {
+        if failure.is_some() || told.len() > LARGEST {
+            return false;
+        }
+        match text(descriptor, &field, &selection, &kept) {
+            Ok(Some(value)) if !told.is_empty() && told.len() + value.len() > LARGEST => return false,
+            Ok(Some(value)) => {
+                if !told.is_empty() {
+                    told.push(b',');
+                }
+                told.extend(value);
+            }
+            Ok(None) => {}
+            Err(Wrong::Field(error)) => failure = Some(Problem::from(wrong(error))),
+            Err(Wrong::Selection(problem)) => failure = Some(problem),
+        }
+        failure.is_none()
+    };
+    let history = context.agent.composer().history(&wish, &mut take);
+    let refused = |refusal: RecordingRefusal| Problem::refused(StatusCode::CONFLICT, refusal.into());
+    let History { left, count, from, to } = history.map_err(refused)?;
+    if let Some(problem) = failure {
+        return Err(problem);
+    }
+    let left_out = left.map_or(0, |left| left.count);
+    // Several values may have one time, and whoever goes on gets each of them once.
+    let next = left.map(|Left { time, sequence, .. }| format!("{time}:{sequence}"));
+    let rest =
+        json!({ "count": count, "from": from, "to": to, "left_out": left_out, "next": next }).to_string();
+    let body = [&b"{\"values\":["[..], &told, b"],", &rest.as_bytes()[1..]].concat();
+    Ok(Answer::Bytes("application/json", body))
+}
+
+/// Why a value can't be told.
+enum Wrong {
+    Field(AccessError),
+    Selection(Problem),
+}
+
+/// What is told of a value, as JSON; nothing of one that is none of its interface.
+fn text(
+    descriptor: &'static Descriptor,
+    field: &str,
+    selection: &Selection,
+    kept: &FrozenValue,
+) -> Result<Option<Vec<u8>>, Wrong> {
+    let Some(view) = View::new(descriptor, &kept.bytes, kept.items) else { return Ok(None) };
+    let value = match field {
+        "" => serde_json::to_value(view),
+        field => serde_json::to_value(view.at(&find(descriptor, field).map_err(Wrong::Field)?)),
+    };
+    let value: Json = selection.of(&value.unwrap_or_default()).map_err(Wrong::Selection)?;
+    let told = json!({ "value": value, "sequence": kept.stamp.sequence, "time": kept.stamp.time });
+    Ok(Some(told.to_string().into_bytes()))
+}

@@ -1,0 +1,149 @@
+//! Layouts of the console's page, which a project keeps beside its configuration: which panels stand where.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde_json::{Map, Value as Json, json};
+
+use super::{TOKEN, shape};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace};
+
+/// The folder of a project with what belongs to the console's page.
+pub const PROJECT: &str = "console";
+
+/// Whether a name is one of a file, in no other folder and not hidden.
+pub fn is_plain(name: &str) -> bool {
+    let known = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_' | b'.');
+    !name.is_empty() && !name.starts_with('.') && name.bytes().all(known)
+}
+
+pub(super) const LIST: Operation = Operation {
+    method: "GET",
+    path: "/layouts",
+    name: "layouts",
+    summary: "The layouts of the page that the project has, by their names",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || json!({ "type": "object" }),
+    kinds: &[],
+    handler: list,
+};
+
+pub(super) const SAVE: Operation = Operation {
+    method: "PUT",
+    path: "/layouts/{layout}",
+    name: "save_layout",
+    summary: "Writes a layout into the project, as console/layouts/NAME.json where the agent was started",
+    role: Role::Developer,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: Some(|| {
+        json!({
+            "type": "object",
+            "properties": { "title": shape::text(), "columns": { "type": "array", "minItems": 1 } },
+            "required": ["title", "columns"],
+        })
+    }),
+    answer: || shape::object(&[("file", shape::text())]),
+    kinds: &[],
+    handler: save,
+};
+
+pub(super) const REMOVE: Operation = Operation {
+    method: "DELETE",
+    path: "/layouts/{layout}",
+    name: "remove_layout",
+    summary: "Removes a layout of the project",
+    role: Role::Developer,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: None,
+    answer: || json!({ "type": "object", "maxProperties": 0 }),
+    kinds: &[],
+    handler: remove,
+};
+
+/// The longest layout, bytes; nobody has as many panels.
+const LONGEST: u64 = 64 << 10;
+
+/// How many of them are shown.
+const MOST: usize = 64;
+
+fn folder() -> PathBuf {
+    PathBuf::from(PROJECT).join("layouts")
+}
+
+pub(super) fn list(_: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| {
+            entry.file_name().into_string().ok()?.strip_suffix(".json").map(ToOwned::to_owned)
+        })
+        .filter(|name| is_plain(name))
+        .collect();
+    names.sort();
+    names.truncate(MOST);
+    // What somebody has written into that folder and is none is left out.
+    let read = |name: String| {
+        let file = folder().join(format!("{name}.json"));
+        fs::metadata(&file).ok().filter(|about| about.is_file() && about.len() <= LONGEST)?;
+        Some((name, serde_json::from_slice(&fs::read(file).ok()?).ok()?))
+    };
+    let layouts: Map<String, Json> = names.into_iter().filter_map(read).collect();
+    Ok(Answer::json(Json::Object(layouts)))
+}
+
+/// The file of a layout.
+fn file(ask: &Ask) -> Result<PathBuf, Problem> {
+    let name = ask.part("layout");
+    if !is_plain(name) || name.len() > 64 || name.contains('.') {
+        let help = "it has at most 64 letters, digits, _ and -";
+        return Err(Problem::bad(format!("`{name}` can't be the name of a layout"), help));
+    }
+    Ok(folder().join(format!("{name}.json")))
+}
+
+fn unwritable(error: &std::io::Error) -> Problem {
+    let message = format!("the folder {} can't be used: {error}", folder().display());
+    Problem::new(StatusCode::CONFLICT, message, "start the agent in a folder that it may write to")
+}
+
+pub(super) fn save(_: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let file = file(ask)?;
+    let layout: Map<String, Json> = ask.body()?;
+    let is_fit = layout.get("title").is_some_and(Json::is_string)
+        && layout.get("columns").and_then(Json::as_array).is_some_and(|columns| !columns.is_empty());
+    if !is_fit {
+        let help = r#"such as {"title": "Mine", "columns": [{"share": 1, "tiles": [{"panel": "map", "share": 1}]}]}"#;
+        return Err(Problem::unfit("a layout has a title and columns", help));
+    }
+    let text = format!("{:#}\n", Json::Object(layout));
+    if text.len() as u64 > LONGEST {
+        return Err(Problem::unfit(
+            format!("the layout is longer than {LONGEST} bytes"),
+            "show fewer panels",
+        ));
+    }
+    fs::create_dir_all(folder()).and_then(|()| fs::write(&file, text)).map_err(|error| unwritable(&error))?;
+    Ok(Answer::json(json!({ "file": file })))
+}
+
+pub(super) fn remove(_: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    match fs::remove_file(file(ask)?) {
+        Ok(()) => Ok(Answer::Nothing),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            let message = format!("there is no layout `{}`", ask.part("layout"));
+            Err(Problem::not_found(message, "GET /api/v1/layouts lists them"))
+        }
+        Err(error) => Err(unwritable(&error)),
+    }
+}

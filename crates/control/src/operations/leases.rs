@@ -1,0 +1,181 @@
+//! Who has the controls of what, and controls over plain requests.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::Deserialize;
+use serde_json::json;
+use slate_blackboard::interface::Value;
+use slate_runtime::{ControlsError, Teleoperation};
+
+use super::{TOKEN, gate, shape, told};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::lease::TERM;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace};
+use crate::schema;
+
+pub(super) const LIST: Operation = Operation {
+    method: "GET",
+    path: "/leases",
+    name: "leases",
+    summary: "The actuators, and who has the controls of each",
+    role: Role::Viewer,
+    pace: Pace::Prompt,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || shape::list(shape::holder()),
+    kinds: &[],
+    handler: |context, _| told(context.agent.holders()),
+};
+
+pub(super) const TAKE: Operation = Operation {
+    method: "POST",
+    path: "/leases",
+    name: "take",
+    summary: "Takes the controls of an actuator, which nobody else has then",
+    role: Role::Operator,
+    pace: Pace::Prompt,
+    parameters: &[],
+    body: Some(|| {
+        json!({
+            "type": "object",
+            "required": ["actuator"],
+            "properties": {
+                "actuator": shape::text(),
+                "who": { "type": "string", "description": "Who takes them, for people." },
+                "bound": { "type": "boolean", "description": "Whether the lease also ends with this connection." },
+            },
+            "additionalProperties": false,
+        })
+    }),
+    answer: shape::lease,
+    kinds: &[],
+    handler: take,
+};
+
+pub(super) const DRIVE: Operation = Operation {
+    method: "PUT",
+    path: "/leases/{lease}",
+    name: super::DRIVE,
+    summary: "Renews a lease of controls, which holds for 5 s, and commands the actuator for 150 ms",
+    role: Role::Operator,
+    pace: Pace::Prompt,
+    parameters: &[],
+    body: Some(shape::drive),
+    answer: || {
+        shape::object(&[("actuator", shape::text()), ("gate", shape::anything()), ("time", shape::count())])
+    },
+    kinds: &[],
+    handler: renew,
+};
+
+pub(super) const GIVE_BACK: Operation = Operation {
+    method: "DELETE",
+    path: "/leases/{lease}",
+    name: "give_back",
+    summary: "Gives the controls back",
+    role: Role::Operator,
+    pace: Pace::Prompt,
+    parameters: &[],
+    body: None,
+    answer: || json!({ "type": "object", "maxProperties": 0 }),
+    kinds: &[],
+    handler: give_back,
+};
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Take {
+    actuator: String,
+    #[serde(default)]
+    who: String,
+    #[serde(default)]
+    bound: bool,
+}
+
+/// The longest name of who drives, letters.
+const NAME: usize = 80;
+
+/// Who takes the controls, for people.
+fn holder(asked: &Ask, who: &str) -> String {
+    let own: String = who.chars().take(NAME).collect();
+    match (own.is_empty(), &asked.caller.local) {
+        (true, Some(_)) => "a tool".into(),
+        (true, None) => asked.caller.who.clone(),
+        (false, Some(_)) => own,
+        (false, None) => format!("{own} ({})", asked.caller.who),
+    }
+}
+
+fn take(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+    let Take { actuator, who, bound } = asked.body()?;
+    let taken = context.agent.composer().take_controls(&actuator, &holder(asked, &who));
+    let taken = taken.map_err(|error| {
+        let status = match error {
+            ControlsError::Unknown { .. } => StatusCode::NOT_FOUND,
+            ControlsError::Taken { .. } => StatusCode::CONFLICT,
+        };
+        Problem::refused(status, error.into())
+    })?;
+    let interface = schema::of_interface(taken.descriptor());
+    let lease = context.leases.begin(taken).map_err(|error| {
+        let message = format!("no lease can be made: {error}");
+        Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again")
+    })?;
+    if bound {
+        asked.caller.place.bind_lease(&lease);
+    }
+    Ok(Answer::json(json!({
+        "lease": lease,
+        "actuator": actuator,
+        "term_ms": TERM.as_millis() as u64,
+        "hold_ms": Teleoperation::HOLD.as_millis() as u64,
+        "interface": interface,
+    })))
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Renew {
+    #[serde(default)]
+    command: Option<Value>,
+    #[serde(default)]
+    release: bool,
+}
+
+pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+    let Renew { command, release } = asked.body_or_default()?;
+    if command.is_some() && release {
+        return Err(Problem::bad("a command and its end in one", "say one of `command` and `release`"));
+    }
+    let done = context.leases.renew(asked.part("lease"), |controls| -> Result<String, Problem> {
+        if release {
+            controls.release();
+        }
+        let help = "see the interface in the answer to POST /api/v1/leases";
+        if let Some(command) = command {
+            // What is forgotten must not be zero: a robot would turn with one wheel.
+            schema::complete(controls.descriptor(), |name| command.get(name).is_some(), help)?;
+            controls.command(&command).map_err(|error| Problem::unfit(error.to_string(), help))?;
+        }
+        Ok(controls.actuator().to_owned())
+    });
+    let actuator = done.ok_or_else(unknown)??;
+    Ok(Answer::json(json!({ "actuator": actuator, "gate": gate(context, &actuator), "time": context.now() })))
+}
+
+pub(super) fn give_back(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+    match context.leases.end(asked.part("lease")) {
+        true => Ok(Answer::Nothing),
+        false => Err(unknown()),
+    }
+}
+
+fn unknown() -> Problem {
+    let help =
+        format!("it ends {} s after it was renewed last; POST /api/v1/leases makes one", TERM.as_secs());
+    Problem::not_found("there is no such lease", help)
+}

@@ -1,0 +1,231 @@
+//! The operations: each subject has a file, with what can be asked of it and how that is answered.
+
+mod history;
+mod layouts;
+mod leases;
+mod links;
+mod log;
+mod modules;
+mod motion;
+mod openapi;
+mod playback;
+mod plugins;
+mod recordings;
+mod settings;
+mod shape;
+mod snapshots;
+mod sockets;
+mod statistics;
+mod threads;
+mod tracing;
+mod tree;
+mod values;
+mod watching;
+mod write;
+
+pub use layouts::{PROJECT, is_plain};
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+use slate_runtime::Mistake;
+
+use crate::agent::Done;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::entries::Refusal;
+use crate::operation::{Ask, Caller, Operation, Parameter};
+use crate::problem::Problem;
+use crate::query::Query;
+use crate::service::check_role;
+
+/// The version of the operations; another one is another language.
+pub const API: u64 = 1;
+
+/// The name of the operation that waits for nobody.
+pub const STOP: &str = "stop";
+
+/// The name of the operation that somebody who drives calls again and again.
+pub const DRIVE: &str = "drive";
+
+const DRY_RUN: Parameter =
+    Parameter { name: "dry_run", doc: "Only finds out whether it can be done.", schema: shape::flag };
+
+const TOKEN: Parameter =
+    Parameter { name: "token", doc: "The token, where a browser can set no header.", schema: shape::text };
+
+/// All of them. What is more special stands before what is more general.
+pub const OPERATIONS: &[Operation] = &[
+    openapi::INDEX,
+    openapi::DOCUMENT,
+    tree::AGENT,
+    tree::PROPERTIES,
+    tree::INTERFACES,
+    tree::INTERFACE,
+    values::READ,
+    write::SET_VALUE,
+    write::PUT,
+    write::PATCH,
+    write::SEND,
+    values::QUEUE,
+    watching::WATCH,
+    watching::MEASURE,
+    tracing::RECORD,
+    tracing::PROGRESS,
+    tracing::END,
+    modules::LIST,
+    modules::SWITCH,
+    plugins::LIST,
+    plugins::LOAD_LIBRARY,
+    plugins::RELOAD,
+    plugins::SHADOW,
+    plugins::END_SHADOW,
+    plugins::PROMOTE,
+    plugins::LOAD,
+    plugins::UNLOAD,
+    links::LIST,
+    links::LINK,
+    links::UNLINK,
+    links::PEERS,
+    settings::LIST,
+    modules::PARAMETERS,
+    settings::SET,
+    settings::REVERT,
+    settings::DIFFERENCES,
+    settings::REFUSED,
+    settings::SAVE,
+    log::LINES,
+    log::NOTE,
+    statistics::STATISTICS,
+    threads::READ,
+    statistics::METRICS,
+    motion::ACTUATORS,
+    motion::STOP,
+    motion::RESET,
+    motion::ARM,
+    leases::LIST,
+    leases::TAKE,
+    leases::DRIVE,
+    leases::GIVE_BACK,
+    snapshots::LOAD,
+    snapshots::VALUES,
+    snapshots::SAVE,
+    statistics::RECORDING,
+    recordings::LIST,
+    recordings::END_ONLY,
+    recordings::END,
+    recordings::FLIGHT,
+    recordings::START,
+    recordings::FETCH,
+    playback::STATUS,
+    playback::PAUSE,
+    playback::RESUME,
+    playback::STEP,
+    playback::SEEK,
+    playback::RATE,
+    playback::LOOP,
+    history::READ,
+    sockets::LIVE,
+    sockets::TELEOPERATION,
+    layouts::LIST,
+    layouts::SAVE,
+    layouts::REMOVE,
+    tree::DOCUMENTS,
+    tree::DOCUMENT,
+];
+
+/// The operation of that name.
+pub fn by_name(name: &str) -> Option<&'static Operation> {
+    OPERATIONS.iter().find(|operation| operation.name == name)
+}
+
+/// Carries out an operation without parts of a path, for a caller that speaks another protocol.
+///
+/// # Errors
+/// When there is none of that name, the caller may not do it, or it can't be done.
+pub fn carry_out(context: &Arc<Context>, caller: &Caller, name: &str, body: Json) -> Result<Answer, Problem> {
+    let unknown = || Problem::not_found(format!("no operation is called `{name}`"), "GET /api/v1 lists them");
+    let operation = by_name(name).ok_or_else(unknown)?;
+    check_role(operation, caller.role)?;
+    let answer = (operation.handler)(context, &spoken(context, caller, "", &body));
+    context.agent.settle();
+    answer
+}
+
+/// Sets what the host sets, for a caller that speaks another protocol.
+///
+/// # Errors
+/// When it can't be set to that.
+pub fn put_value(context: &Arc<Context>, caller: &Caller, path: &str, value: &Json) -> Result<Answer, Problem> {
+    write::put(context, &spoken(context, caller, path, value))
+}
+
+/// Sends a message, for a caller that speaks another protocol.
+///
+/// # Errors
+/// When it is not taken.
+pub fn send_value(context: &Arc<Context>, caller: &Caller, path: &str, value: &Json) -> Result<Answer, Problem> {
+    write::send(context, &spoken(context, caller, path, value))
+}
+
+fn spoken(context: &Context, caller: &Caller, path: &str, value: &Json) -> Ask {
+    Ask {
+        caller: caller.clone(),
+        captured: vec![("agent", context.name().to_owned()), ("path", path.to_owned())],
+        query: Query::default(),
+        accept: String::new(),
+        if_match: None,
+        last_event: None,
+        body: Some(value.clone()),
+    }
+}
+
+/// The state of a gate.
+pub fn gate(context: &Context, actuator: &str) -> Json {
+    let newest = context.board().read(&format!("{actuator}/gate")).ok().flatten();
+    newest.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
+}
+
+/// What the agent has done.
+fn told(done: Done) -> Result<Answer, Problem> {
+    Ok(Answer::json(done?))
+}
+
+/// As [`told`], where a refusal says that it can't be done now, or that there is nothing of that name.
+fn conflict(done: Done) -> Result<Answer, Problem> {
+    done.map(Answer::json).map_err(in_conflict)
+}
+
+fn in_conflict(refusal: Refusal) -> Problem {
+    Problem::refused(StatusCode::CONFLICT, refusal)
+}
+
+/// As [`conflict`], of what the path names: there may be nothing of that name.
+fn named(done: Done) -> Result<Answer, Problem> {
+    let is_unknown = |refusal: &Refusal| refusal.code.as_deref() == Some(Mistake::Name.code());
+    done.map(Answer::json).map_err(|refusal| match is_unknown(&refusal) {
+        true => Problem::refused(StatusCode::NOT_FOUND, refusal),
+        false => in_conflict(refusal),
+    })
+}
+
+/// A file that a caller at this computer names by its path; none over the network, as whoever may name any file may overwrite
+/// any.
+fn local_file(ask: &Ask, name: &str) -> Option<PathBuf> {
+    ask.caller.local.as_ref().map(|_| PathBuf::from(name)).filter(|path| path.is_absolute())
+}
+
+/// A body that names a file at this computer.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Named {
+    file: PathBuf,
+}
+
+fn file_shape() -> Json {
+    let path = json!({ "type": "string", "description": "An absolute path at the computer of the agent." });
+    shape::object(&[("file", path)])
+}

@@ -1,0 +1,158 @@
+//! What the API is, for programs.
+
+use std::sync::Arc;
+
+use serde_json::{Map, Value as Json, json};
+use slate_blackboard::{Access, Property};
+
+use super::{OPERATIONS, TOKEN, shape, sockets};
+use crate::Role;
+use crate::answer::{Answer, BYTES};
+use crate::context::Context;
+use crate::operation::{BASE, Operation, Pace};
+
+pub(super) const INDEX: Operation = Operation {
+    method: "GET",
+    path: "",
+    name: "index",
+    summary: "What there is",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[],
+    handler: |_, _| Ok(Answer::json(index(OPERATIONS))),
+};
+
+pub(super) const DOCUMENT: Operation = Operation {
+    method: "GET",
+    path: "/openapi.json",
+    name: "openapi",
+    summary: "This document",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[],
+    handler: |context, _| Ok(Answer::json(document(OPERATIONS, context))),
+};
+
+/// The paths, each with what can be done there.
+pub(super) fn index(operations: &[Operation]) -> Json {
+    let entry = |operation: &Operation| {
+        json!({
+            "method": operation.method,
+            "path": format!("{BASE}{}", operation.path),
+            "role": operation.role.name(),
+            "summary": operation.summary,
+        })
+    };
+    json!({ "openapi": format!("{BASE}/openapi.json"), "operations": operations.iter().map(entry).collect::<Vec<_>>() })
+}
+
+/// The document, of OpenAPI 3.1.
+pub(super) fn document(operations: &[Operation], context: &Context) -> Json {
+    let mut paths = Map::new();
+    for operation in operations {
+        let path = paths.entry(format!("{BASE}{}", operation.path)).or_insert_with(|| json!({}));
+        path[operation.method.to_ascii_lowercase()] = of(operation, context);
+    }
+    json!({
+        "openapi": "3.1.0",
+        "info": {
+            "title": "Slate",
+            "version": env!("CARGO_PKG_VERSION"),
+            "description": "An agent over HTTP. Times are nanoseconds of the agent's time, numbers in SI units; what is not \
+                            finite is null. A slash in a part of a path may be written as %2F.",
+        },
+        "paths": paths,
+        "components": {
+            "securitySchemes": { "token": { "type": "http", "scheme": "bearer" } },
+            "schemas": { "Problem": shape::problem() },
+        },
+        "security": [{ "token": [] }],
+    })
+}
+
+/// Something that is there, as an example of a part of a path. A stream has no end, so of what may be one there is none.
+fn example(operation: &Operation, part: &str, context: &Context) -> Option<String> {
+    let properties = context.board().properties();
+    let is_settable = |property: &&Arc<Property>| {
+        property.access() == Access::Setting && property.path().ends_with("/params")
+    };
+    match part {
+        _ if operation.name == "read" => None,
+        "agent" => Some(context.name().to_owned()),
+        "path" if operation.method == "GET" => Some("log/tail".into()),
+        "path" => properties.iter().find(is_settable).map(|property| property.path().to_owned()),
+        "interface" => Some("LogLine".into()),
+        "module" => context.agent.composer().modules().first().map(|module| module.name.clone()),
+        "plugin" => context.agent.composer().plugins().first().map(|plugin| plugin.name.clone()),
+        "input" => context.agent.composer().links().first().map(|link| link.to.clone()),
+        "document" => context.documents.first().map(|document| document.name.clone()),
+        _ => None,
+    }
+}
+
+fn of(operation: &Operation, context: &Context) -> Json {
+    let in_path = operation.path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
+    let in_path = in_path.map(|name| {
+        let mut part =
+            json!({ "name": name, "in": "path", "required": true, "schema": { "type": "string", "minLength": 1 } });
+        if let Some(example) = example(operation, name, context) {
+            part["example"] = json!(example);
+        }
+        part
+    });
+    // The token is said once, as the scheme of all.
+    let in_query =
+        operation.parameters.iter().filter(|parameter| parameter.name != "token").map(|parameter| {
+            let schema = (parameter.schema)();
+            json!({ "name": parameter.name, "in": "query", "description": parameter.doc, "schema": schema })
+        });
+    let mut parameters: Vec<_> = in_path.chain(in_query).collect();
+    if matches!(operation.name, "write" | "patch") {
+        let doc = "The ETag of the value that is to be changed; another one is refused with 412.";
+        parameters.push(
+            json!({ "name": "If-Match", "in": "header", "description": doc, "schema": { "type": "string" } }),
+        );
+    }
+    let mut content = Map::new();
+    if !matches!(operation.kinds, ["text/plain"] | [BYTES]) {
+        content.insert("application/json".into(), json!({ "schema": (operation.answer)() }));
+    }
+    for kind in operation.kinds {
+        content.insert((*kind).into(), json!({}));
+    }
+    let (status, done) = match sockets::is_socket(operation) {
+        true => ("101", json!({ "description": "It is open." })),
+        false => ("200", json!({ "description": "It is done.", "content": content })),
+    };
+    let mut document = json!({
+        "operationId": operation.name,
+        "summary": operation.summary,
+        "description": format!("For {} and whoever may more.", operation.role.one()),
+        "parameters": parameters,
+        "responses": {
+            status: done,
+            "default": {
+                "description": "It is not done, and why.",
+                "content": {
+                    "application/problem+json": { "schema": { "$ref": "#/components/schemas/Problem" } },
+                },
+            },
+        },
+    });
+    if let Some(body) = operation.body {
+        let is_optional = matches!(
+            operation.name,
+            super::STOP | super::DRIVE | "arm" | "save" | "start_recording" | "step_playback"
+        );
+        let needed = !is_optional;
+        document["requestBody"] =
+            json!({ "required": needed, "content": { "application/json": { "schema": body() } } });
+    }
+    document
+}

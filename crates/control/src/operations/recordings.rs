@@ -1,0 +1,261 @@
+//! Recordings, by names: whoever may name any file may overwrite any.
+
+use std::fs::{DirEntry, File, read_dir};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde_json::{Value as Json, json};
+use slate_runtime::recording::RecordingStatus;
+
+use super::{TOKEN, conflict, in_conflict, local_file, shape};
+use crate::Role;
+use crate::agent::RecordingWish;
+use crate::answer::{Answer, BYTES};
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace};
+
+pub(super) const LIST: Operation = Operation {
+    method: "GET",
+    path: "/recordings",
+    name: "recordings",
+    summary: "What is being recorded, and the recordings in the folder of the report",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("recordings", shape::list(entry_shape())),
+            ("flight", shape::optional(flight_shape())),
+            ("files", shape::list(shape::object(&[("name", shape::text()), ("bytes", shape::count())]))),
+            ("can_record", shape::flag()),
+        ])
+    },
+    kinds: &[],
+    handler: list,
+};
+
+pub(super) const START: Operation = Operation {
+    method: "POST",
+    path: "/recordings/{recording}",
+    name: "start_recording",
+    summary: "Begins to record, into a file of that name in the folder of the report, which is not there yet",
+    role: Role::Operator,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: Some(|| {
+        let patterns = || shape::list(shape::text());
+        json!({
+            "type": "object",
+            "properties": {
+                "select": patterns(),
+                "exclude": patterns(),
+                "rate": { "type": ["number", "null"], "exclusiveMinimum": 0, "description": "Values a second of each." },
+                "on_change": { "type": "boolean", "description": "Only values that are other ones than the last." },
+            },
+            "additionalProperties": false,
+        })
+    }),
+    answer: || shape::object(&[("file", shape::text())]),
+    kinds: &[],
+    handler: start,
+};
+
+pub(super) const END_ONLY: Operation = Operation {
+    method: "DELETE",
+    path: "/recordings",
+    name: "stop_only_recording",
+    summary: "Ends the recording, if it is the only one",
+    role: Role::Operator,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: None,
+    answer: entry_shape,
+    kinds: &[],
+    handler: |context, _| conflict(context.agent.stop_recording(None)),
+};
+
+pub(super) const END: Operation = Operation {
+    method: "POST",
+    path: "/recordings/{recording}/stop",
+    name: "stop_recording",
+    summary: "Ends a recording; its file is whole then",
+    role: Role::Operator,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: None,
+    answer: entry_shape,
+    kinds: &[],
+    handler: stop,
+};
+
+pub(super) const FLIGHT: Operation = Operation {
+    method: "POST",
+    path: "/recordings/{recording}/snapshot",
+    name: "save_flight",
+    summary: "Saves the last seconds, which are always in memory, into a file that is not there yet",
+    role: Role::Operator,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("file", shape::text()),
+            ("from", shape::count()),
+            ("to", shape::count()),
+            ("values", shape::count()),
+            ("bytes", shape::count()),
+        ])
+    },
+    kinds: &[],
+    handler: snapshot,
+};
+
+pub(super) const FETCH: Operation = Operation {
+    method: "GET",
+    path: "/recordings/{recording}",
+    name: "fetch_recording",
+    summary: "The file of a recording that has ended",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[BYTES],
+    handler: fetch,
+};
+
+fn entry_shape() -> Json {
+    json!({
+        "type": "object",
+        "properties": {
+            "file": shape::text(),
+            "from": shape::count(),
+            "values": shape::count(),
+            "dropped": shape::count(),
+            "bytes": shape::count(),
+            "failure": shape::text(),
+        },
+        "required": ["file", "from", "values", "dropped", "bytes"],
+        "additionalProperties": false,
+    })
+}
+
+fn flight_shape() -> Json {
+    let count = shape::count;
+    shape::object(&[
+        ("keep", count()),
+        ("from", count()),
+        ("to", count()),
+        ("bytes", count()),
+        ("memory", count()),
+        ("saved", shape::list(shape::text())),
+        ("skipped", count()),
+    ])
+}
+
+/// What is recorded; nothing of an agent without a recorder.
+fn recorder(context: &Context) -> Option<RecordingStatus> {
+    serde_json::from_value(context.agent.recording_status().ok()?).ok()
+}
+
+fn recorded(context: &Context) -> RecordingStatus {
+    recorder(context).unwrap_or_default()
+}
+
+/// How the files of recordings end.
+const KIND: &str = "mcap";
+
+/// The file of a recording, or another one that is made beside them.
+fn file(context: &Context, ask: &Ask, name: &str, kind: &str) -> Result<PathBuf, Problem> {
+    if let Some(path) = local_file(ask, name) {
+        return Ok(path);
+    }
+    let name = name.strip_suffix(kind).and_then(|name| name.strip_suffix('.')).unwrap_or(name);
+    if name.is_empty()
+        || name.len() > 64
+        || !name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
+    {
+        let help = "it has at most 64 letters, digits, _ and -";
+        return Err(Problem::bad(format!("`{name}` can't be the name of a recording"), help));
+    }
+    let nothing = || {
+        let help = "`slate run` has what records; a program gives its agent one with `Options::recording`";
+        Problem::new(StatusCode::CONFLICT, "this agent has nothing that records", help)
+    };
+    Ok(recorded(context).folder.ok_or_else(nothing)?.join(format!("{name}.{kind}")))
+}
+
+/// A file that is not there yet, in a folder that is.
+pub(super) fn new_file(context: &Context, ask: &Ask, name: &str, kind: &str) -> Result<PathBuf, Problem> {
+    if let Some(path) = local_file(ask, name) {
+        // Whoever makes it says what is in the way.
+        return Ok(path);
+    }
+    let file = file(context, ask, name, kind)?;
+    let unusable = |error: std::io::Error| {
+        let message = format!("the folder of recordings can't be used: {error}");
+        Problem::new(StatusCode::CONFLICT, message, "run it with `--out` into a folder that it may write to")
+    };
+    std::fs::create_dir_all(file.parent().unwrap_or(Path::new(""))).map_err(unusable)?;
+    if file.exists() {
+        let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let message = format!("there is a {name} already");
+        return Err(Problem::new(StatusCode::CONFLICT, message, "take another name"));
+    }
+    Ok(file)
+}
+
+fn list(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    let status = recorder(context);
+    let can_record = status.is_some();
+    let RecordingStatus { recordings, flight, folder } = status.unwrap_or_default();
+    let entry = |entry: DirEntry| {
+        let path = entry.path();
+        let name = path.file_stem().filter(|_| path.extension().is_some_and(|own| own == "mcap"))?;
+        Some((name.to_str()?.to_owned(), entry.metadata().ok()?.len()))
+    };
+    // A folder that is not there yet has no files.
+    let entries = folder.into_iter().filter_map(|folder| read_dir(folder).ok()).flatten().flatten();
+    let mut files: Vec<_> = entries.filter_map(entry).collect();
+    files.sort_unstable();
+    let file = |(name, bytes)| json!({ "name": name, "bytes": bytes });
+    let files: Vec<_> = files.into_iter().map(file).collect();
+    Ok(Answer::json(
+        json!({ "recordings": recordings, "flight": flight, "files": files, "can_record": can_record }),
+    ))
+}
+
+fn start(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let wish: RecordingWish = ask.body_or_default()?;
+    let file = new_file(context, ask, ask.part("recording"), KIND)?;
+    context.agent.start_recording(&file, &wish).map_err(in_conflict)?;
+    Ok(Answer::json(json!({ "file": file })))
+}
+
+fn stop(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    conflict(context.agent.stop_recording(Some(&file(context, ask, ask.part("recording"), KIND)?)))
+}
+
+fn fetch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let name = ask.part("recording");
+    let path = file(context, ask, name, KIND)?;
+    if recorded(context).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
+        let message = format!("{name}.{KIND} is still being recorded");
+        let help = format!("end it first: POST /api/v1/recordings/{name}/stop");
+        return Err(Problem::new(StatusCode::CONFLICT, message, help));
+    }
+    let opened = File::open(&path).and_then(|file| file.metadata().map(|metadata| (file, metadata.len())));
+    let missing = |error: std::io::Error| {
+        let message = format!("there is no {name}.{KIND} that can be read: {error}");
+        Problem::not_found(message, "GET /api/v1/recordings lists them")
+    };
+    let (file, length) = opened.map_err(missing)?;
+    Ok(Answer::File(file, length))
+}
+
+fn snapshot(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    conflict(context.agent.save_flight(&new_file(context, ask, ask.part("recording"), KIND)?))
+}

@@ -1,0 +1,124 @@
+//! Snapshots, by names: whoever may name any file may overwrite any.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::Deserialize;
+use serde_json::json;
+
+use super::{conflict, in_conflict, local_file, shape};
+use crate::Role;
+use crate::agent::{Done, absolute};
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace};
+
+pub(super) const LOAD: Operation = Operation {
+    method: "POST",
+    path: "/snapshots/{snapshot}/load",
+    name: "load_snapshot",
+    summary: "Goes on from a snapshot",
+    role: Role::Developer,
+    pace: Pace::Change,
+    parameters: &[],
+    body: None,
+    answer: shape::snapshot,
+    kinds: &[],
+    handler: load,
+};
+
+pub(super) const SAVE: Operation = Operation {
+    method: "POST",
+    path: "/snapshots/{snapshot}",
+    name: "save_snapshot",
+    summary: "Takes a snapshot, into the folder `snapshots` where the agent was started",
+    role: Role::Developer,
+    pace: Pace::Change,
+    parameters: &[],
+    body: None,
+    answer: shape::snapshot,
+    kinds: &[],
+    handler: save,
+};
+
+pub(super) const VALUES: Operation = Operation {
+    method: "POST",
+    path: "/snapshots/{snapshot}/values",
+    name: "save_values",
+    summary: "Writes the newest values of another agent's properties, such as slate://robot/**, into a file of JSON beside the \
+              snapshots",
+    role: Role::Developer,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: Some(|| shape::object(&[("url", shape::text())])),
+    answer: || {
+        shape::object(&[
+            ("agent", shape::text()),
+            ("properties", shape::count()),
+            ("values", shape::count()),
+            ("untold", shape::count()),
+        ])
+    },
+    kinds: &[],
+    handler: values,
+};
+
+/// How the files of snapshots end.
+const KIND: &str = "snapshot";
+
+/// The file of a snapshot: of a name in the folder of snapshots, and for a caller at this computer any absolute path.
+fn file(ask: &Ask, kind: &str) -> Result<PathBuf, Problem> {
+    let name = ask.part("snapshot");
+    if let Some(path) = local_file(ask, name) {
+        return Ok(path);
+    }
+    let name = name.strip_suffix(kind).and_then(|name| name.strip_suffix('.')).unwrap_or(name);
+    if name.is_empty()
+        || name.len() > 64
+        || !name.bytes().all(|c| c.is_ascii_alphanumeric() || c == b'_' || c == b'-')
+    {
+        let help = "it has at most 64 letters, digits, _ and -";
+        return Err(Problem::bad(format!("`{name}` can't be the name of a snapshot"), help));
+    }
+    let wrong = |error: std::io::Error| {
+        let message = format!("the folder of snapshots can't be used: {error}");
+        Problem::new(StatusCode::CONFLICT, message, "start the agent in a folder that it may write to")
+    };
+    let folder = std::env::current_dir().map_err(wrong)?.join("snapshots");
+    std::fs::create_dir_all(&folder).map_err(wrong)?;
+    Ok(folder.join(format!("{name}.{kind}")))
+}
+
+fn save(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let file = file(ask, KIND)?;
+    placed(context.agent.save_snapshot(&file), &file)
+}
+
+fn load(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let file = file(ask, KIND)?;
+    if ask.caller.local.is_none() && !file.is_file() {
+        let message = format!("there is no snapshot `{}`", ask.part("snapshot"));
+        return Err(Problem::not_found(message, "take one with POST /api/v1/snapshots/NAME"));
+    }
+    placed(context.agent.load_snapshot(&file), &file)
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Values {
+    url: String,
+}
+
+fn values(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let Values { url } = ask.body()?;
+    conflict(context.agent.remote_snapshot(&url, absolute(&file(ask, "json")?)?))
+}
+
+fn placed(done: Done, file: &Path) -> Result<Answer, Problem> {
+    done.map_err(in_conflict).map(|mut entry| {
+        entry["file"] = json!(file);
+        Answer::json(entry)
+    })
+}

@@ -1,0 +1,77 @@
+//! What the threads of the agent take of the processors, as Linux counts it.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use serde_json::{Value as Json, json};
+
+use super::{TOKEN, shape};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace};
+
+/// Where the threads of this process are.
+const THREADS: &str = "/proc/self/task";
+
+pub(super) const READ: Operation = Operation {
+    method: "GET",
+    path: "/threads",
+    name: "threads",
+    summary: "What each thread of the agent has taken of the processors, and how long it was ready and had to wait for one; empty \
+              where the system does not tell",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || {
+        shape::list(shape::object(&[
+            ("id", shape::count()),
+            ("name", shape::text()),
+            ("processor", shape::count()),
+            ("busy", json!({ "type": "integer", "minimum": 0, "description": "How long it ran, ns." })),
+            (
+                "waited",
+                json!({ "type": "integer", "minimum": 0, "description": "How long it was ready and did not run, ns." }),
+            ),
+            (
+                "turns",
+                json!({ "type": "integer", "minimum": 0, "description": "How often it was given a processor." }),
+            ),
+        ]))
+    },
+    kinds: &[],
+    handler: read,
+};
+
+fn read(_: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    let folders = fs::read_dir(THREADS).into_iter().flatten().flatten();
+    let mut threads: Vec<_> = folders.filter_map(|folder| thread(&folder.path())).collect();
+    threads.sort_by_key(|(id, _)| *id);
+    Ok(Answer::json(threads.into_iter().map(|(_, thread)| thread).collect()))
+}
+
+/// What is told of a thread; nothing of one that has just ended.
+fn thread(folder: &Path) -> Option<(u64, Json)> {
+    let read = |file: &str| fs::read_to_string(folder.join(file)).ok();
+    let id = folder.file_name()?.to_str()?.parse().ok()?;
+    let counts = read("schedstat")?;
+    let mut counts = counts.split_whitespace().map(str::parse::<u64>);
+    let mut count = || counts.next()?.ok();
+    let (busy, waited, turns) = (count()?, count()?, count()?);
+    // The 39th field; a name in brackets is the second, and may have anything in it.
+    let stat = read("stat")?;
+    let processor: u64 = stat.rsplit_once(')')?.1.split_whitespace().nth(36)?.parse().ok()?;
+    let name = read("comm")?;
+    let thread = json!({
+        "id": id,
+        "name": name.trim_end(),
+        "processor": processor,
+        "busy": busy,
+        "waited": waited,
+        "turns": turns,
+    });
+    Some((id, thread))
+}

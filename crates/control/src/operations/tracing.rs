@@ -1,0 +1,85 @@
+//! Traces of what runs when, for Perfetto. A trace belongs to the connection that records it, and is discarded when that closes
+//! before its end.
+
+use std::sync::Arc;
+
+use serde_json::{Value as Json, json};
+
+use super::{Named, file_shape, in_conflict, recordings, shape};
+use crate::Role;
+use crate::agent::absolute;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::entries::TraceEntry;
+use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
+
+pub(super) const RECORD: Operation = Operation {
+    method: "POST",
+    path: "/trace",
+    name: "record_trace",
+    summary: "Begins to record what runs when, into a file that Perfetto opens; it is discarded if this connection closes \
+              before the end",
+    role: Role::Developer,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: Some(file_shape),
+    answer: || json!({ "type": "object", "maxProperties": 0 }),
+    kinds: &[],
+    handler: record,
+};
+
+pub(super) const PROGRESS: Operation = Operation {
+    method: "GET",
+    path: "/trace",
+    name: "trace_progress",
+    summary: "The trace that this connection records",
+    role: Role::Developer,
+    pace: Pace::Prompt,
+    parameters: &[],
+    body: None,
+    answer: entry,
+    kinds: &[],
+    handler: |_, ask| answer(ask.caller.place.with_trace(|trace| trace.progress()).map_err(in_conflict)?),
+};
+
+pub(super) const END: Operation = Operation {
+    method: "DELETE",
+    path: "/trace",
+    name: "end_trace",
+    summary: "Ends the trace that this connection records; its file exists then",
+    role: Role::Developer,
+    pace: Pace::Prompt,
+    parameters: &[],
+    body: None,
+    answer: entry,
+    kinds: &[],
+    handler: |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?),
+};
+
+fn entry() -> Json {
+    let track =
+        shape::object(&[("name", shape::text()), ("spans", shape::count()), ("missing", shape::count())]);
+    shape::object(&[
+        ("file", shape::text()),
+        ("ended", shape::flag()),
+        ("from", shape::count()),
+        ("to", shape::count()),
+        ("tracks", shape::list(track)),
+    ])
+}
+
+fn answer(entry: TraceEntry) -> Result<Answer, Problem> {
+    Ok(Answer::json(json!(entry)))
+}
+
+fn record(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let Named { file } = ask.body()?;
+    let file = match ask.caller.local {
+        Some(_) => absolute(&file).map_err(in_conflict)?.to_owned(),
+        None => recordings::new_file(context, ask, &file.to_string_lossy(), "json")?,
+    };
+    let begun = ask.caller.place.with_trace(|trace| trace.record(context.agent.composer(), &file));
+    begun.map_err(in_conflict)?;
+    Ok(Answer::Nothing)
+}

@@ -1,0 +1,206 @@
+//! What there is.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::Property;
+use slate_runtime::Mistake;
+
+use super::{API, TOKEN, shape};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::schema;
+
+const PATTERN: Parameter = Parameter {
+    name: "pattern",
+    doc: "Which of them, such as /r2/planner/* or /**/timing; all unless given.",
+    schema: shape::text,
+};
+
+pub(super) const AGENT: Operation = Operation {
+    method: "GET",
+    path: "/agent",
+    name: "agent",
+    summary: "The agent, and what the caller may do",
+    role: Role::Viewer,
+    pace: Pace::Prompt,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::agent,
+    kinds: &[],
+    handler: agent,
+};
+
+pub(super) const PROPERTIES: Operation = Operation {
+    method: "GET",
+    path: "/properties",
+    name: "properties",
+    summary: "The properties, in the order of their paths",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[
+        PATTERN,
+        Parameter { name: "values", doc: "With values of at most 4 KiB.", schema: shape::flag },
+        TOKEN,
+    ],
+    body: None,
+    answer: || shape::list(shape::property()),
+    kinds: &[],
+    handler: properties,
+};
+
+pub(super) const INTERFACES: Operation = Operation {
+    method: "GET",
+    path: "/interfaces",
+    name: "interfaces",
+    summary: "What values are made of, by their names",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || json!({ "type": "object", "additionalProperties": { "type": "object" } }),
+    kinds: &[],
+    handler: interfaces,
+};
+
+pub(super) const INTERFACE: Operation = Operation {
+    method: "GET",
+    path: "/interfaces/{interface}",
+    name: "interface",
+    summary: "What values of an interface are made of, as JSON Schema",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || json!({ "type": "object" }),
+    kinds: &[],
+    handler: interface,
+};
+
+pub(super) const DOCUMENTS: Operation = Operation {
+    method: "GET",
+    path: "/documents",
+    name: "documents",
+    summary: "What the program tells beside the blackboard, such as the world of a simulator: names",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: || shape::list(shape::text()),
+    kinds: &[],
+    handler: documents,
+};
+
+pub(super) const DOCUMENT: Operation = Operation {
+    method: "GET",
+    path: "/documents/{document}",
+    name: "document",
+    summary: "One of these",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[TOKEN],
+    body: None,
+    answer: shape::anything,
+    kinds: &[],
+    handler: document,
+};
+
+/// The largest value that a list has, bytes.
+const SMALL: usize = 4096;
+
+pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let stopped = context.agent.composer().actuators().into_iter().find_map(|(_, reason)| reason);
+    Ok(Answer::json(json!({
+        "api": API,
+        "name": context.name(),
+        "version": env!("CARGO_PKG_VERSION"),
+        "run": context.session,
+        "role": ask.caller.role.name(),
+        "time": context.now(),
+        "lockstep": context.is_lockstep,
+        "stopped": stopped,
+    })))
+}
+
+pub(super) fn properties(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let pattern = ask.query.get("pattern").map(|pattern| ask.own_url(pattern));
+    let values = ask.query.flag("values")?;
+    let found = context.agent.properties(pattern.as_deref()).map_err(|refusal| {
+        let is_unknown = refusal.code.as_deref() == Some(Mistake::Name.code());
+        Problem::refused(if is_unknown { StatusCode::NOT_FOUND } else { StatusCode::BAD_REQUEST }, refusal)
+    })?;
+    let is_elsewhere = pattern.is_some_and(|pattern| context.agent.is_elsewhere(&pattern));
+    if is_elsewhere {
+        return Ok(Answer::json(json!(found)));
+    }
+    let found = found.iter().filter_map(|found| context.board().get(&found.path));
+    Ok(Answer::json(found.map(|(property, _)| entry(context, &property, values)).collect()))
+}
+
+fn entry(context: &Context, property: &Property, values: bool) -> Json {
+    let channel = property.channel();
+    let mut entry = json!({
+        "path": property.path(),
+        "url": format!("slate://{}/{}", context.name(), property.path()),
+        "interface": property.descriptor().name,
+        "doc": property.doc(),
+        "access": context.agent.access(property),
+        "sequence": channel.map_or(0, |channel| channel.published()),
+        "readers": property.readers(),
+    });
+    let is_small = channel.is_some_and(|channel| channel.shape().bytes(channel.shape().capacity) <= SMALL);
+    if values
+        && is_small
+        && let Ok(Some((value, stamp))) = context.board().read(property.path())
+    {
+        entry["value"] = serde_json::to_value(value).unwrap_or_default();
+        entry["time"] = json!(stamp.time);
+    }
+    entry
+}
+
+/// The interfaces of all properties, by name; of two of one name, that of the first property.
+fn known(context: &Context) -> BTreeMap<&'static str, &'static Descriptor> {
+    let mut known = BTreeMap::new();
+    for property in context.board().properties() {
+        known.entry(property.descriptor().name).or_insert(property.descriptor());
+    }
+    known
+}
+
+pub(super) fn interfaces(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    let schemas = known(context).into_iter().map(|(name, of)| (name.to_owned(), schema::of_interface(of)));
+    Ok(Answer::json(Json::Object(schemas.collect())))
+}
+
+pub(super) fn interface(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let name = ask.part("interface");
+    let known = known(context);
+    let descriptor = known.get(name).ok_or_else(|| {
+        let near = slate_blackboard::nearest_names(name, known.keys().copied());
+        let help = match near.is_empty() {
+            true => "GET /api/v1/interfaces lists them".into(),
+            false => format!("did you mean {}?", near.join(" or ")),
+        };
+        Problem::not_found(format!("no property has the interface `{name}`"), help)
+    })?;
+    Ok(Answer::json(schema::of_interface(descriptor)))
+}
+
+pub(super) fn documents(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+    Ok(Answer::json(context.documents.iter().map(|document| json!(document.name)).collect()))
+}
+
+pub(super) fn document(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let name = ask.part("document");
+    let found = context.documents.iter().find(|document| document.name == name);
+    let unknown =
+        || Problem::not_found(format!("no document is called `{name}`"), "GET /api/v1/documents lists them");
+    Ok(Answer::json((found.ok_or_else(unknown)?.read)()))
+}

@@ -1,0 +1,291 @@
+//! Values, in the form that is asked for.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use hyper::StatusCode;
+use serde_json::{Value as Json, json};
+use slate_blackboard::{Access, BoardError, Url};
+use slate_runtime::{Message, Mistake};
+use crate::entries::Reading;
+
+use super::{TOKEN, shape};
+use crate::Role;
+use crate::agent::{KNOWN, refusal};
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::picture::{Picture, is_picture};
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::select::Selection;
+use crate::stream::{Follow, Watcher, What};
+
+const FORMAT: Parameter = Parameter {
+    name: "format",
+    doc: "The form of the answer, where a browser can't say it by `Accept`.",
+    schema: || json!({ "enum": ["json", "text", "png", "jpeg", "mjpeg", "events"] }),
+};
+
+pub(super) const SELECTION: [Parameter; 2] = [
+    Parameter { name: "pointer", doc: "A part of the value, by JSON Pointer.", schema: shape::text },
+    Parameter {
+        name: "select",
+        doc: "Parts of the value, by JSONPath without filters and functions; a list.",
+        schema: shape::text,
+    },
+];
+
+pub(super) const READ: Operation = Operation {
+    method: "GET",
+    path: "/slate/{agent}/{path}",
+    name: "read",
+    summary: "The newest value of slate://agent/path, or a stream of its values",
+    role: Role::Viewer,
+    pace: Pace::Prompt,
+    parameters: &[
+        FORMAT,
+        SELECTION[0],
+        SELECTION[1],
+        Parameter { name: "bare", doc: "The value alone, without sequence and time.", schema: shape::flag },
+        Parameter {
+            name: "rate",
+            doc: "How often a stream looks for news, in Hz; 10 unless given.",
+            schema: || json!({ "type": "number", "minimum": 0.01, "maximum": 100 }),
+        },
+        Parameter {
+            name: "every",
+            doc: "A stream has each value that is kept, and not only the newest.",
+            schema: shape::flag,
+        },
+        Parameter {
+            name: "quality",
+            doc: "The quality of JPEG; 80 unless given.",
+            schema: || json!({ "type": "integer", "minimum": 1, "maximum": 100 }),
+        },
+        TOKEN,
+    ],
+    body: None,
+    answer: shape::reading,
+    kinds: &["text/plain", "image/png", "image/jpeg", "multipart/x-mixed-replace", "text/event-stream"],
+    handler: read,
+};
+
+pub(super) const QUEUE: Operation = Operation {
+    method: "GET",
+    path: "/queues/{agent}/{path}",
+    name: "queue",
+    summary: "The values that a property keeps, the oldest first",
+    role: Role::Viewer,
+    pace: Pace::Prompt,
+    parameters: &[
+        SELECTION[0],
+        SELECTION[1],
+        Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
+        Parameter { name: "limit", doc: "At most so many; 1000 unless given.", schema: shape::count },
+        TOKEN,
+    ],
+    body: None,
+    answer: || {
+        shape::object(&[
+            ("values", shape::list(shape::reading())),
+            ("next", shape::count()),
+            ("lost", shape::count()),
+        ])
+    },
+    kinds: &[],
+    handler: queue,
+};
+
+/// How often a stream looks for news when nothing else is said, Hz.
+const RATE: f64 = 10.0;
+
+/// How many values of a queue are told at once when nothing else is said, and at most.
+const LIMIT: u64 = 1000;
+const MOST: u64 = 100_000;
+
+/// What may be asked for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    Json,
+    Text,
+    Png,
+    Jpeg,
+    Mjpeg,
+    Events,
+}
+
+impl Form {
+    const ALL: [(Self, &'static str, &'static str); 6] = [
+        (Self::Json, "json", "application/json"),
+        (Self::Text, "text", "text/plain"),
+        (Self::Png, "png", "image/png"),
+        (Self::Jpeg, "jpeg", "image/jpeg"),
+        (Self::Mjpeg, "mjpeg", "multipart/x-mixed-replace"),
+        (Self::Events, "events", "text/event-stream"),
+    ];
+
+    /// What `format` or `Accept` say, of a property that is a picture or none.
+    fn of(ask: &Ask, picture: bool) -> Result<Self, Problem> {
+        if let Some(name) = ask.query.get("format") {
+            let found = Self::ALL.iter().find(|(_, known, _)| *known == name).map(|(form, _, _)| *form);
+            let help = "there are json, text, png, jpeg, mjpeg and events";
+            return found.ok_or_else(|| Problem::bad(format!("`format` is `{name}`"), help));
+        }
+        let wanted = ask.accept.split(',').map(|kind| kind.split(';').next().unwrap_or_default().trim());
+        let mut wanted = wanted.filter(|kind| !kind.is_empty()).peekable();
+        if wanted.peek().is_none() {
+            return Ok(Self::Json);
+        }
+        let form = |kind: &str| match kind {
+            "image/*" if picture => Some(Self::Jpeg),
+            "*/*" | "application/*" => Some(Self::Json),
+            "text/*" => Some(Self::Text),
+            kind => Self::ALL.iter().find(|(_, _, known)| *known == kind).map(|(form, _, _)| *form),
+        };
+        wanted.find_map(form).ok_or_else(|| {
+            let kinds: Vec<_> = Self::ALL.iter().map(|(_, _, kind)| *kind).collect();
+            let help = format!("there are {}", kinds.join(", "));
+            Problem::new(StatusCode::NOT_ACCEPTABLE, format!("nothing here is `{}`", ask.accept), help)
+        })
+    }
+}
+
+/// The URL that a path means.
+pub(super) fn url(ask: &Ask) -> Result<Url, Problem> {
+    let text = format!("slate://{}/{}", ask.part("agent"), ask.part("path"));
+    Url::parse(&ask.own_url(&text))
+        .map_err(|error| Problem::not_found(error.to_string(), "such as /api/v1/slate/exp1/r2/planner/state"))
+}
+
+/// The path on the board, when the URL is of this agent.
+pub(super) fn own_path(context: &Context, url: &Url) -> Option<String> {
+    url.agent().is_none_or(|agent| agent == context.name()).then(|| url.path_in(""))
+}
+
+/// There is nothing to read at a path.
+fn unknown(error: BoardError) -> Problem {
+    let status = match error {
+        BoardError::Unknown { .. } | BoardError::OtherAgent { .. } => StatusCode::NOT_FOUND,
+        _ => StatusCode::UNPROCESSABLE_ENTITY,
+    };
+    Problem::refused(status, refusal(Message::from(&error), KNOWN))
+}
+
+pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let url = url(ask)?;
+    let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
+    let bare = ask.query.flag("bare")?;
+    let rate = ask.query.number("rate", 0.01, 100.0)?.unwrap_or(RATE);
+    let every = ask.query.flag("every")?;
+    let quality = match ask.query.count("quality", 100)? {
+        Some(0) => return Err(Problem::bad("`quality` is 0", "it is a whole number from 1 to 100")),
+        quality => quality.map_or(80, |quality| quality as u8),
+    };
+    let Some(path) = own_path(context, &url) else {
+        return match Form::of(ask, false)? {
+            Form::Json | Form::Text => elsewhere(context, ask, &url, &selection, bare),
+            _ => Err(Problem::unfit(
+                "a stream or a picture is of this agent's properties",
+                "ask the other agent",
+            )),
+        };
+    };
+    let (property, field) = context.board().find(&path).map_err(unknown)?;
+    if property.access() == Access::Messages {
+        let message = format!("/{} takes messages, and has no value", property.path());
+        return Err(Problem::unfit(message, KNOWN).of(Mistake::Messages));
+    }
+    let picture = is_picture(property.descriptor()) && field.is_empty();
+    let form = Form::of(ask, picture)?;
+    if matches!(form, Form::Png | Form::Jpeg | Form::Mjpeg) && !picture {
+        let message = format!("/{path} is {}, and no image", property.descriptor().name);
+        return Err(Problem::new(StatusCode::NOT_ACCEPTABLE, message, "ask for application/json"));
+    }
+    let follow = |what| {
+        let watcher = Watcher::new(context, &path, ask.last_event.unwrap_or(0))?;
+        let period = Duration::from_secs_f64(1.0 / rate);
+        Ok(Answer::Follow(Follow { context: Arc::clone(context), watcher, period, what }))
+    };
+    match form {
+        Form::Json | Form::Text => {
+            let newest = context.board().read(&path).map_err(unknown)?;
+            let (value, sequence, time) = match newest {
+                Some((value, stamp)) => {
+                    (serde_json::to_value(value).unwrap_or_default(), stamp.sequence, stamp.time)
+                }
+                None => (Json::Null, 0, 0),
+            };
+            tell(&selection.of(&value)?, sequence, time, form, bare)
+        }
+        Form::Png | Form::Jpeg => {
+            let nothing = || Problem::not_found(format!("there is no picture at /{path} yet"), "wait for it");
+            let (bytes, items, _) = property.newest()?.ok_or_else(nothing)?;
+            let wrong = || Problem::unfit(format!("the image at /{path} says more than it holds"), "");
+            let picture = Picture::of(property.descriptor(), &bytes, items).ok_or_else(wrong)?;
+            if form == Form::Png {
+                return Ok(Answer::Bytes("image/png", picture.png()));
+            }
+            let jpeg = picture.jpeg(quality).map_err(|reason| Problem::unfit(reason, "ask for image/png"))?;
+            Ok(Answer::Bytes("image/jpeg", jpeg))
+        }
+        Form::Mjpeg => follow(What::Pictures(quality)),
+        Form::Events => follow(What::Events { selection, every }),
+    }
+}
+
+/// A value of another agent, or of what the team knows.
+fn elsewhere(
+    context: &Context,
+    ask: &Ask,
+    url: &Url,
+    selection: &Selection,
+    bare: bool,
+) -> Result<Answer, Problem> {
+    let read = context.agent.read(&url.to_string());
+    let read = read.map_err(|refusal| Problem::refused(StatusCode::NOT_FOUND, refusal))?;
+    let reading: Option<Reading> = serde_json::from_value(read).unwrap_or_default();
+    let reading = reading.unwrap_or(Reading { value: Json::Null, sequence: 0, time: 0 });
+    let form = Form::of(ask, false)?;
+    tell(&selection.of(&reading.value)?, reading.sequence, reading.time, form, bare)
+}
+
+fn tell(value: &Json, sequence: u64, time: u64, form: Form, bare: bool) -> Result<Answer, Problem> {
+    if form == Form::Text {
+        let text = match value {
+            Json::String(text) => text.clone(),
+            other => other.to_string(),
+        };
+        return Ok(Answer::text(format!("{text}\n")));
+    }
+    let version = Some(version(sequence));
+    let body =
+        if bare { value.clone() } else { json!({ "value": value, "sequence": sequence, "time": time }) };
+    Ok(Answer::Json(StatusCode::OK, body, version))
+}
+
+/// What a version of a value is called.
+pub(super) fn version(sequence: u64) -> String {
+    format!("\"{sequence}\"")
+}
+
+pub(super) fn queue(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
+    let after = ask.query.count("after", u64::MAX)?.unwrap_or(0);
+    let limit = ask.query.count("limit", MOST)?.unwrap_or(LIMIT);
+    let url = url(ask)?;
+    let elsewhere = || Problem::unfit("a queue is of this agent's properties", "ask the other agent");
+    let path = own_path(context, &url).ok_or_else(elsewhere)?;
+    let kept = context.board().history(&path).map_err(unknown)?;
+    let oldest = kept.first().map_or(after.saturating_add(1), |(_, stamp)| stamp.sequence);
+    // Without a place to go on from, nothing is missed.
+    let lost = if after == 0 { 0 } else { oldest.saturating_sub(after.saturating_add(1)) };
+    let fresh = kept.into_iter().filter(|(_, stamp)| stamp.sequence > after);
+    let mut next = after;
+    let mut values = Vec::new();
+    for (value, stamp) in fresh.take(usize::try_from(limit).unwrap_or(usize::MAX)) {
+        let value = selection.of(&serde_json::to_value(value).unwrap_or_default())?;
+        values.push(json!({ "value": value, "sequence": stamp.sequence, "time": stamp.time }));
+        next = stamp.sequence;
+    }
+    Ok(Answer::json(json!({ "values": values, "next": next, "lost": lost })))
+}

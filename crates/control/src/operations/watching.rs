@@ -1,0 +1,129 @@
+//! Values as they come, for callers that ask again and again.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde::Deserialize;
+use serde_json::json;
+
+use super::{shape, told};
+use crate::Role;
+use crate::agent::LONGEST;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::entries::Watched;
+use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
+
+pub(super) const WATCH: Operation = Operation {
+    method: "POST",
+    path: "/watch",
+    name: "watch",
+    summary: "The values of several properties that are newer than those already seen; waits for the first one",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: Some(|| {
+        let watched = json!({
+            "type": "object",
+            "required": ["url"],
+            "properties": {
+                "url": shape::text(),
+                "after": { "type": ["integer", "null"], "minimum": 0, "description": "The last sequence number seen." },
+            },
+        });
+        json!({
+            "type": "object",
+            "required": ["of"],
+            "properties": {
+                "of": { "type": "array", "items": watched, "minItems": 1, "maxItems": 1000 },
+                "within": wait("The longest wait, ms; 0 unless given."),
+            },
+            "additionalProperties": false,
+        })
+    }),
+    answer: || {
+        shape::list(shape::object(&[
+            ("of", shape::count()),
+            ("missed", shape::count()),
+            ("readings", shape::list(shape::reading())),
+        ]))
+    },
+    kinds: &[],
+    handler: watch,
+};
+
+pub(super) const MEASURE: Operation = Operation {
+    method: "POST",
+    path: "/measure",
+    name: "measure",
+    summary: "The rates, intervals and sizes of the values of several properties, measured for a while",
+    role: Role::Viewer,
+    pace: Pace::Slow,
+    parameters: &[],
+    body: Some(|| {
+        let urls = json!({ "type": "array", "items": shape::text(), "minItems": 1, "maxItems": 1000 });
+        shape::object(&[("urls", urls), ("time", wait("How long to measure, ms."))])
+    }),
+    answer: || shape::list(measured()),
+    kinds: &[],
+    handler: measure,
+};
+
+fn wait(doc: &str) -> serde_json::Value {
+    json!({ "type": "integer", "minimum": 0, "maximum": LONGEST.as_millis() as u64, "description": doc })
+}
+
+fn measured() -> serde_json::Value {
+    let number = || shape::optional(json!({ "type": "number" }));
+    let spread = shape::object(&[
+        ("min", shape::count()),
+        ("mean", json!({ "type": "number" })),
+        ("deviation", json!({ "type": "number" })),
+        ("p50", shape::count()),
+        ("p95", shape::count()),
+        ("p99", shape::count()),
+        ("max", shape::count()),
+    ]);
+    shape::object(&[
+        ("url", shape::text()),
+        ("interface", shape::text()),
+        ("count", shape::count()),
+        ("rate", number()),
+        ("interval", shape::optional(spread)),
+        ("unseen", shape::count()),
+        ("size", number()),
+        ("bandwidth", number()),
+        ("age", shape::optional(shape::count())),
+        ("readers", shape::count()),
+        ("has_writer", shape::flag()),
+        ("lost", shape::count()),
+    ])
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Watch {
+    of: Vec<Watched>,
+    #[serde(default)]
+    within: u64,
+}
+
+fn watch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let Watch { mut of, within } = ask.body()?;
+    of.iter_mut().for_each(|watched| watched.url = ask.own_url(&watched.url));
+    told(context.agent.watch(&of, Duration::from_millis(within)))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Measure {
+    urls: Vec<String>,
+    time: u64,
+}
+
+fn measure(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let Measure { urls, time } = ask.body()?;
+    let urls: Vec<_> = urls.iter().map(|url| ask.own_url(url)).collect();
+    told(context.agent.measure(&urls, Duration::from_millis(time)))
+}

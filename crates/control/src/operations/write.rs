@@ -1,0 +1,363 @@
+//! Setting what the host sets, and sending messages.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde::Deserialize;
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::{Value, edit};
+use slate_blackboard::{Access, BoardError, Property, Url, is_within};
+use slate_runtime::Mistake;
+
+use super::values::{own_path, url, version};
+use super::{DRY_RUN, shape, told};
+use crate::Role;
+use crate::answer::Answer;
+use crate::context::Context;
+use crate::problem::Problem;
+use crate::operation::{Ask, Operation, Pace};
+use crate::schema::complete;
+use crate::text::{quoted, toml};
+
+pub(super) const SET_VALUE: Operation = Operation {
+    method: "PUT",
+    path: "/value",
+    name: "set_value",
+    summary: "Sets a parameter, an input without a link, a field of one, or whether a module is enabled, by its URL",
+    role: Role::Operator,
+    pace: Pace::Change,
+    parameters: &[],
+    body: Some(|| shape::object(&[("url", shape::text()), ("value", shape::anything())])),
+    answer: || {
+        let switched =
+            shape::object(&[("changed", shape::flag()), ("needs_reload", shape::optional(shape::text()))]);
+        json!({ "anyOf": [shape::list(shape::changed()), switched] })
+    },
+    kinds: &[],
+    handler: set_value,
+};
+
+pub(super) const PUT: Operation = Operation {
+    method: "PUT",
+    path: "/slate/{agent}/{path}",
+    name: "write",
+    summary: "Sets a parameter, an input without a link, or whether a module is enabled; or a field of them",
+    role: Role::Operator,
+    pace: Pace::Change,
+    parameters: &[DRY_RUN],
+    body: Some(shape::anything),
+    answer: || shape::list(shape::changed()),
+    kinds: &[],
+    handler: put,
+};
+
+pub(super) const PATCH: Operation = Operation {
+    method: "PATCH",
+    path: "/slate/{agent}/{path}",
+    name: "patch",
+    summary: "Sets fields, and leaves the others as they are",
+    role: Role::Operator,
+    pace: Pace::Change,
+    parameters: &[DRY_RUN],
+    body: Some(|| json!({ "type": "object", "minProperties": 1 })),
+    answer: || shape::list(shape::changed()),
+    kinds: &[],
+    handler: patch,
+};
+
+pub(super) const SEND: Operation = Operation {
+    method: "POST",
+    path: "/slate/{agent}/{path}",
+    name: "send",
+    summary: "Sends a message to a property that takes them; waits up to a second for what becomes of it",
+    role: Role::Operator,
+    pace: Pace::Slow,
+    parameters: &[DRY_RUN],
+    body: Some(shape::anything),
+    answer: || shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]),
+    kinds: &[],
+    handler: send,
+};
+
+/// What can be set.
+struct Target {
+    property: Arc<Property>,
+    module: String,
+    what: What,
+}
+
+enum What {
+    Enabled,
+    /// The setting of the whole, and the fields behind it.
+    Setting {
+        path: String,
+        fields: Vec<String>,
+        is_parameter: bool,
+    },
+}
+
+pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let body: Json = ask.body()?;
+    let target = target(context, ask, &body)?;
+    if let What::Setting { fields, .. } = &target.what
+        && fields.is_empty()
+    {
+        // What is put is the whole.
+        let entries = body.as_object().ok_or_else(|| {
+            let message = format!("/{} is an object of fields", target.property.path());
+            Problem::unfit(message, "GET /api/v1/interfaces/NAME tells what values are made of")
+        })?;
+        let help = "PATCH leaves what is not named as it is";
+        complete(target.property.descriptor(), |name| entries.contains_key(name), help)?;
+    }
+    set(context, ask, &target, &body)
+}
+
+pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let body: Json = ask.body()?;
+    if body.as_object().is_none_or(serde_json::Map::is_empty) {
+        return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
+    }
+    let target = target(context, ask, &body)?;
+    if let (What::Enabled, Some(value)) = (&target.what, body.get("value")) {
+        return set(context, ask, &target, &value.clone());
+    }
+    set(context, ask, &target, &body)
+}
+
+/// What a path leads to, if it can be set to that by who asks.
+fn target(context: &Context, ask: &Ask, body: &Json) -> Result<Target, Problem> {
+    let url = url(ask)?;
+    let other = || {
+        Problem::not_found(format!("{url} is of another agent"), "ask that agent: nobody else changes it")
+            .of(Mistake::OtherAgent)
+    };
+    let path = own_path(context, &url).ok_or_else(other)?;
+    let (property, field) = context.board().find(&path)?;
+    let not_allowed = |mistake: Mistake, message: String, help: &str, allowed: &str| {
+        Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help).of(mistake).with("allow", allowed))
+    };
+    let own = property.path().to_owned();
+    if !is_within(&path, &own) {
+        let help = "take the link away first: DELETE /api/v1/links/INPUT";
+        return not_allowed(Mistake::Linked, format!("/{path} is linked to /{own}"), help, "GET");
+    }
+    match property.access() {
+        Access::Setting if context.agent.access(&property) == "queue" => {
+            let help = "link it: PUT /api/v1/links/INPUT";
+            return not_allowed(
+                Mistake::OneWriter,
+                format!("/{own} is a queue, which takes the values of its link alone"),
+                help,
+                "GET",
+            );
+        }
+        Access::Setting => {}
+        Access::Output => {
+            return not_allowed(
+                Mistake::OneWriter,
+                format!("/{own} is written by its module"),
+                "link to it, or read it",
+                "GET",
+            );
+        }
+        Access::Messages => {
+            return not_allowed(
+                Mistake::Messages,
+                format!("/{own} takes messages"),
+                "send one with POST",
+                "POST",
+            );
+        }
+    }
+    let Some(module) = module_of(context, &own) else {
+        return not_allowed(
+            Mistake::OneWriter,
+            format!("/{own} is set by the agent itself"),
+            "read it",
+            "GET",
+        );
+    };
+    let port = &own[module.len() + 1..];
+    let key = quoted(&module);
+    let fields: Vec<_> = field.split('/').filter(|field| !field.is_empty()).map(ToOwned::to_owned).collect();
+    let what = match port {
+        "enabled" => What::Enabled,
+        "params" => What::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
+        port => What::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false },
+    };
+    let is_for_operators = match what {
+        What::Enabled => false,
+        What::Setting { is_parameter, .. } => !is_parameter || context.is_operable(&path, body),
+    };
+    if !is_for_operators && ask.caller.role < Role::Developer {
+        let message = format!("{} may not change parameters", ask.caller.role.one());
+        let help = "ask with the token of a developer, or let `console.operable` have what operators set";
+        return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
+    }
+    Ok(Target { property, module, what })
+}
+
+/// The module that has a property.
+fn module_of(context: &Context, path: &str) -> Option<String> {
+    let modules = context.agent.composer().modules().into_iter().map(|module| module.name);
+    modules.filter(|module| path.starts_with(&format!("{module}/"))).max_by_key(String::len)
+}
+
+fn set(context: &Arc<Context>, asked: &Ask, target: &Target, body: &Json) -> Result<Answer, Problem> {
+    let dry = asked.is_dry()?;
+    // One at a time, so that of two who have seen one version only the first one changes it.
+    let _turn = context.turn();
+    let holds = || check_version(asked, &target.property);
+    let (path, fields, is_parameter) = match &target.what {
+        What::Setting { path, fields, is_parameter } => (path, fields, *is_parameter),
+        What::Enabled => {
+            let wrong = || Problem::unfit("`enabled` is true or false", "send true or false");
+            let on = body.as_bool().ok_or_else(wrong)?;
+            holds()?;
+            if dry {
+                return Ok(Answer::json(json!([])));
+            }
+            context.agent.enable(&target.module, on)?;
+            let path = format!("modules.{}.enabled", quoted(&target.module));
+            return Ok(Answer::json(json!([{ "path": path, "before": null, "after": on.to_string() }])));
+        }
+    };
+    check_value(target, fields, body)?;
+    let changes = match (is_parameter, fields.is_empty(), body) {
+        (_, true, Json::Object(entries)) if is_parameter => entries
+            .iter()
+            .map(|(name, value)| Ok((format!("{path}.{}", quoted(name)), toml(value)?)))
+            .collect::<Result<Vec<_>, Problem>>()?,
+        // An input is a whole in the configuration, with the other fields as they are.
+        (false, ..) => vec![(path.clone(), toml(&whole(target, fields, body)?)?)],
+        _ => {
+            let names: Vec<_> = fields.iter().map(|field| quoted(field)).collect();
+            vec![(format!("{path}.{}", names.join(".")), toml(body)?)]
+        }
+    };
+    if dry {
+        holds()?;
+        return told(context.agent.set(&changes, true));
+    }
+    let changed = context.agent.set_if(&changes, holds)?;
+    Ok(Answer::json(serde_json::to_value(changed).unwrap_or_default()))
+}
+
+/// Refuses what is no value of the interface, in words of the interface.
+fn check_value(target: &Target, fields: &[String], body: &Json) -> Result<(), Problem> {
+    let descriptor = target.property.descriptor();
+    let (mut bytes, items) = present(&target.property)?;
+    let wrong = |error| BoardError::Access { url: format!("/{}", target.property.path()), error };
+    edit(descriptor, &mut bytes, items, &fields.join("/"), &value(body)?).map(drop).map_err(wrong)?;
+    Ok(())
+}
+
+/// The value as it would be, as JSON.
+fn whole(target: &Target, fields: &[String], body: &Json) -> Result<Json, Problem> {
+    let descriptor = target.property.descriptor();
+    let (mut bytes, items) = present(&target.property)?;
+    let wrong = |error| BoardError::Access { url: format!("/{}", target.property.path()), error };
+    let items = edit(descriptor, &mut bytes, items, &fields.join("/"), &value(body)?).map_err(wrong)?;
+    let view = slate_blackboard::interface::View::new(descriptor, &bytes, items);
+    let mut whole = view.and_then(|view| serde_json::to_value(view).ok()).unwrap_or_default();
+    // No setting says that there is nothing.
+    without_nothing(&mut whole);
+    Ok(whole)
+}
+
+fn without_nothing(value: &mut Json) {
+    match value {
+        Json::Object(entries) => {
+            entries.retain(|_, value| !value.is_null());
+            entries.values_mut().for_each(without_nothing);
+        }
+        Json::Array(items) => items.iter_mut().for_each(without_nothing),
+        _ => {}
+    }
+}
+
+/// The present bytes, with room for the longest tail, and how many items of that there are.
+fn present(property: &Property) -> Result<(Vec<u8>, usize), Problem> {
+    let shape = property.channel().map(|channel| channel.shape());
+    let room = shape.map_or(0, |shape| shape.bytes(shape.capacity));
+    let (mut bytes, items) = property.newest()?.map_or((Vec::new(), 0), |(bytes, items, _)| (bytes, items));
+    bytes.resize(room, 0);
+    Ok((bytes, items))
+}
+
+fn value(body: &Json) -> Result<Value, Problem> {
+    serde_json::from_value(body.clone()).map_err(|error| Problem::unfit(error.to_string(), "send a value"))
+}
+
+/// Refuses a change of what is not what the caller has seen.
+fn check_version(ask: &Ask, property: &Property) -> Result<(), Problem> {
+    let Some(wanted) = &ask.if_match else { return Ok(()) };
+    let newest = property.newest()?.map_or(0, |(_, _, stamp)| stamp.sequence);
+    let present = version(newest);
+    let mut wanted = wanted.split(',').map(str::trim);
+    if wanted.any(|version| version == "*" || version == present) {
+        return Ok(());
+    }
+    let message = format!("the value is of version {present} now");
+    Err(Problem::new(StatusCode::PRECONDITION_FAILED, message, "read it again").with("etag", present))
+}
+
+pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let body: Json = ask.body()?;
+    let dry = ask.is_dry()?;
+    let url = url(ask)?;
+    if let Some(path) = own_path(context, &url) {
+        let (property, _) = context.board().find(&path)?;
+        if property.access() != Access::Messages {
+            let message = format!("/{} takes no messages", property.path());
+            let help = "`slate set` and PUT set what can be set; `slate list` shows what there is";
+            let problem = Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help);
+            return Err(problem.of(Mistake::Value).with("allow", "GET, PUT, PATCH"));
+        }
+    }
+    let sent = context.agent.send(&url.to_string(), &body, dry);
+    let status = sent.map_err(|refusal| {
+        let status = match refusal.code.as_deref().and_then(Mistake::from_code) {
+            Some(Mistake::Name | Mistake::OtherAgent) => StatusCode::NOT_FOUND,
+            Some(Mistake::Value) => StatusCode::UNPROCESSABLE_ENTITY,
+            _ => StatusCode::CONFLICT,
+        };
+        Problem::refused(status, refusal)
+    })?;
+    Ok(Answer::json(json!({ "status": status })))
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SetValue {
+    url: String,
+    value: Json,
+}
+
+fn set_value(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+    let SetValue { url, value } = ask.body()?;
+    let url = ask.own_url(&url);
+    if ask.caller.role < Role::Developer && !is_for_operators(context, &url, &value) {
+        return Err(parameters_are_refused(ask.caller.role));
+    }
+    told(context.agent.set_property(&url, &value))
+}
+
+/// Whether the value at a URL is an operator's to set: an input of a module here, as goals are inputs, or a parameter that the
+/// configuration gives operators.
+fn is_for_operators(context: &Context, url: &str, value: &Json) -> bool {
+    let Some(path) = Url::parse(url).ok().and_then(|url| own_path(context, &url)) else { return false };
+    let Some(module) = module_of(context, &path) else { return false };
+    match path[module.len() + 1..].split('/').next() {
+        Some("enabled") => false,
+        Some("params") => context.is_operable(&path, value),
+        _ => true,
+    }
+}
+
+fn parameters_are_refused(role: Role) -> Problem {
+    let message = format!("{} may not do this", role.one());
+    let help = "ask with the token of a developer, or let `console.operable` have what operators set";
+    Problem::new(StatusCode::FORBIDDEN, message, help)
+}

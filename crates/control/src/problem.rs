@@ -1,0 +1,129 @@
+//! What goes wrong, as RFC 9457 has it.
+
+use hyper::StatusCode;
+use serde_json::{Value as Json, json};
+use slate_blackboard::BoardError;
+use slate_runtime::configuration::Report;
+use slate_runtime::{Message, Mistake};
+
+use crate::entries::Refusal;
+
+/// Why something is not done.
+#[derive(Debug)]
+pub struct Problem {
+    /// The status of HTTP.
+    pub status: StatusCode,
+    /// What is wrong.
+    detail: String,
+    /// What to do about it.
+    help: String,
+    /// Of which kind it is.
+    mistake: Option<Mistake>,
+    /// File, line and caret of mistakes in a configuration.
+    report: Option<String>,
+    /// Headers that the status wants.
+    pub headers: Vec<(&'static str, String)>,
+}
+
+impl Problem {
+    /// A problem with that status.
+    pub fn new(status: StatusCode, detail: impl Into<String>, help: impl Into<String>) -> Self {
+        let (detail, help) = (detail.into(), help.into());
+        let mistake = match status {
+            StatusCode::NOT_FOUND => Some(Mistake::Name),
+            StatusCode::UNPROCESSABLE_ENTITY => Some(Mistake::Value),
+            _ => None,
+        };
+        Self { status, detail, help, mistake, report: None, headers: Vec::new() }
+    }
+
+    /// Of that kind.
+    pub fn of(self, mistake: Mistake) -> Self {
+        Self { mistake: Some(mistake), ..self }
+    }
+
+    /// With a header.
+    pub fn with(mut self, name: &'static str, value: impl Into<String>) -> Self {
+        self.headers.push((name, value.into()));
+        self
+    }
+
+    /// A request that is none.
+    pub fn bad(detail: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(StatusCode::BAD_REQUEST, detail, help)
+    }
+
+    /// Nothing of that name.
+    pub fn not_found(detail: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(StatusCode::NOT_FOUND, detail, help)
+    }
+
+    /// Something that is understood, and does not fit.
+    pub fn unfit(detail: impl Into<String>, help: impl Into<String>) -> Self {
+        Self::new(StatusCode::UNPROCESSABLE_ENTITY, detail, help)
+    }
+
+    /// What the agent refuses.
+    pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
+        let mistake = refusal.code.as_deref().and_then(Mistake::from_code);
+        let problem = Self::new(status, refusal.message, refusal.help);
+        Self { mistake: mistake.or(problem.mistake), report: refusal.report, ..problem }
+    }
+
+    /// What is wrong.
+    pub fn detail(&self) -> &str {
+        &self.detail
+    }
+
+    /// The body that tells it.
+    pub fn json(&self) -> Json {
+        let mut body = json!({
+            "type": "about:blank",
+            "title": self.status.canonical_reason().unwrap_or("Error"),
+            "status": self.status.as_u16(),
+            "detail": self.detail,
+        });
+        let code = self.mistake.map(|mistake| mistake.code().to_owned());
+        for (name, text) in
+            [("help", Some(&self.help)), ("code", code.as_ref()), ("report", self.report.as_ref())]
+        {
+            if let Some(text) = text.filter(|text| !text.is_empty()) {
+                body[name] = json!(text);
+            }
+        }
+        body
+    }
+}
+
+impl std::fmt::Display for Problem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.detail)?;
+        if self.help.is_empty() { Ok(()) } else { write!(f, " ({})", self.help) }
+    }
+}
+
+impl From<Refusal> for Problem {
+    fn from(refusal: Refusal) -> Self {
+        Self::refused(StatusCode::UNPROCESSABLE_ENTITY, refusal)
+    }
+}
+
+impl From<Report> for Problem {
+    fn from(report: Report) -> Self {
+        Refusal::from(report).into()
+    }
+}
+
+impl From<BoardError> for Problem {
+    fn from(error: BoardError) -> Self {
+        let Message { text, mistake } = Message::from(&error);
+        let problem = match error {
+            BoardError::Unknown { .. } => {
+                Self::not_found(text, "GET /api/v1/properties lists the properties")
+            }
+            BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
+            _ => Self::unfit(text, "GET /api/v1/interfaces/NAME tells what values are made of"),
+        };
+        Self { mistake: mistake.or(problem.mistake), ..problem }
+    }
+}

@@ -1,0 +1,90 @@
+//! What values look like, as JSON Schema 2020-12.
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::{Descriptor, Kind};
+
+use crate::agent::lacking;
+use crate::problem::Problem;
+
+/// Whether a value names all fields of its interface; else which it lacks.
+pub fn complete(
+    descriptor: &Descriptor,
+    names: impl Fn(&str) -> bool,
+    help: &str,
+) -> Result<(), Problem> {
+    let lacking = lacking(descriptor, names);
+    if lacking.is_empty() {
+        return Ok(());
+    }
+    Err(Problem::unfit(format!("it lacks {}", lacking.join(", ")), help))
+}
+
+/// The schema of an interface's values.
+pub fn of_interface(descriptor: &Descriptor) -> Json {
+    let mut schema = of_fields(descriptor);
+    schema["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    schema["title"] = json!(descriptor.name);
+    schema["x-schema"] = json!(format!("{:016x}", descriptor.hash));
+    if !descriptor.ros.is_empty() {
+        schema["x-ros"] = json!(descriptor.ros);
+    }
+    schema
+}
+
+fn of_fields(descriptor: &Descriptor) -> Json {
+    let mut properties = serde_json::Map::new();
+    for field in descriptor.fields {
+        let mut schema = of_kind(&field.kind);
+        if !field.doc.is_empty() {
+            schema["description"] = json!(field.doc);
+        }
+        if !field.unit.is_empty() {
+            schema["x-unit"] = json!(field.unit);
+        }
+        properties.insert(field.name.into(), schema);
+    }
+    // An object has no order, and whoever shows a value wants to show it as its interface says it: x before theta.
+    let order: Vec<_> = descriptor.fields.iter().map(|field| field.name).collect();
+    json!({
+        "type": "object",
+        "description": descriptor.doc,
+        "properties": properties,
+        "x-order": order,
+        "additionalProperties": false,
+    })
+}
+
+fn of_kind(kind: &Kind) -> Json {
+    match kind {
+        Kind::Bool => json!({ "type": "boolean" }),
+        Kind::U8 => whole(0, u8::MAX.into()),
+        Kind::U16 => whole(0, u16::MAX.into()),
+        Kind::U32 => whole(0, u32::MAX.into()),
+        Kind::U64 => json!({ "type": "integer", "minimum": 0, "maximum": u64::MAX }),
+        Kind::I8 => whole(i8::MIN.into(), i8::MAX.into()),
+        Kind::I16 => whole(i16::MIN.into(), i16::MAX.into()),
+        Kind::I32 => whole(i32::MIN.into(), i32::MAX.into()),
+        Kind::I64 => whole(i64::MIN, i64::MAX),
+        // What is infinite or no number is null, as JSON has neither.
+        Kind::F32 => json!({ "type": ["number", "null"], "format": "float" }),
+        Kind::F64 => json!({ "type": ["number", "null"], "format": "double" }),
+        Kind::Enumeration(enumeration) => {
+            let names: Vec<_> = enumeration.constants.iter().map(|constant| constant.name).collect();
+            json!({ "anyOf": [{ "enum": names }, of_kind(&enumeration.carrier)], "title": enumeration.name })
+        }
+        Kind::Text(capacity) => json!({ "type": "string", "x-bytes": capacity }),
+        Kind::Optional(item) => json!({ "anyOf": [of_kind(item), { "type": "null" }] }),
+        Kind::Array(item, count) => {
+            json!({ "type": "array", "items": of_kind(item), "minItems": count, "maxItems": count })
+        }
+        Kind::Sequence(item, capacity) => {
+            json!({ "type": "array", "items": of_kind(item), "maxItems": capacity })
+        }
+        Kind::Nested(descriptor) => of_fields(descriptor),
+        Kind::Tail(item) => json!({ "type": "array", "items": of_kind(item) }),
+    }
+}
+
+fn whole(minimum: i64, maximum: i64) -> Json {
+    json!({ "type": "integer", "minimum": minimum, "maximum": maximum })
+}

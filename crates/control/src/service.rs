@@ -1,0 +1,261 @@
+//! Carries out the operation of a request.
+
+use std::future::Future;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use http_body_util::{BodyExt, LengthLimitError, Limited};
+use hyper::body::{Bytes, Incoming};
+use hyper::header::{ACCEPT, CONTENT_ENCODING, CONTENT_TYPE, HeaderMap, IF_MATCH};
+use hyper::{Response, StatusCode};
+use serde_json::Value as Json;
+use slate_module::Level;
+use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard, OwnedSemaphorePermit, Semaphore};
+
+use crate::answer::{Answer, Body, whole};
+use crate::context::Context;
+use crate::operation::{self, Ask, Caller, Operation, Pace, check_query};
+use crate::operations::{DRIVE, OPERATIONS, STOP};
+use crate::problem::Problem;
+use crate::query::Query;
+use crate::role::Role;
+
+/// The longest body, bytes.
+const BODY: usize = 1 << 20;
+
+/// How long a request may take to come.
+const REQUEST: Duration = Duration::from_secs(10);
+
+/// How long a change waits for the one before it; less than callers wait for an answer.
+const TURN: Duration = Duration::from_secs(50);
+
+/// The table of operations as it is served, whichever way requests come.
+pub struct Service {
+    context: Arc<Context>,
+    /// Places of requests that may take long.
+    work: Arc<Semaphore>,
+    /// Whether a request waits for a place, or is refused without one.
+    waits: bool,
+    turn: Arc<AsyncMutex<()>>,
+    /// The change that is under way.
+    change: Mutex<&'static str>,
+}
+
+impl std::fmt::Debug for Service {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Service").field("context", &self.context).finish_non_exhaustive()
+    }
+}
+
+/// The operation of a request, and the parts of its path.
+#[derive(Debug)]
+pub struct Found {
+    operation: &'static Operation,
+    captured: Vec<(&'static str, String)>,
+}
+
+impl Found {
+    /// The operation of a method and a path.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn of(method: &str, path: &str) -> Result<Self, Problem> {
+        let (operation, captured) = operation::find(OPERATIONS, method, path)?;
+        Ok(Self { operation, captured })
+    }
+
+    /// Whether it is the stop, which waits for nothing.
+    pub fn is_stop(&self) -> bool {
+        self.operation.name == STOP
+    }
+}
+
+/// What a request waits for before it is carried out, and holds until its end.
+#[derive(Default)]
+struct Turn {
+    _place: Option<OwnedSemaphorePermit>,
+    _change: Option<OwnedMutexGuard<()>>,
+}
+
+impl Service {
+    /// That of an agent, for so many requests at once that may take long; one more waits, or is refused.
+    pub fn new(context: Arc<Context>, places: usize, waits: bool) -> Self {
+        let work = Arc::new(Semaphore::new(places));
+        Self { context, work, waits, turn: Arc::default(), change: Mutex::new("") }
+    }
+
+    /// The agent and what belongs to it.
+    pub fn context(&self) -> &Arc<Context> {
+        &self.context
+    }
+
+    /// Stops at once, before the body of the request is read. Nothing else has to work for it: no thread, no descriptor and no
+    /// other request.
+    pub fn stop(&self, found: Found, caller: Caller, query: Query, body: Option<Json>) -> Response<Body> {
+        let path = found.operation.path;
+        let ask = Ask {
+            caller,
+            captured: found.captured,
+            query,
+            accept: String::new(),
+            if_match: None,
+            last_event: None,
+            body,
+        };
+        let answer = (found.operation.handler)(&self.context, &ask);
+        self.log(found.operation, &ask.caller, path, &answer);
+        answer.map_or_else(|problem| problem.response(), whole)
+    }
+
+    /// Carries out an operation that somebody asks for; the role has to allow it.
+    ///
+    /// # Errors
+    /// Why it is not done.
+    pub async fn answer(
+        &self,
+        found: Found,
+        caller: Caller,
+        (path, headers): (&str, &HeaderMap),
+        query: Query,
+        body: Incoming,
+    ) -> Result<Response<Body>, Problem> {
+        let Found { operation, captured } = found;
+        check_role(operation, caller.role)?;
+        if operation.name == STOP {
+            // What can't be understood is no reason not to stop.
+            let body = read(headers, body, true).await.unwrap_or_default();
+            return Ok(self.stop(Found { operation, captured }, caller, query, body));
+        }
+        check_query(operation, &query)?;
+        let body = read(headers, body, operation.body.is_some()).await?;
+        let ask = Ask {
+            caller: caller.clone(),
+            captured,
+            query,
+            accept: text(headers, ACCEPT.as_str()).unwrap_or_default(),
+            if_match: text(headers, IF_MATCH.as_str()),
+            last_event: text(headers, "last-event-id").and_then(|text| text.parse().ok()),
+            body,
+        };
+        let turn = self.turn(operation).await?;
+        let context = Arc::clone(&self.context);
+        let worked = tokio::task::spawn_blocking(move || {
+            // It ends with the work, also when nobody waits for the answer any more.
+            let _turn = turn;
+            let answer = (operation.handler)(&context, &ask);
+            if operation.method != "GET" {
+                // Whoever is told of a change finds it in the recording.
+                context.agent.settle();
+            }
+            answer
+        });
+        let broken = |_| {
+            Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log")
+        };
+        let answer = worked.await.map_err(broken)?;
+        self.log(operation, &caller, path, &answer);
+        Ok(whole(answer?))
+    }
+
+    /// Waits for what an operation needs before it begins. Whoever is gone meanwhile has no place any more, as this is dropped.
+    async fn turn(&self, operation: &'static Operation) -> Result<Turn, Problem> {
+        if operation.pace == Pace::Prompt {
+            return Ok(Turn::default());
+        }
+        let work = Arc::clone(&self.work);
+        let place = match self.waits {
+            // It is closed by nobody.
+            true => work.acquire_owned().await.ok(),
+            false => Some(work.try_acquire_owned().map_err(|_| too_many())?),
+        };
+        if operation.pace == Pace::Slow {
+            return Ok(Turn { _place: place, _change: None });
+        }
+        let waited = tokio::time::timeout(TURN, Arc::clone(&self.turn).lock_owned());
+        let change = within(waited).await.ok_or_else(|| {
+            let other = *self.change.lock().unwrap_or_else(PoisonError::into_inner);
+            let message = format!("another tool's `{other}` has not ended within {} s", TURN.as_secs());
+            let help = "see the log for the module that it waits for";
+            Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, help)
+        })?;
+        *self.change.lock().unwrap_or_else(PoisonError::into_inner) = operation.name;
+        Ok(Turn { _place: place, _change: Some(change) })
+    }
+
+    /// Whoever changes something over the network is in the log; who drives says so many times a second, and who has the controls
+    /// is there too.
+    fn log(
+        &self,
+        operation: &Operation,
+        caller: &Caller,
+        path: &str,
+        answer: &Result<Answer, Problem>,
+    ) {
+        let looks = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
+        let is_quiet = caller.who.is_empty() || operation.name == DRIVE || (looks && !caller.is_told);
+        if is_quiet {
+            return;
+        }
+        let done = match answer {
+            Ok(_) => "is done".to_owned(),
+            Err(problem) => format!("is refused with {}", problem.status.as_u16()),
+        };
+        let path = slate_runtime::printable_text(path);
+        self.context.log(Level::Info, &format!("{}: {} {path} {done}", caller.who, operation.method));
+    }
+}
+
+async fn within<T, E>(future: impl Future<Output = Result<T, E>>) -> Option<T> {
+    future.await.ok()
+}
+
+fn too_many() -> Problem {
+    let message = "too many tools are at work with this agent";
+    Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
+}
+
+pub(crate) fn check_role(operation: &Operation, role: Role) -> Result<(), Problem> {
+    if role >= operation.role {
+        return Ok(());
+    }
+    let message = format!("{} may not do this", role.one());
+    let help = format!("ask with the token of {}", operation.role.one());
+    Err(Problem::new(StatusCode::FORBIDDEN, message, help))
+}
+
+fn text(headers: &HeaderMap, name: &str) -> Option<String> {
+    headers.get(name)?.to_str().ok().map(ToOwned::to_owned)
+}
+
+/// The body as JSON; nothing when it is empty.
+async fn read(headers: &HeaderMap, body: Incoming, is_taken: bool) -> Result<Option<Json>, Problem> {
+    let collected = tokio::time::timeout(REQUEST, Limited::new(body, BODY).collect()).await;
+    let late =
+        |_| Problem::new(StatusCode::REQUEST_TIMEOUT, "the body has not come in time", "send it at once");
+    let bytes: Bytes = match collected.map_err(late)? {
+        Ok(collected) => collected.to_bytes(),
+        Err(error) if error.is::<LengthLimitError>() => {
+            let message = format!("the body is longer than {BODY} bytes");
+            return Err(Problem::new(StatusCode::PAYLOAD_TOO_LARGE, message, "send less at once"));
+        }
+        Err(error) => return Err(Problem::bad(format!("the body can't be read: {error}"), "send it again")),
+    };
+    if bytes.is_empty() {
+        return Ok(None);
+    }
+    if !is_taken {
+        return Err(Problem::bad("this takes no body", "send none"));
+    }
+    if let Some(coding) = text(headers, CONTENT_ENCODING.as_str()).filter(|coding| coding != "identity") {
+        let message = format!("the body is coded as `{coding}`");
+        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send it as it is"));
+    }
+    let kind = text(headers, CONTENT_TYPE.as_str()).unwrap_or_default();
+    let kind = kind.split(';').next().unwrap_or_default().trim().to_ascii_lowercase();
+    if kind != "application/json" && kind != "application/merge-patch+json" {
+        let message = format!("the body is `{kind}`");
+        return Err(Problem::new(StatusCode::UNSUPPORTED_MEDIA_TYPE, message, "send application/json"));
+    }
+    let wrong = |error| Problem::bad(format!("the body is no JSON: {error}"), "send one JSON value");
+    serde_json::from_slice(&bytes).map(Some).map_err(wrong)
+}

@@ -1,0 +1,258 @@
+//! What goes on: the values of a property as they come, for whoever reads them in time.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use hyper::body::Bytes;
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::{FieldPath, View, find};
+use slate_blackboard::{BoardError, Property, Stamp, Watching};
+use tokio::sync::mpsc;
+use tokio::time::{MissedTickBehavior, interval};
+
+use crate::context::Context;
+use crate::picture::Picture;
+use crate::select::Selection;
+
+/// From this size on values are copied and encoded in another thread, so that nothing else waits; bytes.
+const LARGE: usize = 4096;
+
+/// What separates the pictures of a stream.
+const BOUNDARY: &str = "slate-picture";
+
+/// After so long without news a stream says that it is still there.
+const SILENCE: Duration = Duration::from_secs(15);
+
+/// A property that is looked at again and again. It may go, and another one take its path.
+pub struct Watcher {
+    path: String,
+    found: Option<Found>,
+    /// The sequence number of the newest value that was taken.
+    last: u64,
+}
+
+struct Found {
+    place: Option<FieldPath>,
+    /// Outputs that are computed for who watches are.
+    watching: Watching,
+}
+
+/// A value as it was taken.
+pub struct Sample {
+    /// The property.
+    pub property: Arc<Property>,
+    place: Option<FieldPath>,
+    /// The value.
+    pub bytes: Vec<u8>,
+    /// How many items its tail has.
+    pub items: usize,
+    /// When it was written.
+    pub stamp: Stamp,
+}
+
+impl Sample {
+    /// The value, or the field of it.
+    pub fn json(&self) -> Json {
+        let view = View::new(self.property.descriptor(), &self.bytes, self.items);
+        let value = match &self.place {
+            None => view.map(|view| view.value()),
+            Some(place) => view.and_then(|view| view.at(place)),
+        };
+        value.and_then(|value| serde_json::to_value(value).ok()).unwrap_or_default()
+    }
+}
+
+impl Watcher {
+    /// Looks at a property or a field of it; `last` is the newest value that is known of it.
+    pub fn new(context: &Context, path: &str, last: u64) -> Result<Self, BoardError> {
+        let mut watcher = Self { path: path.into(), found: None, last };
+        watcher.look(context)?;
+        Ok(watcher)
+    }
+
+    fn look(&mut self, context: &Context) -> Result<(), BoardError> {
+        let (property, field) = context.board().find(&self.path)?;
+        if self.found.as_ref().is_some_and(|found| Arc::ptr_eq(found.watching.property(), &property)) {
+            return Ok(());
+        }
+        let wrong = |error| BoardError::Access { url: format!("/{}", property.path()), error };
+        let place = match field.as_str() {
+            "" => None,
+            field => Some(find(property.descriptor(), field).map_err(wrong)?),
+        };
+        if self.found.is_some() {
+            // Another one counts anew.
+            self.last = 0;
+        }
+        self.found = Some(Found { place, watching: property.watch() });
+        Ok(())
+    }
+
+    /// The property, while it exists.
+    pub fn property(&self) -> Option<&Arc<Property>> {
+        self.found.as_ref().map(|found| found.watching.property())
+    }
+
+    /// Whether there is a value that was not taken.
+    pub fn has_news(&mut self, context: &Context) -> bool {
+        // What is gone may come back.
+        let there = self.look(context).is_ok();
+        let published =
+            self.property().and_then(|property| property.channel()).map_or(0, |channel| channel.published());
+        there && published != self.last
+    }
+
+    /// How many bytes a value has at most.
+    pub fn size(&self) -> usize {
+        let channel = self.property().and_then(|property| property.channel());
+        channel.map_or(0, |channel| channel.shape().bytes(channel.shape().capacity))
+    }
+
+    /// Takes the newest value, if it was not taken yet.
+    pub fn take(&mut self) -> Result<Option<Sample>, BoardError> {
+        let Some(found) = &self.found else { return Ok(None) };
+        let property = Arc::clone(found.watching.property());
+        let Some((bytes, items, stamp)) = property.newest()? else { return Ok(None) };
+        if stamp.sequence == self.last {
+            return Ok(None);
+        }
+        self.last = stamp.sequence;
+        Ok(Some(Sample { property, place: found.place.clone(), bytes, items, stamp }))
+    }
+
+    /// Takes all values that are kept and were not taken yet, the oldest first.
+    pub fn take_all(&mut self) -> Result<Vec<Sample>, BoardError> {
+        let Some(found) = &self.found else { return Ok(Vec::new()) };
+        let property = found.watching.property();
+        let mut kept = property.freeze()?.unwrap_or_default().values;
+        kept.retain(|kept| kept.stamp.sequence > self.last);
+        self.last = kept.last().map_or(self.last, |kept| kept.stamp.sequence);
+        let sample = |kept: slate_blackboard::channel::FrozenValue| Sample {
+            property: Arc::clone(property),
+            place: found.place.clone(),
+            bytes: kept.bytes,
+            items: kept.items,
+            stamp: kept.stamp,
+        };
+        Ok(kept.into_iter().map(sample).collect())
+    }
+}
+
+/// Does what may take long in a thread for this.
+pub async fn apart<T: Send + 'static>(
+    is_long: bool,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Option<T> {
+    if !is_long {
+        return Some(work());
+    }
+    tokio::task::spawn_blocking(work).await.ok()
+}
+
+/// What is told of a property, over and over.
+pub struct Follow {
+    /// Of which agent.
+    pub context: Arc<Context>,
+    /// Of what.
+    pub watcher: Watcher,
+    /// How often it looks.
+    pub period: Duration,
+    /// In which form.
+    pub what: What,
+}
+
+/// In which form.
+pub enum What {
+    /// Events with values.
+    Events {
+        /// The part of each value.
+        selection: Selection,
+        /// Each value that is kept, and not only the newest.
+        every: bool,
+    },
+    /// JPEGs of that quality.
+    Pictures(u8),
+}
+
+impl Follow {
+    /// Begins, and ends when nobody reads any more.
+    pub fn begin(self) -> (&'static str, mpsc::Receiver<Bytes>) {
+        let kind = match self.what {
+            What::Events { .. } => "text/event-stream",
+            What::Pictures(_) => "multipart/x-mixed-replace; boundary=slate-picture",
+        };
+        // One that waits, and one on its way: who reads slowly gets the newest.
+        let (sender, receiver) = mpsc::channel(1);
+        tokio::spawn(self.run(sender));
+        (kind, receiver)
+    }
+
+    async fn run(mut self, sender: mpsc::Sender<Bytes>) {
+        let mut ticks = interval(self.period);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        let mut quiet = Duration::ZERO;
+        loop {
+            ticks.tick().await;
+            if sender.is_closed() {
+                return;
+            }
+            if !self.watcher.has_news(&self.context) {
+                quiet += self.period;
+                if quiet >= SILENCE {
+                    quiet = Duration::ZERO;
+                    if matches!(self.what, What::Events { .. })
+                        && sender.send(Bytes::from_static(b":\n\n")).await.is_err()
+                    {
+                        return;
+                    }
+                }
+                continue;
+            }
+            quiet = Duration::ZERO;
+            let large = self.watcher.size() > LARGE;
+            let told = apart(large, move || {
+                let text = tell(&mut self.watcher, &self.what);
+                (self, text)
+            });
+            let Some((back, text)) = told.await else { return };
+            self = back;
+            if !text.is_empty() && sender.send(text.into()).await.is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// What there is to be told now.
+fn tell(watcher: &mut Watcher, what: &What) -> Vec<u8> {
+    match what {
+        What::Events { selection, every } => {
+            let samples = if *every {
+                watcher.take_all()
+            } else {
+                watcher.take().map(|sample| sample.into_iter().collect())
+            };
+            let events = samples.unwrap_or_default().into_iter().map(|sample| {
+                let (sequence, time) = (sample.stamp.sequence, sample.stamp.time);
+                match selection.of(&sample.json()) {
+                    Ok(value) => {
+                        let data = json!({ "value": value, "sequence": sequence, "time": time });
+                        format!("id: {sequence}\ndata: {data}\n\n")
+                    }
+                    Err(problem) => format!("id: {sequence}\nevent: problem\ndata: {}\n\n", problem.json()),
+                }
+            });
+            events.collect::<String>().into_bytes()
+        }
+        What::Pictures(quality) => {
+            let Ok(Some(sample)) = watcher.take() else { return Vec::new() };
+            let picture = Picture::of(sample.property.descriptor(), &sample.bytes, sample.items);
+            let Some(Ok(jpeg)) = picture.map(|picture| picture.jpeg(*quality)) else { return Vec::new() };
+            let (length, time) = (jpeg.len(), sample.stamp.time);
+            let head = format!(
+                "--{BOUNDARY}\r\nContent-Type: image/jpeg\r\nContent-Length: {length}\r\nSlate-Time: {time}\r\n\r\n"
+            );
+            [head.as_bytes(), &jpeg, b"\r\n"].concat()
+        }
+    }
+}

@@ -1,0 +1,285 @@
+//! An agent that follows its configuration database, and is reached by tools at its socket.
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and waits for other threads on the wall clock"
+)]
+
+#[path = "../../../runtime/tests/common/mod.rs"]
+mod common;
+#[path = "../../../runtime/tests/common/trace.rs"]
+mod file;
+mod files;
+mod names;
+mod settings;
+mod tracing;
+mod wire;
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::net::UnixStream;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::time::{Duration, Instant};
+
+use common::{Number, Pair, number, plugins};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use slate_module::prelude::*;
+use slate_module::{Level, Plugin};
+use slate_runtime::configuration::{self, Database, SaveTo};
+use slate_runtime::log::MemoryTarget;
+use slate_control::{Client, ClientError, Refusal, Server, Switched};
+use slate_runtime::directory::agents;
+use slate_runtime::{Agent, Control, Options, Rate};
+
+use wire::Raw;
+
+#[ports]
+struct TellerIo {
+    told: Output<Pair>,
+    apart: Output<Number>,
+    input: Input<Number>,
+}
+
+#[params]
+struct TellerParams {
+    #[param(default = 1.0, range = 0.0..=1e6, unit = "m", doc = "told first")]
+    first: f64,
+    #[param(default = 1.0, range = 0.0..=1e6, doc = "told second")]
+    second: f64,
+    #[param(default = 7, doc = "not told; 13 panics")]
+    third: u64,
+}
+
+/// Tells its parameters, and counts the ticks that saw two different ones.
+struct Teller;
+
+#[module(stage = Think)]
+impl Module for Teller {
+    type Io = TellerIo;
+    type Params = TellerParams;
+    type State = f64;
+
+    fn tick(apart: &mut f64, io: &TellerIo, params: &TellerParams, now: &Tick) -> Outcome {
+        if params.first != params.second {
+            *apart += 1.0;
+        }
+        assert_ne!(params.third, 13, "an unlucky number");
+        now.log(Level::Debug, format_args!("told"));
+        io.told.set(Pair { first: params.first, second: params.second });
+        io.apart.set(Number { value: *apart + io.input.value });
+        Outcome::Ok
+    }
+}
+
+/// Held while a door shall not come to be.
+static DOOR: Mutex<()> = Mutex::new(());
+
+/// Is made as soon as it may.
+struct Door;
+
+#[module(stage = Think)]
+impl Module for Door {
+    type Io = ();
+    type Params = ();
+    type State = ();
+
+    fn create(_: &Setup<'_>, (): &()) -> Result<(), slate_module::Refusal> {
+        drop(DOOR.lock());
+        Ok(())
+    }
+
+    fn tick((): &mut (), (): &(), (): &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[test]
+fn a_stop_waits_for_no_other_tool_and_who_is_gone_has_no_place() {
+    let text = format!("{TEXT}\n[modules.door]\n").replace("time.source", "loop.hang = \"60s\"\ntime.source");
+    let file = format!("{}.toml", name("places"));
+    let database = Database::from_text(&file, &text, configuration::Options::default()).unwrap();
+    let mut all = plugins();
+    all.extend([Plugin::linked::<Teller>(), Plugin::linked::<Door>()]);
+    let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
+    let agent = Agent::load_with(&database, &all, options).unwrap();
+    let server = Server::open(&agent).unwrap();
+    agent.composer().unload("door").unwrap();
+    let shut = DOOR.lock().unwrap();
+    let ask = || {
+        let mut stream = UnixStream::connect(server.socket()).unwrap();
+        stream.write_all(b"PUT /api/v1/plugins/door HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+        stream
+    };
+    let waiting: Vec<_> = (0..32).map(|_| ask()).collect();
+    let is_full = || {
+        let mut client = Client::connect(server.name()).unwrap();
+        matches!(client.settings("modules"), Err(ClientError::Refused(refusal)) if refusal.message.contains("too many tools"))
+    };
+    eventually(is_full);
+    let mut client = Client::connect(server.name()).unwrap();
+    client.stop("by hand").unwrap();
+    assert!(client.reset().unwrap());
+    assert!(!client.modules().unwrap().iter().any(|module| module.name == "door"));
+    assert!(client.plugins().unwrap().iter().any(|plugin| plugin.name == "teller"));
+    drop(waiting);
+    eventually(|| !is_full());
+    drop(shut);
+    eventually(|| client.modules().unwrap().iter().any(|module| module.name == "door"));
+}
+
+const TEXT: &str = r#"
+time.source = "counter"
+[modules.counter]
+[modules.teller]
+params = { first = 2.0 }
+[modules.relay]
+[modules.driver]
+[links]
+"relay/input" = "counter/number"
+"driver/input" = "relay/output"
+[actuators.wheel]
+command = "driver/wheel"
+"#;
+
+fn name(of: &str) -> String {
+    format!("test-{}-{of}", std::process::id())
+}
+
+fn database(of: &str) -> Database {
+    Database::from_text(&format!("{}.toml", name(of)), TEXT, configuration::Options::default()).unwrap()
+}
+
+fn load(database: &Database, log: MemoryTarget) -> Agent {
+    let mut all = plugins();
+    all.push(Plugin::linked::<Teller>());
+    let options = Options { rate: Rate::Max, armed: true, log: vec![Box::new(log)], ..Options::default() };
+    Agent::load_with(database, &all, options).unwrap()
+}
+
+/// An agent with its socket.
+fn open(of: &str) -> (Agent, Server, Client) {
+    let agent = load(&database(of), MemoryTarget::default());
+    let server = Server::open(&agent).unwrap();
+    let client = Client::connect(server.name()).unwrap();
+    (agent, server, client)
+}
+
+fn change(path: &str, value: &str) -> (String, String) {
+    (path.into(), value.into())
+}
+
+fn refused<T: std::fmt::Debug>(result: Result<T, ClientError>) -> Refusal {
+    match result {
+        Err(ClientError::Refused(refusal)) => refusal,
+        other => panic!("{other:?}"),
+    }
+}
+
+fn sequence(agent: &Agent, path: &str) -> u64 {
+    agent.board().read(path).unwrap().map_or(0, |(_, stamp)| stamp.sequence)
+}
+
+/// Waits until it is so.
+fn eventually(mut so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !so() {
+        assert!(start.elapsed() < Duration::from_secs(20), "it never was");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[test]
+fn a_library_that_is_not_there_is_shown_at_its_line_of_the_configuration() {
+    let text = "[plugins.arm]\nfile = \"/nowhere/libarm.so\"\n";
+    let database = Database::from_text("robot.toml", text, configuration::Options::default()).unwrap();
+    let refusal = Agent::load_with(&database, &[], Options::default()).unwrap_err().to_string();
+    assert!(refusal.contains("robot.toml:2:") && refusal.contains("libarm.so"), "{refusal}");
+}
+
+#[test]
+fn a_panic_is_in_the_log_with_its_message_and_place() {
+    let log = MemoryTarget::default();
+    let mut agent = load(&database("panic"), log.clone());
+    let database = agent.database().unwrap().clone();
+    database.set(&[("modules.teller.params.third", "13")]).unwrap();
+    agent.step();
+    let has = |line: &str| {
+        ["teller", "an unlucky number", "socket/main.rs:"].iter().all(|part| line.contains(part))
+    };
+    eventually(|| log.lines().iter().any(|line| has(&line.to_string())));
+}
+
+#[test]
+fn what_tools_do_is_in_the_log() {
+    let log = MemoryTarget::default();
+    let agent = load(&database("logged"), log.clone());
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    client.set(&[change("modules.teller.params.first", "3")]).unwrap();
+    client.enable("teller", false).unwrap();
+    client.reset().unwrap();
+    client.arm(None).unwrap();
+    for line in [
+        "a tool has changed modules.teller.params.first: 2.0 -> 3",
+        "a tool has switched teller off",
+        "the stop of the actuators is ended",
+        "the actuators are armed",
+    ] {
+        eventually(|| log.lines().iter().any(|logged| logged.to_string().contains(line)));
+    }
+}
+
+#[test]
+fn plugins_are_listed_and_refused_in_words() {
+    let (_agent, _server, mut client) = open("plugins");
+    let plugins = client.plugins().unwrap();
+    let teller = plugins.iter().find(|plugin| plugin.modules == ["teller"]).unwrap();
+    assert!(teller.loaded && teller.file.is_none());
+    let message = refused(client.load("nothing")).message;
+    assert!(message.contains("no plugin `nothing`"), "{message}");
+    let relative = refused(client.load_library("x.so".as_ref()));
+    assert!(relative.message.contains("relative"), "{relative:?}");
+    let missing = refused(client.load_library("/nowhere/x.so".as_ref()));
+    assert!(missing.message.contains("/nowhere/x.so"), "{missing:?}");
+    assert!(refused(client.reload(&teller.name, None)).message.contains("linked in"));
+    client.unload(&teller.name).unwrap();
+    let plugins = client.plugins().unwrap();
+    let known = plugins.iter().find(|plugin| plugin.name == teller.name).unwrap();
+    assert!(!known.loaded && known.file.is_none());
+    assert!(client.modules().unwrap().iter().all(|module| module.name != "teller"));
+    let loaded = client.load(&teller.name).unwrap();
+    assert_eq!((loaded.plugins.len(), &loaded.modules[..]), (1, &["teller".to_owned()][..]));
+    assert_eq!((&loaded.plugins[0].name, &loaded.plugins[0].file), (&teller.name, &None), "linked in");
+}
+
+#[test]
+fn an_agent_without_a_database_says_so() {
+    let text = format!("agent.name = \"{}\"\n[modules.counter]", name("plain"));
+    let agent = common::load(&text, &[], Options::default()).unwrap();
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    assert!(refused(client.settings("")).message.contains("can't change"));
+    client.enable("counter", false).unwrap();
+    assert_eq!(client.modules().unwrap().len(), 1);
+}
+
+#[test]
+fn actuators_are_stopped_and_armed() {
+    let (_agent, server, _client) = open("stop");
+    let mut stream = Raw::connect(&server);
+    assert_eq!(stream.ask("POST", "/stop", r#"{"reason":"a test"}"#), (200, json!({ "stopped": ["wheel"] })));
+    let refusal = stream.ask("POST", "/arm", "");
+    assert_eq!((refusal.0, &refusal.1["detail"]), (409, &"still stopped: `wheel` (a test)".into()));
+    assert!(refusal.1["help"].as_str().unwrap().contains("reset"), "{refusal:?}");
+    let one = stream.ask("POST", "/arm", r#"{"actuator":"wheel"}"#);
+    assert_eq!(one, refusal, "the only one");
+    assert_eq!(stream.ask("POST", "/reset", ""), (200, json!({ "was_stopped": true })));
+    assert_eq!(stream.ask("POST", "/reset", ""), (200, json!({ "was_stopped": false })), "nothing is stopped");
+    assert_eq!(stream.ask("POST", "/arm", r#"{"actuator":"wheel"}"#), (200, json!({})));
+    assert_eq!(stream.ask("POST", "/arm", ""), (200, json!({})));
+    let unknown = stream.ask("POST", "/arm", r#"{"actuator":"whele"}"#).1;
+    assert_eq!(unknown["detail"], "no actuator is called `whele`");
+    assert_eq!(unknown["help"], "did you mean wheel?");
+}

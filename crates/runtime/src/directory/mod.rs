@@ -1,0 +1,112 @@
+//! The directory of the agents of this user: a socket for each, named after the agent.
+//!
+//! The folder is `$XDG_RUNTIME_DIR/slate`, or `slate-<uid>` among the temporary files without that variable. Only its owner may
+//! enter it.
+
+mod lock;
+
+use std::fs::{self, DirBuilder};
+use std::io::{Error, ErrorKind, Result};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+
+pub use lock::Lock;
+
+/// How many agents of one name there may be.
+const MOST: u32 = 100;
+
+/// The folder of this user's sockets; it need not be there.
+pub fn folder() -> PathBuf {
+    let runtime = std::env::var_os("XDG_RUNTIME_DIR").map(PathBuf::from).filter(|path| path.is_absolute());
+    let user = rustix::process::geteuid().as_raw();
+    runtime.map_or_else(|| std::env::temp_dir().join(format!("slate-{user}")), |path| path.join("slate"))
+}
+
+/// The folder, if it is there; nobody else could have made it or looks into it.
+fn safe_folder() -> Result<PathBuf> {
+    let folder = folder();
+    // What a link leads to could be exchanged.
+    let metadata = fs::symlink_metadata(&folder)?;
+    let user = rustix::process::geteuid().as_raw();
+    if metadata.is_dir() && metadata.uid() == user && metadata.mode() & 0o077 == 0 {
+        return Ok(folder);
+    }
+    let message =
+        format!("{} is not a folder that only its owner {user} may enter", crate::printable(&folder));
+    Err(Error::new(ErrorKind::PermissionDenied, message))
+}
+
+/// The socket of the agent of that name.
+///
+/// # Errors
+/// When the folder is missing or not private.
+pub fn socket(name: &str) -> Result<PathBuf> {
+    Ok(safe_folder()?.join(format!("{name}.sock")))
+}
+
+/// The agents of this user that run, by the names under which they are reached.
+pub fn agents() -> Vec<String> {
+    let entries = safe_folder().and_then(fs::read_dir).into_iter().flatten().flatten();
+    let mut names: Vec<String> = entries
+        .filter_map(|entry| entry.file_name().to_str()?.strip_suffix(".sock").map(str::to_owned))
+        // One that nobody listens at was left by an agent that was killed.
+        .filter(|name| socket(name).is_ok_and(|socket| UnixStream::connect(socket).is_ok()))
+        .collect();
+    names.sort();
+    names
+}
+
+/// A bound socket and its name, which nobody else takes as long as this lives.
+#[derive(Debug)]
+pub struct Entry {
+    name: String,
+    socket: PathBuf,
+    /// Dropped last.
+    _lock: Lock,
+}
+
+impl Entry {
+    /// The name under which the agent is reached.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The path of the socket.
+    pub fn socket(&self) -> &Path {
+        &self.socket
+    }
+
+    /// Binds the socket of an agent, mode 0600, or of the first free number behind its name. It replaces the socket of a
+    /// killed agent.
+    ///
+    /// # Errors
+    /// When the folder is not private, or the socket can't be made.
+    pub fn take(agent: &str) -> Result<(Self, UnixListener)> {
+        let folder = folder();
+        match DirBuilder::new().recursive(true).mode(0o700).create(&folder) {
+            Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
+            _ => safe_folder()?,
+        };
+        for number in 1..=MOST {
+            let name = if number == 1 { agent.to_owned() } else { format!("{agent}-{number}") };
+            let Some(lock) = Lock::take(&folder.join(format!("{name}.lock")))? else { continue };
+            let socket = folder.join(format!("{name}.sock"));
+            match fs::remove_file(&socket) {
+                Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+            let listener = UnixListener::bind(&socket)?;
+            fs::set_permissions(&socket, fs::Permissions::from_mode(0o600))?;
+            return Ok((Self { name, socket, _lock: lock }, listener));
+        }
+        Err(Error::new(ErrorKind::AddrInUse, format!("there are {MOST} agents called `{agent}` already")))
+    }
+}
+
+impl Drop for Entry {
+    fn drop(&mut self) {
+        // Who removed it before did the same.
+        let _ = fs::remove_file(&self.socket);
+    }
+}
