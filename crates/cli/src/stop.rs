@@ -92,7 +92,7 @@ impl Target {
         let stop = move |reason: &str| {
             let (path, body) = (format!("{BASE}/stop"), json!({ "reason": reason }).to_string());
             let request = Request { method: "POST", path: &path, body: Some(&body), ..Request::default() };
-            access.value(&request).map(drop)
+            Ok(access.value(&request).map(drop)?)
         };
         Self { name, stop: Box::new(stop) }
     }

@@ -192,7 +192,10 @@ impl Place {
     /// Ends what belongs to the connection, which is closed.
     pub fn close(&self, context: &Arc<crate::context::Context>) {
         let Belongings { trace, leases } = std::mem::take(&mut *self.belongings());
-        leases.iter().for_each(|lease| drop(context.leases.end(lease)));
+        for lease in &leases {
+            // It may have ended by itself.
+            context.leases.end(lease);
+        }
         if trace.is_under_way() {
             let ends = self.guests.ends.load(Ordering::Acquire);
             let leave = move || trace.leave(ends);

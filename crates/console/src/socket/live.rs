@@ -159,7 +159,7 @@ fn take(context: &Arc<Context>, subscriptions: &mut BTreeMap<u32, Subscription>,
 fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(Subscription, Json), Problem> {
     let url =
         Url::parse(&wish.url).map_err(|error| Problem::bad(error.to_string(), "such as /module/property"))?;
-    if url.agent().is_some_and(|agent| agent != context.agent()) {
+    if url.agent().is_some_and(|agent| agent != context.name()) {
         return Err(Problem::not_found(format!("{url} is of another agent"), "ask that agent"));
     }
     if !(0.01..=100.0).contains(&wish.rate) {
@@ -179,7 +179,7 @@ fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(Subscription, Json),
     let descriptor = property.descriptor();
     let told = json!({
         "id": wish.id,
-        "url": format!("slate://{}/{}", context.agent(), url.path_in("")),
+        "url": format!("slate://{}/{}", context.name(), url.path_in("")),
         "interface": descriptor.name,
         "schema": format!("{:016x}", descriptor.hash),
     });

@@ -5,8 +5,6 @@
 //! ([`Teleoperation::HOLD`]) and ends by the agent's own clock, whatever became of the key, the page, the computer or the network.
 //! `{"stop": "reason"}` stops all actuators at once.
 
-use std::sync::Arc;
-
 use hyper::StatusCode;
 use serde::Deserialize;
 use serde_json::{Value as Json, json};

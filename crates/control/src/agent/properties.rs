@@ -115,12 +115,6 @@ impl AgentControl {
         }
         Ok(path)
     }
-
-    pub(crate) fn history(&self, url: &str) -> Done {
-        let kept = self.composer.board().history(&self.path(&parse(url)?)?);
-        let kept = kept.map_err(|error| refusal(Message::from(&error), KNOWN))?;
-        result(kept.into_iter().map(reading).collect::<Vec<_>>())
-    }
 }
 
 fn parse(url: &str) -> Result<Url, Refusal> {

@@ -181,7 +181,7 @@ impl Session {
         }
         let info = json!({
             "op": "serverInfo",
-            "name": format!("slate://{}", self.context.agent()),
+            "name": format!("slate://{}", self.context.name()),
             "capabilities": capabilities,
             "supportedEncodings": ["json"],
             "metadata": { "slate": env!("CARGO_PKG_VERSION") },
