@@ -1,0 +1,51 @@
+use std::io;
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
+use std::sync::{Mutex, PoisonError};
+
+use super::child::{ARGUMENT, is_entered};
+
+type Request = (Command, SyncSender<io::Result<Child>>);
+
+/// What the thread is asked with that starts all processes. It lives as long as the program: the system takes its
+/// end for the end of the host, and a module's thread may end before the module.
+static LAUNCHER: Mutex<Option<std::sync::mpsc::Sender<Request>>> = Mutex::new(None);
+
+/// Starts `program`, or this one again, to run a module. Its standard input is the socket to it.
+pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> {
+    if program.is_none() && !is_entered() {
+        return Err(io::Error::other(
+            "this program's `main` does not call `slate_engine::isolation::enter` first",
+        ));
+    }
+    let (stream, theirs) = UnixStream::pair()?;
+    // This is the program as it runs, also when its file was replaced meanwhile.
+    let mut command = Command::new(program.unwrap_or("/proc/self/exe".as_ref()));
+    command.arg(ARGUMENT).stdin(Stdio::from(OwnedFd::from(theirs)));
+    // The host decides when its modules end, not an interrupt from the keyboard.
+    command.process_group(0);
+    let (sender, receiver) = sync_channel(1);
+    let mut launcher = LAUNCHER.lock().unwrap_or_else(PoisonError::into_inner);
+    if launcher.is_none() {
+        let (requests, served) = channel();
+        std::thread::Builder::new().name("launcher".into()).spawn(move || serve(&served))?;
+        *launcher = Some(requests);
+    }
+    let asked = launcher.as_ref().is_some_and(|launcher| launcher.send((command, sender)).is_ok());
+    drop(launcher);
+    match (asked, receiver.recv()) {
+        (true, Ok(child)) => Ok((child?, stream)),
+        _ => Err(io::Error::other("the thread that starts processes has ended")),
+    }
+}
+
+fn serve(requests: &Receiver<Request>) {
+    for (mut command, answer) in requests {
+        // Who asked waits.
+        let _ = answer.send(command.spawn());
+    }
+}
