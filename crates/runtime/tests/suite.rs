@@ -4,8 +4,6 @@
 mod aspects;
 mod clock;
 mod common;
-#[path = "configuration/main.rs"]
-mod configuration;
 #[path = "faults/main.rs"]
 mod faults;
 mod gate;
@@ -25,7 +23,6 @@ mod plugin_control;
 mod refusals;
 #[path = "remote/main.rs"]
 mod remote;
-mod replacement;
 mod scripted;
 mod settings_aspect;
 #[path = "snapshot/main.rs"]
