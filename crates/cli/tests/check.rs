@@ -1,7 +1,7 @@
 //! What is said of a configuration that does not run.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-use crate::common;
+mod common;
 
 use common::{Running, text};
 use serde_json::Value;

@@ -4,7 +4,6 @@
 mod bag;
 mod batch;
 mod browser;
-mod check;
 mod command;
 mod common;
 mod console;

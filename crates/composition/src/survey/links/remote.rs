@@ -8,12 +8,13 @@ use slate_module::Direction;
 use super::fit;
 use super::sinks::Sink;
 use super::sources::Source;
-use crate::agent::catalogue::Catalogue;
-use crate::agent::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
-use crate::configuration::{Compression, Configuration, Link};
+use crate::RemotePath;
+use crate::catalogue::Catalogue;
 use crate::link::Place;
-use crate::sharing::{RemotePath, TEAM};
+use crate::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
 use slate_configuration::Mistake;
+use slate_configuration::TEAM;
+use slate_configuration::{Compression, Configuration, Link};
 
 /// The other agent that a link leads to, if it does.
 pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option<&'a str> {
@@ -21,13 +22,13 @@ pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option
 }
 
 /// What a link of another agent leads to.
-pub(in crate::agent) fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
+pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
     let agent = agent(configuration, link)?;
     Some(RemotePath { agent: agent.into(), path: link.from.value.path_in("") })
 }
 
 /// Why a link waits that says what is to carry its values, if the other agent is reached in another way.
-pub(in crate::agent) fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
+pub fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
     let agent = agent(configuration, link).filter(|agent| *agent != TEAM)?;
     let carrier = &link.transport.carrier.as_ref()?.value;
     let endpoint = configuration.endpoint_of(agent);
@@ -115,7 +116,7 @@ pub(super) fn joint<'a>(
     let waits = || -> Option<Joint<'a>> {
         let descriptor = match sink.wire {
             Wire::Port(port) => survey.modules[sink.module].description.ports[port].descriptor,
-            Wire::Enabled => crate::agent::parameters::enabled_descriptor(),
+            Wire::Enabled => crate::parameters::enabled_descriptor(),
             Wire::Params => survey.modules[sink.module].description.params,
         };
         let field = if sink.wire == Wire::Enabled { "value" } else { &sink.field };

@@ -6,7 +6,7 @@ use super::unit::{Factor, factor};
 
 /// How a place of one value becomes a place of another; made when links are checked, and run without allocating.
 #[derive(Clone, Debug)]
-pub(crate) struct Program {
+pub struct Program {
     from: Place,
     steps: Vec<Step>,
     /// The interval that a number must be in.
@@ -38,6 +38,7 @@ impl Program {
     }
 
     /// Writes into `value`; false, and nothing is written, when the value has no such item or is out of range.
+    #[inline]
     pub fn run(&self, bytes: &[u8], items: usize, value: &mut [u8]) -> bool {
         if !self.from.is_in(bytes, items) {
             return false;

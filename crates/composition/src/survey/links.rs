@@ -9,10 +9,10 @@ use slate_blackboard::is_within;
 use slate_module::PortDescription;
 
 use super::{Complaints, Joint, Survey, Surveyed, Wire};
-use crate::agent::catalogue::Catalogue;
-use crate::configuration::Configuration;
-pub(in crate::agent) use remote::{elsewhere, path as remote_path};
+use crate::catalogue::Catalogue;
+pub use remote::{elsewhere, path as remote_path};
 use sinks::Sink;
+use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 use sources::Sources;
 

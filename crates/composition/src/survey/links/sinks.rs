@@ -3,8 +3,8 @@
 use slate_module::{Direction, PortDescription};
 
 use super::{SERVICE, is_service, owner, split_module, split_port};
-use crate::agent::survey::{Complaints, Survey, Wire, suggest};
-use crate::configuration::Link;
+use crate::survey::{Complaints, Survey, Wire, suggest};
+use slate_configuration::Link;
 use slate_configuration::Mistake;
 
 /// What a link fills: a port, or a field of it.

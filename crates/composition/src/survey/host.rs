@@ -2,20 +2,25 @@
 
 use slate_blackboard::interface::{Descriptor, Interface};
 
-use crate::log::{LogCounts, LogLine};
-use crate::main_loop::LoopState;
-use crate::timing::TimingHistogram;
+use crate::own::LoopState;
+use crate::own::TimingHistogram;
+use crate::own::{LogCounts, LogLine};
 
 /// A property of the main loop or of the log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::agent) enum Host {
+pub enum Host {
+    /// The state of the main loop.
     Loop,
+    /// How long its cycles took.
     LoopHistogram,
+    /// The last lines of the log.
     LogTail,
+    /// What became of all lines.
     LogCounts,
 }
 
 impl Host {
+    /// All of them.
     pub const ALL: [Self; 4] = [Self::Loop, Self::LoopHistogram, Self::LogTail, Self::LogCounts];
 
     /// Where it is.
@@ -28,6 +33,7 @@ impl Host {
         }
     }
 
+    /// Its interface.
     pub fn descriptor(self) -> &'static Descriptor {
         match self {
             Self::Loop => LoopState::DESCRIPTOR,

@@ -6,9 +6,8 @@ use slate_module::aspect::{MainLoop, Service, TimeSource};
 use slate_module::{Description, Direction};
 
 use super::{Complaints, Surveyed};
-use crate::agent::catalogue::Catalogue;
-use crate::aspects;
-use crate::configuration::Configuration;
+use crate::catalogue::Catalogue;
+use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
 /// For each port that needs a service, the port that provides it; nothing when the host does.
@@ -35,7 +34,7 @@ pub(super) fn survey_services(
             complaints.add(module.isolated.span, message, "leave `isolated` out, or use links");
             continue;
         }
-        if aspects::services().any(|service| service.hash == descriptor.hash) {
+        if catalogue.services.iter().any(|service| service.hash == descriptor.hash) {
             services.insert((m, p), None);
             continue;
         }
@@ -71,7 +70,7 @@ pub(super) fn survey_services(
 }
 
 /// Whether a module needs the service of that schema.
-pub(in crate::agent) fn needs(description: &Description, schema: u64) -> bool {
+pub fn needs(description: &Description, schema: u64) -> bool {
     let mut ports = description.ports.iter();
     ports.any(|port| port.direction == Direction::Aspect && port.descriptor.hash == schema)
 }
@@ -110,7 +109,7 @@ fn help(wanted: &str, modules: &[Surveyed<'_>], catalogue: &Catalogue) -> String
     let offered = offered
         .filter(|port| port.direction == Direction::Provider)
         .map(|port| port.descriptor.name)
-        .chain(aspects::services().map(|service| service.name));
+        .chain(catalogue.services.iter().map(|service| service.name));
     let all: Vec<_> = offered.collect();
     if let Some(other) = all.iter().find(|name| base(name) == base(wanted)) {
         return format!("there is `{other}`: build both with the same version");

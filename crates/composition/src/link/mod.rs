@@ -7,6 +7,6 @@ mod place;
 mod program;
 mod unit;
 
-pub(crate) use filter::Filter;
-pub(crate) use place::{NoPlace, Place};
-pub(crate) use program::Program;
+pub use filter::Filter;
+pub use place::{NoPlace, Place};
+pub use program::Program;

@@ -6,7 +6,7 @@ use slate_configuration::Comparison;
 
 /// Which values a link lets through.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Filter {
+pub struct Filter {
     every: u64,
     when: Option<Condition>,
 }
@@ -31,6 +31,7 @@ impl Filter {
     }
 
     /// Whether the value of that sequence number passes.
+    #[inline]
     pub fn passes(&self, bytes: &[u8], items: usize, sequence: u64) -> bool {
         sequence.is_multiple_of(self.every.max(1))
             && self.when.as_ref().is_none_or(|when| when.holds(bytes, items))

@@ -4,22 +4,23 @@ use slate_blackboard::interface::{self, Descriptor, Interface, edit};
 use slate_module::{Bool, Description};
 
 use super::survey::Complaints;
-use crate::configuration::{Spanned, Table, Value};
 use slate_configuration::Mistake;
+use slate_configuration::{Spanned, Table, Value};
 
 /// Whether a module runs.
 #[slate_module::interface]
-pub(crate) struct Enabled {
+pub struct Enabled {
     /// Whether it runs.
     pub value: Bool,
 }
 
-pub(crate) fn enabled_descriptor() -> &'static Descriptor {
+/// The interface of `enabled`.
+pub fn enabled_descriptor() -> &'static Descriptor {
     Enabled::DESCRIPTOR
 }
 
 /// A whole value of an interface; fields that are left out are zero.
-pub(super) fn value_bytes(
+pub fn value_bytes(
     descriptor: &'static Descriptor,
     value: &Spanned<Value>,
     complaints: &mut Complaints<'_>,
@@ -55,7 +56,7 @@ fn fields(descriptor: &Descriptor) -> String {
 }
 
 /// The parameters of a module: its defaults, and what configuration says.
-pub(super) fn bytes(description: &Description, table: &Table, complaints: &mut Complaints<'_>) -> Vec<u8> {
+pub fn bytes(description: &Description, table: &Table, complaints: &mut Complaints<'_>) -> Vec<u8> {
     let descriptor = description.params;
     let mut bytes = vec![0; descriptor.size];
     for parameter in &description.parameters {

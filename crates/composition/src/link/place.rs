@@ -3,7 +3,7 @@ use slate_blackboard::nearest_names;
 
 /// A field of an interface, or the whole of it.
 #[derive(Clone, Debug)]
-pub(crate) struct Place {
+pub struct Place {
     pub(super) kind: Kind,
     pub(super) unit: &'static str,
     pub(super) offset: usize,
@@ -15,8 +15,10 @@ pub(crate) struct Place {
 
 /// There is no such field.
 #[derive(Debug, PartialEq, Eq)]
-pub(crate) struct NoPlace {
+pub struct NoPlace {
+    /// What does not fit.
     pub message: String,
+    /// What to do about it.
     pub help: String,
 }
 

@@ -8,13 +8,13 @@ use slate_module::{Direction, Interface};
 use super::sinks::Sink;
 use super::sources::{Source, sink_name, target_name};
 use super::{join, split_module};
-use crate::agent::parameters::enabled_descriptor;
-use crate::agent::survey::{Absent, Complaints, Implied, Joint, Survey, Target, Way, Wire};
-use crate::configuration::{Configuration, Link, Span};
 use crate::link::{Filter, NoPlace, Place, Program};
-use crate::runner::{ModuleState, ModuleTiming};
-use crate::timing::TimingHistogram;
+use crate::own::TimingHistogram;
+use crate::own::{ModuleState, ModuleTiming};
+use crate::parameters::enabled_descriptor;
+use crate::survey::{Absent, Complaints, Implied, Joint, Survey, Target, Way, Wire};
 use slate_configuration::Mistake;
+use slate_configuration::{Configuration, Link, Span};
 
 /// The interface of what a link leads to, as far as it is known before anything is made.
 fn interface_of(
@@ -305,6 +305,6 @@ fn is_earlier(
             (at, members.iter().position(|member| *member == stage))
         })
     };
-    let writers = crate::agent::survey::order::writers(configuration, &survey.modules, target);
+    let writers = crate::survey::order::writers(configuration, &survey.modules, target);
     writers.into_iter().any(|writer| place(survey.modules[writer].stage) < place(stage))
 }

@@ -13,34 +13,42 @@ use std::sync::Arc;
 use slate_blackboard::nearest_paths;
 use slate_module::{Description, ModuleKind, Stage, Trigger};
 
-pub(super) use host::Host;
+pub use host::Host;
 
-use super::catalogue::{Catalogue, RemoteProperty};
-use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
+use crate::OwnSetup;
+use crate::Played;
+use crate::RemotePath;
+pub use crate::Wire;
+use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::link::{Filter, Place, Program};
-use crate::playback::Played;
-use crate::runner::OwnSetup;
-pub(super) use crate::runner::Wire;
-use crate::sharing::RemotePath;
-pub(super) use aspects::needs;
-pub(super) use links::{elsewhere, remote_path};
+pub use aspects::needs;
+pub use links::{elsewhere, remote_path};
+use slate_configuration::{Configuration, Diagnostic, Link, Module, Span};
 use slate_configuration::{Message, Mistake};
 
 /// Ports that every module has beside its own.
-pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
+pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
 
 /// Another one that isolated modules have.
 const RESERVED_WHEN_ISOLATED: &str = "process";
 
 /// A module that will be made.
-pub(super) struct Surveyed<'a> {
+pub struct Surveyed<'a> {
+    /// As configured.
     pub module: &'a Module,
+    /// Its kind.
     pub kind: ModuleKind,
+    /// Ports and parameters.
     pub description: Description,
+    /// The stage that runs it.
     pub stage: Stage,
+    /// What makes it tick.
     pub trigger: Trigger,
+    /// How long a tick may take, nanoseconds.
     pub deadline: Option<u64>,
+    /// The bytes of its parameters.
     pub params: Vec<u8>,
+    /// What it receives when it is set up.
     pub setup: OwnSetup,
     /// Values of unlinked inputs, by port.
     pub inputs: BTreeMap<usize, Vec<u8>>,
@@ -48,7 +56,8 @@ pub(super) struct Surveyed<'a> {
 
 /// A link between two ports.
 #[derive(Clone, Debug)]
-pub(super) struct Joint<'a> {
+pub struct Joint<'a> {
+    /// As configured.
     pub link: &'a Link,
     /// The module and the port that the link belongs to.
     pub port: (usize, Wire),
@@ -58,7 +67,9 @@ pub(super) struct Joint<'a> {
     pub from: String,
     /// The field of the port that it fills; empty for the whole.
     pub field: String,
+    /// What becomes of the value.
     pub way: Way,
+    /// The values that it lets pass; all without one.
     pub filter: Option<Arc<Filter>>,
     /// Whether last cycle's value is meant of what is written earlier in a cycle.
     pub delayed: bool,
@@ -66,7 +77,7 @@ pub(super) struct Joint<'a> {
 
 /// What becomes of a value on its way.
 #[derive(Clone, Debug)]
-pub(super) enum Way {
+pub enum Way {
     /// The port reads the property itself.
     Plain,
     /// The port has a property of its own, which this writes.
@@ -77,7 +88,7 @@ pub(super) enum Way {
 
 /// What a link leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Target {
+pub enum Target {
     /// A port of a module.
     Port(usize, usize),
     /// A property that every module has.
@@ -96,7 +107,8 @@ pub(super) enum Target {
 
 /// What a link to another agent leads to.
 #[derive(Clone, Debug)]
-pub(super) struct Remote {
+pub struct Remote {
+    /// The path in the other agent.
     pub path: RemotePath,
     /// What stands for it on the board, if anything does.
     pub property: Option<RemoteProperty>,
@@ -114,28 +126,37 @@ impl Remote {
 
 /// A link to another agent that does not fit what is there.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Misfit {
+pub struct Misfit {
+    /// What does not fit.
     pub message: String,
+    /// What to do about it.
     pub help: String,
 }
 
 /// A property that every module has beside its ports.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Implied {
+pub enum Implied {
+    /// Its parameters.
     Params,
+    /// Its switch.
     Enabled,
+    /// How it is.
     State,
+    /// How long its ticks take.
     Timing,
+    /// How long its ticks took, of all.
     Histogram,
 }
 
 impl Implied {
+    /// The one of that name.
     pub fn of(name: &str) -> Option<Self> {
         [Self::Params, Self::Enabled, Self::State, Self::Timing, Self::Histogram]
             .into_iter()
             .find(|implied| implied.name() == name)
     }
 
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Params => "params",
@@ -149,7 +170,7 @@ impl Implied {
 
 /// A property that will be written, or read, when a plugin is loaded.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) struct Absent {
+pub struct Absent {
     /// Path of the property.
     pub path: String,
     /// The module.
@@ -157,8 +178,10 @@ pub(super) struct Absent {
 }
 
 /// Everything that will be made.
-pub(super) struct Survey<'a> {
+pub struct Survey<'a> {
+    /// The modules, in the order of the configuration.
     pub modules: Vec<Surveyed<'a>>,
+    /// The links between them.
     pub joints: Vec<Joint<'a>>,
     /// What links lead to that is not there.
     pub absent: Vec<Absent>,
@@ -182,7 +205,7 @@ pub(super) struct Survey<'a> {
 
 /// What a link comes to: what decides whether a port can go on as it is when links change.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Lead {
+pub struct Lead {
     /// The path of the property, and the field of it that is read.
     pub path: String,
     from: String,
@@ -298,16 +321,19 @@ impl<'a> Survey<'a> {
 }
 
 /// Collects complaints.
-pub(super) struct Complaints<'a> {
+pub struct Complaints<'a> {
     configuration: &'a Configuration,
+    /// What was found so far.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 impl<'a> Complaints<'a> {
+    /// None so far.
     pub fn new(configuration: &'a Configuration) -> Self {
         Self { configuration, diagnostics: Vec::new() }
     }
 
+    /// Adds one at a place of the configuration.
     pub fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
         let help: String = help.into();
         self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
@@ -325,7 +351,8 @@ fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> Stri
     }
 }
 
-pub(super) fn survey<'a>(
+/// What a configuration is made of with the kinds of a catalogue, and what does not fit.
+pub fn survey<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,
     complaints: &mut Complaints<'a>,
@@ -393,7 +420,7 @@ fn check_time_source(
 }
 
 /// The robot that a module belongs to.
-pub(super) fn scope(name: &str) -> &str {
+pub fn scope(name: &str) -> &str {
     name.rsplit_once('/').map_or("", |(scope, _)| scope)
 }
 

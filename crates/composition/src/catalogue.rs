@@ -6,12 +6,13 @@ use std::sync::Arc;
 use slate_blackboard::interface::Descriptor;
 use slate_module::{ModuleKind, Plugin};
 
-use crate::playback::Played;
-use crate::sharing::RemotePath;
+use crate::Played;
+use crate::RemotePath;
+use crate::setup::{Describe, describe};
 
 /// The plugins that are loaded, and kinds of modules whose plugin is known but not loaded.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Catalogue {
+#[derive(Clone, Debug)]
+pub struct Catalogue {
     /// In the order of loading.
     pub plugins: Vec<Plugin>,
     /// Kinds by name, with the plugin that brings them.
@@ -26,13 +27,35 @@ pub(super) struct Catalogue {
     pub carriers: BTreeSet<String>,
     /// Whether they can be compressed as JPEG.
     pub has_jpeg: bool,
+    /// The services that the host has.
+    pub services: Vec<&'static Descriptor>,
+    /// Asks a kind for its ports and parameters.
+    pub describe: Describe,
+}
+
+impl Default for Catalogue {
+    /// With nothing in it, and kinds are asked in the thread that wants to know.
+    fn default() -> Self {
+        Self {
+            plugins: Vec::new(),
+            dormant: BTreeMap::new(),
+            remote: BTreeMap::new(),
+            played: Arc::default(),
+            shares: false,
+            carriers: BTreeSet::new(),
+            has_jpeg: false,
+            services: Vec::new(),
+            describe,
+        }
+    }
 }
 
 /// A property of another agent, as it is on the board.
 #[derive(Clone, Debug)]
-pub(super) struct RemoteProperty {
+pub struct RemoteProperty {
     /// Its path in the other agent.
     pub path: String,
+    /// Its interface.
     pub descriptor: &'static Descriptor,
     /// Another one each time that it is put on the board.
     pub epoch: u64,

@@ -8,11 +8,11 @@ use slate_blackboard::is_within;
 use slate_module::{Direction, ModuleKind, Trigger};
 
 use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
-use crate::agent::catalogue::Catalogue;
-use crate::agent::parameters;
-use crate::configuration::{Configuration, Module};
-use crate::runner::{OwnSetup, describe};
+use crate::OwnSetup;
+use crate::catalogue::Catalogue;
+use crate::parameters;
 use slate_configuration::Mistake;
+use slate_configuration::{Configuration, Module};
 
 /// Where the agent tells of itself.
 const OWN: [(&str, &str); 3] = [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];
@@ -48,17 +48,18 @@ pub(super) fn survey_module<'a>(
         period: configuration.period().value,
         section,
     };
-    let description = match describe(kind, &setup, Duration::from_nanos(configuration.hang().value)) {
-        Ok(description) => description,
-        Err(refusal) => {
-            complaints.add(
-                configuration.place_of(&refusal.0, module.name.span),
-                format!("{}: {refusal}", module.name.value),
-                "see the module's documentation",
-            );
-            return None;
-        }
-    };
+    let description =
+        match (catalogue.describe)(kind, &setup, Duration::from_nanos(configuration.hang().value)) {
+            Ok(description) => description,
+            Err(refusal) => {
+                complaints.add(
+                    configuration.place_of(&refusal.0, module.name.span),
+                    format!("{}: {refusal}", module.name.value),
+                    "see the module's documentation",
+                );
+                return None;
+            }
+        };
     let is_reserved =
         |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
     if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {

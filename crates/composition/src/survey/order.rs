@@ -5,7 +5,7 @@ use slate_module::{Direction, Stage};
 use super::levels::{CycleFound, levels};
 use super::links::split_module;
 use super::{Complaints, Joint, Surveyed, Target, Wire};
-use crate::configuration::Configuration;
+use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
 /// The modules that write what a link leads to.

@@ -7,11 +7,11 @@ use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
 use super::{SERVICE, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
-use crate::agent::survey::{
+use crate::survey::{
     Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
-use crate::configuration::{Configuration, Link};
 use slate_configuration::Mistake;
+use slate_configuration::{Configuration, Link};
 
 pub(super) struct Sources<'s, 'a> {
     configuration: &'a Configuration,
