@@ -19,7 +19,7 @@ static LAUNCHER: Mutex<Option<std::sync::mpsc::Sender<Request>>> = Mutex::new(No
 pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> {
     if program.is_none() && !is_entered() {
         return Err(io::Error::other(
-            "this program's `main` does not call `slate_engine::isolation::enter` first",
+            "this program's `main` does not call `slate_runtime::isolation::enter` first",
         ));
     }
     let (stream, theirs) = UnixStream::pair()?;
