@@ -11,7 +11,7 @@ use slate_record::bag::{Reader, repair_into};
 use slate_runtime::Control;
 use slate_runtime::recording::RecordingControl;
 
-use crate::support::{Bytes, Full, LOCKSTEP, Stuck, agent, numbers, read};
+use crate::recorder::support::{Bytes, Full, LOCKSTEP, Stuck, agent, numbers, read};
 
 #[test]
 fn in_lockstep_the_loop_waits_for_a_recorder_that_is_behind() {
