@@ -302,54 +302,34 @@ fn memory() {
 }
 
 fn calls() {
-    use slate_runtime::configuration::SaveTo;
-    use slate_runtime::remote::Call;
-    let text = |text: &str| text.to_owned();
-    let calls = [
-        Call::PluginList {},
-        Call::PluginUnload { name: text("relay") },
-        Call::PluginLoad { name: Some(text("relay")), file: None },
-        Call::PluginReload { name: text("relay"), file: None },
-        Call::PluginLoad { name: None, file: Some("/x.so".into()) },
-        Call::ModuleList {},
-        Call::ModuleDisable { name: text("relay") },
-        Call::ModuleEnable { name: text("relay") },
-        Call::Link {
-            to: text("relay/input"),
-            from: text("counter/number"),
-            options: vec![(text("stale"), text("\"1s\""))],
-            dry_run: false,
-        },
-        Call::Link {
-            to: text("relay/input/value"),
-            from: text("relay/output/value"),
-            options: vec![],
-            dry_run: true,
-        },
-        Call::Unlink { to: text("relay/all"), dry_run: false },
-        Call::LinkList {},
-        Call::Peers {},
-        Call::ConfigGet { path: text("modules") },
-        Call::ConfigSet { changes: vec![(text("modules.counter.params.step"), text("2"))], dry_run: true },
-        Call::ConfigDiff {},
-        Call::ConfigRevert { path: text("") },
-        Call::ConfigRefused {},
-        Call::ConfigSave { to: SaveTo::default(), dry_run: false },
-        Call::PropertyList { pattern: Some(text("/**/timing")) },
-        Call::SnapshotSave { file: "/x.snapshot".into() },
-        Call::SnapshotLoad { file: "/x.snapshot".into() },
-        Call::SnapshotRemote { url: text("slate://other/**"), file: "/x.json".into() },
-        Call::Read { url: text("slate://other/counter/number") },
-        Call::Read { url: text("/counter/number/value") },
-        Call::ReadHistory { url: text("/counter/number") },
-        Call::TraceRecord { file: "/x.json".into() },
-        Call::TraceProgress {},
-        Call::TraceEnd {},
-        Call::Stop { reason: text("a test") },
-        Call::Reset {},
-        Call::Arm { actuator: Some(text("wheel")) },
+    let lines = [
+        "GET /plugins",
+        "DELETE /plugins/relay",
+        "PUT /plugins/relay",
+        "POST /plugins/relay/reload",
+        "GET /modules",
+        r#"PUT /modules/relay {"enabled":false}"#,
+        r#"PUT /modules/relay {"enabled":true}"#,
+        r#"PUT /links/relay%2Finput {"from":"counter/number","options":[["stale","\"1s\""]]}"#,
+        r#"PUT /links/relay%2Finput%2Fvalue?dry_run=true {"from":"relay/output/value"}"#,
+        "DELETE /links/relay%2Fall",
+        "GET /links",
+        "GET /peers",
+        "GET /settings?path=modules",
+        r#"PATCH /settings?dry_run=true [["modules.counter.params.step","2"]]"#,
+        "GET /settings/differences",
+        "DELETE /settings?path=",
+        "GET /settings/refused",
+        r#"POST /settings/save {"to":"origin"}"#,
+        "GET /properties?pattern=%2F**%2Ftiming",
+        "GET /slate/other/counter/number",
+        "GET /slate/robot/counter/number/value",
+        "GET /queues/robot/counter/number",
+        r#"PUT /value {"url":"/counter/params/step","value":2}"#,
+        "POST /stop?reason=a%20test",
+        "POST /reset",
+        r#"POST /arm {"actuator":"wheel"}"#,
     ];
-    let lines: Vec<_> = calls.iter().map(|call| serde_json::to_string(call).expect("it is JSON")).collect();
     keep("tool", "all", lines.join("\n").as_bytes());
     for (number, part) in lines.chunks(6).enumerate() {
         keep("tool", &format!("some-{number}"), part.join("\n").as_bytes());

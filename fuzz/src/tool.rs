@@ -1,12 +1,12 @@
-//! Lines of a tool at an agent's socket: each has an answer, and what is refused changes nothing.
+//! Requests at an agent's socket: each has an answer, and what is refused changes nothing.
+//!
+//! A line is a method, a path behind `/api/v1`, and perhaps a body of JSON.
 
-use std::io::{BufRead, BufReader, Write};
-use std::os::unix::net::UnixStream;
-use std::path::PathBuf;
 use std::sync::{Mutex, OnceLock};
 
+use serde_json::Value;
+use slate_control::{Client, ClientError, Server};
 use slate_runtime::Agent;
-use slate_runtime::remote::{Answer, Call, Server};
 
 struct Reached {
     _agent: Agent,
@@ -24,73 +24,42 @@ fn reached() -> &'static Mutex<Reached> {
     })
 }
 
-/// A tool at the socket.
-struct Tool {
-    stream: UnixStream,
-    answers: BufReader<UnixStream>,
-}
-
-impl Tool {
-    /// The answer to a line.
-    fn ask(&mut self, line: &[u8]) -> String {
-        self.stream.write_all(line).and_then(|()| self.stream.write_all(b"\n")).expect("it listens");
-        self.answer()
-    }
-
-    fn answer(&mut self) -> String {
-        let mut line = String::new();
-        self.answers.read_line(&mut line).expect("it answers");
-        line
-    }
-
-    /// What the agent is configured to be, and how it is linked.
-    fn state(&mut self) -> [String; 2] {
-        let calls = [Call::ConfigDiff {}, Call::LinkList {}];
-        calls.map(|call| self.ask(&serde_json::to_vec(&call).expect("it can be written")))
-    }
+/// What the agent is configured to be, and how it is linked.
+fn state(client: &mut Client) -> [Value; 2] {
+    ["/settings/differences", "/links"].map(|path| client.call("GET", path, None).expect("it answers"))
 }
 
 /// Sends those lines.
 pub fn run(bytes: &[u8]) {
     let reached = reached().lock().expect("nobody panics");
-    let stream = UnixStream::connect(reached.server.socket()).expect("it listens");
-    let answers = BufReader::new(stream.try_clone().expect("there are handles"));
-    let mut tool = Tool { stream, answers };
-    tool.answer();
-    let mut state = tool.state();
-    for text in bytes.split(|byte| *byte == b'\n') {
-        let text = tamed(text);
-        let answer: Answer = serde_json::from_str(&tool.ask(&text)).expect("it answers in JSON");
-        let is_refused = match answer {
-            Answer::Error(refusal) => {
+    let mut client = Client::connect(reached.server.name()).expect("it listens");
+    let mut before = state(&mut client);
+    for line in bytes.split(|byte| *byte == b'\n') {
+        let Some((method, path, body)) = request(line) else { continue };
+        match client.call::<Value>(&method, &path, body.as_ref()) {
+            Ok(_) => before = state(&mut client),
+            Err(ClientError::Refused(refusal)) => {
                 assert!(!refusal.message.is_empty(), "refused without a word");
-                true
+                assert!(state(&mut client) == before, "refused, and something has changed");
             }
-            Answer::Result(_) => false,
-        };
-        // What is no call may be a few bytes long, and there may be thousands of them.
-        if serde_json::from_slice::<Call>(&text).is_ok() {
-            let before = std::mem::replace(&mut state, tool.state());
-            assert!(!is_refused || state == before, "refused, and something has changed");
+            // What is no URL is no request; a stream is no JSON.
+            Err(ClientError::Nonsense { .. }) => return,
+            Err(error) => panic!("{error}"),
         }
     }
 }
 
-/// A call that would touch files touches one of the target's, as the fuzzer may name any.
-fn tamed(line: &[u8]) -> Vec<u8> {
-    let Ok(mut call) = serde_json::from_slice::<Call>(line) else { return line.to_vec() };
-    let tame = |file: &mut PathBuf| *file = crate::folder().join("tool.snapshot");
-    match &mut call {
-        Call::PluginLoad { file: Some(file), .. } | Call::PluginReload { file: Some(file), .. } => tame(file),
-        Call::PluginShadow { file, .. }
-        | Call::TraceRecord { file }
-        | Call::RecordStart { file, .. }
-        | Call::RecordStop { file: Some(file) }
-        | Call::RecordSnapshot { file }
-        | Call::SnapshotSave { file }
-        | Call::SnapshotRemote { file, .. }
-        | Call::SnapshotLoad { file } => tame(file),
-        _ => return line.to_vec(),
-    }
-    serde_json::to_vec(&call).expect("it was one")
+/// The request of a line, unless it would touch files or goes on without end.
+fn request(line: &[u8]) -> Option<(String, String, Option<Value>)> {
+    let text = std::str::from_utf8(line).ok()?;
+    let mut parts = text.splitn(3, ' ');
+    let (method, path) = (parts.next()?, parts.next()?);
+    let is_plain = path.starts_with('/') && path.bytes().all(|byte| byte.is_ascii_graphic());
+    let touches_files = ["/snapshots", "/recordings", "/trace", "/layouts"];
+    let is_tame = !touches_files.iter().any(|start| path.starts_with(start)) && !path.contains("format=");
+    let body: Option<Value> = parts.next().and_then(|body| serde_json::from_str(body).ok());
+    let loads = path.starts_with("/plugins") && body.is_some();
+    let waits = matches!(path, "/watch" | "/measure");
+    let known = ["GET", "PUT", "POST", "PATCH", "DELETE"].contains(&method);
+    (known && is_plain && is_tame && !loads && !waits).then(|| (method.to_owned(), path.to_owned(), body))
 }

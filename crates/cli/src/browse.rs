@@ -8,9 +8,9 @@ use serde_json::json;
 use crate::connection::AgentOption;
 use crate::endpoint::Role;
 use crate::failure::Failure;
+use crate::output;
 use slate::control::BASE;
 use slate::control::client::Request;
-use crate::output;
 
 #[derive(Debug, Args)]
 pub struct ConsoleOptions {

@@ -1,7 +1,7 @@
 use clap::Subcommand;
 use serde_json::json;
-use slate::runtime::configuration::{SaveTo, parse_change};
 use slate::control::{Changed, ClientError, Different};
+use slate::runtime::configuration::{SaveTo, parse_change};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

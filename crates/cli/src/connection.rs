@@ -14,8 +14,8 @@ use slate::runtime::sharing::TEAM;
 use crate::complete;
 use crate::endpoint::Role;
 use crate::failure::Failure;
-use slate::control::client::Trouble;
 use slate::control::client::Access;
+use slate::control::client::Trouble;
 
 use crate::endpoint::{access_at, access_of};
 use crate::watch::now;

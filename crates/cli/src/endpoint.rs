@@ -9,9 +9,9 @@ use serde::Deserialize;
 use slate::runtime::directory::{Lock, folder};
 
 use crate::failure::Failure;
+use slate::control::client::Access;
 use slate::control::client::Address;
 use slate::control::client::Trouble;
-use slate::control::client::Access;
 
 use crate::token;
 
@@ -106,28 +106,28 @@ impl Endpoint {
 
 /// That of the agent of this computer which is reached by a name. What an agent left that was killed is of another process.
 pub fn access_of(agent: &str, role: Option<Role>) -> Result<Access, Failure> {
-        let process = Lock::holder(&folder().join(format!("{agent}.lock")));
-        let found = Endpoint::all().find(|endpoint| Some(endpoint.process) == process);
-        let endpoint = found.ok_or_else(|| Failure::NoConsole { agent: agent.into() })?;
-        let (address, browser) = (parse(&endpoint.address)?, endpoint.browser.clone());
-        Ok(Access { browser, ..endpoint.access(address, role)? })
-    }
+    let process = Lock::holder(&folder().join(format!("{agent}.lock")));
+    let found = Endpoint::all().find(|endpoint| Some(endpoint.process) == process);
+    let endpoint = found.ok_or_else(|| Failure::NoConsole { agent: agent.into() })?;
+    let (address, browser) = (parse(&endpoint.address)?, endpoint.browser.clone());
+    Ok(Access { browser, ..endpoint.access(address, role)? })
+}
 
-    /// That of the agent at an address. Of one of this computer its certificate is known, and its secret unless one is given.
+/// That of the agent at an address. Of one of this computer its certificate is known, and its secret unless one is given.
 pub fn access_at(text: &str, role: Option<Role>) -> Result<Access, Failure> {
-        let address = parse(text)?;
-        let given = if role.is_none() { token::given()? } else { None };
-        match (given, Endpoint::at(&address)) {
-            (Some(token), endpoint) => {
-                let known = endpoint.and_then(|endpoint| endpoint.certificate);
-                let browser = address.to_string();
-                Ok(Access { address, browser, token, certificate: known.or_else(certificate) })
-            }
-            (None, Some(endpoint)) => endpoint.access(address, role),
-            (None, None) if role.is_some() => Err(no_token(role)),
-            (None, None) => Err(Trouble::NoToken { address: address.to_string() }.into()),
+    let address = parse(text)?;
+    let given = if role.is_none() { token::given()? } else { None };
+    match (given, Endpoint::at(&address)) {
+        (Some(token), endpoint) => {
+            let known = endpoint.and_then(|endpoint| endpoint.certificate);
+            let browser = address.to_string();
+            Ok(Access { address, browser, token, certificate: known.or_else(certificate) })
         }
+        (None, Some(endpoint)) => endpoint.access(address, role),
+        (None, None) if role.is_some() => Err(no_token(role)),
+        (None, None) => Err(Trouble::NoToken { address: address.to_string() }.into()),
     }
+}
 
 fn parse(text: &str) -> Result<Address, Failure> {
     let wrong = |reason| Trouble::NoAddress { text: text.into(), reason };

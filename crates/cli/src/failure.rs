@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 use clap::error::{ContextKind, ContextValue};
 use serde_json::{Value, json};
 use slate::blackboard::nearest_names;
+use slate::control::{ClientError, Refusal};
 use slate::record::replay::PlayError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
-use slate::control::{ClientError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
 
 use crate::arguments::MAXIMUM_SEED;
 use crate::check::finding;
 use crate::condition::Unfit;
-use slate::control::client::{Denied, RequestError, Trouble};
 use crate::output;
+use slate::control::client::{Denied, RequestError, Trouble};
 
 /// The agent is not there, or does not answer.
 pub const UNREACHED: u8 = 3;

@@ -10,9 +10,9 @@ use slate::runtime::recording::{RecordingEntry, RecordingStatus};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
+use crate::output;
 use slate::control::BASE;
 use slate::control::client::Request;
-use crate::output;
 
 #[derive(Debug, Subcommand)]
 pub enum RecordVerb {

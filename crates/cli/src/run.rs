@@ -2,10 +2,10 @@ use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use slate::control::Server;
 use slate::record::{Recorded, Report};
 use slate::runtime::Rate;
 use slate::runtime::log::LogTarget;
-use slate::control::Server;
 use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};

@@ -12,10 +12,10 @@ use slate::runtime::directory::agents;
 
 use crate::connection::AgentOption;
 use crate::failure::{Failure, UNREACHED};
-use slate::control::BASE;
-use slate::control::client::{Access, Request};
 use crate::output;
 use crate::watch::now;
+use slate::control::BASE;
+use slate::control::client::{Access, Request};
 
 #[derive(Debug, Args)]
 pub struct StopOptions {

@@ -6,8 +6,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
 use clap::Args;
-use slate::runtime::printable;
 use slate::control::{Client, ClientError, TraceEntry};
+use slate::runtime::printable;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;

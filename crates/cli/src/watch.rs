@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::{Value, json};
-use slate::record::bag::seconds;
 use slate::control::{Client, ClientError, Reading, Watched};
+use slate::record::bag::seconds;
 
 use crate::condition::Condition;
 use crate::connection::AgentOption;

@@ -70,7 +70,7 @@ impl Terminal {
 }
 
 fn holder(running: &Running) -> Value {
-    running.ask("exp1", r#"{"call":"controls/list"}"#)["result"][0]["holder"].clone()
+    running.ask("exp1", "GET", "/leases", "")[0]["holder"].clone()
 }
 
 fn priority(running: &Running) -> String {
@@ -107,8 +107,8 @@ fn a_robot_is_driven_by_keys_and_stops_when_none_is_pressed() {
     assert!(command["left"].as_f64() < Some(0.0) && command["right"].as_f64() > Some(0.0), "{command}");
     terminal.press(b" ");
     wait_for("the stop", || running.read("exp1", "/r2/wheels/gate/mode") == "STOPPED");
-    let taken = running.ask("exp1", r#"{"call":"controls/take","actuator":"r2/wheels"}"#);
-    assert_eq!(taken["error"]["code"], "S108", "{taken}");
+    let taken = running.ask("exp1", "POST", "/leases", r#"{"actuator":"r2/wheels"}"#);
+    assert_eq!(taken["code"], "S108", "{taken}");
     terminal.press(b"\x1b");
     let (code, shown) = terminal.end();
     assert_eq!(code, Some(0), "{shown}");

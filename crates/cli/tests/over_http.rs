@@ -331,7 +331,7 @@ fn hold_key(terminal: &mut Child, key: &[u8], is_driven: impl Fn() -> bool) {
 #[test]
 fn a_robot_elsewhere_is_driven_by_keys_and_stops_when_the_connection_goes() {
     let all = Elsewhere::new("elsewhere-teleop");
-    let holder = || all.agent.ask("exp1", r#"{"call":"controls/list"}"#)["result"][0]["holder"].clone();
+    let holder = || all.agent.ask("exp1", "GET", "/leases", "")[0]["holder"].clone();
     let priority = || all.agent.read("exp1", "/r2/wheels/gate/priority");
     // As it is meant to be.
     let mut driver = terminal(&all, &all.address, "teleop --speed 0.2");

@@ -9,7 +9,7 @@
 use crate::common;
 
 use std::collections::BTreeMap;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::fs::DirBuilderExt;
 use std::os::unix::net::UnixListener;
 use std::path::Path;
@@ -195,14 +195,22 @@ fn a_disk_without_room_ends_a_trace_in_words() {
     assert!(line.contains(" error agent: "), "{line}");
 }
 
-/// An agent that answers so to each call.
+/// An agent that answers so to each request.
 fn say(listener: &UnixListener, answers: &[&str]) {
     let (mut stream, _) = listener.accept().unwrap();
-    stream.write_all(b"{\"slate\":1,\"agent\":\"busy\"}\n").unwrap();
-    let mut lines = BufReader::new(stream.try_clone().unwrap()).lines();
-    for answer in answers {
-        lines.next().unwrap().unwrap();
-        writeln!(stream, "{{\"result\":{answer}}}").unwrap();
+    let mut reader = BufReader::new(stream.try_clone().unwrap());
+    for answer in [r#"{"api":1,"name":"busy"}"#].iter().chain(answers) {
+        let (mut line, mut length) = (String::new(), 0);
+        while reader.read_line(&mut line).unwrap() > 2 {
+            let header = line.to_ascii_lowercase();
+            if let Some(value) = header.strip_prefix("content-length:") {
+                length = value.trim().parse().unwrap();
+            }
+            line.clear();
+        }
+        std::io::copy(&mut reader.by_ref().take(length), &mut std::io::sink()).unwrap();
+        let length = answer.len();
+        write!(stream, "HTTP/1.1 200 OK\r\nContent-Length: {length}\r\n\r\n{answer}").unwrap();
     }
 }
 

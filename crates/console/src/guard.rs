@@ -8,10 +8,10 @@ use hyper::header::{AUTHORIZATION, HOST, HeaderMap, ORIGIN, SEC_WEBSOCKET_PROTOC
 use hyper::{Method, StatusCode, Uri};
 use tokio::time::Instant;
 
-use slate_control::Role;
+use crate::token::Tokens;
 use slate_control::Problem;
 use slate_control::Query;
-use crate::token::Tokens;
+use slate_control::Role;
 
 /// How a token is said among the subprotocols of a WebSocket, as a browser can set no other header.
 pub(crate) const TOKEN_PROTOCOL: &str = "slate.token.";

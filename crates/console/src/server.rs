@@ -157,8 +157,7 @@ impl Console {
         let [here, shown] = [here, shown].map(|host| format!("{scheme}://{host}"));
         let file = tokens.write(agent.board().agent(), port, [&here, &shown], certificate)?;
         let link = format!("{shown}/#token={}", tokens.highest());
-        let context =
-            Context::new(agent)?.with_documents(documents).with_operable(settings.operable.clone());
+        let context = Context::new(agent)?.with_documents(documents).with_operable(settings.operable.clone());
         let hall = Arc::new(Hall {
             service: Service::new(Arc::new(context), WORKING, true),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
@@ -212,7 +211,9 @@ async fn serve(listeners: Vec<std::net::TcpListener>, tls: Option<Tls>, hall: Ar
     for listener in listeners {
         match TcpListener::from_std(listener) {
             Ok(listener) => drop(tokio::spawn(receive(listener, tls.clone(), Arc::clone(&hall)))),
-            Err(error) => hall.service.context().log(Level::Error, &format!("the console does not listen: {error}")),
+            Err(error) => {
+                hall.service.context().log(Level::Error, &format!("the console does not listen: {error}"))
+            }
         }
     }
     let ends_leases = async {

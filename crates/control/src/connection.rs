@@ -123,7 +123,8 @@ impl Guests {
         let under_way = || -> Vec<Arc<Mutex<Belongings>>> {
             let present = self.present();
             let all = present.1.values().map(|guest| Arc::clone(&guest.belongings));
-            all.filter(|own| own.lock().unwrap_or_else(PoisonError::into_inner).trace.is_under_way()).collect()
+            all.filter(|own| own.lock().unwrap_or_else(PoisonError::into_inner).trace.is_under_way())
+                .collect()
         };
         let mut waited = Duration::ZERO;
         let had_some = !under_way().is_empty();

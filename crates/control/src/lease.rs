@@ -8,7 +8,6 @@ use std::time::Duration;
 use slate_runtime::Teleoperation;
 use tokio::time::Instant;
 
-
 /// For how long a lease holds that is not renewed. A command holds for much less.
 pub const TERM: Duration = Duration::from_secs(5);
 

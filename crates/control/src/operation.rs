@@ -7,8 +7,8 @@ use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 
 use crate::Role;
-use crate::answer::Answer;
 use crate::agent::own_url;
+use crate::answer::Answer;
 use crate::connection::Place;
 use crate::context::Context;
 use crate::problem::Problem;

@@ -7,11 +7,7 @@ use crate::agent::lacking;
 use crate::problem::Problem;
 
 /// Whether a value names all fields of its interface; else which it lacks.
-pub fn complete(
-    descriptor: &Descriptor,
-    names: impl Fn(&str) -> bool,
-    help: &str,
-) -> Result<(), Problem> {
+pub fn complete(descriptor: &Descriptor, names: impl Fn(&str) -> bool, help: &str) -> Result<(), Problem> {
     let lacking = lacking(descriptor, names);
     if lacking.is_empty() {
         return Ok(());

@@ -111,7 +111,8 @@ impl Server {
             runtime.block_on(async move {
                 let Ok(listener) = UnixListener::from_std(listener) else { return };
                 tokio::task::spawn_blocking(|| {});
-                let (receives, ends) = (std::pin::pin!(serve(listener, shared)), std::pin::pin!(ended.notified()));
+                let (receives, ends) =
+                    (std::pin::pin!(serve(listener, shared)), std::pin::pin!(ended.notified()));
                 first_of(receives, ends).await;
             });
             // What still runs for somebody is no reason to wait.

@@ -149,9 +149,8 @@ impl Service {
             }
             answer
         });
-        let broken = |_| {
-            Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log")
-        };
+        let broken =
+            |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log");
         let answer = worked.await.map_err(broken)?;
         self.log(operation, &caller, path, &answer);
         Ok(whole(answer?))
@@ -184,13 +183,7 @@ impl Service {
 
     /// Whoever changes something over the network is in the log; who drives says so many times a second, and who has the controls
     /// is there too.
-    fn log(
-        &self,
-        operation: &Operation,
-        caller: &Caller,
-        path: &str,
-        answer: &Result<Answer, Problem>,
-    ) {
+    fn log(&self, operation: &Operation, caller: &Caller, path: &str, answer: &Result<Answer, Problem>) {
         let looks = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
         let is_quiet = caller.who.is_empty() || operation.name == DRIVE || (looks && !caller.is_told);
         if is_quiet {

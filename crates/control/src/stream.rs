@@ -139,10 +139,7 @@ impl Watcher {
 }
 
 /// Does what may take long in a thread for this.
-pub async fn apart<T: Send + 'static>(
-    is_long: bool,
-    work: impl FnOnce() -> T + Send + 'static,
-) -> Option<T> {
+pub async fn apart<T: Send + 'static>(is_long: bool, work: impl FnOnce() -> T + Send + 'static) -> Option<T> {
     if !is_long {
         return Some(work());
     }

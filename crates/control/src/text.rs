@@ -25,7 +25,9 @@ impl Texts {
     /// The pairs of texts.
     pub fn texts(self) -> Result<Vec<(String, String)>, Problem> {
         match self {
-            Self::Values(values) => values.iter().map(|(name, value)| Ok((name.clone(), toml(value)?))).collect(),
+            Self::Values(values) => {
+                values.iter().map(|(name, value)| Ok((name.clone(), toml(value)?))).collect()
+            }
             Self::Pairs(pairs) => Ok(pairs),
         }
     }

@@ -16,7 +16,8 @@ pub mod snapshot;
 
 pub use agent::{
     Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,
-    PluginError, PluginStatus, Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation, WeakComposer,
+    PluginError, PluginStatus, Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation,
+    WeakComposer,
 };
 pub use slate_configuration as configuration;
 pub use slate_configuration::{

@@ -5,10 +5,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
+use slate::control::Server;
 use slate::record::Recorder;
 use slate::record::replay::{Difference, Plan, Player, Recomputation};
 use slate::runtime::recording::{Change, Recording};
-use slate::control::Server;
 use slate::runtime::{Agent, Mode, Options, printable};
 
 use crate::console::open_playback;

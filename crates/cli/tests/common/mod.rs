@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-use std::io::{BufRead, BufReader, Write};
+use std::io::Write;
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -149,19 +149,22 @@ impl Running {
     }
 
     /// Asks an agent at its socket.
-    pub fn ask(&self, agent: &str, call: &str) -> Value {
+    pub fn ask(&self, agent: &str, method: &str, path: &str, body: &str) -> Value {
         let socket = self.sockets.join("slate").join(format!("{agent}.sock"));
         let mut stream = UnixStream::connect(socket).unwrap();
-        stream.write_all(format!("{call}\n").as_bytes()).unwrap();
-        let mut lines = BufReader::new(stream).lines();
-        let greeting: Value = serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap();
-        assert_eq!(greeting["agent"], agent);
-        serde_json::from_str(&lines.next().unwrap().unwrap()).unwrap()
+        let length = body.len();
+        let request = format!(
+            "{method} /api/v1{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
+             Content-Type: application/json\r\nContent-Length: {length}\r\n\r\n{body}"
+        );
+        stream.write_all(request.as_bytes()).unwrap();
+        let answer = std::io::read_to_string(stream).unwrap();
+        serde_json::from_str(answer.split_once("\r\n\r\n").unwrap().1).unwrap()
     }
 
     /// A value on the blackboard.
     pub fn read(&self, agent: &str, url: &str) -> Value {
-        self.ask(agent, &format!(r#"{{"call":"read","url":"{url}"}}"#))["result"]["value"].clone()
+        self.ask(agent, "GET", &format!("/slate/{agent}{url}"), "")["value"].clone()
     }
 
     /// Waits for the end of the first run.

@@ -23,9 +23,8 @@ use tokio_tungstenite::tungstenite::handshake::derive_accept_key;
 use tokio_tungstenite::tungstenite::protocol::{Role as Side, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Bytes, Message};
 
-
-use slate_control::{BASE, Body, Caller, Context, Place, Problem, Query, Role, response};
 use crate::guard::{Guard, TOKEN_PROTOCOL, protocols};
+use slate_control::{BASE, Body, Caller, Context, Place, Problem, Query, Role, response};
 
 /// The longest message of a client, bytes.
 const MESSAGE: usize = 64 << 10;

@@ -63,7 +63,9 @@ fn values_are_set_by_url_by_operators_or_developers() {
 fn a_file_has_a_name_and_no_folder() {
     let run = Running::start("remote-files");
     let client = run.client("developer");
-    for file in ["%2Ftmp%2Fstolen.mcap", "..%2Fup.mcap", "a%2Fb.mcap", ".mcap", "a.mcap.mcap", "a%00b", "a.sh"] {
+    for file in
+        ["%2Ftmp%2Fstolen.mcap", "..%2Fup.mcap", "a%2Fb.mcap", ".mcap", "a.mcap.mcap", "a%00b", "a.sh"]
+    {
         for path in [
             format!("/recordings/{file}"),
             format!("/recordings/{file}/snapshot"),

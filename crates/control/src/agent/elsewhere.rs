@@ -8,15 +8,15 @@ use std::time::Duration;
 use serde_json::json;
 use slate_blackboard::{Access, nearest_names, nearest_paths};
 
-use super::{AgentControl, Done, refusal, result};
-use slate_runtime::directory::agents;
 use super::properties::reading;
+use super::{AgentControl, Done, refusal, result};
 use crate::entries::{PropertyEntry, Refusal, RemoteSnapshotEntry};
 use slate_runtime::NewLink;
 use slate_runtime::RemoteEnd;
-use slate_runtime::{Message, Mistake};
+use slate_runtime::directory::agents;
 use slate_runtime::replacement::Replacement;
 use slate_runtime::sharing::{Newest, RemotePath, RemoteProperty, TEAM, Unread};
+use slate_runtime::{Message, Mistake};
 
 /// How long the other agent may take for an answer.
 const LIMIT: Duration = Duration::from_secs(1);

@@ -8,8 +8,8 @@ use slate_blackboard::interface::{self, Descriptor, Value};
 use slate_blackboard::message::Status;
 use slate_blackboard::{BoardError, Carrier, Property};
 
-use super::{AgentControl, Done, refusal, result};
 use super::properties::KNOWN;
+use super::{AgentControl, Done, refusal, result};
 use crate::entries::Refusal;
 use slate_runtime::{Message, Mistake};
 

@@ -22,13 +22,13 @@ use slate_runtime::{
 };
 
 use crate::entries::{
-    Changed, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
-    SnapshotEntry, Switched, UnloadedPlugin,
+    Changed, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
+    Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
 };
 
 pub use messages::lacking;
-pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub(crate) use own::own_url;
+pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
 pub(crate) use properties::KNOWN;
 pub(crate) use trace::ToolTrace;
 pub use values::LONGEST;

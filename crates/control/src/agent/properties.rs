@@ -6,11 +6,11 @@ use slate_blackboard::interface;
 use slate_blackboard::{Access, BoardError, Pattern, Property, Stamp, Url};
 use slate_module::Direction;
 
-use super::{AgentControl, Done, refusal, result};
 use super::elsewhere;
+use super::{AgentControl, Done, refusal, result};
 use crate::entries::{PropertyEntry, Reading, Refusal};
-use slate_runtime::{Message, Mistake};
 use slate_runtime::sharing::{RemotePath, TEAM};
+use slate_runtime::{Message, Mistake};
 
 pub(crate) const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
 

@@ -4,8 +4,8 @@ use slate_blackboard::{interface, nearest_paths};
 
 use super::{AgentControl, Done, refusal, result};
 use crate::entries::{Changed, Different, Refusal, Saved, SettingEntry};
-use slate_runtime::configuration::{Change, Database, Proposal, SaveTo, Value};
 use slate_runtime::Mistake;
+use slate_runtime::configuration::{Change, Database, Proposal, SaveTo, Value};
 
 impl AgentControl {
     pub(super) fn database(&self) -> Result<&Database, Refusal> {
@@ -106,7 +106,8 @@ impl AgentControl {
         }
         let files = self.database()?.save(to)?;
         for file in &files {
-            self.composer.say(&format!("a tool has saved the changes into {}", slate_runtime::printable(file)));
+            self.composer
+                .say(&format!("a tool has saved the changes into {}", slate_runtime::printable(file)));
         }
         result(Saved { files })
     }

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 
 use slate_blackboard::{Access, BoardError, Property, Watching, interface};
 
-use super::{AgentControl, Done, refusal, result};
 use super::properties::{KNOWN, reading};
+use super::{AgentControl, Done, refusal, result};
 use crate::entries::{Measured, News, Reading, Refusal, Spread, Watched};
 use slate_runtime::{Message, Mistake};
 

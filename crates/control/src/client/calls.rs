@@ -107,7 +107,7 @@ impl Client {
         struct Sent {
             status: String,
         }
-        let path = format!("/slate/{}{}", place(&self.name, url), dry(dry_run));
+        let path = format!("/slate/{}{}", place(&self.agent, url), dry(dry_run));
         self.call("POST", &path, Some(&value)).map(|sent: Sent| sent.status)
     }
 
@@ -128,8 +128,7 @@ impl Client {
             Order::Rate(factor) => ("POST", "/rate", Some(json!({ "factor": factor }))),
             Order::Loop(section) => ("POST", "/loop", Some(json!({ "section": section }))),
         };
-        let status: Option<PlaybackStatus> =
-            self.call(method, &format!("/playback{what}"), body.as_ref())?;
+        let status: Option<PlaybackStatus> = self.call(method, &format!("/playback{what}"), body.as_ref())?;
         status.ok_or_else(|| ClientError::Refused(crate::agent::no_playback()))
     }
 
@@ -152,11 +151,7 @@ impl Client {
         let body = json!({ "actuator": actuator, "who": who, "bound": true });
         let lease: Lease = self.call("POST", "/leases", Some(&body))?;
         self.lease = Some(lease.lease);
-        Ok(ControlsEntry {
-            actuator: lease.actuator,
-            interface: lease.interface.title,
-            hold: lease.hold_ms,
-        })
+        Ok(ControlsEntry { actuator: lease.actuator, interface: lease.interface.title, hold: lease.hold_ms })
     }
 
     /// Commands what it has the controls of, for a short while; the state of the gate.
@@ -339,7 +334,7 @@ impl Client {
 
     /// The newest value of a property or a field; nothing before the first write.
     pub fn read(&mut self, url: &str) -> Done<Option<Reading>> {
-        let reading: Reading = self.call("GET", &format!("/slate/{}", place(&self.name, url)), None)?;
+        let reading: Reading = self.call("GET", &format!("/slate/{}", place(&self.agent, url)), None)?;
         Ok(Some(reading).filter(|reading| reading.sequence > 0))
     }
 
@@ -364,7 +359,7 @@ impl Client {
         struct Kept {
             values: Vec<Reading>,
         }
-        let path = format!("/queues/{}?limit=100000", place(&self.name, url));
+        let path = format!("/queues/{}?limit=100000", place(&self.agent, url));
         self.call("GET", &path, None).map(|kept: Kept| kept.values)
     }
 }

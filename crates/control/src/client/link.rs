@@ -182,7 +182,8 @@ impl Link {
 
     fn request(&self, asked: &Request<'_>) -> std::result::Result<hyper::Request<Full<Bytes>>, Broken> {
         let body = asked.body.unwrap_or_default().to_owned();
-        let mut request = hyper::Request::builder().method(asked.method).uri(asked.path).header(HOST, &self.host);
+        let mut request =
+            hyper::Request::builder().method(asked.method).uri(asked.path).header(HOST, &self.host);
         for (name, value) in [(AUTHORIZATION, &self.authorization)] {
             if let Some(value) = value {
                 request = request.header(name, value);

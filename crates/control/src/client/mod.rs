@@ -240,6 +240,8 @@ pub enum ClientError {
 #[derive(Debug)]
 pub struct Client {
     name: String,
+    /// The name that the agent gives itself.
+    agent: String,
     is_local: bool,
     link: Link,
     /// How it is reached again when an idle connection was closed.
@@ -266,6 +268,7 @@ impl Client {
     pub fn at(access: &Access) -> Result<Self, RequestError> {
         let mut client = Self {
             name: access.address.to_string(),
+            agent: String::new(),
             is_local: false,
             link: Link::tcp(access)?,
             access: Some(access.clone()),
@@ -273,12 +276,12 @@ impl Client {
         };
         let path = format!("{BASE}/agent");
         let request = Request { method: "GET", path: &path, ..Request::default() };
-        let (status, agent) =
-            client.link.whole(&request, ANSWER).map_err(|broken| access.trouble(broken))?;
+        let (status, agent) = client.link.whole(&request, ANSWER).map_err(|broken| access.trouble(broken))?;
         if status >= 400 {
             return Err(Denied::read(status, &agent).into());
         }
-        client.name = agent.get("name").and_then(Json::as_str).unwrap_or_default().to_owned();
+        client.agent = agent.get("name").and_then(Json::as_str).unwrap_or_default().to_owned();
+        client.name.clone_from(&client.agent);
         Ok(client)
     }
 
@@ -302,12 +305,15 @@ impl Client {
             _ => lost(error),
         })?;
         let link = Link::unix(stream).map_err(lost)?;
-        Ok(Self { name: name.into(), is_local: true, link, access: None, lease: None })
+        Ok(Self { name: name.into(), agent: name.into(), is_local: true, link, access: None, lease: None })
     }
 
     /// Finds out whether the agent is there and has the same operations.
     fn greet(&mut self) -> Result<(), ClientError> {
         let agent: Json = self.ask("GET", "/agent", None, GREETING)?;
+        if let Some(name) = agent.get("name").and_then(Json::as_str) {
+            self.agent = name.to_owned();
+        }
         match agent.get("api").and_then(Json::as_u64).unwrap_or_default() {
             API => Ok(()),
             found => Err(ClientError::Version { name: self.name.clone(), found }),
@@ -354,8 +360,9 @@ impl Client {
         let mut asked = self.link.whole(&request, within);
         if let (Err(Broken::Unsent), Some(access)) = (&asked, &self.access) {
             // An agent closes a connection that is idle for long.
-            self.link = Link::tcp(access)
-                .map_err(|trouble| self.broken(Broken::Lost(std::io::Error::other(trouble.to_string())), within))?;
+            self.link = Link::tcp(access).map_err(|trouble| {
+                self.broken(Broken::Lost(std::io::Error::other(trouble.to_string())), within)
+            })?;
             asked = self.link.whole(&request, within);
         }
         let (status, answer) = asked.map_err(|broken| self.broken(broken, within))?;

@@ -30,7 +30,10 @@ pub async fn begin(
     let connected = TlsConnector::from(Arc::new(settings)).connect(name, stream);
     match tokio::time::timeout(HANDSHAKE, connected).await {
         Ok(connected) => connected.map_err(|error| trouble(address, &error)),
-        Err(_) => Err(Trouble::Unreached { address: address.to_string(), reason: "no answer to the handshake".into() }),
+        Err(_) => Err(Trouble::Unreached {
+            address: address.to_string(),
+            reason: "no answer to the handshake".into(),
+        }),
     }
 }
 

@@ -14,8 +14,8 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::problem::Problem;
 use crate::select::Selection;
 
 /// How many values are told at once when nothing else is said, and at most.

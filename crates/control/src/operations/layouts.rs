@@ -12,8 +12,8 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 /// The folder of a project with what belongs to the console's page.
 pub const PROJECT: &str = "console";

@@ -13,8 +13,8 @@ use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
 use crate::lease::TERM;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 use crate::schema;
 
 pub(super) const LIST: Operation = Operation {

@@ -9,8 +9,8 @@ use super::{DRY_RUN, TOKEN, conflict, shape, told};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 use crate::text::{Texts, texts};
 
 pub(super) const LIST: Operation = Operation {

@@ -159,7 +159,12 @@ pub fn carry_out(context: &Arc<Context>, caller: &Caller, name: &str, body: Json
 ///
 /// # Errors
 /// When it can't be set to that.
-pub fn put_value(context: &Arc<Context>, caller: &Caller, path: &str, value: &Json) -> Result<Answer, Problem> {
+pub fn put_value(
+    context: &Arc<Context>,
+    caller: &Caller,
+    path: &str,
+    value: &Json,
+) -> Result<Answer, Problem> {
     write::put(context, &spoken(context, caller, path, value))
 }
 
@@ -167,7 +172,12 @@ pub fn put_value(context: &Arc<Context>, caller: &Caller, path: &str, value: &Js
 ///
 /// # Errors
 /// When it is not taken.
-pub fn send_value(context: &Arc<Context>, caller: &Caller, path: &str, value: &Json) -> Result<Answer, Problem> {
+pub fn send_value(
+    context: &Arc<Context>,
+    caller: &Caller,
+    path: &str,
+    value: &Json,
+) -> Result<Answer, Problem> {
     write::send(context, &spoken(context, caller, path, value))
 }
 

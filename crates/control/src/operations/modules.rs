@@ -10,8 +10,8 @@ use super::{TOKEN, named, shape, told};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 pub(super) const LIST: Operation = Operation {
     method: "GET",

@@ -10,8 +10,8 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::problem::Problem;
 
 pub(super) const ACTUATORS: Operation = Operation {
     method: "GET",

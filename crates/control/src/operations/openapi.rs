@@ -96,6 +96,25 @@ fn example(operation: &Operation, part: &str, context: &Context) -> Option<Strin
     }
 }
 
+/// Why an operation is not done, whichever it is.
+const PROBLEMS: [(&str, &str); 5] = [
+    ("401", "There is no token, or nobody has it."),
+    ("403", "The role may not do this, or a foreign page asks."),
+    ("429", "There are too many requests, or wrong tokens."),
+    ("503", "There is no place for it now."),
+    ("default", "It is not done, and why."),
+];
+
+fn responses(status: &str, done: Json) -> Json {
+    let problem =
+        json!({ "application/problem+json": { "schema": { "$ref": "#/components/schemas/Problem" } } });
+    let mut responses = json!({ status: done });
+    for (status, description) in PROBLEMS {
+        responses[status] = json!({ "description": description, "content": problem });
+    }
+    responses
+}
+
 fn of(operation: &Operation, context: &Context) -> Json {
     let in_path = operation.path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
     let in_path = in_path.map(|name| {
@@ -135,20 +154,12 @@ fn of(operation: &Operation, context: &Context) -> Json {
         "summary": operation.summary,
         "description": format!("For {} and whoever may more.", operation.role.one()),
         "parameters": parameters,
-        "responses": {
-            status: done,
-            "default": {
-                "description": "It is not done, and why.",
-                "content": {
-                    "application/problem+json": { "schema": { "$ref": "#/components/schemas/Problem" } },
-                },
-            },
-        },
+        "responses": responses(status, done),
     });
     if let Some(body) = operation.body {
         let is_optional = matches!(
             operation.name,
-            super::STOP | super::DRIVE | "arm" | "save" | "start_recording" | "step_playback"
+            super::STOP | super::DRIVE | "arm" | "save" | "start_recording" | "step_playback" | "reload"
         );
         let needed = !is_optional;
         document["requestBody"] =

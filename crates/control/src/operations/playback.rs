@@ -10,8 +10,8 @@ use super::{TOKEN, conflict, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 /// The most cycles that are made at once.
 const STEPS: u64 = 1_000_000;

@@ -9,8 +9,8 @@ use super::{Named, TOKEN, conflict, file_shape, named, shape, told};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 pub(super) const LIST: Operation = Operation {
     method: "GET",
@@ -134,7 +134,8 @@ fn unloaded() -> Json {
 }
 
 fn reloaded() -> Json {
-    let module = json!({ "type": "array", "items": shape::optional(shape::text()), "minItems": 2, "maxItems": 2 });
+    let module =
+        json!({ "type": "array", "items": shape::optional(shape::text()), "minItems": 2, "maxItems": 2 });
     shape::object(&[
         ("plugin", shape::text()),
         ("modules", shape::list(module)),

@@ -13,8 +13,8 @@ use crate::Role;
 use crate::agent::RecordingWish;
 use crate::answer::{Answer, BYTES};
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 pub(super) const LIST: Operation = Operation {
     method: "GET",

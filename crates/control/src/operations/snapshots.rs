@@ -12,8 +12,8 @@ use crate::Role;
 use crate::agent::{Done, absolute};
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 pub(super) const LOAD: Operation = Operation {
     method: "POST",

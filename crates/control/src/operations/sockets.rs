@@ -5,8 +5,8 @@ use serde_json::json;
 
 use super::TOKEN;
 use crate::Role;
-use crate::problem::Problem;
 use crate::operation::{Operation, Pace};
+use crate::problem::Problem;
 
 pub(super) const LIVE: Operation = Operation {
     path: "/live",

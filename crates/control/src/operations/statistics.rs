@@ -9,8 +9,8 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 pub(super) const STATISTICS: Operation = Operation {
     method: "GET",

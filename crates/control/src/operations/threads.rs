@@ -10,8 +10,8 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 
 /// Where the threads of this process are.
 const THREADS: &str = "/proc/self/task";

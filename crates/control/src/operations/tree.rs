@@ -5,16 +5,16 @@ use std::sync::Arc;
 
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
-use slate_blackboard::interface::Descriptor;
 use slate_blackboard::Property;
+use slate_blackboard::interface::Descriptor;
 use slate_runtime::Mistake;
 
 use super::{API, TOKEN, shape};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::problem::Problem;
 use crate::schema;
 
 const PATTERN: Parameter = Parameter {

@@ -3,20 +3,20 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use crate::entries::Reading;
 use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_blackboard::{Access, BoardError, Url};
 use slate_runtime::{Message, Mistake};
-use crate::entries::Reading;
 
 use super::{TOKEN, shape};
 use crate::Role;
 use crate::agent::{KNOWN, refusal};
 use crate::answer::Answer;
 use crate::context::Context;
+use crate::operation::{Ask, Operation, Pace, Parameter};
 use crate::picture::{Picture, is_picture};
 use crate::problem::Problem;
-use crate::operation::{Ask, Operation, Pace, Parameter};
 use crate::select::Selection;
 use crate::stream::{Follow, Watcher, What};
 

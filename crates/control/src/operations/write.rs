@@ -14,8 +14,8 @@ use super::{DRY_RUN, shape, told};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::problem::Problem;
 use crate::operation::{Ask, Operation, Pace};
+use crate::problem::Problem;
 use crate::schema::complete;
 use crate::text::{quoted, toml};
 

@@ -25,12 +25,12 @@ use std::time::{Duration, Instant};
 use common::{Number, Pair, number, plugins};
 use proptest::prelude::*;
 use serde_json::{Value, json};
+use slate_control::{Client, ClientError, Refusal, Server, Switched};
 use slate_module::prelude::*;
 use slate_module::{Level, Plugin};
 use slate_runtime::configuration::{self, Database, SaveTo};
-use slate_runtime::log::MemoryTarget;
-use slate_control::{Client, ClientError, Refusal, Server, Switched};
 use slate_runtime::directory::agents;
+use slate_runtime::log::MemoryTarget;
 use slate_runtime::{Agent, Control, Options, Rate};
 
 use wire::Raw;
@@ -276,7 +276,11 @@ fn actuators_are_stopped_and_armed() {
     let one = stream.ask("POST", "/arm", r#"{"actuator":"wheel"}"#);
     assert_eq!(one, refusal, "the only one");
     assert_eq!(stream.ask("POST", "/reset", ""), (200, json!({ "was_stopped": true })));
-    assert_eq!(stream.ask("POST", "/reset", ""), (200, json!({ "was_stopped": false })), "nothing is stopped");
+    assert_eq!(
+        stream.ask("POST", "/reset", ""),
+        (200, json!({ "was_stopped": false })),
+        "nothing is stopped"
+    );
     assert_eq!(stream.ask("POST", "/arm", r#"{"actuator":"wheel"}"#), (200, json!({})));
     assert_eq!(stream.ask("POST", "/arm", ""), (200, json!({})));
     let unknown = stream.ask("POST", "/arm", r#"{"actuator":"whele"}"#).1;

@@ -146,7 +146,10 @@ fn what_can_not_be_recorded_is_refused_at_once() {
     let file = folder.file("trace.json");
     client.record_trace(&file).unwrap();
     let twice = refused(client.record_trace(&folder.file("other.json")));
-    assert!(twice.message.contains("trace.json already") && twice.help.contains("DELETE /api/v1/trace"), "{twice:?}");
+    assert!(
+        twice.message.contains("trace.json already") && twice.help.contains("DELETE /api/v1/trace"),
+        "{twice:?}"
+    );
     let taken = refused(other.record_trace(&file));
     assert!(taken.message.contains("just being written") && taken.help.contains("another file"), "{taken:?}");
     client.end_trace().unwrap();

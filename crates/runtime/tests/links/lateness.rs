@@ -152,7 +152,8 @@ fn a_refused_link_leaves_nothing_behind_while_a_module_is_late() {
             assert!(refused.unwrap_err().to_string().contains("`held` has not returned"));
         }
         // As a tool sets it.
-        let set = |path: &str, value: &str| agent.composer.commit(|| agent.database.propose(&[(path, value)]));
+        let set =
+            |path: &str, value: &str| agent.composer.commit(|| agent.database.propose(&[(path, value)]));
         let refused = set("links.\"held/number\"", "counter/number").unwrap_err();
         assert!(refused.to_string().contains("`held` has not returned"), "{refused}");
         assert!(agent.database.diff().is_empty(), "{:?}", agent.database.diff());

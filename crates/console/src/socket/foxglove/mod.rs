@@ -22,9 +22,9 @@ use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use super::{Listener, Said, Sink, Visitor, hand, ping, say};
-use slate_control::{Caller, Context, Watcher, apart};
 use channels::{Channels, Form};
 use request::{Call, Request};
+use slate_control::{Caller, Context, Watcher, apart};
 use transforms::Transforms;
 
 /// By which names the protocol goes; both are the same.

@@ -41,7 +41,8 @@ pub(super) fn call(context: &Arc<Context>, caller: &Caller, call: &Call) -> Resu
     let Some(name) = place.and_then(|place| NAMES.get(place)) else {
         return Err(format!("there is no service {}", call.service));
     };
-    if let Some(needed) = by_name(name).map(|operation| operation.role).filter(|needed| caller.role < *needed) {
+    if let Some(needed) = by_name(name).map(|operation| operation.role).filter(|needed| caller.role < *needed)
+    {
         return Err(format!("{} may not do this: ask with the token of {}", caller.role.one(), needed.one()));
     }
     // What comes with a stop is no reason not to stop.

@@ -235,10 +235,7 @@ impl Composer {
     ///
     /// # Errors
     /// What is wrong with them.
-    pub fn commit(
-        &self,
-        propose: impl Fn() -> Result<Proposal, Report>,
-    ) -> Result<Vec<Change>, Report> {
+    pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
         loop {
             // Somebody else may be faster.
             if let Some(changes) = self.judged(propose()?)?.apply() {
