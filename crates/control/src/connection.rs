@@ -185,6 +185,15 @@ impl Place {
         act(&mut own.trace)
     }
 
+    /// How many connections of the server record a trace.
+    pub(crate) fn traces(&self) -> usize {
+        let own: Vec<_> =
+            self.guests.present().1.values().map(|guest| Arc::clone(&guest.belongings)).collect();
+        own.iter()
+            .filter(|own| own.lock().unwrap_or_else(PoisonError::into_inner).trace.is_under_way())
+            .count()
+    }
+
     /// Lets a lease end with this connection.
     pub(crate) fn bind_lease(&self, lease: &str) {
         self.belongings().leases.push(lease.to_owned());

@@ -202,7 +202,7 @@ async fn within<T, E>(future: impl Future<Output = Result<T, E>>) -> Option<T> {
     future.await.ok()
 }
 
-fn too_many() -> Problem {
+pub(crate) fn too_many() -> Problem {
     let message = "too many tools are at work with this agent";
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
 }

@@ -43,6 +43,17 @@ fn changes(run: &Running) -> Vec<(&'static str, String, Json, &'static str)> {
         ("POST", "/leases".into(), json!({ "actuator": "wheel" }), "operator"),
         ("PUT", "/leases/0123456789abcdef".into(), json!({ "release": true }), "operator"),
         ("DELETE", "/leases/0123456789abcdef".into(), json!(null), "operator"),
+        ("PUT", "/value".into(), json!({ "url": "/sensor/params/step", "value": 2.0 }), "developer"),
+        ("POST", "/plugins".into(), json!({ "file": "/tmp/lib.so" }), "developer"),
+        ("PUT", "/plugins/sensor/shadow".into(), json!({ "file": "/tmp/lib.so" }), "developer"),
+        ("DELETE", "/plugins/sensor/shadow".into(), json!(null), "developer"),
+        ("POST", "/plugins/sensor/promote".into(), json!(null), "developer"),
+        ("POST", "/trace".into(), json!({ "file": "attack.json" }), "developer"),
+        ("DELETE", "/trace".into(), json!(null), "developer"),
+        ("DELETE", "/recordings".into(), json!(null), "operator"),
+        ("POST", "/snapshots/attack/values".into(), json!({ "url": "slate://other/**" }), "developer"),
+        ("POST", "/watch".into(), json!({ "of": [{ "url": "/sensor/count" }] }), "viewer"),
+        ("POST", "/measure".into(), json!({ "urls": ["/sensor/count"], "time": 1 }), "viewer"),
         ("POST", "/reset".into(), json!(null), "operator"),
         ("POST", "/arm".into(), json!({}), "operator"),
         ("POST", "/stop".into(), json!({ "reason": "attack" }), "viewer"),
@@ -82,7 +93,7 @@ fn no_attack_changes_anything() {
         })
         .collect();
     // Whoever adds an operation adds it here.
-    assert_eq!(listed.len(), 32, "{listed:?}");
+    assert_eq!(listed.len(), 43, "{listed:?}");
     let mut attacks = 0;
     for (method, path, body, role) in changes(&run) {
         let body = Some(&body).filter(|body| !body.is_null());

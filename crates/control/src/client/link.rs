@@ -111,7 +111,8 @@ impl Link {
 
     /// Says for whom it asks.
     pub fn set_caller(&mut self, who: &str) {
-        self.caller = HeaderValue::from_str(who).ok();
+        let plain: String = who.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).collect();
+        self.caller = HeaderValue::from_str(&plain).ok();
     }
 
     /// Sends a request, and returns when the head of the answer is there.

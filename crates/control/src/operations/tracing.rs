@@ -13,6 +13,7 @@ use crate::context::Context;
 use crate::entries::TraceEntry;
 use crate::operation::{Ask, Operation, Pace};
 use crate::problem::Problem;
+use crate::service::too_many;
 
 pub(super) const RECORD: Operation = Operation {
     method: "POST",
@@ -57,6 +58,9 @@ pub(super) const END: Operation = Operation {
     handler: |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?),
 };
 
+/// How many connections may record at once.
+const MOST: usize = 32;
+
 fn entry() -> Json {
     let track =
         shape::object(&[("name", shape::text()), ("spans", shape::count()), ("missing", shape::count())]);
@@ -75,6 +79,9 @@ fn answer(entry: TraceEntry) -> Result<Answer, Problem> {
 
 fn record(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     let Named { file } = ask.body()?;
+    if ask.caller.place.traces() >= MOST {
+        return Err(too_many());
+    }
     let file = match ask.caller.local {
         Some(_) => absolute(&file).map_err(in_conflict)?.to_owned(),
         None => recordings::new_file(context, ask, &file.to_string_lossy(), "json")?,

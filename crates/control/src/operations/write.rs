@@ -308,7 +308,10 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
     let dry = ask.is_dry()?;
     let url = url(ask)?;
     if let Some(path) = own_path(context, &url) {
-        let (property, _) = context.board().find(&path)?;
+        let (property, field) = context.board().find(&path)?;
+        if property.access() == Access::Messages && !field.is_empty() {
+            return Err(Problem::not_found(format!("/{path} is a part of a message"), "send the whole one"));
+        }
         if property.access() != Access::Messages {
             let message = format!("/{} takes no messages", property.path());
             let help = "`slate set` and PUT set what can be set; `slate list` shows what there is";
@@ -319,9 +322,9 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
     let sent = context.agent.send(&url.to_string(), &body, dry);
     let status = sent.map_err(|refusal| {
         let status = match refusal.code.as_deref().and_then(Mistake::from_code) {
-            Some(Mistake::Name | Mistake::OtherAgent) => StatusCode::NOT_FOUND,
-            Some(Mistake::Value) => StatusCode::UNPROCESSABLE_ENTITY,
-            _ => StatusCode::CONFLICT,
+            Some(Mistake::OtherAgent) => StatusCode::NOT_FOUND,
+            Some(_) => StatusCode::UNPROCESSABLE_ENTITY,
+            None => StatusCode::CONFLICT,
         };
         Problem::refused(status, refusal)
     })?;
