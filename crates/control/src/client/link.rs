@@ -3,8 +3,7 @@
 use std::error::Error as _;
 use std::io::{Error, ErrorKind, Result};
 use std::pin::Pin;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
@@ -37,7 +36,7 @@ pub(super) struct Link {
     host: String,
     authorization: Option<HeaderValue>,
     caller: Option<HeaderValue>,
-    first: Arc<AtomicU8>,
+    first: Arc<Mutex<Vec<u8>>>,
 }
 
 impl std::fmt::Debug for Link {
@@ -64,7 +63,7 @@ impl Link {
     pub fn unix(stream: std::os::unix::net::UnixStream) -> Result<Self> {
         stream.set_nonblocking(true)?;
         let runtime = runtime()?;
-        let first = Arc::new(AtomicU8::new(0));
+        let first = Arc::<Mutex<Vec<u8>>>::default();
         let noted = Arc::clone(&first);
         let sender = runtime.block_on(async {
             let stream = Noted { stream: UnixStream::from_std(stream)?, first: noted };
@@ -88,7 +87,7 @@ impl Link {
         let mut bearer = bearer.map_err(|error| unreached(&error))?;
         bearer.set_sensitive(true);
         let runtime = runtime().map_err(|error| unreached(&error))?;
-        let first = Arc::new(AtomicU8::new(0));
+        let first = Arc::<Mutex<Vec<u8>>>::default();
         let noted = Arc::clone(&first);
         let sender = runtime.block_on(async {
             let stream = connect(found).await.map_err(|error| unreached(&error))?;
@@ -204,9 +203,14 @@ impl Link {
 
     fn broken(&self, error: &hyper::Error) -> Broken {
         if error.is_parse() {
-            return Broken::Nonsense(match self.first.load(Ordering::Relaxed) {
-                ALERT => "it speaks TLS".into(),
-                _ => format!("it does not answer in HTTP: {error}"),
+            let first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+            let text = String::from_utf8_lossy(&first);
+            return Broken::Nonsense(match first.first() {
+                None => "it closes the connection".into(),
+                Some(&ALERT) => "it speaks TLS".into(),
+                Some(_) => {
+                    format!("it answers `{}`", text.lines().next().unwrap_or_default().escape_default())
+                }
             });
         }
         if error.is_canceled() {
@@ -256,10 +260,13 @@ where
     Ok(sender)
 }
 
-/// A stream that notes the first byte of the other side.
+/// As much of what the other side says first as is kept, bytes.
+const BEGINNING: usize = 80;
+
+/// A stream that keeps the first bytes of the other side.
 struct Noted<S> {
     stream: S,
-    first: Arc<AtomicU8>,
+    first: Arc<Mutex<Vec<u8>>>,
 }
 
 impl<S: AsyncRead + Unpin> AsyncRead for Noted<S> {
@@ -270,9 +277,13 @@ impl<S: AsyncRead + Unpin> AsyncRead for Noted<S> {
     ) -> Poll<Result<()>> {
         let before = buffer.filled().len();
         let read = Pin::new(&mut self.stream).poll_read(task, buffer);
-        if let (0, Some(byte)) = (self.first.load(Ordering::Relaxed), buffer.filled().get(before)) {
-            self.first.store(*byte, Ordering::Relaxed);
+        let mut first = self.first.lock().unwrap_or_else(PoisonError::into_inner);
+        if first.len() < BEGINNING {
+            let new = buffer.filled().get(before..).unwrap_or_default();
+            let room = BEGINNING - first.len();
+            first.extend_from_slice(&new[..new.len().min(room)]);
         }
+        drop(first);
         read
     }
 }

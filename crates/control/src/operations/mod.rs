@@ -48,6 +48,9 @@ pub const API: u64 = 1;
 /// The name of the operation that waits for nobody.
 pub const STOP: &str = "stop";
 
+/// The name of the operation whose role depends on what is set.
+pub(crate) const SET_VALUE: &str = "set_value";
+
 /// The name of the operation that somebody who drives calls again and again.
 pub const DRIVE: &str = "drive";
 
@@ -149,7 +152,7 @@ pub fn by_name(name: &str) -> Option<&'static Operation> {
 pub fn carry_out(context: &Arc<Context>, caller: &Caller, name: &str, body: Json) -> Result<Answer, Problem> {
     let unknown = || Problem::not_found(format!("no operation is called `{name}`"), "GET /api/v1 lists them");
     let operation = by_name(name).ok_or_else(unknown)?;
-    check_role(operation, caller.role)?;
+    check_role(operation.role, caller.role)?;
     let answer = (operation.handler)(context, &spoken(context, caller, "", &body));
     context.agent.settle();
     answer

@@ -238,7 +238,11 @@ fn elsewhere(
     bare: bool,
 ) -> Result<Answer, Problem> {
     let read = context.agent.read(&url.to_string());
-    let read = read.map_err(|refusal| Problem::refused(StatusCode::NOT_FOUND, refusal))?;
+    let read = read.map_err(|refusal| match ask.caller.local {
+        // A tool tells an agent that is not there from a name that nothing has.
+        Some(_) if refusal.code.is_none() => Problem::refused(StatusCode::CONFLICT, refusal),
+        _ => Problem::refused(StatusCode::NOT_FOUND, refusal),
+    })?;
     let reading: Option<Reading> = serde_json::from_value(read).unwrap_or_default();
     let reading = reading.unwrap_or(Reading { value: Json::Null, sequence: 0, time: 0 });
     let form = Form::of(ask, false)?;

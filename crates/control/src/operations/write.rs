@@ -17,12 +17,13 @@ use crate::context::Context;
 use crate::operation::{Ask, Operation, Pace};
 use crate::problem::Problem;
 use crate::schema::complete;
+use crate::service::check_role;
 use crate::text::{quoted, toml};
 
 pub(super) const SET_VALUE: Operation = Operation {
     method: "PUT",
     path: "/value",
-    name: "set_value",
+    name: super::SET_VALUE,
     summary: "Sets a parameter, an input without a link, a field of one, or whether a module is enabled, by its URL",
     role: Role::Operator,
     pace: Pace::Change,
@@ -341,9 +342,8 @@ struct SetValue {
 fn set_value(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     let SetValue { url, value } = ask.body()?;
     let url = ask.own_url(&url);
-    if ask.caller.role < Role::Developer && !is_for_operators(context, &url, &value) {
-        return Err(parameters_are_refused(ask.caller.role));
-    }
+    let needed = if is_for_operators(context, &url, &value) { Role::Operator } else { Role::Developer };
+    check_role(needed, ask.caller.role)?;
     told(context.agent.set_property(&url, &value))
 }
 
@@ -357,10 +357,4 @@ fn is_for_operators(context: &Context, url: &str, value: &Json) -> bool {
         Some("params") => context.is_operable(&path, value),
         _ => true,
     }
-}
-
-fn parameters_are_refused(role: Role) -> Problem {
-    let message = format!("{} may not do this", role.one());
-    let help = "ask with the token of a developer, or let `console.operable` have what operators set";
-    Problem::new(StatusCode::FORBIDDEN, message, help)
 }

@@ -77,7 +77,7 @@ fn bad_requests_are_answered_with_what_is_wrong() {
         ("GET", "/settings?path=a..b", "", 404, "no path"),
         ("PATCH", "/settings", r#"[["a=b","c"]]"#, 422, "path"),
         ("POST", "/settings/save", r#"{"to":"moon"}"#, 422, "origin"),
-        ("GET", "/slate/other/teller/told", "", 404, "no agent `other`"),
+        ("GET", "/slate/other/teller/told", "", 409, "no agent `other`"),
     ] {
         let (found, answer) = stream.ask(method, path, body);
         assert_eq!(found, status, "{method} {path} {body}: {answer}");
