@@ -38,6 +38,7 @@ mod diagnostic;
 mod division;
 mod exclusive;
 mod files;
+mod layered;
 mod layers;
 mod links;
 mod log;
@@ -63,6 +64,7 @@ use crate::snapshot::Trigger;
 use agents::Described;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
+pub(crate) use layered::Layered;
 pub use model::{
     Actuator, Allowance, Compression, Credentials, Filter, Flight, FlightTrigger, Isolation, Limit, Link,
     LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
@@ -110,6 +112,10 @@ pub struct Configuration {
     described: Option<Described>,
     /// What the files say, without the command line and changes at run time.
     files: Table,
+    /// The same, with what waits for the next start as it was before.
+    base: Table,
+    /// What each setting above the files says, in their order.
+    upper: Vec<(SourceKind, Table)>,
     merged: Table,
     agent: model::Agent,
     time_source: Option<Spanned<String>>,

@@ -8,6 +8,7 @@ use slate_blackboard::channel::Frozen;
 use slate_blackboard::message::FrozenMessage;
 use slate_safety::FrozenGate;
 
+use crate::configuration::Layered;
 use crate::main_loop::FrozenLoop;
 use crate::runner::FrozenRunner;
 
@@ -18,8 +19,11 @@ pub(crate) struct Bytes(#[serde(with = "bytes")] pub Vec<u8>);
 /// An agent but for its code.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Image {
-    /// The configuration as TOML.
+    /// The configuration as TOML: the sum of its layers.
     pub configuration: String,
+    /// Its layers; nothing in snapshots of before.
+    #[serde(default)]
+    pub layers: Option<Layered>,
     pub clock: FrozenClock,
     pub main_loop: FrozenLoop,
     /// How many outputs were counted for the digest.

@@ -4,6 +4,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod damage;
+mod layers;
 mod messages;
 mod refusals;
 mod same;
