@@ -13,8 +13,11 @@ const LOST_LIMIT: usize = 4;
 /// How often it looks, nanoseconds: at least and at most.
 const SHORTEST: u64 = 1_000_000;
 const LONGEST: u64 = 50_000_000;
+/// How much later than its time to live a command ends at most because nobody looked, nanoseconds.
+const LATENESS: u64 = 5_000_000;
 
-/// Sees steps that do not return, and moves the loop past them.
+/// Sees steps that do not return, and moves the loop past them; and ends commands that are not renewed, whatever the loop
+/// does.
 pub(crate) struct Watchdog {
     shared: Arc<Shared>,
     /// Nanoseconds.
@@ -69,6 +72,7 @@ impl Watchdog {
         // A stage that begins before the next look is not over by then.
         let interval = (self.hang / 4).min(shared.shortest_timeout.load(Ordering::Relaxed));
         let mut next = now + interval.clamp(SHORTEST, LONGEST);
+        next = next.min(self.expire(now));
         let deadline = shared.deadline.load(Ordering::Acquire);
         if deadline > now {
             next = next.min(deadline);
@@ -113,6 +117,28 @@ impl Watchdog {
             } else {
                 next = next.min(limit);
             }
+        }
+        next
+    }
+
+    /// Gives the actuators whose commands have ended their safe ones; says when to look again, monotonic. In lockstep time
+    /// stands still while a step does not return.
+    fn expire(&self, now: u64) -> u64 {
+        let shared = &self.shared;
+        if shared.clock.is_driven() {
+            return u64::MAX;
+        }
+        let (mut next, mut wrote) = (u64::MAX, false);
+        for actuator in shared.actuators().iter() {
+            wrote |= actuator.expire_stale();
+            // A command that comes before the next look does not end much before the one after it.
+            next = next.min(now + actuator.time_to_live() + LATENESS);
+            if let Some(expires) = actuator.expires() {
+                next = next.min(now + expires.saturating_sub(shared.clock.at(now)).max(SHORTEST));
+            }
+        }
+        if wrote {
+            shared.wrote();
         }
         next
     }
