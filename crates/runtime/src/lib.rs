@@ -28,6 +28,7 @@ pub mod replacement;
 mod runner;
 pub mod sharing;
 pub mod snapshot;
+pub mod stop_line;
 pub mod synchronization;
 pub mod timing;
 

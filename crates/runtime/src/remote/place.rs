@@ -7,6 +7,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::PathBuf;
 
 use super::Lock;
+use crate::stop_line;
 
 /// How many agents of one name there may be.
 const MOST: u32 = 100;
@@ -43,7 +44,11 @@ pub fn agents() -> Vec<String> {
     let mut names: Vec<String> = entries
         .filter_map(|entry| entry.file_name().to_str()?.strip_suffix(".sock").map(str::to_owned))
         // One that nobody listens at was left by an agent that was killed.
-        .filter(|name| socket(name).is_ok_and(|socket| UnixStream::connect(socket).is_ok()))
+        .filter(|name| {
+            let is_there =
+                |socket: PathBuf| stop_line::is_there(&socket) || UnixStream::connect(socket).is_ok();
+            socket(name).is_ok_and(is_there)
+        })
         .collect();
     names.sort();
     names
