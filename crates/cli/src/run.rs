@@ -104,6 +104,8 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         // Another agent can't start, which is said; so none does.
         return Ok(0);
     }
+    // A robot that `slate stop` does not find does not start.
+    let server = Server::open(&mission.agent).map_err(Failure::Unreachable)?;
     // Only now, as a configuration that is refused leaves nothing behind.
     let folder = match &options.out {
         Some(out) => Folder::take(out)?,
@@ -128,14 +130,8 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         }
         Some(None) => {}
     }
-    let server = Server::open(&mission.agent);
-    match &server {
-        Ok(server) if server.name() != mission.agent.board().agent() => {
-            eprintln!("another agent of this name runs: this one is reached with --agent {}", server.name());
-        }
-        Ok(_) => {}
-        // A robot does not stand still because of it.
-        Err(error) => eprintln!("{error}"),
+    if server.name() != mission.agent.board().agent() {
+        eprintln!("another agent of this name runs: this one is reached with --agent {}", server.name());
     }
     let console = wish.open(&mission, live)?;
     let display = live.then(|| Display::start(&name, seed, &mission, &log_lines));

@@ -234,3 +234,22 @@ fn a_drawing_has_all_modules_and_links() {
     assert!(said.ends_with("-> none\n"), "{said}");
     assert!(running.folder().join("exp1.svg").is_file());
 }
+
+#[test]
+fn name_that_tools_cannot_reach_is_refused() {
+    let mut running = Running::new("check-name");
+    let long = format!("agent.name={}", "a".repeat(120));
+    for (set, words) in [("agent.name=\"a/b\"", "can't name an agent"), (&long, "at most 64 letters")] {
+        let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
+        assert!(checked["findings"][0]["message"].as_str().unwrap().contains(words), "{checked}");
+        running.fails(2, &["run", "exp1", "--headless", "--set", set], &[words]);
+    }
+    // A folder whose sockets would have paths that are too long, and one that can't be made.
+    running.use_sockets(&running.folder().join("a".repeat(90)));
+    let checked = findings(&running, 7, &["check", "exp1"]);
+    assert!(checked["findings"][0]["message"].as_str().unwrap().contains("107 is the most"), "{checked}");
+    running.fails(2, &["run", "exp1", "--headless"], &["can't be reached by tools", "XDG_RUNTIME_DIR"]);
+    running.use_sockets(std::path::Path::new("/proc/none"));
+    running.fails(2, &["run", "exp1", "--headless"], &["can't be reached by tools", "XDG_RUNTIME_DIR"]);
+    assert_eq!(std::fs::read_dir(running.folder()).unwrap().count(), 0, "a run left something behind");
+}
