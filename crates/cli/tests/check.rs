@@ -253,3 +253,15 @@ fn name_that_tools_cannot_reach_is_refused() {
     running.fails(2, &["run", "exp1", "--headless"], &["can't be reached by tools", "XDG_RUNTIME_DIR"]);
     assert_eq!(std::fs::read_dir(running.folder()).unwrap().count(), 0, "a run left something behind");
 }
+
+#[test]
+fn many_mistakes_are_told_in_bounded_time() {
+    let running = Running::new("check-many");
+    let keys: String = (0..20_000).map(|number| format!("nonsense_{number} = 1\n")).collect();
+    std::fs::write(running.folder().join("many.toml"), format!("[world]\n{keys}\n[modules.a]\n{keys}"))
+        .unwrap();
+    let begin = std::time::Instant::now();
+    let stderr = running.fails(7, &["check", "many.toml"], &["more are wrong"]);
+    assert!(begin.elapsed().as_secs() < 20, "{:?}", begin.elapsed());
+    assert!(stderr.len() < 1_000_000, "{}", stderr.len());
+}

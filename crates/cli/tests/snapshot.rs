@@ -147,3 +147,13 @@ fn config_diff_and_revert_work_after_a_resume() {
 fn lines(told: &str) -> Vec<String> {
     told.lines().map(|line| line.split("  #").next().unwrap().trim().to_owned()).collect()
 }
+
+#[test]
+fn device_is_no_snapshot() {
+    let running = Running::new("snapshot-device");
+    running.fails(2, &["snapshot", "info", "/dev/zero"], &["/dev/zero", "it is no file"]);
+    let big = std::fs::File::create(running.folder().join("big.snapshot")).unwrap();
+    // Of which the disk has nothing, and which is more than any memory.
+    big.set_len(1 << 40).unwrap();
+    running.fails(2, &["snapshot", "info", "big.snapshot"], &["something else is in it"]);
+}
