@@ -27,6 +27,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     if options.agent.is_none() && !agents.is_empty() {
         return deployment::run(options, &agents);
     }
+    warn_of_little_memory();
     let mut tether = options.supervised.then(Tether::new).transpose()?;
     let mut sets = options.common.set.clone();
     if let Some(seed) = options.seed {
@@ -163,6 +164,22 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     written?;
     drop(folder);
     Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
+}
+
+/// Address space that the threads and the shared memory of an agent reserve, bytes; most of it is never used.
+const ADDRESS_SPACE: u64 = 1 << 30;
+
+/// Says what to do when the process may reserve less memory than an agent does: the system would end it without a word.
+fn warn_of_little_memory() {
+    let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
+    if let Some(limit) = limit.filter(|limit| *limit < ADDRESS_SPACE) {
+        eprintln!(
+            "warning: the address space is limited to {} MiB, and an agent reserves up to {} MiB\n  help: if it ends \
+             early, raise the limit: ulimit -v unlimited",
+            limit >> 20,
+            ADDRESS_SPACE >> 20
+        );
+    }
 }
 
 /// Writes what stays of a run.

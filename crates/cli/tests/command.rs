@@ -254,3 +254,23 @@ fn exit_code_is_the_same_without_anywhere_to_write() {
         assert!(!matches!(code, Some(0 | 101) | None), "{arguments:?}: {code:?}");
     }
 }
+
+#[test]
+fn too_little_address_space_gives_advice() {
+    let folder = folder("address-space");
+    for kilobytes in ["900000", "150000"] {
+        let mut limited = Command::new("sh");
+        limited.args([
+            "-c",
+            &format!("ulimit -v {kilobytes}; exec \"$@\""),
+            "sh",
+            env!("CARGO_BIN_EXE_slate"),
+        ]);
+        let output = limited.args(["run", "exp1", "--headless"]).current_dir(&folder).output().unwrap();
+        let said = text(&output.stderr);
+        assert!(
+            said.contains("address space") && said.contains("ulimit -v unlimited"),
+            "{kilobytes}: {output:?}"
+        );
+    }
+}

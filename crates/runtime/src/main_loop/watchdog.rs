@@ -16,6 +16,9 @@ const LONGEST: u64 = 50_000_000;
 /// How much later than its time to live a command ends at most because nobody looked, nanoseconds.
 const LATENESS: u64 = 5_000_000;
 
+/// How long a run that has ended waits for steps in processes of their own, nanoseconds.
+const ENDING: u64 = 1_000_000_000;
+
 /// Sees steps that do not return, and moves the loop past them; and ends commands that are not renewed, whatever the loop
 /// does.
 pub(crate) struct Watchdog {
@@ -52,8 +55,12 @@ impl Watchdog {
     pub fn watch(self) {
         let mut watched = self.shared.watched();
         let mut seen = vec![Seen::default(); watched.len()];
+        let mut ended = None;
         loop {
             let now = monotonic();
+            if !self.shared.is_running() && now >= *ended.get_or_insert(now) + ENDING {
+                leave_processes(&watched);
+            }
             let next = self.look(&watched, &mut seen, now);
             if self.shared.is_over_within(Duration::from_nanos(next.saturating_sub(now))) {
                 return;
@@ -181,6 +188,12 @@ impl Watchdog {
             self.shared.logger.log(self.shared.clock.now(), Level::Warn, &text);
         }
     }
+}
+
+/// Lets the processes go in which steps still run.
+fn leave_processes(watched: &[Watch]) {
+    let busy = watched.iter().filter(|watch| watch.seat.is_isolated && watch.seat.running().is_some());
+    busy.for_each(|watch| watch.seat.disconnect());
 }
 
 /// What was seen of the modules that are still there.
