@@ -5,7 +5,7 @@ use slate_module::{Bool, Description};
 
 use super::survey::Complaints;
 use crate::configuration::{Spanned, Table, Value};
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 /// Whether a module runs.
 #[slate_module::interface]

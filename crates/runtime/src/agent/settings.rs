@@ -248,16 +248,6 @@ impl<'a> Others<'a> {
     }
 }
 
-impl Configuration {
-    /// The parameters that links fill, all or in part, each behind its module.
-    fn linked_parameters(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.links().iter().filter_map(|link| {
-            let (module, rest) = link.to.value.split_once("/params/")?;
-            Some((module, rest.split('/').next()?))
-        })
-    }
-}
-
 /// What changes of a module.
 #[derive(Default)]
 struct ModuleChange<'a> {

@@ -2,7 +2,7 @@ use slate_blackboard::interface::{Descriptor, Kind};
 
 use super::number::Number;
 use super::place::{NoPlace, Place};
-use crate::comparison::Comparison;
+use slate_configuration::Comparison;
 
 /// Which values a link lets through.
 #[derive(Clone, Debug, Default)]

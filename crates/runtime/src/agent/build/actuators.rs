@@ -14,7 +14,7 @@ use crate::actuators::Actuator;
 use crate::agent::parameters::value_bytes;
 use crate::agent::survey::{Complaints, Target, Wire};
 use crate::configuration;
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 impl Builder<'_, '_> {
     /// Makes the gates that are not there yet and whose commands are known.

@@ -9,7 +9,7 @@ use super::{Complaints, Surveyed};
 use crate::agent::catalogue::Catalogue;
 use crate::aspects;
 use crate::configuration::Configuration;
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 /// For each port that needs a service, the port that provides it; nothing when the host does.
 pub(super) fn survey_services(

@@ -11,9 +11,9 @@ use slate_module::PortDescription;
 use super::{Complaints, Joint, Survey, Surveyed, Wire};
 use crate::agent::catalogue::Catalogue;
 use crate::configuration::Configuration;
-use crate::mistake::Mistake;
 pub(in crate::agent) use remote::{elsewhere, path as remote_path};
 use sinks::Sink;
+use slate_configuration::Mistake;
 use sources::Sources;
 
 pub(super) fn survey_links<'a>(

@@ -18,13 +18,13 @@ pub(super) use host::Host;
 use super::catalogue::{Catalogue, RemoteProperty};
 use crate::configuration::{Configuration, Diagnostic, Link, Module, Span};
 use crate::link::{Filter, Place, Program};
-use crate::mistake::{Message, Mistake};
 use crate::playback::Played;
 use crate::runner::OwnSetup;
 pub(super) use crate::runner::Wire;
 use crate::sharing::RemotePath;
 pub(super) use aspects::needs;
 pub(super) use links::{elsewhere, remote_path};
+use slate_configuration::{Message, Mistake};
 
 /// Ports that every module has beside its own.
 pub(super) const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];

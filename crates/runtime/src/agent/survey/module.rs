@@ -11,8 +11,8 @@ use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
 use crate::agent::catalogue::Catalogue;
 use crate::agent::parameters;
 use crate::configuration::{Configuration, Module};
-use crate::mistake::Mistake;
 use crate::runner::{OwnSetup, describe};
+use slate_configuration::Mistake;
 
 /// Where the agent tells of itself.
 const OWN: [(&str, &str); 3] = [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];

@@ -6,7 +6,7 @@ use super::levels::{CycleFound, levels};
 use super::links::split_module;
 use super::{Complaints, Joint, Surveyed, Target, Wire};
 use crate::configuration::Configuration;
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 /// The modules that write what a link leads to.
 pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {

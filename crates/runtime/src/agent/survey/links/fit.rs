@@ -12,9 +12,9 @@ use crate::agent::parameters::enabled_descriptor;
 use crate::agent::survey::{Absent, Complaints, Implied, Joint, Survey, Target, Way, Wire};
 use crate::configuration::{Configuration, Link, Span};
 use crate::link::{Filter, NoPlace, Place, Program};
-use crate::mistake::Mistake;
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
+use slate_configuration::Mistake;
 
 /// The interface of what a link leads to, as far as it is known before anything is made.
 fn interface_of(

@@ -12,8 +12,8 @@ use crate::agent::catalogue::Catalogue;
 use crate::agent::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
 use crate::configuration::{Compression, Configuration, Link};
 use crate::link::Place;
-use crate::mistake::Mistake;
 use crate::sharing::{RemotePath, TEAM};
+use slate_configuration::Mistake;
 
 /// The other agent that a link leads to, if it does.
 pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option<&'a str> {
@@ -24,14 +24,6 @@ pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option
 pub(in crate::agent) fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
     let agent = agent(configuration, link)?;
     Some(RemotePath { agent: agent.into(), path: link.from.value.path_in("") })
-}
-
-impl Configuration {
-    /// Where another agent is found.
-    pub(in crate::agent) fn endpoint_of(&self, agent: &str) -> String {
-        let named = self.share().and_then(|share| share.agents.get(agent));
-        named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone())
-    }
 }
 
 /// Why a link waits that says what is to carry its values, if the other agent is reached in another way.

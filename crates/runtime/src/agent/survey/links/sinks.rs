@@ -5,7 +5,7 @@ use slate_module::{Direction, PortDescription};
 use super::{SERVICE, is_service, owner, split_module, split_port};
 use crate::agent::survey::{Complaints, Survey, Wire, suggest};
 use crate::configuration::Link;
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 /// What a link fills: a port, or a field of it.
 #[derive(Clone, Debug)]

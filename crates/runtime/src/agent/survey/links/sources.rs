@@ -11,7 +11,7 @@ use crate::agent::survey::{
     Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
 use crate::configuration::{Configuration, Link};
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 pub(super) struct Sources<'s, 'a> {
     configuration: &'a Configuration,

@@ -8,8 +8,8 @@ use super::model::{Log, LogFile, LogTargets};
 use super::problems::Problems;
 use super::source::Spanned;
 use super::value::{Entry, Table, Value};
-use crate::log::SyslogAddress;
 use crate::mistake::Mistake;
+use crate::syslog::SyslogAddress;
 
 const LEVELS: [(&str, Level); 5] = [
     ("error", Level::Error),

@@ -88,14 +88,17 @@ impl Proposal {
         })
     }
 
-    /// Nothing if it was overtaken.
-    pub(crate) fn apply(self) -> Option<Vec<Change>> {
+    /// Makes it hold; nothing if it was overtaken.
+    pub fn apply(self) -> Option<Vec<Change>> {
         self.apply_after(|_| Ok::<(), Infallible>(())).map(|Ok(changes)| changes)
     }
 
     /// Does `work` with the new configuration while nobody can change it, and makes it hold when that succeeds. Nothing
     /// is done if it was overtaken.
-    pub(crate) fn apply_after<E>(
+    ///
+    /// # Errors
+    /// Those of `work`; nothing is changed then.
+    pub fn apply_after<E>(
         self,
         work: impl FnOnce(&Configuration) -> Result<(), E>,
     ) -> Option<Result<Vec<Change>, E>> {
@@ -138,7 +141,7 @@ impl Database {
     ///
     /// # Errors
     /// As of [`propose`](Self::propose), and what is no path.
-    pub(crate) fn propose_instead(
+    pub fn propose_instead(
         &self,
         taken_back: &[&str],
         changes: &[(String, String)],

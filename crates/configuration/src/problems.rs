@@ -3,7 +3,7 @@ use slate_blackboard::{Url, nearest_names};
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table, Value};
 use crate::mistake::{Message, Mistake};
-use crate::sharing::TEAM;
+use crate::team::TEAM;
 
 /// Something wrong at a place, before its text is looked up.
 #[derive(Debug)]

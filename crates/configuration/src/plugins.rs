@@ -82,7 +82,7 @@ impl Configuration {
     }
 
     /// The same with another module of that kind, which a plugin brought that was loaded by hand from `origin`.
-    pub(crate) fn with_module(&self, name: &str, kind: &str, origin: &str) -> Self {
+    pub fn with_module(&self, name: &str, kind: &str, origin: &str) -> Self {
         let mut configuration = self.clone();
         let text = format!("modules.\"{name}\".plugin = \"{kind}\"");
         let span = Span { source: configuration.sources.0.len(), start: 0, end: text.len() };
@@ -113,7 +113,7 @@ impl Configuration {
     }
 
     /// The same with the modules that [`with_module`](Configuration::with_module) added to another one.
-    pub(crate) fn with_loaded_of(&self, other: &Self) -> Self {
+    pub fn with_loaded_of(&self, other: &Self) -> Self {
         let missing = |module: &&Module| {
             other.is_loaded(module) && !self.modules.iter().any(|own| own.name.value == module.name.value)
         };
@@ -125,12 +125,12 @@ impl Configuration {
     }
 
     /// Whether a module of this configuration came with a plugin that was loaded by hand.
-    pub(crate) fn is_loaded(&self, module: &Module) -> bool {
+    pub fn is_loaded(&self, module: &Module) -> bool {
         self.sources.of(module.name.span).kind == SourceKind::Plugin
     }
 
     /// The same without those modules that [`with_module`](Configuration::with_module) added.
-    pub(crate) fn without_loaded(&self, names: &[String]) -> Self {
+    pub fn without_loaded(&self, names: &[String]) -> Self {
         let mut configuration = self.clone();
         configuration
             .modules

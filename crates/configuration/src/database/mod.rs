@@ -47,7 +47,7 @@ pub use watch::{Edit, Watch};
 /// edited. Clones are handles of the same database.
 ///
 /// ```
-/// use slate_runtime::configuration::{Database, Options};
+/// use slate_configuration::{Database, Options};
 ///
 /// let text = "[modules.follower]\nparams = { gain = 1.2, speed = 0.5 }";
 /// let database = Database::from_text("exp1.toml", text, Options::default())?;
@@ -60,7 +60,7 @@ pub use watch::{Edit, Watch};
 /// assert_eq!(database.get("modules.follower.params.gain")?[0].value.as_f64(), Some(2.5));
 /// assert!(database.set(&[("modules.folower.params.gain", "1.0")]).is_err());
 /// assert_eq!(database.diff().len(), 2);
-/// # Ok::<(), slate_runtime::configuration::Report>(())
+/// # Ok::<(), slate_configuration::Report>(())
 /// ```
 #[derive(Clone)]
 pub struct Database {

@@ -9,7 +9,7 @@ use super::model::Loop;
 use super::problems::suggestion;
 use super::source::{Span, Spanned};
 use super::value::Table;
-use crate::main_loop::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
+use crate::schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
 
 impl Build<'_> {
     /// None only after a problem was added.

@@ -8,7 +8,7 @@ use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table};
 use crate::mistake::Mistake;
-use crate::sharing::is_topic;
+use crate::team::is_topic;
 
 /// From one look to the next when nothing is said, and at least, nanoseconds.
 const PERIOD: u64 = 200_000_000;

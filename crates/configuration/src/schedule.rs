@@ -21,7 +21,8 @@ pub struct ScheduledStage {
 /// together to the stages that the loop has, so modules need no change when the loop has others.
 ///
 /// ```
-/// use slate_runtime::{Schedule, ScheduledStage, Stage};
+/// use slate_configuration::{Schedule, ScheduledStage};
+/// use slate_module::Stage;
 ///
 /// let (sense, act) = Stage::ALL.split_at(5);
 /// let stage = |name: &str, members: &[Stage]| ScheduledStage {
@@ -32,7 +33,7 @@ pub struct ScheduledStage {
 /// let schedule = Schedule::new(vec![stage("Sense", sense), stage("Act", act)])?;
 /// assert_eq!(schedule.stages().len(), 2);
 /// assert_eq!(Schedule::default().stages().len(), Stage::ALL.len());
-/// # Ok::<(), slate_runtime::ScheduleError>(())
+/// # Ok::<(), slate_configuration::ScheduleError>(())
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Schedule {
@@ -101,7 +102,7 @@ impl Schedule {
     pub fn new(stages: Vec<ScheduledStage>) -> Result<Self, ScheduleError> {
         let mut named = BTreeSet::new();
         for stage in &stages {
-            if !is_name(&stage.name) {
+            if !is_stage_name(&stage.name) {
                 return Err(ScheduleError::Name { name: stage.name.clone() });
             }
             if !named.insert(&stage.name) {
@@ -145,7 +146,7 @@ impl Schedule {
 }
 
 /// Whether a stage can have that name: it is a part of paths on the blackboard.
-pub(crate) fn is_name(name: &str) -> bool {
+pub fn is_stage_name(name: &str) -> bool {
     let letter = |byte: u8| byte.is_ascii_alphanumeric() || byte == b'_';
     (1..=32).contains(&name.len())
         && name.bytes().all(letter)

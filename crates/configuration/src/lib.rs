@@ -14,7 +14,7 @@
 //! made at run time.
 //!
 //! ```
-//! use slate_runtime::configuration::{Configuration, Options};
+//! use slate_configuration::{Configuration, Options};
 //!
 //! let text = r#"
 //!     [modules.follower]
@@ -27,55 +27,71 @@
 //! let gain = configuration.value("modules.follower.params.gain").and_then(|gain| gain.as_f64());
 //! assert_eq!(gain, Some(2.5));
 //! assert_eq!(configuration.origin("links.'follower/pose'").map(|o| o.to_string()), Some("exp1.toml:5".into()));
-//! # Ok::<(), slate_runtime::configuration::Report>(())
+//! # Ok::<(), slate_configuration::Report>(())
 //! ```
 
 mod agents;
 mod build;
 mod compare;
+mod comparison;
 mod database;
 mod diagnostic;
 mod division;
+mod ends;
 mod exclusive;
 mod files;
 mod layered;
 mod layers;
+mod levels;
 mod links;
 mod log;
+mod mistake;
 mod model;
 mod path;
 mod plugins;
+mod printable;
 mod problems;
 mod read;
 mod record;
+pub mod replacement;
+mod schedule;
 mod scope;
 mod set;
 mod share;
 mod snapshot;
 mod source;
 mod stages;
+mod syslog;
+mod team;
+mod trigger;
 mod value;
 
 use std::path::{Path, PathBuf};
 
-use crate::main_loop::Schedule;
-use crate::mistake::Message;
-use crate::snapshot::Trigger;
 use agents::Described;
+pub use comparison::Comparison;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
-pub(crate) use layered::Layered;
+pub use ends::link_setting;
+pub use layered::Layered;
+pub use levels::Levels;
+pub use mistake::{Message, Mistake};
 pub use model::{
     Actuator, Allowance, Compression, Credentials, Filter, Flight, FlightTrigger, Isolation, Limit, Link,
     LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
     Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport,
 };
 use path::Prefix;
+pub use printable::{printable, printable_text};
 use problems::Problems;
 use read::Main;
-pub(crate) use record::{RATE, period};
+pub use record::{RATE, period};
+pub use schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
 use source::Sources;
 pub use source::{Origin, Source, SourceKind, Span, Spanned};
+pub use syslog::SyslogAddress;
+pub use team::{TEAM, is_topic};
+pub use trigger::{SnapshotCondition, SnapshotTrigger};
 pub use value::{Entry, Table, Value};
 
 /// What else goes into a configuration, beside its main file.
@@ -121,7 +137,7 @@ pub struct Configuration {
     time_source: Option<Spanned<String>>,
     clock_elsewhere: bool,
     mission: Option<Mission>,
-    snapshot: Option<Trigger>,
+    snapshot: Option<SnapshotTrigger>,
     record: model::Record,
     log: Log,
     share: Option<Share>,
@@ -205,7 +221,7 @@ impl Configuration {
     }
 
     /// When a snapshot is taken.
-    pub fn snapshot(&self) -> Option<&Trigger> {
+    pub fn snapshot(&self) -> Option<&SnapshotTrigger> {
         self.snapshot.as_ref()
     }
 

@@ -18,11 +18,11 @@ use std::sync::Arc;
 
 use proptest::prelude::*;
 use slate_blackboard::interface;
-use slate_module::{Level, Stage, Trigger};
-use slate_runtime::configuration::{
+use slate_configuration::{
     Change, Configuration, Database, Difference, Options, Report, SaveTo, SourceKind, Subscription, Value,
     parse_change,
 };
+use slate_module::{Level, Stage, Trigger};
 
 fn read(text: &str) -> Result<Configuration, Report> {
     Configuration::from_text("exp1.toml", text, &options(&[]))

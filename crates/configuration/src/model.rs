@@ -7,8 +7,9 @@ use slate_module::{Level, Stage, Trigger};
 
 use super::source::{Span, Spanned};
 use super::value::Table;
-use crate::log::{Levels, SyslogAddress};
-use crate::main_loop::Schedule;
+use crate::levels::Levels;
+use crate::schedule::Schedule;
+use crate::syslog::SyslogAddress;
 
 /// A module of the agent.
 #[derive(Clone, Debug)]

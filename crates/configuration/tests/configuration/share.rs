@@ -2,7 +2,7 @@
 
 use super::*;
 
-fn knowledge(says: &str) -> Result<slate_runtime::configuration::SharedKnowledge, String> {
+fn knowledge(says: &str) -> Result<slate_configuration::SharedKnowledge, String> {
     let read = read(&format!("agent.name = \"robot\"\n[share.knowledge]\n{says}\n"));
     let read = read.map_err(|report| report.to_string())?;
     Ok(read.share().unwrap().knowledge.clone().unwrap())

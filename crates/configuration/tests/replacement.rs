@@ -5,7 +5,7 @@ use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::PathBuf;
 
-use slate_runtime::replacement::Replacement;
+use slate_configuration::replacement::Replacement;
 
 /// An empty folder.
 fn folder(name: &str) -> PathBuf {

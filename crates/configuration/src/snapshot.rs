@@ -5,16 +5,16 @@ use std::path::PathBuf;
 use super::build::Build;
 use super::source::Spanned;
 use super::value::Table;
-use crate::snapshot::{Condition, Trigger};
+use crate::trigger::{SnapshotCondition, SnapshotTrigger};
 
 impl Build<'_> {
-    pub(super) fn snapshot(&mut self, root: &Table) -> Option<Trigger> {
+    pub(super) fn snapshot(&mut self, root: &Table) -> Option<SnapshotTrigger> {
         let table = self.problems.table(root, "snapshot")?;
         self.problems.unknown_keys(table, "in [snapshot]", &["at", "when", "file"]);
         let span = root.get("snapshot").map(|value| value.span)?;
         let at = self.problems.duration(table, "at");
         let when = self.problems.text(table, "when", "/r2/battery/charge < 0.2").and_then(|text| {
-            let condition = Condition::parse(&text.value);
+            let condition = SnapshotCondition::parse(&text.value);
             let wrong = |error| self.problems.add(text.span, format!("`when` can't be read: {error}"), WHEN);
             Some(Spanned::new(condition.map_err(wrong).ok()?, text.span))
         });
@@ -25,7 +25,7 @@ impl Build<'_> {
             self.problems.add(span, "[snapshot] has no file", "write file = \"exp1.snapshot\"");
         }
         let file = self.problems.text(table, "file", "exp1.snapshot")?;
-        Some(Trigger { at, when, file: Spanned::new(PathBuf::from(&file.value), file.span) })
+        Some(SnapshotTrigger { at, when, file: Spanned::new(PathBuf::from(&file.value), file.span) })
     }
 }
 

@@ -11,7 +11,7 @@ impl Database {
     ///
     /// # Errors
     /// As of [`propose`](Self::propose).
-    pub(crate) fn replace(
+    pub fn replace(
         &self,
         settings: &[(String, Option<String>)],
         unset: &BTreeMap<String, String>,

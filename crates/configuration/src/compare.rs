@@ -67,7 +67,7 @@ fn values<'a>(
 
 impl Configuration {
     /// Whether another configuration has the same at a path.
-    pub(crate) fn agrees_with(&self, other: &Self, names: &[String]) -> bool {
+    pub fn agrees_with(&self, other: &Self, names: &[String]) -> bool {
         match (self.merged.entry(names), other.merged.entry(names)) {
             (Some(own), Some(other)) => same(&own.value, &other.value),
             (None, None) => true,

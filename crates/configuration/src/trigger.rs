@@ -3,22 +3,22 @@ use std::path::PathBuf;
 use slate_blackboard::Url;
 
 use crate::comparison::Comparison;
-use crate::configuration::Spanned;
+use crate::source::Spanned;
 
 /// When an agent takes a snapshot by itself: `[snapshot]` of its configuration.
 #[derive(Clone, Debug)]
-pub struct Trigger {
+pub struct SnapshotTrigger {
     /// At the end of the first cycle from that time on, nanoseconds.
     pub at: Option<Spanned<u64>>,
     /// At the end of each cycle in which this has become true.
-    pub when: Option<Spanned<Condition>>,
+    pub when: Option<Spanned<SnapshotCondition>>,
     /// Where it is written to; relative to the folder that the agent was started in.
     pub file: Spanned<PathBuf>,
 }
 
 /// What is looked at: a field that is a number or a truth value (1 or 0), such as `/r2/battery/charge < 0.2`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Condition {
+pub struct SnapshotCondition {
     /// The field.
     pub field: Url,
     /// How it is compared.
@@ -27,7 +27,7 @@ pub struct Condition {
     pub number: f64,
 }
 
-impl Condition {
+impl SnapshotCondition {
     /// Reads `FIELD OPERATOR NUMBER`, where `true` and `false` are numbers too.
     ///
     /// # Errors
@@ -64,12 +64,12 @@ mod tests {
             ("b/charge == 0.2", [false, true, false]),
             ("b/charge != 0.2", [true, false, true]),
         ] {
-            let condition = Condition::parse(text).unwrap();
+            let condition = SnapshotCondition::parse(text).unwrap();
             assert_eq!([0.1, 0.2, 0.3].map(|value| condition.holds(value)), values, "{text}");
         }
-        assert!(Condition::parse("m/hit == true").unwrap().holds(1.0));
+        assert!(SnapshotCondition::parse("m/hit == true").unwrap().holds(1.0));
         for text in ["m/hit", "m/hit < much", "< 1", ""] {
-            assert!(Condition::parse(text).is_err(), "{text}");
+            assert!(SnapshotCondition::parse(text).is_err(), "{text}");
         }
     }
 }

@@ -11,7 +11,7 @@ use super::{Configuration, Database, Options, Report};
 
 /// The layers of a configuration.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Layered {
+pub struct Layered {
     /// What the files and the defaults of the program say, as TOML.
     pub files: String,
     /// Settings of the command line, `path=value`, later ones last.
@@ -22,12 +22,12 @@ pub(crate) struct Layered {
 
 impl Configuration {
     /// What the files say, a line each, but for the settings that `is_left_out`.
-    pub(crate) fn file_lines(&self, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
+    pub fn file_lines(&self, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
         lines(&self.base, &|path| !is_left_out(&render(path)))
     }
 
     /// The settings of a layer above the files, in their order, of what this agent has.
-    pub(crate) fn lines_of(&self, kind: SourceKind, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
+    pub fn lines_of(&self, kind: SourceKind, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
         let is_own = |path: &[String]| {
             let owner = &path[..path.len().min(2)];
             !matches!(path[0].as_str(), "modules" | "actuators" | "links")
@@ -40,7 +40,7 @@ impl Configuration {
     }
 
     /// Whether another configuration has the same settings, wherever each comes from.
-    pub(crate) fn is_same_as(&self, other: &Self) -> bool {
+    pub fn is_same_as(&self, other: &Self) -> bool {
         differences(&self.merged, &other.merged).is_empty()
     }
 }

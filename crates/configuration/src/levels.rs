@@ -8,7 +8,7 @@ use slate_module::Level;
 ///
 /// ```
 /// use slate_module::Level;
-/// use slate_runtime::log::Levels;
+/// use slate_configuration::Levels;
 ///
 /// let mut levels = Levels::new(Level::Info);
 /// levels.set(Some("r2"), Level::Warn);
@@ -41,7 +41,7 @@ impl Levels {
     }
 
     /// The levels by module, and that of all others under the empty name.
-    pub(crate) fn entries(&self) -> impl Iterator<Item = (&str, Level)> {
+    pub fn entries(&self) -> impl Iterator<Item = (&str, Level)> {
         let named = self.named.iter().map(|(name, level)| (name.as_str(), *level));
         std::iter::once(("", self.most)).chain(named)
     }

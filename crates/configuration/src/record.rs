@@ -127,10 +127,11 @@ impl Build<'_> {
 const RULE: &str = "write [[record.rules]] with select = \"/**/scan\", and rate = 5.0 or on_change = true";
 
 /// What is said of a wrong rate.
-pub(crate) const RATE: &str = "`rate` is from 0.001 to 1e9 values a second";
+/// What a rate has to be, in words.
+pub const RATE: &str = "`rate` is from 0.001 to 1e9 values a second";
 
 /// The period of so many values a second, nanoseconds; nothing when no agent is that slow or fast.
-pub(crate) fn period(rate: f64) -> Option<u64> {
+pub fn period(rate: f64) -> Option<u64> {
     (0.001..=1e9).contains(&rate).then(|| (1e9 / rate).round() as u64)
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 ///
 /// ```
 /// use std::io::Write;
-/// use slate_runtime::replacement::Replacement;
+/// use slate_configuration::replacement::Replacement;
 /// # let folder = std::env::temp_dir().join(format!("slate-replacement-{}", std::process::id()));
 /// # std::fs::create_dir_all(&folder)?;
 /// # let path = folder.join("figures.txt");

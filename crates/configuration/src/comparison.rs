@@ -29,7 +29,7 @@ const SIGNS: [(&str, Comparison); 6] = [
 
 impl Comparison {
     /// What stands before and behind the sign in a text such as `range < 0.5`; nothing when there is none.
-    pub(crate) fn split(text: &str) -> Option<(&str, Self, &str)> {
+    pub fn split(text: &str) -> Option<(&str, Self, &str)> {
         SIGNS.iter().find_map(|(sign, comparison)| {
             let (before, behind) = text.split_once(sign)?;
             Some((before.trim(), *comparison, behind.trim()))

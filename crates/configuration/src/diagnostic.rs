@@ -54,12 +54,12 @@ impl Diagnostic {
     }
 
     /// Whether it is at a place in a text that somebody has written.
-    pub(crate) fn is_written(&self) -> bool {
+    pub fn is_written(&self) -> bool {
         self.place.as_ref().is_some_and(|place| place.is_written)
     }
 
     /// What is wrong, behind its place in a text that somebody has written.
-    pub(crate) fn placed(&self) -> String {
+    pub fn placed(&self) -> String {
         match self.place.as_ref().filter(|place| place.is_written) {
             Some(Place { source, line, column, .. }) => {
                 format!("{}:{line}:{column}: {}", source.name(), self.message)

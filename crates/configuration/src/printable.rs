@@ -6,8 +6,8 @@ use std::path::Path;
 /// ```
 /// use std::path::Path;
 ///
-/// assert_eq!(slate_runtime::printable(Path::new("maps/\u{1b}[31mred\n.toml")), "maps/\\u{1b}[31mred\\n.toml");
-/// assert_eq!(slate_runtime::printable(Path::new("Küche/plan.toml")), "Küche/plan.toml");
+/// assert_eq!(slate_configuration::printable(Path::new("maps/\u{1b}[31mred\n.toml")), "maps/\\u{1b}[31mred\\n.toml");
+/// assert_eq!(slate_configuration::printable(Path::new("Küche/plan.toml")), "Küche/plan.toml");
 /// ```
 pub fn printable(path: &Path) -> String {
     printable_text(&path.to_string_lossy()).into_owned()
@@ -16,7 +16,7 @@ pub fn printable(path: &Path) -> String {
 /// A text of somebody else, such as a name in a certificate, as [`printable`] writes a path.
 ///
 /// ```
-/// assert_eq!(slate_runtime::printable_text("arm\u{1b}[2J\nbase"), "arm\\u{1b}[2J\\nbase");
+/// assert_eq!(slate_configuration::printable_text("arm\u{1b}[2J\nbase"), "arm\\u{1b}[2J\\nbase");
 /// ```
 pub fn printable_text(text: &str) -> Cow<'_, str> {
     if !text.contains(char::is_control) {

@@ -4,13 +4,13 @@ use std::sync::mpsc::{self, Receiver};
 use std::time::Duration;
 
 use super::changes::shown;
-use slate_runtime::configuration::Edit;
+use slate_configuration::Edit;
 
 use super::*;
 
 type Told = Receiver<Result<Edit, Report>>;
 
-fn watched(folder: &Folder) -> (Database, slate_runtime::configuration::Watch, Told) {
+fn watched(folder: &Folder) -> (Database, slate_configuration::Watch, Told) {
     let database = Database::open(folder.path("exp1.toml"), options(&["log.level=warn"])).unwrap();
     let (sender, told) = mpsc::channel();
     let watch = database.watch(move |result| drop(sender.send(result))).unwrap();
