@@ -12,7 +12,6 @@ mod background;
 mod clock;
 mod digest;
 pub mod isolation;
-mod link;
 pub mod log;
 mod main_loop;
 pub mod memory;

@@ -13,6 +13,7 @@ use slate_module::Level;
 use crate::agent::{Readers, WeakComposer};
 use crate::clock::{Clock, monotonic};
 use crate::configuration::{ShareSecurity, SharedKnowledge};
+pub use slate_composition::RemotePath;
 pub use slate_configuration::{Compression, TEAM, is_topic};
 
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
@@ -169,32 +170,6 @@ pub enum About {
     Key,
     /// The authority of it.
     Authority,
-}
-
-/// A property of another agent, or a field of one, or a mailbox, as a link names it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct RemotePath {
-    /// The other agent.
-    pub agent: String,
-    /// The path in it.
-    pub path: String,
-}
-
-impl RemotePath {
-    /// The path on this agent's board of what stands for it: `team/TOPIC` for what the team knows, and
-    /// `agents/AGENT/PROPERTY` for all else.
-    pub fn place(&self) -> String {
-        if self.agent == TEAM {
-            return format!("{TEAM}/{}", self.path);
-        }
-        format!("agents/{}/{}", self.agent, self.path)
-    }
-}
-
-impl std::fmt::Display for RemotePath {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "slate://{}/{}", self.agent, self.path)
-    }
 }
 
 /// What is wanted of another agent.

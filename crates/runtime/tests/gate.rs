@@ -7,7 +7,7 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
-mod common;
+use crate::common;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -218,7 +218,7 @@ fn time_to_live_holds_while_a_module_hangs_the_loop() {
     let renewed = seen.iter().position(|(_, value)| *value == 39.0).unwrap();
     // The gate's 100 ms, and what a busy machine may add.
     let held = seen[last].0 - seen[renewed].0;
-    assert!(held < 300, "the command was seen for {held} ms");
+    assert!(held < 500, "the command was seen for {held} ms");
     let back = seen.iter().position(|(_, value)| *value > 40.0).expect("it drives again");
     assert!(seen[back].0 - seen[last].0 > 600, "{:?}", &seen[last..=back]);
     // Also when the driver's step, which belongs to the time before the hang, came late.
@@ -246,5 +246,5 @@ fn controls_given_back_end_while_the_loop_hangs() {
     let driven = || seen.iter().filter(|(_, value)| *value == -4.0).map(|(at, _)| *at);
     let held = driven().max().unwrap() - driven().min().unwrap();
     // From the 30th to the 40th cycle, and the gate's 100 ms, and what a busy machine may add.
-    assert!(held < 400, "the wheel turned for {held} ms");
+    assert!(held < 550, "the wheel turned for {held} ms");
 }

@@ -1,7 +1,7 @@
 //! The ledger of what the book promises: `book/guarantees.txt` names the tests that hold each promise, each of them must be
 //! there, and `book/src/guarantees.md` is the page that is made of it.
 //!
-//! `SLATE_WRITE=1 cargo test -p slate --test guarantees` writes the page anew.
+//! `SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees` writes the page anew.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use std::collections::BTreeSet;
@@ -12,7 +12,7 @@ const HEAD: &str = "# Guarantees
 
 Each promise of this book, with the tests that hold it. `cargo test` fails when one of them is gone, or when this page is not
 what `book/guarantees.txt` says. A new promise gets a line there and a test;
-`SLATE_WRITE=1 cargo test -p slate --test guarantees` writes the page. `grep -rn TEST crates examples` finds a test.
+`SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees` writes the page. `grep -rn TEST crates examples` finds a test.
 ";
 
 struct Promise {
@@ -131,7 +131,7 @@ fn page_of_guarantees_is_what_the_ledger_says() {
     if std::env::var_os("SLATE_WRITE").is_some() {
         std::fs::write(&path, &page).unwrap();
     }
-    let help = "write it anew: SLATE_WRITE=1 cargo test -p slate --test guarantees";
+    let help = "write it anew: SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees";
     assert!(read(&path) == page, "{} is stale; {help}", path.display());
 }
 

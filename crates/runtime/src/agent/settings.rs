@@ -11,9 +11,9 @@ use slate_module::Level;
 use super::composer::{Composer, WeakComposer};
 use super::composition::Composition;
 use super::consent::{Question, ask};
-use super::survey::{Complaints, Surveyed, survey};
 use crate::configuration::{Change, Configuration, Database, Diagnostic, Edit, Report, Subscription, Watch};
 use crate::recording::Change as Recorded;
+use slate_composition::{Complaints, Surveyed, survey};
 
 /// An agent follows a database as long as this lives.
 pub(super) struct Settings {

@@ -31,9 +31,9 @@ use crate::background::give_way;
 use crate::clock::Clock;
 
 pub use record::Record;
+pub use slate_composition::own::{LogCounts, LogLevel, LogLine};
 pub use slate_configuration::Levels;
 pub(crate) use source::ModuleLog;
-pub use tail::{LogCounts, LogLevel, LogLine};
 pub use target::{
     ConsoleTarget, FileTarget, LogTarget, MemoryTarget, RemoteTarget, Rotation, SyslogAddress, SyslogTarget,
 };

@@ -11,9 +11,9 @@ use slate_safety::{Gate, GateConfiguration, GateState};
 
 use super::{Builder, Failed, SPARE_READERS, new_writer};
 use crate::actuators::Actuator;
-use crate::agent::parameters::value_bytes;
-use crate::agent::survey::{Complaints, Target, Wire};
 use crate::configuration;
+use slate_composition::parameters::value_bytes;
+use slate_composition::{Complaints, Target, Wire};
 use slate_configuration::Mistake;
 
 impl Builder<'_, '_> {

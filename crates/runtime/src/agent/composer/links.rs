@@ -8,11 +8,10 @@ use slate_blackboard::is_within;
 use slate_module::Direction;
 
 use super::Composer;
-use crate::agent::catalogue;
 use crate::agent::composition::Composition;
-use crate::agent::survey::{Complaints, survey};
 use crate::configuration::{Change, Database, Diagnostic, Link, Proposal, Report};
 use crate::sharing::RemotePath;
+use slate_composition::{Complaints, survey};
 use slate_configuration::{Mistake, link_setting};
 
 /// A link to be made while the agent runs.
@@ -158,7 +157,7 @@ impl Composer {
         let configuration = proposal.configuration();
         let url = path.to_string();
         let descriptor = property.descriptor;
-        let found = catalogue::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
+        let found = slate_composition::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
         let target = self.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
         let survey = survey(configuration, &target.catalogue, &mut Complaints::new(configuration));
         if let Some(misfit) = survey.misfits.get(&to) {
