@@ -1,5 +1,10 @@
 //! What is said of a configuration that does not run.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
 
 mod common;
 

@@ -1,6 +1,8 @@
+use ciborium::Value as Cbor;
 use slate_runtime::configuration::{Database, Options};
 use slate_runtime::snapshot::Snapshot;
 use slate_runtime::{Agent, NewLink};
+use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use crate::common::plugins;
 use crate::support::{ROBOT, file, options, steps};
@@ -60,4 +62,44 @@ fn settings_of_resume_go_over_all_layers() {
     assert_eq!(present("modules.driver.enabled").as_deref(), Some("false"), "the other changes stay");
     database.take_back("").unwrap();
     assert_eq!(present("modules.counter.params.panic_at").as_deref(), Some("50"));
+}
+
+/// The value under a name of a CBOR map.
+fn entry<'a>(map: &'a mut Cbor, name: &str) -> &'a mut Cbor {
+    let entries = map.as_map_mut().unwrap().iter_mut();
+    entries.into_iter().find(|(key, _)| key.as_text() == Some(name)).map(|(_, value)| value).unwrap()
+}
+
+fn cbor(value: &impl serde::Serialize) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    ciborium::into_writer(value, &mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn snapshot_without_layers_is_read_as_before() {
+    let (_, before) = frozen("layers-old");
+    let file = file("layers-old");
+    // As a version wrote it that knew the sum alone.
+    let mut document: Cbor = ciborium::from_reader(&*std::fs::read(&file).unwrap()).unwrap();
+    let mut image: Cbor =
+        ciborium::from_reader(&**entry(&mut document, "image").as_bytes().unwrap()).unwrap();
+    image.as_map_mut().unwrap().retain(|(key, _)| key.as_text() != Some("layers"));
+    let image = cbor(&image);
+    let head = cbor(&(1_u64, entry(&mut document, "head").clone()));
+    let checksum = xxh3_64_with_seed(&image, xxh3_64_with_seed(&head, 0));
+    *entry(&mut document, "image") = Cbor::Bytes(image);
+    *entry(&mut document, "checksum") = checksum.into();
+    std::fs::write(&file, cbor(&document)).unwrap();
+    let snapshot = Snapshot::read(&file).unwrap();
+    let database = snapshot.configuration(vec![]).unwrap();
+    assert!(told(&database).is_empty(), "what was changed counts as what the files say");
+    let values = |database: &Database| {
+        let all = database.get("modules").unwrap().into_iter();
+        all.map(|own| (own.path, own.value.to_string())).collect::<Vec<_>>()
+    };
+    assert_eq!(values(&database), values(&before));
+    let mut agent = Agent::load_with(&database, &plugins(), options()).unwrap();
+    agent.restore(&snapshot).unwrap();
+    steps(&mut agent, 2);
 }
