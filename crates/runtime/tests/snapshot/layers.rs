@@ -4,8 +4,8 @@ use slate_runtime::snapshot::Snapshot;
 use slate_runtime::{Agent, NewLink};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
+use super::support::{ROBOT, file, options, steps};
 use crate::common::plugins;
-use crate::support::{ROBOT, file, options, steps};
 
 /// What holds and is not what the files say: path, the file's value, the present one.
 fn told(database: &Database) -> Vec<(String, Option<String>, Option<String>)> {
