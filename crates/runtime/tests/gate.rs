@@ -234,8 +234,7 @@ fn controls_given_back_end_while_the_loop_hangs() {
         // The loop hangs in its fortieth cycle.
         let cycles = composer.cycles();
         if (1..40).contains(&cycles) {
-            let controls =
-                controls.get_or_insert_with(|| composer.take_controls("wheel", "a test").unwrap());
+            let controls = controls.get_or_insert_with(|| composer.take_controls("wheel", "a test").unwrap());
             controls.command(&speed(-4.0)).unwrap();
         } else if let Some(controls) = controls.take() {
             controls.release();
