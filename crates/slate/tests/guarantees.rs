@@ -91,6 +91,16 @@ fn look(folder: &Path, found: &mut BTreeSet<String>) {
     }
 }
 
+/// The test that has the most words of a name.
+fn nearest<'a>(name: &str, tests: &'a BTreeSet<String>) -> &'a str {
+    let words: BTreeSet<&str> = name.split('_').collect();
+    let shared = |test: &&String| {
+        let own: BTreeSet<&str> = test.split('_').collect();
+        words.intersection(&own).count() * 100 / words.union(&own).count()
+    };
+    tests.iter().max_by_key(shared).map_or("", String::as_str)
+}
+
 /// The title of a chapter.
 fn title(file: &str) -> String {
     let text = read(&root().join("book/src").join(file));
@@ -119,7 +129,11 @@ fn every_promise_has_a_test_that_is_there() {
             wrong.push(format!("no test holds: {}", promise.text));
         }
         for test in promise.tests.iter().filter(|test| !tests.contains(*test)) {
-            wrong.push(format!("the test `{test}` is gone that holds: {}", promise.text));
+            let near = nearest(test, &tests);
+            wrong.push(format!(
+                "the test `{test}` is gone that holds: {}; if it was renamed, to `{near}`?",
+                promise.text
+            ));
         }
     }
     assert!(wrong.is_empty(), "book/guarantees.txt:\n{}", wrong.join("\n"));
