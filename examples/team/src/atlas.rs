@@ -1,6 +1,5 @@
 //! What the team knows of the arena.
 
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{FactTable, MostCertain, WorldModel};
 use slate_plugin::prelude::*;
 
@@ -19,7 +18,7 @@ pub struct Known {
 /// What the team states.
 #[ports]
 pub struct Heard {
-    obstacles: Input<FactTable<Obstacle>>,
+    obstacles: Required<FactTable<Obstacle>>,
 }
 
 /// Tells when the team knows more than before, whoever found it.

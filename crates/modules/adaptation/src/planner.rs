@@ -1,7 +1,6 @@
 //! What is to be done about sensors that fail and recover.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::module::Level;
 use slate_plugin::prelude::*;
 
@@ -17,7 +16,7 @@ pub struct Noticing {
     /// The one that can take its place.
     second: Noticed<SensorCondition>,
     /// What there is to choose between.
-    alternatives: Input<Alternatives>,
+    alternatives: Required<Alternatives>,
 }
 
 /// What the Plan remembers.

@@ -46,8 +46,6 @@ pub struct Reading {
     pub heard: Bool,
     /// What the bumpers feel.
     pub bumper: Bumper,
-    /// Not used.
-    pub reserved: [u8; 5],
 }
 
 /// What the thread goes by.
