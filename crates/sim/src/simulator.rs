@@ -194,8 +194,8 @@ impl Instance for Simulator {
             let Abilities { drive, bumper, laser, robot_sensor } = self.abilities[robot];
             // What the wheels are told now takes effect in the next cycle.
             let wheels = match drive {
-                DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(&io.wheels)),
-                DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(&io.wheels)),
+                DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(io.wheels.get())),
+                DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(io.wheels.get())),
             };
             self.simulation.command(robot, wheels);
             ports.with(|io: &RobotIo| self.show(robot, io));
@@ -241,7 +241,7 @@ impl Simulator {
         if let Some(echoes) = self.simulation.shown_sonar(robot) {
             let mut heard = [Echo::default(); 16];
             for (slot, echo) in heard.iter_mut().zip(echoes) {
-                *slot = Echo { range: echo.range, heard: echo.heard.into(), reserved: [0; 7] };
+                *slot = Echo { range: echo.range, heard: echo.heard.into() };
             }
             let scan = &mut self.rings[robot];
             scan.echoes = Sequence::new(&heard[..echoes.len().min(16)]);
@@ -289,12 +289,15 @@ impl Simulator {
     }
 }
 
-fn two_wheels(wheels: &WheelSpeeds) -> FourWheels {
-    Wheels { left: wheels.left, right: wheels.right }.into()
+/// The wheels stand before the first command.
+fn two_wheels(wheels: Option<&WheelSpeeds>) -> FourWheels {
+    let WheelSpeeds { left, right } = wheels.copied().unwrap_or(WheelSpeeds::ZERO);
+    Wheels { left, right }.into()
 }
 
-fn four_wheels(wheels: &FourWheelSpeeds) -> FourWheels {
-    let FourWheelSpeeds { front_left, front_right, back_left, back_right } = *wheels;
+fn four_wheels(wheels: Option<&FourWheelSpeeds>) -> FourWheels {
+    let wheels = wheels.copied().unwrap_or(FourWheelSpeeds::ZERO);
+    let FourWheelSpeeds { front_left, front_right, back_left, back_right } = wheels;
     FourWheels { front_left, front_right, back_left, back_right }
 }
 
@@ -309,7 +312,6 @@ fn report(contact: &crate::contact::Contact) -> Contact {
         other: Text::new(&contact.other),
         caused: contact.caused.into(),
         caused_by_other: contact.caused_by_other.into(),
-        reserved: [0; 6],
     }
 }
 

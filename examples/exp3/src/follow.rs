@@ -4,7 +4,6 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Course, Footprint, LOOKS, Sides};
 use slate_plugin::interfaces::{Point2, Pose2, Sightings, Twist2};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::knowledge::WheeledModel;
@@ -22,7 +21,7 @@ pub struct FollowNoticing {
     #[stale(after = "500ms")]
     robots: Input<Sightings>,
     /// The robot's body, from its knowledge.
-    robot: Input<WheeledModel>,
+    robot: Required<WheeledModel>,
     /// Present goal.
     goal: Output<Point2>,
     /// Intended twist.
@@ -171,7 +170,7 @@ impl FollowMemory {
         if noticed.robots.fresh().is_none() {
             // Where they were is nothing to go by.
             self.others = Tracks::default();
-        } else if let Some(robots) = noticed.robots.new() {
+        } else if let Some(robots) = noticed.robots.updated() {
             self.others.see(pose, robots, time);
         }
         if self.footprint.is_none() {

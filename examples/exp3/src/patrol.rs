@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::analyzes::Surroundings;

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::Point2;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::differential::DifferentialBody;

@@ -1,6 +1,5 @@
 //! Knowledge of the team about the arena.
 
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{FactTable, MostCertain, WorldModel};
 use slate_plugin::prelude::*;
 
@@ -19,7 +18,7 @@ pub struct Known {
 /// Statements of the team.
 #[ports]
 pub struct Heard {
-    obstacles: Input<FactTable<Obstacle>>,
+    obstacles: Required<FactTable<Obstacle>>,
 }
 
 /// Reports new knowledge of the team.

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{FactTable, Statements};
 use slate_plugin::prelude::*;
 
@@ -56,7 +55,7 @@ impl Analyze for Finder {
         now: &Tick,
     ) -> Option<Obstacle> {
         let (position, orientation) = (observed.position.fresh()?, observed.orientation.fresh()?);
-        let scan = observed.range.new()?;
+        let scan = observed.range.updated()?;
         let mut new = None;
         for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
             if !echo.heard.get() || echo.range > params.max_range {

@@ -1,7 +1,6 @@
 //! Plan on failures and recoveries of sensors.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::module::Level;
 use slate_plugin::prelude::*;
 
@@ -17,7 +16,7 @@ pub struct Noticing {
     /// Substitute sensor.
     second: Noticed<SensorCondition>,
     /// Alternatives to choose from.
-    alternatives: Input<Alternatives>,
+    alternatives: Required<Alternatives>,
 }
 
 /// State of the Plan.

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 /// Health of a sensor.
@@ -57,15 +56,14 @@ impl Monitor for RangeHealthMonitor {
 
     fn interpret(memory: &mut Memory, sensors: &RangeSensor, _: &(), now: &Tick) -> Option<SensorHealth> {
         let begun = *memory.begun.get_or_insert(now.now());
-        if let Some(Odometry { pose, .. }) = sensors.odometry.new() {
+        if let Some(Odometry { pose, .. }) = sensors.odometry.updated() {
             let (x, y, theta) =
                 memory.pose.replace((pose.x, pose.y, pose.theta)).unwrap_or((pose.x, pose.y, pose.theta));
             let turn = math::angle_between(theta, pose.theta).abs();
             let way = math::hypot(pose.x - x, pose.y - y) + SIDE * turn;
             memory.way += if way.is_finite() { way } else { 0.0 };
         }
-        let scan = &sensors.ranges;
-        if scan.is_new() {
+        if let Some(scan) = sensors.ranges.updated() {
             let heard = scan.echoes.iter().any(|echo| echo.heard.get());
             let ranges = || scan.echoes.iter().map(|echo| echo.range);
             // Compared as bits: what is no number is always the same, too.
@@ -78,11 +76,12 @@ impl Monitor for RangeHealthMonitor {
             }
             memory.unchanged = memory.way;
         }
-        let newest = if scan.stamp().sequence > 0 { scan.stamp().time } else { begun };
+        // Before the first scan it is only late.
+        let scan = sensors.ranges.get();
+        let newest = scan.map_or(begun, |_| sensors.ranges.stamp().time);
         Some(SensorHealth {
             age: now.now().saturating_sub(newest) as f64 * 1e-9,
-            // Before the first scan it is only late.
-            invalid: if scan.stamp().sequence > 0 { invalid_share(scan) } else { 0.0 },
+            invalid: scan.map_or(0.0, invalid_share),
             unchanged: memory.unchanged,
         })
     }

@@ -46,8 +46,6 @@ pub struct Reading {
     pub heard: Bool,
     /// State of the bumpers.
     pub bumper: Bumper,
-    /// Not used.
-    pub reserved: [u8; 5],
 }
 
 /// Settings of the thread.

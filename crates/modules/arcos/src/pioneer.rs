@@ -36,8 +36,6 @@ pub struct PioneerStatus {
     pub left_stalled: Bool,
     /// Whether the right wheel can't turn though it should.
     pub right_stalled: Bool,
-    /// Not used.
-    pub reserved: [u8; 3],
     /// The robot's name for itself, or why there is no connection.
     pub text: Text<252>,
 }

@@ -53,7 +53,7 @@ impl Ring {
             let range = f64::from(*range) * self.range;
             let heard = range < self.scan.range_max;
             let range = range.clamp(self.scan.range_min, self.scan.range_max);
-            self.echoes[place] = Echo { range, heard: heard.into(), reserved: [0; 7] };
+            self.echoes[place] = Echo { range, heard: heard.into() };
             self.heard[place] = Some(now);
             is_new = true;
         }

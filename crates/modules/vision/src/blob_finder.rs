@@ -23,8 +23,6 @@ pub struct Blob {
     /// Area; 0 for a black picture.
     #[unit("px")]
     pub pixels: u32,
-    /// Not used.
-    pub reserved: u32,
 }
 
 /// Ports of [`BlobFinder`].
@@ -88,7 +86,6 @@ impl Module for BlobFinder {
             brightness: found.map_or(0.0, |found| found.brightness),
             time: stamp.time,
             pixels: found.map_or(0, |found| found.pixels),
-            reserved: 0,
         });
         Outcome::Ok
     }

@@ -25,7 +25,6 @@ pub(crate) fn draw(image: &mut Image, width: u32, height: u32, seconds: f64) {
     image.height = height;
     image.step = width;
     image.format = ImageFormat::MONO8;
-    image.reserved = [0; 3];
     for (row, pixels) in image.data.chunks_exact_mut(width as usize).enumerate() {
         let dy = row as f64 - y;
         for (column, pixel) in pixels.iter_mut().enumerate() {

@@ -200,7 +200,6 @@ pub(crate) fn copy(from: &Image, to: &mut Image) {
     to.height = from.height;
     to.step = from.step;
     to.format = from.format;
-    to.reserved = [0; 3];
     to.data.copy_from_slice(&from.data);
 }
 
@@ -269,7 +268,6 @@ fn take(
         image.height = picture.height;
         image.step = picture.width;
         image.format = ImageFormat::MONO8;
-        image.reserved = [0; 3];
         image.data.copy_from_slice(picture.pixels);
     });
     Ok(size)

@@ -62,7 +62,8 @@ impl Module for VisionPlayer {
             cameras
         }));
         let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
-        for (number, (told, shown)) in io.cameras.cameras.iter().zip(&mut state.shown).enumerate() {
+        let told = io.cameras.get().map_or(&[][..], |report| &report.cameras[..]);
+        for (number, (told, shown)) in told.iter().zip(&mut state.shown).enumerate() {
             // They were opened then, so they can be now.
             if let Ok(camera) = cameras.camera(told.camera.as_str()) {
                 shown.show(camera, told, images.get(number).copied());
@@ -79,7 +80,7 @@ impl Shown {
             return camera.fail(&mut told.problem.as_str().to_owned());
         }
         // No other one than the newest is ever written there.
-        let image = image.filter(|image| image.stamp().sequence > 0 && image.stamp().time >= told.came);
+        let image = image.filter(|image| image.stamp().time >= told.came).and_then(Input::get);
         let result = match image {
             _ if self.picture == told.picture => return camera.work(),
             Some(image) => self.write(camera, told, image),
