@@ -16,61 +16,61 @@ use crate::robot::DriveKind;
 use crate::scenario::Scenario;
 use crate::simulation::{Placement, Simulation};
 
-/// What the two wheels of a robot of the world are told; each port's name begins with the robot's.
+/// Command of a robot's two wheels; names of ports begin with the robot's.
 #[ports]
 struct TwoWheelsIo {
-    /// What the wheels are told.
+    /// Wheel command.
     wheels: Input<WheelSpeeds>,
 }
 
-/// What the four wheels of a robot are told.
+/// Command of a robot's four wheels.
 #[ports]
 struct FourWheelsIo {
-    /// What the wheels are told.
+    /// Wheel command.
     wheels: Input<FourWheelSpeeds>,
 }
 
-/// What every robot of the world offers.
+/// Outputs of each robot.
 #[ports]
 struct RobotIo {
-    /// How it is made.
+    /// Geometry and limits.
     chassis: Output<Chassis>,
-    /// What the sonars heard.
+    /// Scan of the sonars.
     sonar: Output<SonarScan>,
-    /// What the positioning system says.
+    /// Position of the positioning system.
     position: Output<Position>,
-    /// What the compass says.
+    /// Heading of the compass.
     orientation: Output<Orientation>,
-    /// What the wheels' encoders say.
+    /// Odometry of the wheels.
     odometry: Output<Odometry>,
     /// Where the robot really is; for judges and reports, not for the robot.
     truth: Output<Pose2>,
-    /// How far the nearest other body really is; for judges and reports, not for the robot.
+    /// True clearance; for referees and reports, not for the robot.
     clearance: Output<Clearance>,
 }
 
-/// What a robot with bumpers offers.
+/// Outputs of a robot with bumpers.
 #[ports]
 struct BumperIo {
-    /// What presses on the robot.
+    /// State of the bumpers.
     bumper: Output<Bumper>,
 }
 
-/// What a robot with a laser scanner offers.
+/// Outputs of a robot with a laser scanner.
 #[ports]
 struct LaserIo {
-    /// What the laser scanner measured.
+    /// Scan of the laser scanner.
     laser: Output<LaserScan>,
 }
 
-/// What a robot offers that sees others.
+/// Outputs of a robot with a detector of robots.
 #[ports]
 struct SightingsIo {
     /// The robots that it sees.
     sightings: Output<Sightings>,
 }
 
-/// What the world offers beside its robots.
+/// Outputs of the world.
 #[ports]
 struct WorldIo {
     /// The contacts that began in the last cycle.

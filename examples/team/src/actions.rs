@@ -1,4 +1,4 @@
-//! What a scout can do: go somewhere, and tell another robot to.
+//! Actions of a scout: drive to a goal, and send another robot to one.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::Point2;

@@ -1,4 +1,4 @@
-//! What the robot finds.
+//! Finds of the robot.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
@@ -17,18 +17,18 @@ pub struct Obstacle {
     pub y: f64,
 }
 
-/// Where the robot is and what it hears, and what it states.
+/// Pose, sonars, and statements.
 #[ports]
 pub struct Finding {
     range: Observed<SonarScan>,
     position: Observed<Position>,
     orientation: Observed<Orientation>,
-    /// What this robot found.
+    /// Finds of this robot.
     #[capacity(512)]
     found: Output<FactTable<Obstacle>>,
 }
 
-/// What counts.
+/// Parameters of the finder.
 #[params]
 pub struct FinderParams {
     #[param(default = 1.0, range = 0.0..=5.0, unit = "m", doc = "maximum range of a find")]
@@ -37,7 +37,7 @@ pub struct FinderParams {
     cell_size: f64,
 }
 
-/// States where obstacles are, and tells the Plan of new ones.
+/// States the positions of obstacles, and reports new ones to the Plan.
 pub struct Finder;
 
 impl Analyze for Finder {

@@ -150,7 +150,7 @@ const INVALID: f64 = 0.25;
 /// Tolerance of the speed, m/s: wheels and encoders are not exact.
 const TOLERANCE: f64 = 0.03;
 
-/// Waits for the effect: the sensor in use answers, and the robot is no faster than it shall be.
+/// Waits for the effect: the sensor in use measures, and the robot is not too fast.
 #[derive(Serialize, Deserialize)]
 pub struct Confirm {
     choice: Choice,
@@ -196,7 +196,7 @@ impl Action<Managed> for Confirm {
     }
 }
 
-/// Goes on with another alternative.
+/// Switches to another alternative.
 #[derive(Serialize, Deserialize)]
 pub struct SwitchTo {
     steps: InSequence<(Reconfigure, Confirm)>,
@@ -222,6 +222,6 @@ impl Action<Managed> for SwitchTo {
 }
 
 repertoire! {
-    /// What can be done about sensors that fail.
+    /// Actions on sensor failures.
     pub enum AdaptationActions for Managed as "adaptation_execute" { Reconfigure, Confirm, SwitchTo }
 }

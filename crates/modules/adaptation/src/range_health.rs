@@ -1,10 +1,10 @@
-//! How a sensor does that measures ranges, by what it says.
+//! Health of a range sensor from its measurements.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
 use slate_plugin::prelude::*;
 
-/// How a sensor does.
+/// Health of a sensor.
 #[interface]
 #[derive(PartialEq)]
 pub struct SensorHealth {
@@ -13,7 +13,7 @@ pub struct SensorHealth {
     pub age: f64,
     /// The share of the measurement that is no number, 0 to 1.
     pub invalid: f64,
-    /// How far the robot has gone, or its sides have in a turn, while measurement after measurement was the same.
+    /// Travel of the robot, or of its sides in a turn, with unchanged measurements.
     #[unit("m")]
     pub unchanged: f64,
 }
@@ -21,9 +21,9 @@ pub struct SensorHealth {
 /// The sensor, and how its robot moves.
 #[ports]
 pub struct RangeSensor {
-    /// What it says.
+    /// Measurements of the sensor.
     ranges: Input<SonarScan>,
-    /// What the wheels' encoders say.
+    /// Odometry of the wheels.
     odometry: Input<Odometry>,
 }
 
@@ -43,7 +43,7 @@ pub struct Memory {
 /// Half the width of a robot: its sides go so far in a turn of a radian, metres.
 const SIDE: f64 = 0.2;
 
-/// Watches how a sensor does that measures ranges.
+/// Monitors the health of a range sensor.
 pub struct RangeHealthMonitor;
 
 impl Monitor for RangeHealthMonitor {
@@ -87,7 +87,7 @@ impl Monitor for RangeHealthMonitor {
     }
 }
 
-/// Which share of a scan is no number; one without any echoes tells nothing at all.
+/// Returns the fraction of NaN in a scan; 1 without echoes.
 pub(crate) fn invalid_share(scan: &SonarScan) -> f64 {
     let invalid = scan.echoes.iter().filter(|echo| !echo.range.is_finite()).count();
     if scan.echoes.is_empty() { 1.0 } else { invalid as f64 / scan.echoes.len() as f64 }
