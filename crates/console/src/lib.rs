@@ -18,6 +18,7 @@
 
 mod guard;
 mod pages;
+mod reserve;
 mod server;
 mod settings;
 mod socket;

@@ -13,6 +13,7 @@ use hyper::{Request, Response};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use slate_runtime::Agent;
 use slate_runtime::directory::Entry;
+use slate_runtime::stop_line::StopLine;
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::Notify;
 
@@ -53,6 +54,8 @@ pub struct OpenError(#[from] std::io::Error);
 /// The socket of an agent, which exists as long as this lives. Requests are answered on threads of their own, so the agent never
 /// waits for one.
 pub struct Server {
+    /// Dropped first, as its socket lies beside that of the entry.
+    _stop_line: StopLine,
     entry: Entry,
     hall: Arc<Hall>,
     end: Arc<Notify>,
@@ -91,6 +94,8 @@ impl Server {
     pub fn open_with(agent: &Agent, documents: Vec<Document>) -> Result<Self, OpenError> {
         let (entry, listener) = Entry::take(agent.board().agent())?;
         listener.set_nonblocking(true)?;
+        let composer = agent.composer();
+        let stop_line = StopLine::open(entry.socket(), move |reason| composer.stop_actuators(reason))?;
         let context = Arc::new(Context::new(agent)?.with_documents(documents));
         let hall = Arc::new(Hall {
             service: Service::new(context, WORKING, false),
@@ -118,7 +123,7 @@ impl Server {
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
         })?;
-        Ok(Self { entry, hall, end, thread: Some(thread) })
+        Ok(Self { _stop_line: stop_line, entry, hall, end, thread: Some(thread) })
     }
 
     /// The name under which the agent is reached.

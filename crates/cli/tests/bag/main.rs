@@ -507,7 +507,7 @@ fn what_is_there_for_the_layout_alone_is_shown_by_no_verb() {
     );
     done(&folder, &[&export[..], &["--ros", "--out", "ros.mcap"]].concat());
     let ros = done(&folder, &["cat", "ros.mcap", "/r2/planner/state"]);
-    assert!(ros.contains("{ ticks = 1, panics = 0, condition = 1 }"), "{ros:.2000}");
+    assert!(ros.contains("{ ticks = 1, panics = 0, condition = 1, waiting_for = "), "{ros:.2000}");
     let definitions = String::from_utf8_lossy(&std::fs::read(folder.join("ros.mcap")).unwrap()).into_owned();
     for text in [&scans, &table, &ros, &definitions] {
         assert!(!text.contains("reserved") && !text.contains("memory"), "{text:.2000}");
@@ -529,4 +529,15 @@ fn the_commands_of_the_book_do_what_it_says() {
         let words: Vec<_> = words.map(|word| word.trim_matches('\'')).collect();
         done(&folder, &words);
     }
+}
+
+#[test]
+fn message_that_is_too_long_is_told_and_not_read() {
+    let folder = folder("bag-long");
+    write(&folder, "long.mcap", &recording::with_a_long_message(33 << 20));
+    let said = fails(&folder, 1, &["cat", "long.mcap"], &["33554432 are the most"]);
+    assert!(said.len() < 10_000, "{}", said.len());
+    let output = slate(&folder, &["bag", "cat", "long.mcap"]);
+    let lines = text(&output.stdout);
+    assert!(lines.contains("\"short\"") && lines.len() < 10_000, "what is short is shown: {}", lines.len());
 }

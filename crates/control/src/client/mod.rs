@@ -15,7 +15,7 @@ use std::time::Duration;
 use hyper::body::Bytes;
 use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
-use slate_runtime::directory;
+use slate_runtime::{directory, stop_line};
 
 use crate::entries::Refusal;
 use crate::operation::BASE;
@@ -29,6 +29,9 @@ const GREETING: Duration = Duration::from_secs(5);
 
 /// How long it may take for an answer: a module may be slow to let itself be exchanged.
 const ANSWER: Duration = Duration::from_secs(60);
+
+/// How long an agent may take to confirm a stop over its stop line; then it is asked as in other requests.
+const STOP_LINE: Duration = Duration::from_secs(2);
 
 /// An agent over TCP, and the secret that it is asked with.
 #[derive(Clone, Debug)]
@@ -291,6 +294,11 @@ impl Client {
     /// # Errors
     /// When there is no such agent, or it does not answer.
     pub fn stop_at_once(name: &str, reason: &str) -> Result<(), ClientError> {
+        // It works also when the agent has no descriptor, thread or place for one more caller.
+        let socket = directory::socket(name);
+        if socket.and_then(|socket| stop_line::stop(&socket, reason, STOP_LINE)).is_ok() {
+            return Ok(());
+        }
         Self::to_socket(name)?.stop(reason)
     }
 

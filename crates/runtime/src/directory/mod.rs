@@ -11,6 +11,9 @@ use std::os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 
+use rustix::fs::{Access, access};
+
+use crate::stop_line;
 pub use lock::Lock;
 
 /// How many agents of one name there may be.
@@ -51,10 +54,47 @@ pub fn agents() -> Vec<String> {
     let mut names: Vec<String> = entries
         .filter_map(|entry| entry.file_name().to_str()?.strip_suffix(".sock").map(str::to_owned))
         // One that nobody listens at was left by an agent that was killed.
-        .filter(|name| socket(name).is_ok_and(|socket| UnixStream::connect(socket).is_ok()))
+        .filter(|name| {
+            let is_there =
+                |socket: PathBuf| stop_line::is_there(&socket) || UnixStream::connect(socket).is_ok();
+            socket(name).is_ok_and(is_there)
+        })
         .collect();
     names.sort();
     names
+}
+
+/// The longest path of a socket, bytes.
+const LONGEST: usize = 107;
+
+/// Finds out whether tools could reach an agent of that name, here and now; nothing is made.
+///
+/// # Errors
+/// Why they could not, such as a folder that can't be written to.
+pub fn check_reach(agent: &str) -> Result<()> {
+    let folder = folder();
+    check_length(&folder, agent)?;
+    if folder.exists() {
+        safe_folder()?;
+    }
+    let there = folder.ancestors().find(|place| place.exists()).unwrap_or(&folder);
+    access(there, Access::WRITE_OK | Access::EXEC_OK).map_err(|error| {
+        let error = Error::from(error);
+        Error::new(error.kind(), format!("{} can't be written to: {error}", crate::printable(there)))
+    })
+}
+
+fn check_length(folder: &Path, agent: &str) -> Result<()> {
+    // Another one of that name gets a number.
+    let length = folder.join(format!("{agent}-{MOST}.sock")).as_os_str().len();
+    if length <= LONGEST {
+        return Ok(());
+    }
+    let message = format!(
+        "the path of its socket in {} would have {length} bytes, and {LONGEST} is the most",
+        crate::printable(folder)
+    );
+    Err(Error::new(ErrorKind::InvalidInput, message))
 }
 
 /// A bound socket and its name, which nobody else takes as long as this lives.
@@ -84,6 +124,7 @@ impl Entry {
     /// When the folder is not private, or the socket can't be made.
     pub fn take(agent: &str) -> Result<(Self, UnixListener)> {
         let folder = folder();
+        check_length(&folder, agent)?;
         match DirBuilder::new().recursive(true).mode(0o700).create(&folder) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
             _ => safe_folder()?,
