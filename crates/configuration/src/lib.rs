@@ -316,6 +316,19 @@ impl Configuration {
     }
 }
 
+/// The configuration that a recorded agent had, to load one like it: `text` is what
+/// the agent gave. `sets` are settings of the command line that go over it.
+///
+/// # Errors
+/// When it is none any more, or a setting is wrong.
+pub fn recorded_configuration(name: &str, text: &str, sets: Vec<String>) -> Result<Database, Report> {
+    // Whatever stands at the top was meant for somebody.
+    let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
+    let extra_tables = document.iter().map(|(name, _)| name.to_owned()).collect();
+    let options = Options { sets, extra_tables, ..Options::default() };
+    Database::from_text(name, text, options)
+}
+
 /// All problems in the order of the texts; a setting that is written once is reported once.
 fn report(sources: &Sources, mut problems: Problems) -> Report {
     let text = |source: usize| sources.0[source].place.part_of.unwrap_or(source);

@@ -117,6 +117,6 @@ impl Snapshot {
     /// When it is none any more, or a setting is wrong.
     pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
         let name = format!("the snapshot of {}", self.agent());
-        crate::recording::configuration(&name, self.configuration_text(), sets)
+        slate_configuration::recorded_configuration(&name, self.configuration_text(), sets)
     }
 }
