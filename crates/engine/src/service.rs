@@ -8,7 +8,7 @@ use slate_module::ModuleKind;
 use slate_module::aspect::ProviderTable;
 
 use crate::digest::Digest;
-use crate::runner::Memory;
+use crate::memory::Memory;
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub trait HostService: Send {

@@ -103,7 +103,7 @@ impl Composer {
                 wake: Arc::clone(&composition.ground.sharing_wake),
                 host: SharingHost::new(
                     Arc::new(self.downgrade()),
-                    Arc::clone(&self.shared.after_tick),
+                    Arc::clone(&self.shared.hooks.after_tick),
                     Arc::clone(&composition.remotes.readers),
                 ),
             };
