@@ -36,6 +36,14 @@ pub enum ModuleCondition {
     Waiting,
 }
 
+impl ModuleCondition {
+    /// Returns whether the outputs are those of the module.
+    #[inline]
+    pub fn is_working(self) -> bool {
+        matches!(self, Self::WORKING | Self::DEGRADED)
+    }
+}
+
 /// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
 /// so no part of what a run can repeat.
 #[interface]

@@ -378,7 +378,7 @@ pub use sensor::{Sensor, SensorBlock, SensorPorts};
 pub use serde;
 pub use status::{Ended, Ending, ExecuteStatus, Route};
 
-/// What a robot's file imports, beside slate-module's own prelude.
+/// Imports of a robot's file, beside slate-module's prelude.
 pub mod prelude {
     pub use crate::{
         Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, Agenda, Analyze, Ending, InParallel,

@@ -179,7 +179,7 @@ fn a_plan_sees_every_change_and_every_ending_once() {
 }
 
 #[test]
-fn a_reflex_is_sent_with_the_rank_of_its_model_or_the_one_that_was_set() {
+fn a_reflex_has_the_rank_of_its_model_or_its_input() {
     let mut model = Fixture::<ReactiveBlock<AvoidNear>>::new();
     model.set("range", near(0.1));
     model.tick();

@@ -229,7 +229,7 @@ fn a_block_is_told_what_changes_in_a_table() {
 }
 
 #[test]
-fn what_is_stated_is_written_when_it_changes_and_when_it_has_room() {
+fn statements_are_written_on_change_and_when_they_fit() {
     let mut warden = Fixture::<Warden>::new();
     let wrote = |warden: &Fixture<Warden>| warden.wrote("stated");
     assert_eq!(told(&mut warden, &[(1.0, 20.0), (2.0, 21.0)]).y, 1.0);

@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
-use slate_blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Value, schema_hash};
+use slate_blackboard::interface::{
+    Constant, Descriptor, Enumeration, Field, Kind, Primitive, Value, schema_hash,
+};
 
 use crate::{Description, Direction, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode};
 
@@ -85,24 +87,20 @@ struct PortableField {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum PortableKind {
-    Bool,
-    U8,
-    U16,
-    U32,
-    U64,
-    I8,
-    I16,
-    I32,
-    I64,
-    F32,
-    F64,
-    Enumeration { name: String, carrier: Box<PortableKind>, constants: Vec<(String, i64, String)> },
+    Enumeration {
+        name: String,
+        carrier: Box<PortableKind>,
+        constants: Vec<(String, i64, String)>,
+    },
     Text(usize),
     Optional(Box<PortableKind>),
     Array(Box<PortableKind>, usize),
     Sequence(Box<PortableKind>, usize),
     Nested(PortableInterface),
     Tail(Box<PortableKind>),
+    /// Its name alone.
+    #[serde(untagged)]
+    Primitive(Primitive),
 }
 
 /// A description as CBOR.
@@ -186,17 +184,7 @@ fn portable_interface(descriptor: &Descriptor) -> PortableInterface {
 fn portable_kind(kind: &Kind) -> PortableKind {
     let item = |kind: &Kind| Box::new(portable_kind(kind));
     match kind {
-        Kind::Bool => PortableKind::Bool,
-        Kind::U8 => PortableKind::U8,
-        Kind::U16 => PortableKind::U16,
-        Kind::U32 => PortableKind::U32,
-        Kind::U64 => PortableKind::U64,
-        Kind::I8 => PortableKind::I8,
-        Kind::I16 => PortableKind::I16,
-        Kind::I32 => PortableKind::I32,
-        Kind::I64 => PortableKind::I64,
-        Kind::F32 => PortableKind::F32,
-        Kind::F64 => PortableKind::F64,
+        Kind::Primitive(primitive) => PortableKind::Primitive(*primitive),
         Kind::Enumeration(enumeration) => PortableKind::Enumeration {
             name: enumeration.name.into(),
             carrier: item(&enumeration.carrier),
@@ -388,27 +376,10 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
         }
     };
     Ok(match portable {
-        PortableKind::Bool => Kind::Bool,
-        PortableKind::U8 => Kind::U8,
-        PortableKind::U16 => Kind::U16,
-        PortableKind::U32 => Kind::U32,
-        PortableKind::U64 => Kind::U64,
-        PortableKind::I8 => Kind::I8,
-        PortableKind::I16 => Kind::I16,
-        PortableKind::I32 => Kind::I32,
-        PortableKind::I64 => Kind::I64,
-        PortableKind::F32 => Kind::F32,
-        PortableKind::F64 => Kind::F64,
+        PortableKind::Primitive(primitive) => Kind::Primitive(*primitive),
         PortableKind::Enumeration { name, carrier, constants } => {
             let carrier = match kind(carrier)? {
-                integer @ (Kind::U8
-                | Kind::U16
-                | Kind::U32
-                | Kind::U64
-                | Kind::I8
-                | Kind::I16
-                | Kind::I32
-                | Kind::I64) => integer,
+                integer @ Kind::Primitive(primitive) if primitive.integers().is_some() => integer,
                 _ => return Err(format!("the enumeration {name} is carried by no integer").into()),
             };
             let constants = constants

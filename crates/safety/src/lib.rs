@@ -1,12 +1,9 @@
-//! The actuator gate: every command to an actuator passes here, in the caller's thread.
+//! Actuator gate: checks each command to an actuator, in the caller's thread.
 //!
-//! A [`Gate`] lets one commander at a time through, checks that its command is finite, holds it within limits,
-//! forgets it when its time to live ends, and refuses everything while stopped or disarmed. Whenever there is no
-//! command to pass, the actuator gets its safe command. A [`StopLatch`] is the software stop that all gates of an
-//! agent share.
+//! A [`Gate`] passes the commands of one commander at a time: finite, within limits, within their time to live, and only while armed and not
+//! stopped. Without a valid command the actuator gets its safe command. A [`StopLatch`] is the software stop of all gates of an agent.
 //!
-//! Neither [`Gate::offer`] nor [`Gate::output`] allocates, locks, waits, or does input or output; the host tells
-//! them the time.
+//! [`Gate::offer`] and [`Gate::output`] neither allocate, lock, wait, nor do input or output; the host passes the time.
 //!
 //! **Slate makes no claim of certification.** The gate and the software stop are ordinary software on an ordinary
 //! operating system. They are no emergency stop in the sense of ISO 13850 and no safety function in the sense of

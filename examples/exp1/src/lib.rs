@@ -45,7 +45,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
-            "robots.r2.modules.avoid_obstacle.params.speed=0.0975",
+            "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=0.0975",
         ],
     ),
     (
@@ -54,7 +54,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // What the actuators allow, where there is room.
             "robots.r2.modules.planner.params.speed=1.2",
             "robots.r2.modules.planner.params.careful_speed=0.3",
-            "robots.r2.modules.avoid_obstacle.params.speed=1.2",
+            "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=1.2",
         ],
     ),
 ];

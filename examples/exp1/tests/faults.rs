@@ -376,7 +376,7 @@ fn a_reflex_that_crashes_begins_anew() {
 }
 
 #[test]
-fn without_reflexes_the_robot_drives_into_the_box_as_its_plan_knows_no_obstacle() {
+fn without_reflexes_the_robot_drives_into_the_box() {
     let mut hits = 0;
     for seed in 0..10 {
         let sets = ["robots.r2.modules.avoid_obstacle.enabled=false", &*format!("agent.seed={seed}")];

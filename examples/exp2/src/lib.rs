@@ -44,7 +44,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r3.modules.planner.params.speed=0.11",
             "robots.r3.modules.planner.params.careful_speed=0.11",
-            "robots.r3.modules.avoid_obstacle.params.speed=0.11",
+            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=0.11",
         ],
     ),
     (
@@ -53,7 +53,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // What the actuators allow, where there is room.
             "robots.r3.modules.planner.params.speed=1.5",
             "robots.r3.modules.planner.params.careful_speed=0.3",
-            "robots.r3.modules.avoid_obstacle.params.speed=1.5",
+            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=1.5",
         ],
     ),
 ];

@@ -21,18 +21,18 @@ pub struct PatrolNoticing {
 /// Where and how fast the robot goes.
 #[params]
 pub struct PatrolParams {
-    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the east and west of the origin")]
-    pub east: f64,
-    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the north and south of the origin")]
-    north: f64,
-    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "speed where there is room")]
+    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "x of the corners, on both sides of the origin")]
+    pub corner_x: f64,
+    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "y of the corners, on both sides of the origin")]
+    corner_y: f64,
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in free space")]
     pub speed: f64,
-    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded")]
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in crowded space")]
     careful_speed: f64,
-    #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "a corner is reached within this distance")]
-    tolerance: f64,
-    #[param(default = 10.0, range = 0.1..=1e6, unit = "s", doc = "who comes no nearer to a corner for so long makes room for whoever is there")]
-    patience: f64,
+    #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "distance from a corner at which it counts as reached")]
+    goal_tolerance: f64,
+    #[param(default = 10.0, range = 0.1..=1e6, unit = "s", doc = "time without progress after which it makes room for another robot")]
+    progress_timeout: f64,
 }
 
 /// The order in which the authors' robot visits the corners: signs of x and y.
@@ -83,13 +83,13 @@ impl Plan for PatrolPlanner {
             memory.nearest = None;
         }
         let (east, north) = CORNERS[memory.corner];
-        let corner = Point2 { x: east * params.east, y: north * params.north };
+        let corner = Point2 { x: east * params.corner_x, y: north * params.corner_y };
         let was_aside = memory.aside.is_some();
         let Some((x, y)) = memory.journey.position() else {
             noticed.goal.set(corner);
             return;
         };
-        memory.make_room(math::hypot(corner.x - x, corner.y - y), params.patience, time);
+        memory.make_room(math::hypot(corner.x - x, corner.y - y), params.progress_timeout, time);
         let (goal, left) = match memory.aside {
             Some(until) => (Point2 { x: ASIDE * corner.x, y: ASIDE * corner.y }, until - time),
             None => (corner, 0.0),
@@ -103,7 +103,7 @@ impl Plan for PatrolPlanner {
         let speeds = [params.speed, params.careful_speed];
         let is_changed = room_changed || memory.journey.is_outdated(goal, speeds);
         if turns || situation.needs_plan() || must_change(is_changed, situation) {
-            memory.journey.go(goal, speeds, params.tolerance, plan);
+            memory.journey.go(goal, speeds, params.goal_tolerance, plan);
         }
     }
 }

@@ -32,10 +32,10 @@ pub struct Finding {
 /// What counts.
 #[params]
 pub struct FinderParams {
-    #[param(default = 1.0, range = 0.0..=5.0, unit = "m", doc = "what is farther is not found")]
-    range: f64,
-    #[param(default = 0.5, range = 0.1..=5.0, unit = "m", doc = "finds of one square of this size are one")]
-    square: f64,
+    #[param(default = 1.0, range = 0.0..=5.0, unit = "m", doc = "maximum range of a find")]
+    max_range: f64,
+    #[param(default = 0.5, range = 0.1..=5.0, unit = "m", doc = "edge length of a cell; finds of a cell are one")]
+    cell_size: f64,
 }
 
 /// States where obstacles are, and tells the Plan of new ones.
@@ -59,17 +59,18 @@ impl Analyze for Finder {
         let scan = observed.range.new()?;
         let mut new = None;
         for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
-            if !echo.heard.get() || echo.range > params.range {
+            if !echo.heard.get() || echo.range > params.max_range {
                 continue;
             }
             // The sonars sit on the hull, which is small against a square.
             let direction = orientation.theta + placement.theta;
             // The arena is small against the range of these integers.
-            let square = |start: f64, way: f64| ((start + way * echo.range) / params.square).round() as i32;
+            let square =
+                |start: f64, way: f64| ((start + way * echo.range) / params.cell_size).round() as i32;
             let (column, row) =
                 (square(position.x, math::cos(direction)), square(position.y, math::sin(direction)));
             let obstacle =
-                Obstacle { x: f64::from(column) * params.square, y: f64::from(row) * params.square };
+                Obstacle { x: f64::from(column) * params.cell_size, y: f64::from(row) * params.cell_size };
             let key = format!("{column},{row}");
             if found.get(&key).is_none() && found.state(now.now(), &key, 0.8, obstacle) {
                 new = Some(obstacle);

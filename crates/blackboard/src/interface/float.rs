@@ -1,4 +1,4 @@
-use super::{Descriptor, Kind};
+use super::{Descriptor, Kind, Primitive};
 
 /// Where an interface holds floating-point numbers, so that a commit can check and canonicalise them quickly.
 #[derive(Clone, Debug, Default)]
@@ -31,8 +31,8 @@ impl FloatMap {
 
     fn add_kind(&mut self, kind: &Kind, offset: usize) {
         match kind {
-            Kind::F32 => self.singles.push(offset),
-            Kind::F64 => self.doubles.push(offset),
+            Kind::Primitive(Primitive::F32) => self.singles.push(offset),
+            Kind::Primitive(Primitive::F64) => self.doubles.push(offset),
             Kind::Optional(item) => self.add_kind(item, offset + 8),
             Kind::Array(item, count) => {
                 (0..*count).for_each(|i| self.add_kind(item, offset + i * item.size()))

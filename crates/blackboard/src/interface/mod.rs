@@ -9,6 +9,7 @@ mod descriptor;
 mod float;
 mod hash;
 mod plain;
+mod primitive;
 mod value;
 mod view;
 
@@ -17,6 +18,7 @@ pub use descriptor::{Constant, Descriptor, Enumeration, Field, Kind};
 pub use float::FloatMap;
 pub use hash::schema_hash;
 pub use plain::{Bool, Optional, Plain, Sequence, Text};
+pub use primitive::Primitive;
 pub use value::Value;
 pub use view::View;
 

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::token::{Token, tokens};
 use super::word::objection;
-use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, schema_hash};
+use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Primitive, schema_hash};
 
 /// What is wrong, and in which line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -79,19 +79,11 @@ pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
 
 /// The numbers, and the interfaces that come with Slate and can be a field: all without a tail.
 fn known() -> Types {
-    let numbers = [
-        ("Bool", Kind::Bool),
-        ("u8", Kind::U8),
-        ("u16", Kind::U16),
-        ("u32", Kind::U32),
-        ("u64", Kind::U64),
-        ("i8", Kind::I8),
-        ("i16", Kind::I16),
-        ("i32", Kind::I32),
-        ("i64", Kind::I64),
-        ("f32", Kind::F32),
-        ("f64", Kind::F64),
-    ];
+    // A truth value is the type `Bool`, as not every byte is a `bool`.
+    let numbers = Primitive::ALL.map(|primitive| match primitive {
+        Primitive::Bool => ("Bool", Kind::Bool),
+        number => (number.name(), Kind::Primitive(number)),
+    });
     let fields = slate::interfaces::ALL.iter().copied().filter(|one| one.tail().is_none());
     let nested = fields.map(|one| (one.name.to_owned(), Kind::Nested(one)));
     numbers.into_iter().map(|(name, kind)| (name.to_owned(), kind)).chain(nested).collect()

@@ -5,7 +5,7 @@ use slate_blackboard::interface::View;
 use slate_blackboard::message::Answer;
 use slate_module::{Flags, Priority};
 
-use super::{Condition, Measured, ModuleTiming, PANIC_LIMIT, PANIC_ROW, Runner, TIMING_PERIOD, count};
+use super::{Measured, ModuleCondition, ModuleTiming, PANIC_LIMIT, PANIC_ROW, Runner, TIMING_PERIOD, count};
 use crate::digest::Digest;
 
 impl Runner {
@@ -17,13 +17,13 @@ impl Runner {
             self.answer();
         }
         let condition = match code {
-            0 => Condition::Working,
-            1 => Condition::Degraded,
-            2 => Condition::Failed,
+            0 => ModuleCondition::WORKING,
+            1 => ModuleCondition::DEGRADED,
+            2 => ModuleCondition::FAILED,
             _ => return self.recover(now),
         };
         self.set_condition(condition, now);
-        if condition == Condition::Failed {
+        if condition == ModuleCondition::FAILED {
             self.services.iter_mut().for_each(|service| service.abandon());
             self.lose_messages();
             self.publish_safe(now);
@@ -129,7 +129,7 @@ impl Runner {
 
     /// Gives every output its safe value, and ends its commands.
     pub fn publish_safe(&mut self, now: u64) {
-        let late = self.condition() == Condition::Late;
+        let late = self.condition() == ModuleCondition::LATE;
         self.commit.begin();
         for output in &mut self.outputs {
             if let Some((actuator, commander)) = &output.actuator {
@@ -167,7 +167,7 @@ impl Runner {
     pub fn give_up(&mut self, now: u64) {
         // SAFETY: the loop is in this step, or in one that has pinned what it reads; both are over before it goes on.
         unsafe { self.set_in_turn(false) };
-        self.set_condition(Condition::Late, now);
+        self.set_condition(ModuleCondition::LATE, now);
         self.publish_safe(now);
         self.providers.iter().for_each(|provider| provider.suspend(true));
     }
@@ -184,7 +184,7 @@ impl Runner {
         if !(0..=2).contains(&code) && self.supervised.is_none() {
             return self.recover(self.last_tick);
         }
-        self.set_condition(Condition::Degraded, self.last_tick);
+        self.set_condition(ModuleCondition::DEGRADED, self.last_tick);
     }
 
     /// After a panic: safe values, and an instance made anew. That knows of no message, so none is counted; an isolated one
@@ -200,7 +200,7 @@ impl Runner {
         }
         self.panics_in_a_row += 1;
         self.last_panic = tick;
-        self.set_condition(Condition::Failed, now);
+        self.set_condition(ModuleCondition::FAILED, now);
         self.publish_safe(now);
         self.destroy();
         if self.supervised.is_some() {
@@ -217,7 +217,7 @@ impl Runner {
                 self.log.write(slate_module::Level::Error, "panicked; started anew with a fresh state");
             }
             Err(reason) => {
-                self.set_condition(Condition::Faulted, now);
+                self.set_condition(ModuleCondition::FAULTED, now);
                 self.log.write(slate_module::Level::Error, &reason);
             }
         }

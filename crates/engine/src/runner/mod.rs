@@ -29,7 +29,7 @@ use crate::service::{AspectPort, HostService, ProviderPort};
 pub use commit::priority;
 pub use conversion::{Conversion, ConvertedSource};
 pub use frozen::FrozenRunner;
-pub use health::{Condition, Health, count};
+pub use health::{Health, count};
 pub use ports::{InboxPort, InputAge, InputPort, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub use retired::{Patience, Retired, describe};
 pub use shadow::{Shadow, ShadowState};
@@ -64,7 +64,7 @@ pub struct Group {
 #[repr(C)]
 pub struct Runner {
     /// How the module is; nothing before it was said for the first time.
-    pub condition: Option<Condition>,
+    pub condition: Option<ModuleCondition>,
     /// Whether the parameters may have changed.
     pub params_changed: bool,
     /// Whether it has ports, services or new code beside it.
@@ -277,22 +277,22 @@ impl Runner {
         let served = !self.has_company || self.has_services();
         let condition = self.condition();
         if !self.on || !served {
-            let rest = if self.on { Condition::Waiting } else { Condition::Inactive };
-            if condition.is_working() || condition == Condition::Failed {
+            let rest = if self.on { ModuleCondition::WAITING } else { ModuleCondition::INACTIVE };
+            if condition.is_working() || condition == ModuleCondition::FAILED {
                 self.set_condition(rest, now);
                 self.publish_safe(now);
                 // What others use of it may use what it misses now.
                 self.withdraw();
                 self.services.iter_mut().for_each(|service| service.abandon());
-            } else if matches!(condition, Condition::Inactive | Condition::Waiting) {
+            } else if matches!(condition, ModuleCondition::INACTIVE | ModuleCondition::WAITING) {
                 self.set_condition(rest, now);
             }
             return false;
         }
-        if matches!(condition, Condition::Inactive | Condition::Waiting) {
-            self.set_condition(Condition::Working, now);
+        if matches!(condition, ModuleCondition::INACTIVE | ModuleCondition::WAITING) {
+            self.set_condition(ModuleCondition::WORKING, now);
         }
-        let is_enabled = condition != Condition::Faulted && condition != Condition::Late;
+        let is_enabled = condition != ModuleCondition::FAULTED && condition != ModuleCondition::LATE;
         self.is_steady =
             is_enabled && !self.is_switched && self.aspects.is_empty() && self.supervised.is_none();
         is_enabled
@@ -316,8 +316,8 @@ impl Runner {
     }
 
     /// How the module is.
-    pub fn condition(&self) -> Condition {
-        self.condition.unwrap_or(Condition::Working)
+    pub fn condition(&self) -> ModuleCondition {
+        self.condition.unwrap_or(ModuleCondition::WORKING)
     }
 
     /// Looks whether there is anything but the step itself to take care of.
@@ -337,22 +337,18 @@ impl Runner {
 
     /// Changes how the module is, and shows it.
     #[inline]
-    pub fn set_condition(&mut self, condition: Condition, now: u64) {
+    pub fn set_condition(&mut self, condition: ModuleCondition, now: u64) {
         if self.condition != Some(condition) {
             self.change_condition(condition, now);
         }
     }
 
-    fn change_condition(&mut self, condition: Condition, now: u64) {
+    fn change_condition(&mut self, condition: ModuleCondition, now: u64) {
         self.condition = Some(condition);
         self.is_steady = false;
         self.health.set(condition);
-        let state = ModuleState {
-            ticks: self.frame.number,
-            panics: self.panics.into(),
-            condition: ModuleCondition(condition as u8),
-            reserved: [0; 7],
-        };
+        let state =
+            ModuleState { ticks: self.frame.number, panics: self.panics.into(), condition, reserved: [0; 7] };
         // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
         let _ = self.state.write(View::of(&state).bytes(), 0, now);
     }
@@ -386,9 +382,9 @@ impl Runner {
         }
         if instance.is_null() && !comes_again {
             // The exchange is taken back, and the old code had failed for good.
-            self.set_condition(Condition::Faulted, self.last_tick);
-        } else if self.condition() == Condition::Faulted {
-            self.set_condition(Condition::Working, self.last_tick);
+            self.set_condition(ModuleCondition::FAULTED, self.last_tick);
+        } else if self.condition() == ModuleCondition::FAULTED {
+            self.set_condition(ModuleCondition::WORKING, self.last_tick);
         }
         self.tick = kind.table().tick;
         let kind = std::mem::replace(&mut self.kind, kind);
@@ -412,7 +408,7 @@ impl Runner {
             match self.create() {
                 Ok(instance) => self.instance = instance,
                 Err(refusal) => {
-                    self.set_condition(Condition::Faulted, 0);
+                    self.set_condition(ModuleCondition::FAULTED, 0);
                     self.log.write(slate_module::Level::Error, &refusal.0);
                 }
             }

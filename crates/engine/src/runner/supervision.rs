@@ -4,7 +4,7 @@ use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::View;
 use slate_module::Level;
 
-use super::{Condition, Runner};
+use super::{ModuleCondition, Runner};
 use crate::isolation::{Isolation, Proxy, Supervisor};
 
 /// What belongs to a module whose instance is in a process of its own.
@@ -69,7 +69,7 @@ impl Runner {
             None => {
                 let limit = Supervisor::limit();
                 self.log.write(Level::Error, &format!("its process {reason}; {limit}"));
-                self.set_condition(Condition::Faulted, now);
+                self.set_condition(ModuleCondition::FAULTED, now);
             }
         }
         self.show_process(now, true);

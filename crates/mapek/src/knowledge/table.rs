@@ -1,4 +1,4 @@
-//! Facts as a property: what a robot states, and what its team states.
+//! Facts as a property: statements of a robot, or of its team.
 #![allow(unsafe_code, reason = "an interface that is generic is laid out by hand")]
 
 use std::ops::Deref;
@@ -11,22 +11,22 @@ use xxhash_rust::xxh3::xxh3_64;
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Stated<T> {
-    /// What it is about, who states it, and when.
+    /// Key, origin and time.
     pub head: FactHead,
-    /// What is stated.
+    /// Stated value.
     pub value: T,
 }
 
-/// Facts about one topic by key and origin: a property that shows what a robot states, or what all of its team do.
+/// Facts of a topic by key and origin: statements of a robot, or of its team.
 ///
 /// A block states facts by an [`Output`](slate_module::Output) of this type, for which [`Statements`](super::Statements)
-/// keep them, and learns what the team knows by an [`Input`](slate_module::Input), of which
+/// keep them, and reads the team's knowledge by an [`Input`](slate_module::Input), of which
 /// [`WorldModel::learn`](super::WorldModel::learn) shows the views. The values are of any type that fields of interfaces may have
 /// and that takes a multiple of 8 bytes.
 #[repr(C)]
 #[derive(Debug)]
 pub struct FactTable<T> {
-    /// What holds for the whole table.
+    /// Head of the table.
     pub head: FactTableHead,
     /// The facts, by key and then by origin.
     pub facts: [Stated<T>],

@@ -147,7 +147,7 @@ fn plans(
 }
 
 #[test]
-fn the_best_alternative_with_a_healthy_sensor_is_chosen_and_only_when_it_is_another_one() {
+fn the_best_alternative_with_a_healthy_sensor_is_chosen_once() {
     let mut planner = planner();
     let news = [
         ("first", Condition::HEALTHY, &[][..]),

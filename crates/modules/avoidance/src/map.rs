@@ -99,7 +99,7 @@ impl LocalMap {
         if !(on_the_map(pose.x, pose.y) && pose.theta.is_finite() && time.is_finite() && opening) {
             return;
         }
-        let memory = math::max(parameters.memory, 1e-3);
+        let memory = math::max(parameters.obstacle_timeout, 1e-3);
         let elapsed = self.time.map_or(0.0, |last| math::clamp(time - last, 0.0, memory));
         self.time = Some(time);
         let mut cones = [Cone::default(); SONARS];
@@ -111,7 +111,7 @@ impl LocalMap {
         while let Some(mark) = self.marks.get_mut(index) {
             let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
             let silence = cones.iter().fold(0.0, |most, cone| math::max(most, cone.disproves(mark, edge)));
-            mark.confidence -= elapsed / memory + parameters.silence * silence;
+            mark.confidence -= elapsed / memory + parameters.miss_weight * silence;
             let away = dx.abs() >= REACH || dy.abs() >= REACH;
             let inside =
                 footprint.distance_within(cosine * dx + sine * dy, cosine * dy - sine * dx, 0.1) < -0.01;

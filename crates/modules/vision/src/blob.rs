@@ -102,7 +102,7 @@ mod tests {
     }
 
     #[test]
-    fn finds_the_middle_of_the_brightest_and_leaves_out_what_is_apart() {
+    fn finds_the_center_of_the_brightest_connected_blob() {
         #[rustfmt::skip]
         let pixels = [
             0, 0,   0,   0, 90,

@@ -40,8 +40,8 @@ pub struct BlobFinderIo {
 pub struct BlobFinderParams {
     #[param(default = "pattern:320x240@30", doc = "the camera, such as `file:/data/%04d.pgm@10`")]
     camera: Text<124>,
-    #[param(default = 0.75, range = 0.0..=1.0, doc = "how bright the blob's darkest pixel is, of its brightest")]
-    share: f64,
+    #[param(default = 0.75, range = 0.0..=1.0, doc = "threshold of the blob's pixels, as a fraction of its brightest")]
+    min_brightness: f64,
 }
 
 /// Finds the centre of the brightest blob that a camera sees.
@@ -81,7 +81,7 @@ impl Module for BlobFinder {
             return Outcome::Ok;
         }
         state.last = (stamp.sequence, stamp.time);
-        let found = state.search.brightest(&picture, params.share);
+        let found = state.search.brightest(&picture, params.min_brightness);
         io.blob.set(Blob {
             x: found.map_or(0.0, |found| found.x),
             y: found.map_or(0.0, |found| found.y),

@@ -207,7 +207,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_texts_and_too_many_cameras_are_refused_and_failures_pass() {
+    fn invalid_and_surplus_cameras_are_refused() {
         let cameras = Cameras::default();
         let refused = |text: &str| cameras.capture(text).map(|_| ()).unwrap_err();
         assert!(refused("webcam").contains("`webcam` names no camera"));

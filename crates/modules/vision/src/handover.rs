@@ -76,7 +76,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_taken_is_whole_and_never_older_than_what_was_taken_before() {
+    fn taken_pictures_are_whole_and_never_older_than_before() {
         let handover = Handover::default();
         std::thread::scope(|scope| {
             scope.spawn(|| {

@@ -14,18 +14,18 @@ use crate::actions::GoToOrigin;
 pub struct StrategyNoticing {
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
-    /// The plan to follow, from the robot's knowledge.
+    /// Plan to follow, from Knowledge.
     strategy: Input<PlanDescription>,
-    /// How a plan went, for the robot's knowledge.
+    /// Outcome of a plan, for Knowledge.
     outcome: Output<PlanOutcome>,
-    /// Where the robot goes now, for reflexes that lead it there.
+    /// Present goal, for reflexes.
     goal: Output<Point2>,
 }
 
-/// What a plan may take.
+/// Parameters of [`StrategyPlanner`].
 #[params]
 pub struct StrategyPlannerParams {
-    #[param(default = 60.0, range = 0.1..=1e6, unit = "s", doc = "a plan that has not come to its end after so long has failed")]
+    #[param(default = 60.0, range = 0.1..=1e6, unit = "s", doc = "time after which an unfinished plan has failed")]
     time_limit: f64,
 }
 

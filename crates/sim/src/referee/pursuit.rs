@@ -56,14 +56,14 @@ pub struct PursuitIo {
 
 #[params]
 pub struct PursuitParams {
-    #[param(default = "r3", doc = "the robot that follows")]
+    #[param(default = "r3", doc = "name of the following robot")]
     robot: Text<28>,
-    #[param(default = 0.8, range = 0.0..=100.0, unit = "m", doc = "the least gap")]
-    nearest: f64,
-    #[param(default = 2.0, range = 0.0..=100.0, unit = "m", doc = "the greatest gap")]
-    farthest: f64,
-    #[param(default = 0.95, range = 0.0..=1.0, doc = "the share of the time in which the gap shall be between")]
-    share: f64,
+    #[param(default = 0.8, range = 0.0..=100.0, unit = "m", doc = "minimum gap")]
+    min_gap: f64,
+    #[param(default = 2.0, range = 0.0..=100.0, unit = "m", doc = "maximum gap")]
+    max_gap: f64,
+    #[param(default = 0.95, range = 0.0..=1.0, doc = "minimum fraction of the time with a gap between")]
+    min_fraction: f64,
 }
 
 /// What the judge has seen.
@@ -148,7 +148,7 @@ impl PursuitCourse {
         course.conduct.go_on(follower, true);
         course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
         let gap = math::hypot(leader.x - follower.x, leader.y - follower.y);
-        let is_right = (params.nearest..=params.farthest).contains(&gap);
+        let is_right = (params.min_gap..=params.max_gap).contains(&gap);
         let extremes = course.extremes.get_or_insert((gap, gap));
         extremes.0 = math::min(extremes.0, gap);
         if is_right && course.since.is_none() {
@@ -164,7 +164,7 @@ impl PursuitCourse {
         let share = course.cycles.1 as f64 / math::max(course.cycles.0 as f64, 1.0);
         let verdict = match led.state {
             MissionState::FAILED => led,
-            MissionState::SUCCEEDED if share >= params.share => {
+            MissionState::SUCCEEDED if share >= params.min_fraction => {
                 verdict(MissionState::SUCCEEDED, "all goals reached, and followed")
             }
             MissionState::SUCCEEDED => verdict(MissionState::FAILED, "too near or too far for too long"),
