@@ -2,6 +2,9 @@
 
 use slate_module::{Text, interface};
 
+/// The name of a port, as `/module/state` shows it.
+pub type PortName = Text<56>;
+
 /// How a module is: `/module/state`, written when it changes.
 #[interface]
 pub struct ModuleState {
@@ -11,8 +14,8 @@ pub struct ModuleState {
     pub panics: u64,
     /// How it is.
     pub condition: ModuleCondition,
-    /// Not used.
-    pub reserved: [u8; 7],
+    /// The port that it waits for while it is `WAITING`: a required input without a value, or a service.
+    pub waiting_for: PortName,
 }
 
 /// The condition of a module, as others see it.
@@ -32,7 +35,7 @@ pub enum ModuleCondition {
     Faulted,
     /// Its plugin is not loaded.
     Unloaded,
-    /// A service that it needs is not provided.
+    /// A required input has no value yet, or a service that it needs is not provided.
     Waiting,
 }
 
@@ -116,8 +119,6 @@ pub struct LogLine {
     pub dropped: u64,
     /// How important.
     pub level: LogLevel,
-    /// Not used.
-    pub reserved: [u8; 7],
     /// Which module, or `agent`.
     pub module: Text<64>,
     /// What happened, with its fields.

@@ -227,7 +227,7 @@ impl Actuator {
             commanders: self.commanders.clone(),
             index: inner.index,
             gate: inner.gate.freeze(),
-            shown: inner.last_state.as_ref().map(|state| Bytes(View::of(state).bytes().to_vec())),
+            shown: inner.last_state.map(|mut state| Bytes(View::of(&mut state).bytes().to_vec())),
             fresh: inner.fresh,
         }
     }
@@ -320,9 +320,9 @@ impl Inner {
         let output = self.gate.output(now);
         // Only a recorder in lockstep may refuse, and then the value is recorded in the next cycle.
         let _ = self.command.write(output.command, 0, now);
-        let state = output.state;
+        let mut state = output.state;
         if self.last_state != Some(state) {
-            let _ = self.state.write(View::of(&state).bytes(), 0, now);
+            let _ = self.state.write(View::of(&mut state).bytes(), 0, now);
             self.last_state = Some(state);
         }
         if std::mem::take(&mut self.fresh) {

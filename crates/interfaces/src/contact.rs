@@ -14,8 +14,6 @@ pub struct Contact {
     pub caused: Bool,
     /// Whether the other body's motion caused it.
     pub caused_by_other: Bool,
-    /// Not used.
-    pub reserved: [u8; 6],
 }
 
 /// Contacts that began in a cycle.

@@ -35,8 +35,6 @@ pub struct FactHead {
     pub origin: u32,
     /// Whether it is retracted; only in a robot's own table.
     pub retracted: Bool,
-    /// Not used.
-    pub reserved: [u8; 3],
     /// Name of the robot that states it; empty in a robot's own table.
     pub robot: Text<60>,
     /// Key of the fact in its topic.

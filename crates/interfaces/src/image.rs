@@ -32,8 +32,6 @@ pub struct Image {
     pub step: u32,
     /// Pixel format.
     pub format: ImageFormat,
-    /// Not used.
-    pub reserved: [u8; 3],
     /// Rows from the top; pixels from the left.
     pub data: [u8],
 }

@@ -29,6 +29,15 @@ pub use transform::{FrameName, Quaternion, Transform};
 
 use slate_module::blackboard::interface::{Descriptor, Interface};
 
+/// The interfaces that most robots speak.
+pub mod prelude {
+    pub use crate::{
+        Bumper, Chassis, Clearance, Echo, FourWheelSpeeds, Image, LaserScan, MissionState, OccupancyGrid,
+        Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position, Quaternion, Sighting, Sightings,
+        SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
+    };
+}
+
 /// All interfaces, in the order of their names.
 pub const ALL: &[&Descriptor] = &[
     Bumper::DESCRIPTOR,

@@ -50,8 +50,6 @@ pub struct MapStroke {
     pub width: f64,
     /// Mark to paint.
     pub mark: MapMark,
-    /// Not used.
-    pub reserved: [u8; 7],
     /// Points joined by line segments.
     pub points: Sequence<Point2, 32>,
 }

@@ -16,8 +16,6 @@ pub enum MissionState {
 pub struct Verdict {
     /// State of the mission.
     pub state: MissionState,
-    /// Not used.
-    pub reserved: [u8; 3],
     /// Reason, such as `goal reached`.
     pub reason: Text<64>,
 }

@@ -24,8 +24,6 @@ pub struct Echo {
     pub range: f64,
     /// Whether an echo was received.
     pub heard: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Scan of a ring of sonars.

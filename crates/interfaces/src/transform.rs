@@ -44,6 +44,4 @@ pub struct Transform {
     pub rotation: Quaternion,
     /// Whether the transform is static, as of a sensor's mount.
     pub fixed: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }

@@ -39,8 +39,6 @@ pub struct Planned {
     pub action: ActionRequest,
     /// Change of the plan.
     pub step: PlanStep,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Message of a reflex to Execute.
@@ -50,8 +48,6 @@ pub struct Reflex {
     pub action: ActionRequest,
     /// Rank of the sending model; the highest first.
     pub rank: i32,
-    /// Not used.
-    pub reserved: u32,
 }
 
 /// Rank of a ReactiveModel.

@@ -108,7 +108,7 @@ impl Agenda<'_> {
 
     fn send(&mut self, action: ActionRequest, step: PlanStep) -> Option<u64> {
         let ticket = *self.ticket + 1;
-        let sent = self.outbox.send(Planned { epoch: self.epoch, ticket, action, step, reserved: [0; 7] });
+        let sent = self.outbox.send(Planned { epoch: self.epoch, ticket, action, step });
         sent.then(|| {
             *self.ticket = ticket;
             ticket
@@ -172,7 +172,15 @@ impl<P: Plan> Module for PlanBlock<P> {
     }
 
     fn tick(memory: &mut Self::State, (noticed, own): &Self::Io, params: &P::Params, now: &Tick) -> Outcome {
-        let status = &*own.situation;
+        let idle;
+        let status = match own.situation.get() {
+            Some(status) => status,
+            None => {
+                // Execute has not run yet.
+                idle = ExecuteStatus::default();
+                &idle
+            }
+        };
         let pending = status.ticket < memory.ticket && now.now().saturating_sub(memory.sent) < LOST;
         let situation = Situation { status, seen: memory.seen, pending };
         let before = memory.ticket;

@@ -65,8 +65,8 @@ impl<R: ReactiveModel> Module for ReactiveBlock<R> {
 
     fn tick(state: &mut R::State, (sensors, own): &Self::Io, params: &R::Params, now: &Tick) -> Outcome {
         let Some(action) = R::run(state, sensors, params, now) else { return Outcome::Ok };
-        let rank = if own.rank.stamp().sequence > 0 { own.rank.rank } else { R::RANK };
-        if own.reflex.0.send(Reflex { action, rank, reserved: 0 }) {
+        let rank = own.rank.get().map_or(R::RANK, |rank| rank.rank);
+        if own.reflex.0.send(Reflex { action, rank }) {
             Outcome::Ok
         } else {
             now.error(format_args!("no room for the reflex {}", action.kind.as_str()));

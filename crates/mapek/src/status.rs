@@ -41,8 +41,6 @@ pub struct Ended {
     pub ending: Ending,
     /// Route that sent it.
     pub route: Route,
-    /// Not used.
-    pub reserved: [u8; 6],
 }
 
 /// Status of Execute, written when it changes.
@@ -74,8 +72,6 @@ pub struct ExecuteStatus {
     pub route: Route,
     /// Whether the Plan must replan: its plan was cleared, and no new one has arrived.
     pub replan: Bool,
-    /// Not used.
-    pub reserved: [u8; 6],
     /// Kind of the running action; empty for none.
     pub running: Text<44>,
     /// Running action with its children, such as `GoToOrigin > TurnToOrigin > TurnAngle`.

@@ -272,7 +272,7 @@ impl Knowledge for Memory {
     type State = Option<f64>;
 
     fn update(least: &mut Option<f64>, models: &Models, (): &(), _: &Tick) {
-        if let Some(seen) = models.seen.new() {
+        if let Some(seen) = models.seen.updated() {
             let known = least.map_or(seen.distance, |least| math::min(least, seen.distance));
             *least = Some(known);
             models.known.set(near(known));

@@ -178,7 +178,8 @@ impl Module for Warden {
             }
         }
         let written = f64::from(u8::from(own.write(now.now(), &io.stated)));
-        io.changes.set(Point2 { x: world.learn(&io.rooms).len() as f64, y: written });
+        let changes = io.rooms.get().map_or(0, |rooms| world.learn(rooms).len());
+        io.changes.set(Point2 { x: changes as f64, y: written });
         Outcome::Ok
     }
 }

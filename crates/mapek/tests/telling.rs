@@ -65,7 +65,7 @@ type Execute = Fixture<ExecuteBlock<Actions>>;
 
 fn planned(x: f64, ticket: u64) -> Planned {
     let action = SendThere::request((x, 0.0));
-    Planned { epoch: 0, ticket, action, step: PlanStep::APPEND, reserved: [0; 7] }
+    Planned { epoch: 0, ticket, action, step: PlanStep::APPEND }
 }
 
 /// Ticks, and says what was sent and how the last action ended, if one did.

@@ -39,6 +39,8 @@ struct PortablePort {
     direction: Direction,
     interface: PortableInterface,
     #[serde(default)]
+    required: bool,
+    #[serde(default)]
     role: String,
     #[serde(default)]
     stale_after: Option<u64>,
@@ -157,6 +159,7 @@ fn portable_port(port: &PortDescription) -> PortablePort {
         doc: port.doc.clone(),
         direction: port.direction,
         interface: portable_interface(port.descriptor),
+        required: port.required,
         role: port.role.clone(),
         stale_after: port.stale_after,
         safe: port.safe.clone(),
@@ -265,6 +268,14 @@ fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
     if port.safe.as_ref().is_some_and(|safe| safe.len() != descriptor.size) {
         return Err(format!("the safe value of `{}` is not {} bytes long", port.name, descriptor.size).into());
     }
+    if port.required && port.direction != Direction::Input {
+        return Err(format!(
+            "`{}` is required and goes the way {}: only an Input can be required",
+            port.name,
+            port.direction.name()
+        )
+        .into());
+    }
     let window = port.window.unwrap_or(16);
     if !(1..=LARGEST_WINDOW).contains(&window) {
         return Err(format!("the window of `{}` is {window}, not 1 to {LARGEST_WINDOW}", port.name).into());
@@ -275,6 +286,7 @@ fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
         doc: port.doc,
         direction: port.direction,
         descriptor,
+        required: port.required,
         role: port.role,
         stale_after: port.stale_after,
         safe: port.safe,
@@ -299,7 +311,7 @@ fn leaked(text: &str) -> &'static str {
     if text.is_empty() { "" } else { Box::leak(text.into()) }
 }
 
-/// Lays the interface out, as the compiler does: fields in order, each at its alignment, without padding.
+/// Lays the interface out, as the compiler does: fields in order, each at its alignment, a tail behind all of them.
 fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
     let name = &interface.name;
     let mut fields = Vec::new();
@@ -316,11 +328,9 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
         if matches!(kind, Kind::Tail(_)) && i + 1 < interface.fields.len() {
             return Err(wrong("only the last field may be a tail"));
         }
-        if !size.is_multiple_of(kind.align()) {
-            return Err(wrong(
-                "it would need padding before it: order the fields by size or add reserved ones",
-            ));
-        }
+        align = align.max(kind.align());
+        // No size is near the end of the numbers.
+        size = size.next_multiple_of(if matches!(kind, Kind::Tail(_)) { align } else { kind.align() });
         let own = Field {
             name: leaked(&field.name),
             doc: leaked(&field.doc),
@@ -332,12 +342,9 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
             .checked_add(kind.size())
             .filter(|size| *size <= LARGEST)
             .ok_or_else(|| wrong("too large"))?;
-        align = align.max(kind.align());
         fields.push(own);
     }
-    if !size.is_multiple_of(align) {
-        return Err(format!("{name} would need padding at its end: add a reserved field").into());
-    }
+    size = size.next_multiple_of(align);
     let fields: &'static [Field] = Box::leak(fields.into_boxed_slice());
     let hash = schema_hash(name, fields);
     if let Some(claimed) = interface.hash.filter(|claimed| *claimed != hash) {
@@ -436,6 +443,7 @@ mod tests {
         );
         let [input, mean] = &description.ports[..] else { unreachable!() };
         assert_eq!((input.direction, input.stale_after), (Direction::Input, Some(200_000_000)));
+        assert_eq!((input.required, mean.required), (true, false));
         assert_eq!((mean.descriptor.size, mean.descriptor.fields[0].unit), (8, "ticks"));
         assert_eq!(description.parameters[0].range, Some((0.0, 1.0)));
         for kind in [

@@ -37,7 +37,7 @@ impl Module for Reporter {
     type State = ();
 
     fn tick(_: &mut (), io: &ReporterIo, _: &(), now: &Tick) -> Outcome {
-        now.info(format_args!("the number is {}", io.input.value));
+        now.info(format_args!("the number is {}", io.input.get().copied().unwrap_or_default().value));
         Outcome::Ok
     }
 }

@@ -1,4 +1,4 @@
-use slate_module::blackboard::interface::{AccessError, Descriptor, FloatMap, View, find};
+use slate_module::blackboard::interface::{AccessError, CanonicalForm, Descriptor, View, find};
 
 use crate::StopLatch;
 use crate::bound::Bound;
@@ -158,7 +158,7 @@ impl GateConfiguration {
             });
         }
         self.safe.copy_from_slice(command);
-        if !FloatMap::new(self.descriptor).canonicalize(&mut self.safe, 0) {
+        if !CanonicalForm::new(self.descriptor).canonicalize(&mut self.safe, 0) {
             return Err(ConfigurationError::SafeNotFinite { gate: self.name });
         }
         Ok(self)

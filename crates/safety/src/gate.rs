@@ -1,4 +1,4 @@
-use slate_module::blackboard::interface::{Descriptor, FloatMap};
+use slate_module::blackboard::interface::{CanonicalForm, Descriptor};
 use slate_module::{Optional, Priority};
 
 use crate::stop::stopped;
@@ -12,7 +12,7 @@ use crate::{GateConfiguration, GateMode, GateState, LeasePriority, Reason, Refus
 #[derive(Debug)]
 pub struct Gate {
     pub(crate) configuration: GateConfiguration,
-    floats: FloatMap,
+    form: CanonicalForm,
     /// Command of the lease's holder, within limits.
     pub(crate) command: Vec<u8>,
     pub(crate) lease: Option<Lease>,
@@ -62,7 +62,7 @@ impl Gate {
     /// Makes a disarmed gate.
     pub fn new(configuration: GateConfiguration) -> Self {
         let mut gate = Self {
-            floats: FloatMap::new(configuration.descriptor),
+            form: CanonicalForm::new(configuration.descriptor),
             command: configuration.safe.clone(),
             lease: None,
             given_at: None,
@@ -133,7 +133,7 @@ impl Gate {
             return Verdict::Refused(Reason::WrongSize);
         }
         self.command.copy_from_slice(command);
-        if !self.floats.canonicalize(&mut self.command, 0) {
+        if !self.form.canonicalize(&mut self.command, 0) {
             return Verdict::Refused(Reason::NotFinite);
         }
         let GateConfiguration { bounds, time_to_live, .. } = &mut self.configuration;
@@ -170,7 +170,6 @@ impl Gate {
             mode,
             priority: LeasePriority::NONE,
             last_refusal: self.last_refusal,
-            reserved: 0,
         };
         if let Some(lease) = &self.lease {
             state.holder = lease.commander;

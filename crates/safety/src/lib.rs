@@ -34,16 +34,16 @@
 //! let mut gate = Gate::new(configuration);
 //! gate.arm()?;
 //!
-//! let forward = Wheels { left: 4.0, right: 40.0 };
-//! let back = Wheels { left: -2.0, right: -2.0 };
-//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&forward).bytes(), 0), Verdict::Limited);
-//! assert_eq!(gate.offer(BUMPER, Priority::Reflex, View::of(&back).bytes(), 0), Verdict::Passed);
+//! let mut forward = Wheels { left: 4.0, right: 40.0 };
+//! let mut back = Wheels { left: -2.0, right: -2.0 };
+//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&mut forward).bytes(), 0), Verdict::Limited);
+//! assert_eq!(gate.offer(BUMPER, Priority::Reflex, View::of(&mut back).bytes(), 0), Verdict::Passed);
 //! let leased = Reason::Leased { by: BUMPER, priority: Priority::Reflex };
-//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&forward).bytes(), 0), Verdict::Refused(leased));
-//! assert_eq!(gate.output(99 * MILLISECOND).command, View::of(&back).bytes());
+//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&mut forward).bytes(), 0), Verdict::Refused(leased));
+//! assert_eq!(gate.output(99 * MILLISECOND).command, View::of(&mut back).bytes());
 //!
 //! let late = gate.output(100 * MILLISECOND);
-//! assert_eq!(late.command, View::of(&Wheels::default()).bytes());
+//! assert_eq!(late.command, View::of(&mut Wheels::default()).bytes());
 //! assert_eq!(late.state.mode, GateMode::ARMED);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

@@ -88,6 +88,4 @@ pub struct GateState {
     pub priority: LeasePriority,
     /// Reason of the newest refusal; later success does not clear it.
     pub last_refusal: RefusalReason,
-    /// Not used.
-    pub reserved: u8,
 }

@@ -155,7 +155,7 @@ fn who_does_not_know_where_it_is_does_not_drive() {
 fn a_nan_scan_neither_starts_nor_ends_a_reflex() {
     let mut avoid = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
     let mut scan = SonarScan { range_max: 1.0, field_of_view: 0.5, ..SonarScan::default() };
-    let echo = slate::interfaces::Echo { range: f64::NAN, heard: true.into(), reserved: [0; 7] };
+    let echo = slate::interfaces::Echo { range: f64::NAN, heard: true.into() };
     scan.echoes = slate::module::Sequence::new(&[echo; 16]);
     scan.placements = slate::module::Sequence::new(&[slate::interfaces::SonarPlacement::default(); 16]);
     avoid.set("sonar", scan);

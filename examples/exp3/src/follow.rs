@@ -4,7 +4,6 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Course, Footprint, LOOKS, Sides};
 use slate_plugin::interfaces::{Point2, Pose2, Sightings, Twist2};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::knowledge::WheeledModel;
@@ -14,7 +13,7 @@ use slate_wheeled::tracks::Tracks;
 
 use crate::outlook::{Moving, Outlook};
 
-/// What the Plan notices, what it knows, and what it lets others know.
+/// Percepts, knowledge and outputs of the Plan.
 #[ports]
 pub struct FollowNoticing {
     leader: Noticed<Located>,
@@ -22,14 +21,14 @@ pub struct FollowNoticing {
     #[stale(after = "500ms")]
     robots: Input<Sightings>,
     /// The robot's body, from its knowledge.
-    robot: Input<WheeledModel>,
-    /// Where it wants to be now.
+    robot: Required<WheeledModel>,
+    /// Present goal.
     goal: Output<Point2>,
-    /// How it wants to move now.
+    /// Intended twist.
     motion: Output<Twist2>,
 }
 
-/// How it follows.
+/// Parameters of [`FollowPlanner`].
 #[params]
 pub struct FollowParams {
     #[param(default = 1.2, range = 0.1..=100.0, unit = "m", doc = "distance to keep from the leader")]
@@ -52,35 +51,35 @@ pub struct FollowParams {
     min_clearance: f64,
 }
 
-/// What the Plan remembers.
+/// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowMemory {
     /// Where the leader is in the world, or was when it was seen last.
     leader: Option<(f64, f64)>,
-    /// How it moved then, m/s.
+    /// Velocity then, m/s.
     velocity: [f64; 2],
     /// When it was seen last, seconds.
     seen: f64,
     others: Tracks,
     footprint: Option<Footprint>,
     motion: OwnMotion,
-    /// How it wants to move: forward (m/s) and turning (rad/s).
+    /// Intended twist: m/s and rad/s.
     wants: (f64, f64),
     /// When it looks ahead again, seconds.
     due: f64,
 }
 
-/// Nobody goes ahead who is this far from looking at the leader, radians.
+/// Bearing of the leader above which it does not drive forward, radians.
 const MISALIGNED: f64 = 0.8;
-/// A plan holds for so long unless it is made anew, seconds.
+/// Duration of a plan unless it is renewed, seconds.
 const HOLD: f64 = 0.5;
 /// Time between two looks ahead, seconds.
 const PERIOD: f64 = 0.1;
-/// So long it goes after whom it does not see any more, seconds.
+/// Time that a lost leader is followed, seconds.
 const PATIENCE: f64 = 30.0;
-/// Longer than this it is not seen who is hidden, seconds.
+/// Time without detection after which a robot counts as hidden, seconds.
 const GLANCE: f64 = 0.5;
-/// So long who is hidden is taken to go on as before, seconds.
+/// Time that a hidden robot is predicted at constant velocity, seconds.
 const GOES_ON: f64 = 2.0;
 /// A track this near to the leader is the leader's, metres.
 const SAME: f64 = 0.3;
@@ -90,7 +89,7 @@ const TURNS: [f64; 7] = [0.0, 0.2, -0.2, 0.5, -0.5, 1.0, -1.0];
 /// Motions that may come after.
 const LATER_SPEEDS: [f64; 4] = [0.0, 0.5, 1.0, -0.8];
 const LATER_TURNS: [f64; 5] = [0.0, 0.4, -0.4, 1.0, -1.0];
-/// What a change of motion costs: for each m/s, and for each rad/s.
+/// Cost of a change of twist, per m/s and per rad/s.
 const CHANGE: [f64; 2] = [0.05, 0.02];
 
 /// Who is slower than this (m/s) looks so much farther ahead, but no more than so many times.
@@ -166,12 +165,12 @@ impl Plan for FollowPlanner {
 }
 
 impl FollowMemory {
-    /// Takes in who is seen, and how the robot itself moves.
+    /// Updates from detections and from the robot's own motion.
     fn notice(&mut self, pose: Pose2, noticed: &FollowNoticing, time: f64) -> Twist2 {
         if noticed.robots.fresh().is_none() {
             // Where they were is nothing to go by.
             self.others = Tracks::default();
-        } else if let Some(robots) = noticed.robots.new() {
+        } else if let Some(robots) = noticed.robots.updated() {
             self.others.see(pose, robots, time);
         }
         if self.footprint.is_none() {
@@ -233,7 +232,7 @@ impl FollowMemory {
     }
 }
 
-/// By how far and how misaligned the leader is, whoever else there is.
+/// Follows by distance and bearing, without regard to other robots.
 fn law(pose: Pose2, leader: Point2, params: &FollowParams) -> Twist2 {
     let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
     let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));

@@ -9,9 +9,9 @@ pub mod patrol;
 use slate_plugin::mapek::PlanBlock;
 use slate_plugin::prelude::*;
 
-/// What the example is called.
+/// Name of the example.
 pub const NAME: &str = "exp3";
-/// What it shows.
+/// Summary of the example.
 pub const ABOUT: &str = "RoCS EXP3: a Pioneer visits the four corners, a Summit XL follows it";
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../exp3.toml");

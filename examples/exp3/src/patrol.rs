@@ -2,19 +2,18 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::analyzes::Surroundings;
 use slate_wheeled::journey::{Journey, must_change};
 
-/// What the Plan notices, and what it lets others know.
+/// Percepts and outputs of the Plan.
 #[ports]
 pub struct PatrolNoticing {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
-    /// Where it goes now.
+    /// Present goal.
     goal: Output<Point2>,
 }
 
@@ -38,14 +37,14 @@ pub struct PatrolParams {
 /// The order in which the authors' robot visits the corners: signs of x and y.
 const CORNERS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
 
-/// Who makes room goes to this part of the way from the origin to the corner, where no sonar at the corner hears it.
+/// Position to make room: fraction of the way from the origin to the corner, out of range of sonars at the corner.
 const ASIDE: f64 = 0.4;
-/// And tries again after so long, seconds.
+/// Time before the next attempt, seconds.
 const ROOM_TIME: f64 = 12.0;
 /// Less than this is not nearer, metres.
 const NEARER: f64 = 0.05;
 
-/// What the Plan remembers.
+/// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PatrolMemory {
     journey: Journey,

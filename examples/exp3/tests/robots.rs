@@ -77,7 +77,7 @@ fn wheels(planner: &Fixture<PlanBlock<FollowPlanner>>) -> Option<(f64, f64)> {
 }
 
 fn ahead(pose: Pose2, range: f64) -> Located {
-    Located { x: pose.x + range, y: pose.y, range, bearing: 0.0, seen: Bool::from(true), reserved: [0; 7] }
+    Located { x: pose.x + range, y: pose.y, range, bearing: 0.0, seen: Bool::from(true) }
 }
 
 /// What a follower plans that sees its leader so far ahead, beside another robot.

@@ -1,8 +1,7 @@
-//! How a scout explores.
+//! Exploration of a scout.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::Point2;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::Leg;
 
@@ -10,12 +9,12 @@ use crate::actions::{GoNear, SendToLook};
 use crate::atlas::Known;
 use crate::finder::Obstacle;
 
-/// What the Plan notices, and what other robots tell it.
+/// Percepts of the Plan, and messages of other robots.
 #[ports]
 pub struct Noticing {
-    /// What this robot found.
+    /// Finds of this robot.
     obstacle: Noticed<Obstacle>,
-    /// What the team knows.
+    /// Knowledge of the team.
     known: Noticed<Known>,
     /// Where another robot wants this one to look.
     orders: Inbox<Point2>,
@@ -34,16 +33,16 @@ pub struct ExplorerParams {
     linear_velocity: f64,
 }
 
-/// What the Plan remembers.
+/// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct Memory {
-    /// The corner of the square where it goes next.
+    /// Next corner of the square.
     corner: u8,
     /// Whether it knows of other robots.
     team: bool,
-    /// What it wants another robot to look at.
+    /// Find for another robot to inspect.
     worth: Option<(f64, f64)>,
-    /// Whether it has told another robot.
+    /// Whether another robot is informed.
     told: bool,
 }
 

@@ -1,8 +1,7 @@
-//! What the robot finds.
+//! Finds of the robot.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{FactTable, Statements};
 use slate_plugin::prelude::*;
 
@@ -18,18 +17,18 @@ pub struct Obstacle {
     pub y: f64,
 }
 
-/// Where the robot is and what it hears, and what it states.
+/// Pose, sonars, and statements.
 #[ports]
 pub struct Finding {
     range: Observed<SonarScan>,
     position: Observed<Position>,
     orientation: Observed<Orientation>,
-    /// What this robot found.
+    /// Finds of this robot.
     #[capacity(512)]
     found: Output<FactTable<Obstacle>>,
 }
 
-/// What counts.
+/// Parameters of the finder.
 #[params]
 pub struct FinderParams {
     #[param(default = 1.0, range = 0.0..=5.0, unit = "m", doc = "maximum range of a find")]
@@ -38,7 +37,7 @@ pub struct FinderParams {
     cell_size: f64,
 }
 
-/// States where obstacles are, and tells the Plan of new ones.
+/// States the positions of obstacles, and reports new ones to the Plan.
 pub struct Finder;
 
 impl Analyze for Finder {
@@ -56,7 +55,7 @@ impl Analyze for Finder {
         now: &Tick,
     ) -> Option<Obstacle> {
         let (position, orientation) = (observed.position.fresh()?, observed.orientation.fresh()?);
-        let scan = observed.range.new()?;
+        let scan = observed.range.updated()?;
         let mut new = None;
         for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
             if !echo.heard.get() || echo.range > params.max_range {

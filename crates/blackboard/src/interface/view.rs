@@ -1,6 +1,6 @@
 use serde::{Serialize, Serializer};
 
-use super::{Descriptor, Interface, Kind, Primitive, Value};
+use super::{Descriptor, Interface, Kind, Primitive, Value, clear_padding};
 
 /// A value of any interface, read through its descriptor.
 #[derive(Clone, Copy, Debug)]
@@ -20,11 +20,15 @@ impl<'a> View<'a> {
         (bytes.len() >= needed).then_some(Self { descriptor, bytes, items })
     }
 
-    /// A view of a typed value without a tail.
-    pub fn of<T: Interface>(value: &'a T) -> Self {
-        // SAFETY: an interface has no padding, so all its bytes are initialised.
-        let bytes =
-            unsafe { std::slice::from_raw_parts(std::ptr::from_ref(value).cast::<u8>(), size_of::<T>()) };
+    /// A view of a typed value without a tail, whose padding is zeroed.
+    pub fn of<T: Interface>(value: &'a mut T) -> Self {
+        let data = std::ptr::from_mut(value).cast::<u8>();
+        // SAFETY: the value is borrowed exclusively. Its fields are initialised, and so is its padding once it is zeroed:
+        // nothing writes the value as a whole while the view lasts.
+        let bytes = unsafe {
+            clear_padding(T::DESCRIPTOR, data, 0);
+            std::slice::from_raw_parts(data, size_of::<T>())
+        };
         Self { descriptor: T::DESCRIPTOR, bytes, items: 0 }
     }
 

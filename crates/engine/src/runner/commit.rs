@@ -67,9 +67,9 @@ impl Runner {
             if set && !slot.data.is_null() {
                 let items = slot.items.get().min(output.writer.capacity());
                 let bytes = output.writer.bytes(items);
-                // SAFETY: the draft is lent to this runner until it is published, and has room for those items.
-                let value = unsafe { std::slice::from_raw_parts_mut(slot.data, bytes) };
-                output.floats.canonicalize(value, items);
+                // SAFETY: the draft is lent to this runner until it is published, has room for those items, and holds a
+                // value of the interface.
+                let value = unsafe { output.form.canonical(slot.data, bytes, items) };
                 if let Some((actuator, commander)) = &output.actuator {
                     actuator.offer(*commander, priority(slot.priority.get()), value, now);
                 }
@@ -110,8 +110,12 @@ impl Runner {
                     outbox.note(None);
                     continue;
                 };
+                let data = outbox.memory[i].as_mut_ptr();
                 // SAFETY: the memory holds a value of that size, written by this step.
-                let value = unsafe { std::slice::from_raw_parts(outbox.memory[i].as_ptr(), outbox.size) };
+                let value = unsafe {
+                    outbox.form.clear_gaps(data, outbox.size, 0);
+                    std::slice::from_raw_parts(data, outbox.size)
+                };
                 if let Some(digest) = digest.as_deref_mut() {
                     digest.add(outbox.index, value);
                 }
@@ -254,7 +258,7 @@ impl Runner {
             let written = self.slots[input.slot as usize].stamp.time;
             input.age.set((input.seen != (0, 0)).then(|| now.saturating_sub(written)));
         }
-        let timing = ModuleTiming {
+        let mut timing = ModuleTiming {
             ticks: self.frame.number,
             period: measured.period,
             duration: measured.longest,
@@ -263,7 +267,7 @@ impl Runner {
         };
         *measured = Measured { written: now, period: measured.period, longest: 0, jitter: 0 };
         // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
-        let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
+        let _ = self.timing.write(View::of(&mut timing).bytes(), 0, now);
         self.show_process(now, false);
     }
 }

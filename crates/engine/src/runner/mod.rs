@@ -7,6 +7,7 @@ mod frozen;
 mod health;
 mod ports;
 mod prepare;
+mod requirements;
 mod retired;
 mod shadow;
 mod slots;
@@ -31,6 +32,7 @@ pub use conversion::{Conversion, ConvertedSource};
 pub use frozen::FrozenRunner;
 pub use health::{Health, count};
 pub use ports::{InboxPort, InputAge, InputPort, OutboxPort, OutputPort, QueueGauge, QueuePort};
+pub use requirements::{PortName, Requirements};
 pub use retired::{Patience, Retired, describe};
 pub use shadow::{Shadow, ShadowState};
 pub use slate_composition::own::{ModuleCondition, ModuleState, ModuleTiming};
@@ -161,6 +163,10 @@ pub struct Runner {
     pub log: Box<ModuleLog>,
     /// What the instance is made with, also anew after a panic.
     pub setup: OwnSetup,
+    /// The inputs without whose value it does not run.
+    pub requirements: Requirements,
+    /// What it waits for while its condition is `Waiting`.
+    pub waiting_for: PortName,
     /// How long its end is waited for.
     pub patience: Patience,
     /// Behind `frame.random`.
@@ -274,10 +280,18 @@ impl Runner {
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
         // Also while it is switched off, so that it keeps no service that nobody provides any more.
-        let served = !self.has_company || self.has_services();
+        let mut missing = if self.has_company { self.missing_service() } else { None };
+        if self.on && missing.is_none() && self.requirements.is_open() {
+            missing = self.missing_input();
+        }
         let condition = self.condition();
-        if !self.on || !served {
+        if !self.on || missing.is_some() {
             let rest = if self.on { ModuleCondition::WAITING } else { ModuleCondition::INACTIVE };
+            if let Some(port) = missing.filter(|port| *port != self.waiting_for) {
+                self.waiting_for = port;
+                // So that its state is told anew.
+                self.condition = self.condition.filter(|condition| *condition != ModuleCondition::WAITING);
+            }
             if condition.is_working() || condition == ModuleCondition::FAILED {
                 self.set_condition(rest, now);
                 self.publish_safe(now);
@@ -303,16 +317,33 @@ impl Runner {
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
     }
 
-    /// Whether all services of other modules that it needs are provided.
-    fn has_services(&mut self) -> bool {
-        let mut all = true;
+    /// The first service of another module that it needs and that is not provided.
+    fn missing_service(&mut self) -> Option<PortName> {
+        let mut missing = None;
         for aspect in &mut self.aspects {
             match aspect.table() {
                 Some(table) => self.slots[aspect.slot].data = table.cast_mut(),
-                None => all = false,
+                None => missing = missing.or(Some(aspect.name)),
             }
         }
-        all
+        missing
+    }
+
+    /// The first required input without a value.
+    fn missing_input(&mut self) -> Option<PortName> {
+        let missing = self.requirements.missing(&self.inputs, &self.readers)?;
+        if self.conversions.is_empty() {
+            return Some(missing);
+        }
+        // What links fill is else only written before the step that this one waits for.
+        let is_news = self.has_converted_news();
+        for group in &self.groups {
+            let sources = &mut self.sources[group.first_source as usize..group.end_source as usize];
+            sources.iter_mut().for_each(|source| _ = source.refresh());
+        }
+        self.convert();
+        self.rewired |= is_news;
+        self.requirements.missing(&self.inputs, &self.readers)
     }
 
     /// How the module is.
@@ -347,10 +378,18 @@ impl Runner {
         self.condition = Some(condition);
         self.is_steady = false;
         self.health.set(condition);
-        let state =
-            ModuleState { ticks: self.frame.number, panics: self.panics.into(), condition, reserved: [0; 7] };
+        let mut state = ModuleState {
+            ticks: self.frame.number,
+            panics: self.panics.into(),
+            condition,
+            waiting_for: if condition == ModuleCondition::WAITING {
+                self.waiting_for
+            } else {
+                PortName::default()
+            },
+        };
         // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
-        let _ = self.state.write(View::of(&state).bytes(), 0, now);
+        let _ = self.state.write(View::of(&mut state).bytes(), 0, now);
     }
 
     /// As [`create`](Runner::create), in a thread that is not waited for without end.

@@ -100,9 +100,9 @@ impl Runner {
         let Some(supervised) = &mut self.supervised else { return };
         if changed || now.saturating_sub(supervised.shown) >= SHOWING_PERIOD {
             supervised.shown = now;
-            let process = supervised.isolation.account.process(supervised.restarts);
+            let mut process = supervised.isolation.account.process(supervised.restarts);
             // Only a recorder in lockstep may hold a writer up; the next one comes soon.
-            let _ = supervised.process.write(View::of(&process).bytes(), 0, now);
+            let _ = supervised.process.write(View::of(&mut process).bytes(), 0, now);
         }
     }
 }

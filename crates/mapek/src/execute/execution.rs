@@ -257,7 +257,6 @@ impl<R: Repertoire> Execution<R> {
                 kind: entry.action.kind,
                 ending: *ending,
                 route: entry.route(),
-                reserved: [0; 6],
             };
             length += 1;
         }
@@ -276,7 +275,6 @@ impl<R: Repertoire> Execution<R> {
             normal: normal as u32,
             route: self.route(),
             replan: self.pipeline.wants_plan().into(),
-            reserved: [0; 6],
             running: self.pipeline.running().map(|entry| entry.action.kind).unwrap_or_default(),
             tree: self.tree(),
             ended: Sequence::new(&ended[..length]),

@@ -45,8 +45,6 @@ pub struct PlanOutcome {
     pub role: Text<28>,
     /// Whether it succeeded.
     pub success: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Additional ports of the Knowledge of a robot with strategies.
@@ -72,11 +70,11 @@ impl StrategyModel {
         // What is remembered is told also when nothing else comes.
         let (mut begins, mut changed) = (now.number() == 1, false);
         // Whoever gives roles may say the same again and again.
-        if let Some(role) = ports.role.new().filter(|role| role.name.as_str() != self.role()) {
+        if let Some(role) = ports.role.updated().filter(|role| role.name.as_str() != self.role()) {
             self.take_role(role.name.as_str());
             begins = true;
         }
-        if let Some(library) = ports.library.new() {
+        if let Some(library) = ports.library.updated() {
             for (index, plan) in library.plans.iter().enumerate() {
                 let (name, role) = (plan.name, plan.role);
                 if library.plans[..index].iter().any(|other| (other.name, other.role) == (name, role)) {
@@ -97,9 +95,10 @@ impl StrategyModel {
         }
         if begins {
             // Its value is all zero as long as there is none.
-            let best = self.best(&ports.library);
-            if best.is_none() {
-                warn_of_role(self.role(), &ports.library, now);
+            let library = ports.library.get();
+            let best = library.and_then(|library| self.best(library));
+            if let (None, Some(library)) = (best, library) {
+                warn_of_role(self.role(), library, now);
             }
             ports.strategy.set(best.map(StoredPlan::describe).unwrap_or_default());
         }

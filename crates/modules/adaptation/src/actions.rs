@@ -10,7 +10,6 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::module::Level;
 use slate_plugin::module::aspect::{Answer, Aspect, Settings};
 use slate_plugin::prelude::*;
@@ -42,8 +41,6 @@ pub struct Adaptation {
     pub alternative: Text<28>,
     /// Progress.
     pub progress: Progress,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Settings of the agent, and measurements of their effect.
@@ -51,7 +48,7 @@ pub struct Adaptation {
 pub struct Managed {
     settings: Aspect<Settings>,
     /// Alternatives to choose from.
-    alternatives: Input<Alternatives>,
+    alternatives: Required<Alternatives>,
     /// Scan that the robot's blocks use, of any sensor.
     #[stale(after = "300ms")]
     used: Input<SonarScan>,
@@ -72,7 +69,7 @@ impl Managed {
     fn report(&self, choice: Choice, progress: Progress, waited: f64, now: &Tick, what: fmt::Arguments<'_>) {
         let (decision, name) = (choice.decision as u64, self.alternatives.name(choice.number()));
         let alternative = Text::new(name);
-        self.adaptation.set(Adaptation { decision, alternative, progress, reserved: [0; 7] });
+        self.adaptation.set(Adaptation { decision, alternative, progress });
         let fields = [
             ("decision", decision.into()),
             ("alternative", name.into()),
@@ -153,7 +150,7 @@ const INVALID: f64 = 0.25;
 /// Tolerance of the speed, m/s: wheels and encoders are not exact.
 const TOLERANCE: f64 = 0.03;
 
-/// Waits for the effect: the sensor in use answers, and the robot is no faster than it shall be.
+/// Waits for the effect: the sensor in use measures, and the robot is not too fast.
 #[derive(Serialize, Deserialize)]
 pub struct Confirm {
     choice: Choice,
@@ -199,7 +196,7 @@ impl Action<Managed> for Confirm {
     }
 }
 
-/// Goes on with another alternative.
+/// Switches to another alternative.
 #[derive(Serialize, Deserialize)]
 pub struct SwitchTo {
     steps: InSequence<(Reconfigure, Confirm)>,
@@ -225,6 +222,6 @@ impl Action<Managed> for SwitchTo {
 }
 
 repertoire! {
-    /// What can be done about sensors that fail.
+    /// Actions on sensor failures.
     pub enum AdaptationActions for Managed as "adaptation_execute" { Reconfigure, Confirm, SwitchTo }
 }

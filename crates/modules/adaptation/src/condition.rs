@@ -1,7 +1,6 @@
 //! Failure and recovery of a sensor.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::module::Level;
 use slate_plugin::prelude::*;
 
@@ -31,8 +30,6 @@ pub struct SensorCondition {
     pub change: u64,
     /// New condition.
     pub condition: Condition,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Percept of a sensor's health.
@@ -84,7 +81,7 @@ impl Analyze for TellCondition {
         params: &ConditionParams,
         now: &Tick,
     ) -> Option<SensorCondition> {
-        let health = observed.health.new()?;
+        let health = observed.health.updated()?;
         let condition = if health.age > params.silent_timeout {
             Condition::SILENT
         } else if health.age > params.late_timeout {
@@ -121,6 +118,6 @@ impl Analyze for TellCondition {
             ];
             now.log_with(level, format_args!("change: {sensor} is {name}"), &fields);
         }
-        Some(SensorCondition { change: told.change, condition, reserved: [0; 7] })
+        Some(SensorCondition { change: told.change, condition })
     }
 }

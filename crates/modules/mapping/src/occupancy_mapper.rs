@@ -102,7 +102,7 @@ impl Module for OccupancyMapper {
                 }
             }
         }
-        if let (Some(scan), Some(pose)) = (io.scan.new(), io.pose.fresh()) {
+        if let (Some(scan), Some(pose)) = (io.scan.updated(), io.pose.fresh()) {
             let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
             let laser = Pose2 {
                 x: pose.x + params.mount_x * cosine - params.mount_y * sine,

@@ -127,7 +127,7 @@ fn distance((x, y): (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
 #[cfg(test)]
 pub(crate) fn stroke(mark: MapMark, width: f64, points: &[(f64, f64)]) -> MapStroke {
     let points: Vec<_> = points.iter().map(|(x, y)| Point2 { x: *x, y: *y }).collect();
-    MapStroke { width, mark, reserved: [0; 7], points: slate_module::Sequence::new(&points) }
+    MapStroke { width, mark, points: slate_module::Sequence::new(&points) }
 }
 
 #[cfg(test)]

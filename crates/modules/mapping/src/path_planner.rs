@@ -10,11 +10,11 @@ use crate::search::{BLOCKED, Search};
 #[ports]
 pub struct PathPlannerIo {
     /// Occupancy grid to plan on.
-    map: Input<OccupancyGrid>,
+    map: Required<OccupancyGrid>,
     /// Pose of the robot in the map frame.
-    pose: Input<Pose2>,
+    pose: Required<Pose2>,
     /// Goal in the map frame.
-    goal: Input<Point2>,
+    goal: Required<Point2>,
     /// Planned path; empty if the goal is unreachable.
     path: Output<Path>,
     /// Point on the path at the lookahead distance, or its end; the robot's position without a path.

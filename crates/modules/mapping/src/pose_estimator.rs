@@ -79,7 +79,7 @@ impl Module for PoseEstimator {
         let start = [params.start_x, params.start_y, params.start_theta];
         let filter = state.filter.get_or_insert_with(|| PoseFilter::new(start, params));
         let mut is_new = false;
-        if let Some(Odometry { pose: Pose2 { x, y, theta }, .. }) = io.odometry.new()
+        if let Some(Odometry { pose: Pose2 { x, y, theta }, .. }) = io.odometry.updated()
             && [x, y, theta].iter().all(|number| number.is_finite())
         {
             let pose = [*x, *y, *theta];
@@ -88,14 +88,14 @@ impl Module for PoseEstimator {
             }
             is_new = true;
         }
-        if let Some(position) = io.position.new() {
+        if let Some(position) = io.position.updated() {
             let variance = params.position_stddev * params.position_stddev;
             for (axis, measured) in [position.x, position.y].into_iter().enumerate() {
                 filter.update(axis, measured - filter.mean[axis], variance);
             }
             is_new = true;
         }
-        if let Some(orientation) = io.orientation.new() {
+        if let Some(orientation) = io.orientation.updated() {
             let variance = params.orientation_stddev * params.orientation_stddev;
             filter.update(2, math::angle_between(filter.mean[2], orientation.theta), variance);
             is_new = true;

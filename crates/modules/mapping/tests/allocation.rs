@@ -30,7 +30,7 @@ fn ticks_allocate_only_when_the_map_changes_its_size() {
         let mark = if cycle % 5 == 4 { MapMark::UNDO } else { MapMark::OCCUPIED };
         let (from, to) = (Point2 { x: -3.0, y: 0.1 * f64::from(cycle % 20) }, Point2 { x: 2.0, y: 1.0 });
         let points = Sequence::new(&[from, to]);
-        mapper.push("strokes", MapStroke { width: 0.2, mark, reserved: [0; 7], points });
+        mapper.push("strokes", MapStroke { width: 0.2, mark, points });
         let grid: Vec<i8> = {
             mapper.advance(1_000_000_000);
             mapper.tick();

@@ -186,12 +186,7 @@ fn strokes_override_measured_cells_until_they_are_undone() {
     for _ in 0..5 {
         scan(&mut mapper, wall);
     }
-    let stroke = |mark, points: &[Point2]| MapStroke {
-        width: 0.2,
-        mark,
-        reserved: [0; 7],
-        points: Sequence::new(points),
-    };
+    let stroke = |mark, points: &[Point2]| MapStroke { width: 0.2, mark, points: Sequence::new(points) };
     mapper
         .push("strokes", stroke(MapMark::OCCUPIED, &[Point2 { x: 1.0, y: -0.5 }, Point2 { x: 1.0, y: 0.5 }]));
     mapper.push("strokes", stroke(MapMark::FREE, &[Point2 { x: 2.0, y: 0.0 }]));

@@ -17,7 +17,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::WheelSpeeds;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::body::WheeledBody;

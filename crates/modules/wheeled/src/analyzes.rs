@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 /// Free space around the robot.
@@ -14,8 +13,6 @@ pub struct Surroundings {
     pub nearest: f64,
     /// Whether an obstacle is closer than the crowded distance.
     pub crowded: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Percept of the sonars.
@@ -50,14 +47,14 @@ impl Analyze for PassRange {
         params: &PassRangeParams,
         _: &Tick,
     ) -> Option<Surroundings> {
-        let scan = observed.range.new()?;
+        let scan = observed.range.updated()?;
         let heard = scan.echoes.iter().filter(|echo| echo.heard.get()).map(|echo| echo.range);
         let nearest = heard.fold(scan.range_max, math::min);
         let was = *crowded;
         let limit = if was == Some(true) { params.free_distance } else { params.crowded_distance };
         let is = nearest < limit;
         *crowded = Some(is);
-        (was != Some(is)).then(|| Surroundings { nearest, crowded: is.into(), reserved: [0; 7] })
+        (was != Some(is)).then(|| Surroundings { nearest, crowded: is.into() })
     }
 }
 
@@ -97,7 +94,7 @@ impl Analyze for PassPosition {
         params: &PassPositionParams,
         _: &Tick,
     ) -> Option<Position> {
-        let position = *observed.position.new()?;
+        let position = *observed.position.updated()?;
         let moved = told
             .last
             .is_none_or(|(x, y)| math::hypot(position.x - x, position.y - y) >= params.min_displacement);
@@ -138,7 +135,7 @@ impl Analyze for PassOrientation {
         params: &PassOrientationParams,
         _: &Tick,
     ) -> Option<Orientation> {
-        let orientation = *observed.orientation.new()?;
+        let orientation = *observed.orientation.updated()?;
         let turned =
             told.is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.min_rotation);
         turned.then(|| {

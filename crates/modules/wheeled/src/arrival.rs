@@ -43,7 +43,7 @@ impl Module for Arrival {
         if state.decided {
             return Outcome::Ok;
         }
-        let verdict = |state, reason: &str| Verdict { state, reserved: [0; 3], reason: Text::new(reason) };
+        let verdict = |state, reason: &str| Verdict { state, reason: Text::new(reason) };
         let (Some(position), Some(goal)) = (io.position.fresh(), io.goal.fresh()) else {
             // The mission begins with the first position estimate.
             let late = state.begun.is_some_and(|begun| now.seconds() - begun >= params.time_limit);

@@ -5,7 +5,6 @@ use slate_avoidance::{Avoider, Decision, Footprint, Other, Parameters};
 use slate_plugin::interfaces::{
     Echo, Orientation, Point2, Pose2, Position, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
 };
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
@@ -122,7 +121,7 @@ impl ReactiveModel for AvoidObstacleModel {
         }
         if let Some(robots) = sensors.robots.fresh() {
             // An older detection, transformed by the present pose, would move.
-            if sensors.robots.new().is_some() {
+            if sensors.robots.updated().is_some() {
                 others.see(pose, robots, now.seconds());
             }
             // Echoes of robots are no static obstacles.

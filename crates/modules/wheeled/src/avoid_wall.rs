@@ -2,7 +2,6 @@
 
 use slate_avoidance::{Rocs, RocsVariant};
 use slate_plugin::interfaces::SonarScan;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};

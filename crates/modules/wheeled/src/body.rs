@@ -25,7 +25,7 @@ pub struct Whereabouts {
     #[stale(after = "200ms")]
     orientation: Input<Orientation>,
     /// Robot model, from Knowledge.
-    robot: Input<WheeledModel>,
+    robot: Required<WheeledModel>,
 }
 
 impl Whereabouts {

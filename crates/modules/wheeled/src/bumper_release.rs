@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::Bumper;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{ReleaseBumper, Speeds};

@@ -3,7 +3,6 @@
 use slate_plugin::interfaces::{
     Echo, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
 };
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};

@@ -1,7 +1,6 @@
 //! Plan: straight to the goal, without regard to obstacles.
 
 use slate_plugin::interfaces::{Orientation, Point2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::analyzes::Surroundings;

@@ -5,7 +5,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{KeepWall, Speeds};

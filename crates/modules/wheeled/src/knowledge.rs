@@ -2,7 +2,6 @@
 
 use slate_avoidance::{Parameters, Sides};
 use slate_plugin::interfaces::{Chassis, Orientation, Point2, Pose2, Position, WheelSpeeds};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{Device, RobotModel};
 use slate_plugin::prelude::*;
 
@@ -76,9 +75,12 @@ impl Knowledge for WheeledKnowledge {
 
     fn update(_: &mut (), models: &WheeledModels, params: &WheeledKnowledgeParams, _: &Tick) {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
-        // Without a chassis the model is unknown.
-        let Some(chassis) = models.chassis.fresh() else { return };
-        let (position, orientation) = (&models.position, &models.orientation);
+        // Without a chassis and a pose the model is unknown.
+        let (Some(chassis), Some(position), Some(orientation)) =
+            (models.chassis.fresh(), models.position.get(), models.orientation.get())
+        else {
+            return;
+        };
         let device = |name: &str| Device { mount: Pose2::default(), name: Text::new(name) };
         models.robot.set(WheeledModel {
             robot: RobotModel {

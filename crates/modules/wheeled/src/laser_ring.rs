@@ -1,7 +1,6 @@
 //! Laser scanner as a ring of sonars, for blocks that read sonars.
 
 use slate_plugin::interfaces::{Echo, LaserScan, SonarPlacement, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 /// Laser scanner.
@@ -36,7 +35,7 @@ impl Sensor for LaserRing {
     type Value = SonarScan;
 
     fn get_data(_: &mut (), io: &Laser, params: &LaserRingParams, _: &Tick) -> Option<SonarScan> {
-        let scan = io.laser.new()?;
+        let scan = io.laser.updated()?;
         let beams = scan.ranges.len();
         if beams < SECTORS {
             return None;
@@ -52,7 +51,7 @@ impl Sensor for LaserRing {
             });
             let sees = nearest.is_nan() || nearest < scan.range_max;
             let range = if sees { nearest } else { scan.range_max };
-            *echo = Echo { range, heard: sees.into(), reserved: [0; 7] };
+            *echo = Echo { range, heard: sees.into() };
             let theta = params.mount_theta + scan.angle_min + width * (sector as f64 + 0.5);
             *placement = SonarPlacement { x: params.mount_x, y: params.mount_y, theta };
         }

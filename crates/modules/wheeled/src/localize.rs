@@ -4,7 +4,6 @@
 //! compass. They drift with the odometry.
 
 use slate_plugin::interfaces::{Odometry, Orientation, Pose2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 /// Wheel encoders.
@@ -84,7 +83,7 @@ impl Analyze for Localize {
         params: &LocalizeParams,
         _: &Tick,
     ) -> Option<Pose2> {
-        let pose = params.place(observed.odometry.new()?.pose);
+        let pose = params.place(observed.odometry.updated()?.pose);
         observed.position.set(Position { x: pose.x, y: pose.y, z: 0.0 });
         observed.orientation.set(Orientation { theta: pose.theta });
         let moved = told.is_none_or(|(x, y, theta)| {

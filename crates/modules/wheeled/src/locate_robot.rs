@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, Sightings};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::tracks::placed;
@@ -48,8 +47,6 @@ pub struct Located {
     pub bearing: f64,
     /// Whether it is detected; else the position is the last known one.
     pub seen: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Detections, and the pose of this robot.
@@ -101,17 +98,10 @@ impl Analyze for LocateRobot {
         // An older detection, transformed by the present pose, would move along with this robot.
         let seen = observed
             .robots
-            .new()
+            .updated()
             .and_then(|robots| robots.list.iter().find(|seen| seen.name.as_str() == params.robot.as_str()));
         let seen = seen.filter(|seen| seen.range.is_finite() && seen.bearing.is_finite());
-        let place = |x, y, range, bearing, seen: bool| Located {
-            x,
-            y,
-            range,
-            bearing,
-            seen: seen.into(),
-            reserved: [0; 7],
-        };
+        let place = |x, y, range, bearing, seen: bool| Located { x, y, range, bearing, seen: seen.into() };
         let pose = (observed.position.fresh(), observed.orientation.fresh());
         let (Some(sighting), (Some(position), Some(orientation))) = (seen, pose) else {
             let lost = told.is_seen && now.seconds() - told.seen_at > params.track_timeout;

@@ -1,7 +1,6 @@
 //! Monitors, one for each type of sensor.
 
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 /// Ring of sonars.

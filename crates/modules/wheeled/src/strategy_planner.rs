@@ -3,7 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{PlanDescription, PlanOutcome};
 use slate_plugin::prelude::*;
 
@@ -98,7 +97,6 @@ impl Plan for StrategyPlanner {
                 name: strategy.name,
                 role: strategy.role,
                 success: succeeded.into(),
-                reserved: [0; 7],
             });
             return;
         }

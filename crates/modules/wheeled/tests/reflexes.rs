@@ -91,7 +91,7 @@ fn scan(walls: &[((f64, f64), f64)]) -> SonarScan {
             (aside < 0.35).then_some(range)
         });
         let range = ranges.fold(1.0, math::min);
-        Echo { range, heard: Bool::from(range < 1.0), reserved: [0; 7] }
+        Echo { range, heard: Bool::from(range < 1.0) }
     };
     let echoes: Vec<_> = placements.iter().map(echo).collect();
     SonarScan {

@@ -37,13 +37,7 @@ fn role(name: &str) -> Role {
 }
 
 fn outcome(role: &str, name: &str, success: bool) -> PlanOutcome {
-    PlanOutcome {
-        seconds: 5.0,
-        name: Text::new(name),
-        role: Text::new(role),
-        success: success.into(),
-        reserved: [0; 7],
-    }
+    PlanOutcome { seconds: 5.0, name: Text::new(name), role: Text::new(role), success: success.into() }
 }
 
 type Knowing = Fixture<KnowledgeBlock<StrategicKnowledge>>;

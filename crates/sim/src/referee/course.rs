@@ -9,13 +9,13 @@ use crate::geometry::Point;
 use crate::scenario::Scenario;
 use crate::shortest_path::shortest_path;
 
-/// How a run went so far.
+/// Progress of a run.
 #[interface]
 pub struct Metrics {
     /// The way of the robot until it reached its last goal.
     #[unit("m")]
     pub path_length: f64,
-    /// The shortest way of a disc of half the robot's width among what does not move, from goal to goal.
+    /// Shortest path of a disc of the robot's half width among static bodies, from goal to goal.
     #[unit("m")]
     pub shortest_path: f64,
     /// The least distance to another body.
@@ -27,7 +27,7 @@ pub struct Metrics {
     pub collisions_caused: u64,
 }
 
-/// Whether the robot stays where it went.
+/// Whether the robot stays at its last goal.
 #[interface]
 pub struct Stay {
     /// When it reached its last goal.
@@ -41,15 +41,15 @@ pub struct Stay {
 struct Io {
     /// Where the robot really is.
     truth: Input<Pose2>,
-    /// How far the nearest other body really is.
+    /// True clearance.
     clearance: Input<Clearance>,
     /// All contacts.
     contacts: Queue<Contacts>,
     /// How the mission stands.
     verdict: Output<Verdict>,
-    /// How the run went so far.
+    /// Progress of the run.
     metrics: Output<Metrics>,
-    /// Whether the robot stays where it went, if it shall.
+    /// Whether the robot stays at its last goal, if required.
     stay: Output<Stay>,
 }
 
@@ -83,7 +83,7 @@ pub struct Referee {
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Course {
     conduct: Conduct,
-    /// How many goals it has reached.
+    /// Number of reached goals.
     reached: u64,
     /// When it reached the last one, seconds.
     arrived: Option<f64>,

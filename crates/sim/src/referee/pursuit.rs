@@ -7,10 +7,10 @@ use super::conduct::Conduct;
 use super::verdict;
 use crate::scenario::Scenario;
 
-/// How a robot follows another so far.
+/// Performance of a following robot so far.
 #[interface]
 pub struct Pursuit {
-    /// The share of the time in which the gap was as it shall be, since it first was so.
+    /// Fraction of the time with a gap within its limits, since the first time within.
     pub gap_in_band: f64,
     /// When that was.
     #[unit("s")]
@@ -21,7 +21,7 @@ pub struct Pursuit {
     /// The least gap.
     #[unit("m")]
     pub minimum_gap: f64,
-    /// The greatest gap since it first was as it shall be.
+    /// Maximum gap since the first time within its limits.
     #[unit("m")]
     pub maximum_gap: f64,
     /// The way of the follower.
@@ -42,7 +42,7 @@ pub struct PursuitIo {
     leader: Input<Pose2>,
     /// Where the follower really is.
     follower: Input<Pose2>,
-    /// How far the nearest other body really is from the follower.
+    /// True clearance of the follower.
     clearance: Input<Clearance>,
     /// All contacts.
     contacts: Queue<Contacts>,
@@ -50,7 +50,7 @@ pub struct PursuitIo {
     course: Input<Verdict>,
     /// How the mission stands.
     verdict: Output<Verdict>,
-    /// How the run went so far.
+    /// Progress of the run.
     metrics: Output<Pursuit>,
 }
 
@@ -66,11 +66,11 @@ pub struct PursuitParams {
     min_fraction: f64,
 }
 
-/// What the judge has seen.
+/// State of the referee.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct PursuitCourse {
     conduct: Conduct,
-    /// When the gap first was as it shall be, seconds.
+    /// First time of a gap within its limits, seconds.
     since: Option<f64>,
     /// Cycles since then, and those in which it was so.
     cycles: (u64, u64),

@@ -1,23 +1,28 @@
-use super::{Descriptor, Kind, Primitive};
+use super::{Descriptor, Kind, Primitive, padding};
 
-/// Where an interface holds floating-point numbers, so that a commit can check and canonicalise them quickly.
+/// The places of an interface where equal values may have different bytes, found once so that a commit is quick.
+///
+/// These are floating-point numbers, as the bits of a NaN differ between builds and machines, and padding.
 #[derive(Clone, Debug, Default)]
 #[repr(C)]
-pub struct FloatMap {
-    /// Where the number is if there is one alone, of 64 bits. First, as then nothing else is looked at.
+pub struct CanonicalForm {
+    /// Where the number is if there is one alone, of 64 bits, and no padding. First, as then nothing else is looked at.
     only: Option<usize>,
     singles: Vec<usize>,
     doubles: Vec<usize>,
-    tail: Option<(usize, usize, Box<FloatMap>)>,
+    /// Offset and length of each gap between fields.
+    gaps: Vec<(usize, usize)>,
+    tail: Option<(usize, usize, Box<CanonicalForm>)>,
 }
 
-impl FloatMap {
-    /// The numbers of that interface.
+impl CanonicalForm {
+    /// The form of that interface.
     pub fn new(descriptor: &Descriptor) -> Self {
         let mut map = Self::default();
         map.add(descriptor, 0);
+        padding::for_each_gap(descriptor, 0, &mut |offset, length| map.gaps.push((offset, length)));
         map.only = match (&*map.doubles, &*map.singles, &map.tail) {
-            ([offset], [], None) => Some(*offset),
+            ([offset], [], None) if map.gaps.is_empty() => Some(*offset),
             _ => None,
         };
         map
@@ -44,7 +49,8 @@ impl FloatMap {
             Kind::Tail(item) => {
                 let mut inner = Self::default();
                 inner.add_kind(item, 0);
-                if !inner.singles.is_empty() || !inner.doubles.is_empty() {
+                padding::of_kind(item, 0, &mut |offset, length| inner.gaps.push((offset, length)));
+                if !inner.singles.is_empty() || !inner.doubles.is_empty() || !inner.gaps.is_empty() {
                     self.tail = Some((offset, item.size(), Box::new(inner)));
                 }
             }
@@ -52,9 +58,9 @@ impl FloatMap {
         }
     }
 
-    /// Gives every not-a-number the one canonical bit pattern and says whether all numbers are finite.
+    /// Gives every not-a-number the one canonical bit pattern, zeros padding, and says whether all numbers are finite.
     ///
-    /// The bits of a NaN differ between builds and machines, so they must not reach a reader or a digest.
+    /// So neither the bits of a NaN nor those of padding reach a reader or a digest.
     #[inline]
     pub fn canonicalize(&self, bytes: &mut [u8], items: usize) -> bool {
         // Of what modules write most is a number, and is one.
@@ -67,8 +73,49 @@ impl FloatMap {
         self.canonicalize_all(bytes, items)
     }
 
+    /// As [`canonicalize`](Self::canonicalize), of a value that was written by its type, so that its padding may be
+    /// uninitialised: lends its bytes.
+    ///
+    /// # Safety
+    /// `data` is valid for `length` bytes, which hold a value of that interface with `items` tail items whose fields are
+    /// initialised, and nobody else uses them during `'a`.
+    #[inline]
+    pub unsafe fn canonical<'a>(&self, data: *mut u8, length: usize, items: usize) -> &'a mut [u8] {
+        if self.only.is_none() {
+            // SAFETY: passed on to the caller.
+            unsafe { self.clear_gaps(data, length, items) };
+        }
+        // SAFETY: passed on to the caller; all bytes are initialised by now.
+        let bytes = unsafe { std::slice::from_raw_parts_mut(data, length) };
+        self.canonicalize(bytes, items);
+        bytes
+    }
+
+    /// Zeros the padding of a value, which may be uninitialised.
+    ///
+    /// # Safety
+    /// As for [`canonical`](Self::canonical).
+    pub unsafe fn clear_gaps(&self, data: *mut u8, length: usize, items: usize) {
+        for &(offset, size) in self.gaps.iter().filter(|(offset, size)| offset + size <= length) {
+            // SAFETY: the gap lies in the value.
+            unsafe { data.add(offset).write_bytes(0, size) };
+        }
+        if let Some((start, size, inner)) = self.tail.as_ref().filter(|(_, _, inner)| !inner.gaps.is_empty())
+        {
+            for i in (0..items).take_while(|i| start + (i + 1) * size <= length) {
+                // SAFETY: the item lies in the value.
+                unsafe { inner.clear_gaps(data.add(start + i * size), *size, 0) };
+            }
+        }
+    }
+
     fn canonicalize_all(&self, bytes: &mut [u8], items: usize) -> bool {
         let mut finite = true;
+        for &(offset, size) in &self.gaps {
+            if let Some(gap) = bytes.get_mut(offset..offset + size) {
+                gap.fill(0);
+            }
+        }
         for &offset in &self.doubles {
             let Some(slot) = bytes.get_mut(offset..offset + 8) else { continue };
             let number =
