@@ -2,7 +2,7 @@
 #![cfg(not(any(loom, feature = "shuttle")))]
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod sample;
+use crate::sample;
 
 use std::sync::Arc;
 
@@ -108,6 +108,18 @@ fn an_unknown_path_names_the_nearest() {
     assert!(near.iter().all(|near| near.starts_with("drive/")) && !near.is_empty(), "{near:?}");
     assert_eq!(nearest_names("gain", ["grain", "gains", "speed", "again", "pain"].into_iter()).len(), 3);
     assert_eq!(nearest_names("gain", ["main", "gain"].into_iter()), ["gain", "main"], "the best comes first");
+}
+
+#[test]
+fn a_former_name_leads_to_the_present_one() {
+    let parameters = ["robot_radius", "inflation_margin", "bertha"];
+    assert_eq!(nearest_names("berth", parameters.into_iter()), ["inflation_margin"]);
+    assert_eq!(nearest_names("berth", ["bertha"].into_iter()), ["bertha"], "of another module");
+    let ports = ["r2/pose_estimator/initial_pose", "r2/pose_estimator/pose"];
+    assert_eq!(
+        nearest_names("r2/pose_estimator/place", ports.into_iter()),
+        ["r2/pose_estimator/initial_pose"]
+    );
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! How subscriptions are served: when values are sent, how large ones travel, and how they are made smaller.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
 
 use std::sync::Arc;
 
@@ -83,7 +83,7 @@ fn served(options: Options) -> Vec<u64> {
     let mut reader = line.reader("out/number");
     let mut times = Vec::new();
     for value in 1..=100 {
-        writer.write(View::of(&Number { value }).bytes(), 0, line.now).unwrap();
+        writer.write(View::of(&mut Number { value }).bytes(), 0, line.now).unwrap();
         line.run(MILLISECOND, 0);
         times.extend(numbers(&mut reader).iter().map(|_| value));
     }

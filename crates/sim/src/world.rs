@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use slate_module::math::{cos, sin};
+use slate_worlds::WORLDS;
 
 pub use crate::error::DescriptionError;
 use crate::error::{Step, text_of};
@@ -11,11 +12,11 @@ use crate::geometry::{Point, Polygon};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct World {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// The area that is shown.
     pub bounds: Bounds,
-    /// What stands in it.
+    /// Static bodies.
     #[serde(default)]
     pub bodies: Vec<Body>,
 }
@@ -33,15 +34,12 @@ pub struct Bounds {
 /// A circle has that many corners: they are on it, and the middle of a side is 0.5 % of the radius inside.
 const CIRCLE_CORNERS: usize = 32;
 
-/// The worlds that come with the simulator.
-const WORLDS: [(&str, &str); 1] = [("rocs_arena", include_str!("../../../worlds/rocs_arena.toml"))];
-
 /// Something that does not move: a rectangle by `center`, `size` and `theta`, a circle by `center` and `radius`, or a
 /// convex polygon by `points`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Centre of a rectangle or circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -85,7 +83,7 @@ impl Body {
         }
     }
 
-    /// Its outline; nothing when it is not described as one of the three shapes.
+    /// Returns the outline; `None` without one of the three shapes.
     pub fn polygon(&self) -> Option<Polygon> {
         let polygon = match (self.center, self.size, self.radius, self.points.is_empty()) {
             (Some([x, y]), Some([width, height]), None, true) if width > 0.0 && height > 0.0 => {

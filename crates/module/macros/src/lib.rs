@@ -32,7 +32,7 @@ pub fn params(_: TokenStream, item: TokenStream) -> TokenStream {
 
 /// Makes a struct the ports of a module.
 ///
-/// Fields are ports such as `Input<T>`, `Queue<T>`, `Output<T>`, `Debug<T>`, `Command<T>`, `Inbox<T>`, `Outbox<T>`.
+/// Fields are ports such as `Required<T>`, `Input<T>`, `Queue<T>`, `Output<T>`, `Debug<T>`, `Command<T>`, `Inbox<T>`, `Outbox<T>`.
 /// `#[stale(after = "200ms")]` on an input, `#[safe(value)]` on an output, `#[capacity(n)]` for the tail of a big
 /// payload, `#[window(n)]` for the values of a tick on a queue, an inbox or an outbox.
 #[proc_macro_attribute]
@@ -61,9 +61,10 @@ fn root() -> Tokens {
         };
         return quote!(::#name);
     }
-    for facade in ["slate-plugin", "slate"] {
+    for facade in ["slate-plugin", "slate-robotics"] {
         if let Ok(FoundCrate::Name(name)) = crate_name(facade) {
-            let name = path(&name);
+            // A dependency without a name of its own is used by the name of its library.
+            let name = path(if name == "slate_robotics" { "slate" } else { &name });
             return quote!(::#name::module);
         }
     }

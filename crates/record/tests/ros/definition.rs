@@ -2,7 +2,7 @@ use slate_interfaces::{Image, Odometry};
 use slate_module::blackboard::interface::Interface;
 use slate_record::ros::{Schema, definition, definition_named};
 
-use crate::interfaces::{ODD, all, value};
+use crate::ros::interfaces::{ODD, all, value};
 
 #[test]
 fn documentation_units_and_constants_are_in_the_definition() {
@@ -23,8 +23,6 @@ fn documentation_units_and_constants_are_in_the_definition() {
          # A byte each of red, green and blue.\n\
          uint8 FORMAT_RGB8=1\n\
          uint8 format\n\
-         # Not used.\n\
-         uint8[3] reserved\n\
          # The rows, from the top; pixels from the left.\n\
          uint8[] data\n"
     );

@@ -1,21 +1,19 @@
 //! An agent: one process with one blackboard and a name.
 
 mod build;
-mod catalogue;
 mod changes;
 mod composer;
 mod composition;
 mod consent;
 mod deepening;
+mod logging;
 mod looping;
 mod memory;
-mod parameters;
 mod playing;
 mod relinking;
 mod settings;
 mod sharing;
 mod snapshot;
-mod survey;
 mod unlinked;
 
 use std::collections::BTreeMap;
@@ -33,7 +31,7 @@ use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Arenas;
-use crate::log::{self, LogTarget, Logger};
+use crate::log::{LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
@@ -41,7 +39,6 @@ use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
-use catalogue::Catalogue;
 pub(crate) use composer::Property;
 pub use composer::{
     Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError,
@@ -50,10 +47,10 @@ pub use composer::{
 use composition::Composition;
 pub use looping::SystemClock;
 use memory::Memories;
-pub(crate) use parameters::enabled_descriptor;
 use settings::Settings;
 pub(crate) use sharing::Readers;
 use sharing::Remotes;
+use slate_composition::Catalogue;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -182,7 +179,7 @@ impl Agent {
         let plays = options.playback.is_some();
         let driven = configuration.time_source().is_some() || options.time_source.is_some() || plays;
         let lockstep = driven && options.mode == Mode::Staged;
-        let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
+        let logger = Arc::new(Logger::new(logging::settings(configuration, lockstep), options.log)?);
         let clock = Arc::new(Clock::new(driven, options.calendar));
         // What is measured in lockstep is no reason to wait.
         let minimum = if lockstep { 0 } else { configuration.minimum().map_or(0, |minimum| minimum.value) };
@@ -203,7 +200,6 @@ impl Agent {
             workers: Workers::start(options.workers, options.always_help)?,
             pace: Pace::new(options.rate, minimum),
             time_source: options.time_source,
-            recording: options.recording,
         }));
         let hang = Duration::from_nanos(configuration.hang().value);
         let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
@@ -246,6 +242,8 @@ impl Agent {
                 shares: options.sharing.is_some(),
                 carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
                 has_jpeg: options.sharing.as_ref().is_some_and(|sharing| sharing.has_jpeg()),
+                services: crate::aspects::services().collect(),
+                describe: crate::runner::describe,
                 ..Catalogue::default()
             },
             ground,
@@ -267,11 +265,11 @@ impl Agent {
             watch: None,
             playback: None,
         };
-        let composer = Composer::new(Arc::clone(&shared), composition);
+        let composer = Composer::new(Arc::clone(&shared), composition, options.recording);
         control.connect(composer.downgrade());
         changes.connect(composer.downgrade());
         shared.change_with(changes);
-        shared.logger.show(&shared.board)?;
+        logging::show(&shared.logger, &shared.board)?;
         let restored = composer.start(plugins, &states).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
@@ -282,7 +280,7 @@ impl Agent {
             playing::begin(playback, &played, configuration, &composer, &shared)?;
         }
         // Only now, as a configuration that is refused leaves no file behind.
-        shared.logger.configure(configuration)?;
+        logging::configure(&shared.logger, configuration)?;
         if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
             composer.composition().watch = Some(Arc::clone(&watch));
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));

@@ -7,13 +7,14 @@
     reason = "a test that fails panics, and some wait for threads on the wall clock"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod conversion;
 mod lateness;
 mod model;
+mod padding;
 mod queues;
 mod relinking;
+mod required;
 mod support;
 mod threads;
 mod wants;

@@ -13,7 +13,7 @@ use slate_share::session::{Answer, Compression, Options};
 use crate::agents::{Agent, Blob, Folder, Number, add, clock, output, wait_for, write};
 
 fn folder() -> Folder {
-    crate::folder(module_path!())
+    super::folder(module_path!())
 }
 
 /// Two agents, of which `arm` dials `base`.
@@ -82,7 +82,7 @@ fn a_queue_comes_whole_and_in_order() {
 
 #[test]
 fn what_a_queue_has_lost_is_told_to_its_readers() {
-    let folder = crate::folder(module_path!());
+    let folder = super::folder(module_path!());
     let (base, arm) = pair(&folder);
     let mut writer = output(&base.board, "scan/points", 16);
     let want = Want::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);
@@ -198,8 +198,8 @@ fn a_message_to_another_agent_is_answered() {
     let mut receiver = mailbox.receiver().unwrap();
     let limit = Duration::from_secs(20);
     let send = |path: &str, schema: u64, value: u64| {
-        let number = Number { value };
-        arm.peers.send("base", path, schema, 0, View::of(&number).bytes()).unwrap()
+        let mut number = Number { value };
+        arm.peers.send("base", path, schema, 0, View::of(&mut number).bytes()).unwrap()
     };
     let hash = Number::DESCRIPTOR.hash;
     let (first, second) = (send("drive/commands", hash, 1), send("drive/commands", hash, 2));

@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Chassis, Point2};
 use slate_module::{Sequence, Text};
+use slate_robots::ROBOTS;
 
 use crate::error::{DescriptionError, Step, text_of};
 use crate::geometry::{Point, Polygon};
@@ -19,25 +20,19 @@ pub use laser::LaserDescription;
 pub use robot_sensor::RobotSensorDescription;
 pub use sonar::SonarDescription;
 
-/// The robots that come with the simulator.
-const ROBOTS: [(&str, &str); 2] = [
-    ("pioneer_p3dx", include_str!("../../../../robots/pioneer_p3dx.toml")),
-    ("summit_xl", include_str!("../../../../robots/summit_xl.toml")),
-];
-
 /// A type of robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotDescription {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Kilograms.
     pub mass: f64,
     /// Corners of the convex body, in metres from the middle between the wheels; either way round.
     pub footprint: Vec<[f64; 2]>,
-    /// How it moves.
+    /// Drive.
     pub drive: DriveDescription,
-    /// How far it is from ideal.
+    /// Imperfections.
     pub noise: NoiseDescription,
     /// Profiles of its sonars, by name.
     #[serde(default)]
@@ -53,13 +48,13 @@ pub struct RobotDescription {
     pub bumper: Option<BumperDescription>,
 }
 
-/// Switches around the body that feel what presses on it: one for its front, one for its back.
+/// Bumpers around the body: front and back.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BumperDescription {
-    /// The front feels what touches the body at this x or before it, metres.
+    /// Least x of contacts of the front bumper, metres.
     pub front: f64,
-    /// The back feels what touches the body at this x or behind it, metres.
+    /// Greatest x of contacts of the back bumper, metres.
     pub back: f64,
 }
 

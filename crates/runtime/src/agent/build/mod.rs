@@ -22,7 +22,6 @@ use slate_module::{Direction, PortDescription, Trigger};
 use slate_safety::StopLatch;
 
 use super::Mode;
-use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire, needs};
 use crate::actuators::Actuator;
 use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
@@ -31,6 +30,7 @@ use crate::log::Logger;
 use crate::runner::{Health, InputAge, Patience, QueueGauge, Runner};
 pub(super) use deepening::deepening;
 pub(super) use rewiring::{Rewiring, rewire};
+use slate_composition::{Complaints, Joint, Survey, Surveyed, Target, Wire, needs};
 
 /// Reader handles for tools, and for modules that come later.
 const SPARE_READERS: u16 = 16;
@@ -92,7 +92,7 @@ impl Ground {
     /// The post of a module of that name.
     pub fn post(&mut self, module: &str) -> Post {
         let post = self.posts.entry(module.into()).or_insert_with(|| Post {
-            health: Arc::new(Health::new()),
+            health: Arc::new(Health::default()),
             commit: CommitWord::new(),
             wake: Arc::new(Wake::new()),
         });

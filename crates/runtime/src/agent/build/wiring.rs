@@ -11,14 +11,14 @@ use slate_module::{Direction, PortDescription, Trigger};
 
 use super::Builder;
 use super::new_writer;
-use crate::agent::survey::{Joint, Target, Way, Wire};
 use crate::configuration::LinkPolicy;
-use crate::link::{Place, Program};
-use crate::mistake::Mistake;
 use crate::runner::{
     Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring,
     SourceWiring, Wiring,
 };
+use slate_composition::link::{Place, Program};
+use slate_composition::{Joint, Target, Way, Wire};
+use slate_configuration::Mistake;
 
 /// Something that a module reads.
 struct Read<'s, 'a> {
@@ -181,6 +181,7 @@ impl Builder<'_, '_> {
                         },
                         triggers,
                         wakes: triggers && !early,
+                        is_early: early,
                         writer: post.map(|post| post.health),
                         seen: (0, 0),
                         missed: 0,
@@ -283,6 +284,7 @@ impl Builder<'_, '_> {
             wire,
             property,
             writer,
+            is_set,
             value: memory,
             bytes: value.len(),
             items,

@@ -1,0 +1,172 @@
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use slate_module::Level;
+
+use super::LogCounts;
+use super::buffer::{Nothing, Receiver};
+use super::repeat::{Repeats, WINDOW};
+use super::source::{Line, Message, Source};
+use super::tail::Tail;
+use super::{Counts, LogTarget, Record};
+
+/// How long the thread waits for a line before it looks after the targets, if one of them has something left to do.
+const SOON: Duration = Duration::from_millis(20);
+
+/// The same if none has: the window in which repetitions are counted, so that on the wall clock they are summed up
+/// when it is over.
+const LATER: Duration = Duration::from_nanos(WINDOW);
+
+/// The thread that writes to the targets.
+pub(super) struct Thread {
+    output: Output,
+    repeats: Repeats,
+    counts: Arc<Counts>,
+    lockstep: bool,
+    /// The modules that have logged, to ask them for lines dropped since.
+    sources: BTreeMap<Arc<str>, Arc<Source>>,
+    /// The time of the newest line, nanoseconds.
+    time: u64,
+}
+
+impl Thread {
+    pub fn new(
+        targets: Vec<Box<dyn LogTarget>>,
+        repeats: Repeats,
+        counts: Arc<Counts>,
+        lockstep: bool,
+    ) -> Self {
+        let output = Output { targets, tail: None, written: 0 };
+        Self { output, repeats, counts, lockstep, sources: BTreeMap::new(), time: 0 }
+    }
+
+    /// Takes what comes until nobody can send any more.
+    pub fn run(mut self, messages: &Receiver) {
+        let mut quiet = Duration::ZERO;
+        let mut busy = false;
+        loop {
+            let patience = if busy { SOON } else { LATER };
+            match messages.receive(patience) {
+                Ok(message) => {
+                    quiet = Duration::ZERO;
+                    busy = true;
+                    self.take(message);
+                    self.counts.written.fetch_add(1, Ordering::Release);
+                }
+                Err(Nothing::Yet) => {
+                    busy = self.output.idle();
+                    quiet += patience;
+                    // In lockstep the wall clock must not decide where a line stands.
+                    if quiet >= LATER && !self.lockstep {
+                        quiet = Duration::ZERO;
+                        self.settle();
+                    }
+                }
+                Err(Nothing::Ever) => break,
+            }
+        }
+        self.settle();
+    }
+
+    fn take(&mut self, message: Message) {
+        match message {
+            Message::Line(line) => self.line(line),
+            Message::Target(target) => self.output.targets.push(target),
+            Message::Tail(tail) => self.output.tail = Some(tail),
+            Message::Settle => self.settle(),
+        }
+        self.count();
+    }
+
+    fn line(&mut self, line: Line) {
+        let (source, record) = line.into_record(&self.counts);
+        self.time = self.time.max(record.time);
+        if !self.sources.contains_key(&source.name) {
+            self.sources.insert(Arc::clone(&source.name), source);
+        }
+        self.repeats.pass(record, &mut |record| self.output.write(record));
+    }
+
+    /// Writes what would come with the next lines.
+    fn settle(&mut self) {
+        self.repeats.settle(&mut |record| self.output.write(record));
+        for source in self.sources.values() {
+            let dropped = source.take_untold();
+            if dropped > 0 {
+                let text = "lines of the log were dropped, as its targets are too slow";
+                let record = Record { dropped, ..Record::new(self.time, Level::Warn, &source.name, text) };
+                self.output.write(&record);
+            }
+        }
+        self.count();
+    }
+
+    fn count(&mut self) {
+        let dropped = self.counts.dropped.load(Ordering::Relaxed);
+        let counts = LogCounts { written: self.output.written, dropped, suppressed: self.repeats.suppressed };
+        if let Some(tail) = &mut self.output.tail {
+            tail.count(counts, self.time);
+        }
+    }
+}
+
+/// Where records go.
+struct Output {
+    targets: Vec<Box<dyn LogTarget>>,
+    tail: Option<Box<Tail>>,
+    written: u64,
+}
+
+impl Output {
+    fn write(&mut self, record: &Record) {
+        self.pass_on(record);
+        let mut complaints = Vec::new();
+        self.each(&mut |target| complaints.extend(target.complaint()));
+        for text in complaints {
+            self.complain(record.time, &text);
+        }
+    }
+
+    fn complain(&mut self, time: u64, text: &str) {
+        if self.targets.len() < 2 {
+            // Nobody else would say it.
+            say(text);
+        }
+        self.pass_on(&Record::new(time, Level::Warn, &Arc::from("agent"), text));
+    }
+
+    fn pass_on(&mut self, record: &Record) {
+        self.written += 1;
+        if let Some(tail) = &mut self.tail {
+            tail.write(record);
+        }
+        let lost = self.each(&mut |target| target.write(record));
+        for _ in 0..lost {
+            self.complain(record.time, "a target of the log panicked and gets no more lines");
+        }
+    }
+
+    /// Whether a target has something left to do.
+    fn idle(&mut self) -> bool {
+        let mut busy = false;
+        self.each(&mut |target| busy |= target.idle());
+        busy
+    }
+
+    /// Calls all targets. A target of the application that panics must not take the others with it: it is removed.
+    /// Returns how many that were.
+    fn each(&mut self, call: &mut dyn FnMut(&mut dyn LogTarget)) -> usize {
+        let before = self.targets.len();
+        self.targets.retain_mut(|target| catch_unwind(AssertUnwindSafe(|| call(target.as_mut()))).is_ok());
+        before - self.targets.len()
+    }
+}
+
+/// Writes to standard error, if there is one.
+fn say(text: &str) {
+    use std::io::Write;
+    let _ = writeln!(std::io::stderr(), "{text}");
+}

@@ -1,0 +1,61 @@
+use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
+
+use slate_composition::own::ModuleCondition;
+
+use crate::timing::LiveHistogram;
+
+/// How a module is, as the host sees it.
+#[derive(Debug)]
+pub struct Health {
+    condition: AtomicU8,
+    /// Ticks that took longer than the deadline, or came too late.
+    pub misses: AtomicU64,
+    /// Panics caught.
+    pub panics: AtomicU64,
+    /// Wall-clock nanoseconds of all ticks that were timed.
+    pub histogram: LiveHistogram,
+}
+
+impl Default for Health {
+    /// Of a module that is not loaded.
+    fn default() -> Self {
+        Self {
+            condition: AtomicU8::new(ModuleCondition::UNLOADED.0),
+            misses: AtomicU64::new(0),
+            panics: AtomicU64::new(0),
+            histogram: LiveHistogram::default(),
+        }
+    }
+}
+
+impl Health {
+    /// A module begins, with everything at zero.
+    pub fn begin(&self) {
+        for counter in [&self.misses, &self.panics] {
+            counter.store(0, Ordering::Relaxed);
+        }
+        self.histogram.clear();
+        self.set(ModuleCondition::WORKING);
+    }
+
+    /// The condition.
+    pub fn condition(&self) -> ModuleCondition {
+        ModuleCondition(self.condition.load(Ordering::Relaxed))
+    }
+
+    /// Whether its outputs are what the module means.
+    #[inline]
+    pub fn is_working(&self) -> bool {
+        self.condition().is_working()
+    }
+
+    /// Sets the condition.
+    pub fn set(&self, condition: ModuleCondition) {
+        self.condition.store(condition.0, Ordering::Relaxed);
+    }
+}
+
+/// Adds one to a counter that only one thread at a time writes: cheaper than a read-modify-write.
+pub fn count(counter: &AtomicU64) {
+    counter.store(counter.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+}

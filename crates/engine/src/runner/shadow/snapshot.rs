@@ -1,0 +1,184 @@
+//! What a step of the old code saw and wrote, for the new code to make the same step.
+
+use std::cell::Cell;
+
+use slate_blackboard::Shape;
+use slate_blackboard::interface::CanonicalForm;
+use slate_module::{Description, Direction, Entry, Flags, Frame, PortSlot, Random};
+
+use crate::runner::Memory;
+
+/// What a port carries, and how much of it.
+pub(super) struct Carried {
+    pub name: String,
+    pub direction: Direction,
+    pub shape: Shape,
+    window: usize,
+    pub form: CanonicalForm,
+}
+
+/// What the ports of a module carry.
+pub(super) fn carried(description: &Description) -> Vec<Carried> {
+    let of = |port: &slate_module::PortDescription| Carried {
+        name: port.name.clone(),
+        direction: port.direction,
+        shape: port.descriptor.shape(port.capacity),
+        window: port.window,
+        form: CanonicalForm::new(port.descriptor),
+    };
+    description.ports.iter().map(of).collect()
+}
+
+/// What a step saw and wrote.
+pub(super) struct Snapshot {
+    pub now: u64,
+    pub elapsed: u64,
+    pub number: u64,
+    pub params_version: u64,
+    pub random: Random,
+    pub params: Memory,
+    pub ports: Vec<PortCopy>,
+}
+
+/// What a port held.
+pub(super) struct PortCopy {
+    pub slot: PortSlot,
+    shape: Shape,
+    /// Input: the value. Output: what the old code wrote.
+    pub value: Memory,
+    /// Queue and inbox: the values. Outbox: what the old code sent.
+    pub values: Vec<Memory>,
+    pub entries: Vec<Entry>,
+}
+
+// SAFETY: the pointers lead into memory that the snapshot owns.
+unsafe impl Send for Snapshot {}
+
+impl Snapshot {
+    pub fn new(ports: &[Carried], params: usize) -> Self {
+        Self {
+            now: 0,
+            elapsed: 0,
+            number: 0,
+            params_version: 0,
+            random: Random::new(0, ""),
+            params: Memory::zeroed(params),
+            ports: ports.iter().map(PortCopy::new).collect(),
+        }
+    }
+
+    pub fn see(&mut self, frame: &Frame, slots: &[PortSlot], random: Random) {
+        (self.now, self.elapsed, self.number) = (frame.now, frame.elapsed, frame.number);
+        (self.params_version, self.random) = (frame.params_version, random);
+        // SAFETY: the frame points to a value of the parameters, and the copy is as large.
+        unsafe { self.params.as_mut_ptr().copy_from_nonoverlapping(frame.params, frame.params_size) };
+        for (copy, slot) in self.ports.iter_mut().zip(slots) {
+            copy.see(slot);
+        }
+    }
+
+    pub fn keep(&mut self, slots: &[PortSlot]) {
+        for (copy, slot) in self.ports.iter_mut().zip(slots) {
+            copy.keep(slot);
+        }
+    }
+}
+
+impl PortCopy {
+    pub fn new(port: &Carried) -> Self {
+        let size = port.shape.bytes(port.shape.capacity);
+        let several = matches!(port.direction, Direction::Queue | Direction::Inbox | Direction::Outbox);
+        let mut values: Vec<_> =
+            (0..if several { port.window.max(16) } else { 0 }).map(|_| Memory::zeroed(size)).collect();
+        let entries = values.iter_mut().map(|value| entry(value.as_mut_ptr())).collect();
+        let slot = PortSlot {
+            schema: 0,
+            direction: port.direction as u32,
+            data: std::ptr::null_mut(),
+            items: Cell::new(0),
+            capacity: port.shape.capacity,
+            stamp: Default::default(),
+            flags: Cell::new(0),
+            priority: Cell::new(0),
+            entries: std::ptr::null(),
+            count: Cell::new(0),
+            missed: 0,
+        };
+        Self { slot, shape: port.shape, value: Memory::zeroed(size), values, entries }
+    }
+
+    /// How many of so many tail items the copy has room for, and the bytes of a value with them.
+    pub fn extent(&self, items: usize) -> (usize, usize) {
+        let items = items.min(self.shape.capacity);
+        (items, self.shape.bytes(items))
+    }
+
+    /// Copies what a step will see.
+    pub fn see(&mut self, slot: &PortSlot) {
+        let own = &mut self.slot;
+        (own.schema, own.stamp, own.missed, own.capacity) =
+            (slot.schema, slot.stamp, slot.missed, slot.capacity);
+        own.flags.set(slot.flags.get());
+        own.items.set(slot.items.get());
+        match self.slot.direction {
+            INPUT => {
+                let (items, bytes) = self.extent(slot.items.get());
+                // SAFETY: the slot holds a value of at least so many items, and the copy has room for them.
+                unsafe { self.value.as_mut_ptr().copy_from_nonoverlapping(slot.data, bytes) };
+                self.slot.items.set(items);
+                self.slot.data = self.value.as_mut_ptr();
+            }
+            QUEUE | INBOX => self.copy_entries(slot),
+            _ => {
+                // Whether a debug output is wanted is all that a step sees of an output.
+                self.slot.data = slot.data;
+                self.slot.count.set(0);
+            }
+        }
+    }
+
+    /// Copies what a step wrote.
+    pub fn keep(&mut self, slot: &PortSlot) {
+        match self.slot.direction {
+            INPUT | QUEUE | INBOX => {}
+            OUTBOX => self.copy_entries(slot),
+            _ => {
+                self.slot.flags.set(slot.flags.get());
+                self.slot.items.set(slot.items.get());
+                self.slot.priority.set(slot.priority.get());
+                if slot.flags.get() & Flags::SET != 0 && !slot.data.is_null() {
+                    let (_, bytes) = self.extent(slot.items.get().min(slot.capacity));
+                    // SAFETY: the step wrote so many items, and the copy has room for them.
+                    unsafe { self.value.as_mut_ptr().copy_from_nonoverlapping(slot.data, bytes) };
+                }
+            }
+        }
+    }
+
+    fn copy_entries(&mut self, slot: &PortSlot) {
+        let count = slot.count.get().min(self.entries.len());
+        for i in 0..count {
+            // SAFETY: the slot has that many entries, each with a value of its items, for which the copy has room.
+            unsafe {
+                let entry = &*slot.entries.add(i);
+                let (items, bytes) = self.extent(entry.items.get());
+                self.values[i].as_mut_ptr().copy_from_nonoverlapping(entry.data, bytes);
+                let own = &mut self.entries[i];
+                own.items.set(items);
+                (own.stamp, own.sender) = (entry.stamp, entry.sender);
+                own.answer.set(0);
+            }
+        }
+        self.slot.count.set(count);
+        self.slot.entries = self.entries.as_ptr();
+    }
+}
+
+pub(super) const INPUT: u32 = Direction::Input as u32;
+pub(super) const QUEUE: u32 = Direction::Queue as u32;
+pub(super) const INBOX: u32 = Direction::Inbox as u32;
+const OUTBOX: u32 = Direction::Outbox as u32;
+
+fn entry(data: *mut u8) -> Entry {
+    Entry { data, items: Cell::new(0), stamp: Default::default(), answer: Cell::new(0), sender: 0 }
+}
