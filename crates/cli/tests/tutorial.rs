@@ -1,13 +1,11 @@
 //! The tutorial of the book, command by command as a reader types them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
-
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 
-use common::{folder, text, wait_for};
+use crate::common::{folder, text, wait_for};
 
 const TUTORIAL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../book/src/00-tutorial.md");
 
