@@ -138,7 +138,7 @@ impl Database {
     ///
     /// # Errors
     /// As of [`propose`](Self::propose), and what is no path.
-    pub(crate) fn propose_instead(
+    pub fn propose_instead(
         &self,
         taken_back: &[&str],
         changes: &[(String, String)],
