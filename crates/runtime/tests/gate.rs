@@ -160,3 +160,16 @@ fn a_stop_holds_against_a_person_too() {
     agent.step();
     assert_eq!(number(&agent, "wheel/command/value"), 3.0);
 }
+
+#[test]
+fn actuator_command_is_written_once_a_cycle() {
+    let mut agent = lockstep(DRIVE);
+    agent.step();
+    let sequence =
+        |agent: &slate_runtime::Agent| agent.board().read("wheel/command").unwrap().unwrap().1.sequence;
+    let before = sequence(&agent);
+    for _ in 0..10 {
+        agent.step();
+    }
+    assert_eq!(sequence(&agent) - before, 10);
+}
