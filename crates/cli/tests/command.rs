@@ -60,7 +60,7 @@ fn a_run_reaches_its_goal_and_leaves_its_report() {
     let csv = std::fs::read_to_string(report.join("trajectory.csv")).unwrap();
     assert_eq!(csv.lines().next(), Some("time_s,robot,x_m,y_m,theta_rad,route,action"));
     assert!(csv.contains(",deliberative,") && csv.contains(",reactive,"));
-    for picture in ["scene.svg", "trajectory.svg", "timeline.svg"] {
+    for picture in ["animation.svg", "scene.svg", "trajectory.svg", "timeline.svg"] {
         assert!(std::fs::read_to_string(report.join(picture)).unwrap().contains("</svg>"), "{picture}");
     }
     let saved: Value =

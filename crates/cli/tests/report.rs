@@ -81,7 +81,10 @@ fn the_saved_summary_is_the_printed_one() {
         .map(|entry| entry.unwrap().file_name().into_string().unwrap())
         .collect();
     files.sort();
-    assert_eq!(files, ["scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"]);
+    assert_eq!(
+        files,
+        ["animation.svg", "scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"]
+    );
 }
 
 #[test]

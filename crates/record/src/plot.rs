@@ -1,5 +1,6 @@
 //! The plots of a report.
 
+mod animation;
 mod canvas;
 mod curves;
 mod map;
@@ -8,6 +9,7 @@ mod sight;
 mod timeline;
 mod view;
 
+pub(crate) use animation::animation;
 pub(crate) use curves::{Curve, curves};
 pub(crate) use map::map;
 pub(crate) use scene::scene;

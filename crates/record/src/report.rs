@@ -52,7 +52,16 @@ impl Report<'_> {
         plot::timeline(&self.drawing(self.summary.title()))
     }
 
-    /// Writes `scene.svg`, `trajectory.csv`, `trajectory.svg`, `timeline.svg` and `summary.json`. The directory is made if it is
+    /// The run as a moving picture that repeats for ever, at most 20 s long; longer runs play faster. Trails and robots have
+    /// the colour of the route that commands them.
+    ///
+    /// # Errors
+    /// If the picture cannot be drawn.
+    pub fn animation_svg(&self) -> Result<String, Error> {
+        plot::animation(&self.drawing(self.summary.title()))
+    }
+
+    /// Writes `scene.svg`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and `summary.json`. The directory is made if it is
     /// missing; files from an earlier run are replaced, and only once all the new ones are on the disk.
     ///
     /// # Errors
@@ -64,6 +73,7 @@ impl Report<'_> {
             ("scene.svg", self.scene_svg()?),
             ("trajectory.svg", self.trajectory_svg()?),
             ("timeline.svg", self.timeline_svg()?),
+            ("animation.svg", self.animation_svg()?),
             ("summary.json", summary),
         ];
         fs::create_dir_all(directory)

@@ -1,4 +1,4 @@
-//! `scene.svg`, `trajectory.svg` and `timeline.svg`.
+//! `scene.svg`, `trajectory.svg`, `timeline.svg` and `animation.svg`.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
 mod common;
@@ -232,5 +232,53 @@ proptest! {
         for svg in [map, timeline, picture(&scene)] {
             prop_assert!(Document::parse(&svg).is_ok());
         }
+    }
+}
+
+/// The values of the first animation of `kind`, and how long it lasts.
+fn animated(svg: &str, kind: &str) -> (Vec<String>, f64) {
+    let document = Document::parse(svg).unwrap();
+    let animation = document.descendants().find(|node| node.attribute("type") == Some(kind)).unwrap();
+    let values = animation.attribute("values").unwrap().split(';').map(str::to_owned).collect();
+    (values, animation.attribute("dur").unwrap().trim_end_matches('s').parse().unwrap())
+}
+
+fn animation(trajectory: &Trajectory) -> String {
+    Report { summary: &summary(1), scene: &scene(), trajectory }.animation_svg().unwrap()
+}
+
+#[test]
+fn animation_moves_each_robot_and_ends_at_its_last_pose() {
+    let svg = animation(&trajectory(&[DELIBERATIVE, DELIBERATIVE, REACTIVE, REACTIVE]));
+    let (places, seconds) = animated(&svg, "translate");
+    assert!(places.first() != places.last(), "{places:?}");
+    assert_eq!(seconds, 2.3, "0.3 s of driving and a pause of 2 s");
+    let document = Document::parse(&svg).unwrap();
+    let still = document.descendants().find_map(|node| node.attribute("transform")).unwrap();
+    assert_eq!(
+        still,
+        format!("translate({})", places.last().unwrap()),
+        "viewers without animation see the end"
+    );
+    let fill = document.descendants().find(|node| node.attribute("attributeName") == Some("fill")).unwrap();
+    assert_eq!(fill.attribute("values"), Some("#cc3311;#0077bb"), "red for the plan, blue for the reflex");
+}
+
+#[test]
+fn animation_of_a_long_run_plays_twenty_seconds() {
+    let mut long = trajectory(&[DELIBERATIVE; 500]);
+    long.samples.iter_mut().for_each(|sample| sample.time *= 100);
+    let svg = animation(&long);
+    let (places, seconds) = animated(&svg, "rotate");
+    assert!(seconds <= 22.0 && svg.contains("times as fast"), "{seconds}");
+    assert!(places.len() < 250 && svg.len() < 200_000, "{} frames, {} bytes", places.len(), svg.len());
+}
+
+#[test]
+fn animation_of_no_samples_or_no_finite_pose_is_a_still() {
+    let mut lost = trajectory(&[DELIBERATIVE; 3]);
+    lost.samples.iter_mut().for_each(|sample| sample.x = f64::NAN);
+    for run in [Trajectory::default(), lost] {
+        assert!(!animation(&run).contains("animateTransform"));
     }
 }

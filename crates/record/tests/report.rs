@@ -7,7 +7,8 @@ use common::{scene, summary, trajectory};
 use slate_record::{Error, Outcome, Report, Route, Summary};
 use std::{fs, path::PathBuf};
 
-const FILES: [&str; 5] = ["scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"];
+const FILES: [&str; 6] =
+    ["animation.svg", "scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"];
 
 /// An empty place for one test.
 fn place(name: &str) -> PathBuf {
