@@ -10,21 +10,15 @@ mod agent;
 mod aspects;
 mod background;
 mod clock;
-mod comparison;
-pub mod configuration;
 mod digest;
 pub mod isolation;
-mod link;
 pub mod log;
 mod main_loop;
 pub mod memory;
-mod mistake;
 pub mod playback;
 pub mod plugin;
-mod printable;
 pub mod recording;
 pub mod remote;
-pub mod replacement;
 mod runner;
 pub mod sharing;
 pub mod snapshot;
@@ -37,10 +31,9 @@ pub use agent::{
 };
 pub use background::give_way;
 pub use clock::{Calendar, RecordedTimes, TimeSource};
-pub use main_loop::{
-    AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT, Schedule, ScheduleError,
-    ScheduledStage,
+pub use main_loop::{AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT};
+pub use slate_configuration as configuration;
+pub use slate_configuration::{
+    Message, Mistake, Schedule, ScheduleError, ScheduledStage, printable, printable_text, replacement,
 };
-pub use mistake::{Message, Mistake};
-pub use printable::{printable, printable_text};
 pub use slate_module::Stage;

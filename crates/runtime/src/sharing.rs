@@ -12,19 +12,9 @@ use slate_module::Level;
 
 use crate::agent::{Readers, WeakComposer};
 use crate::clock::{Clock, monotonic};
-pub use crate::configuration::Compression;
 use crate::configuration::{ShareSecurity, SharedKnowledge};
-
-/// The authority of URLs that mean all robots of the team: `slate://team/victims` is what is known about a topic.
-pub const TEAM: &str = "team";
-
-/// Whether a name may be that of a topic of the team's knowledge: at most 48 small letters, digits and `_`, in parts
-/// that `/` separates.
-pub fn is_topic(name: &str) -> bool {
-    let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
-    let is_part = |part: &str| !part.is_empty() && part.chars().all(letter);
-    name.len() <= 48 && name.split('/').all(is_part)
-}
+pub use slate_composition::RemotePath;
+pub use slate_configuration::{Compression, TEAM, is_topic};
 
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
 /// and dropping it ends them.
@@ -180,32 +170,6 @@ pub enum About {
     Key,
     /// The authority of it.
     Authority,
-}
-
-/// A property of another agent, or a field of one, or a mailbox, as a link names it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct RemotePath {
-    /// The other agent.
-    pub agent: String,
-    /// The path in it.
-    pub path: String,
-}
-
-impl RemotePath {
-    /// The path on this agent's board of what stands for it: `team/TOPIC` for what the team knows, and
-    /// `agents/AGENT/PROPERTY` for all else.
-    pub fn place(&self) -> String {
-        if self.agent == TEAM {
-            return format!("{TEAM}/{}", self.path);
-        }
-        format!("agents/{}/{}", self.agent, self.path)
-    }
-}
-
-impl std::fmt::Display for RemotePath {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "slate://{}/{}", self.agent, self.path)
-    }
 }
 
 /// What is wanted of another agent.

@@ -10,12 +10,10 @@ use slate_module::aspect::{MainLoop, Service, TimeSource};
 use slate_module::{Description, ModuleKind, Plugin};
 
 use super::build::{Ground, Kept, build};
-use super::catalogue::Catalogue;
 use super::composer::{Origin, Trial, WeakComposer};
 use super::relinking::Leads;
 use super::sharing::Remotes;
 use super::snapshot::Watch;
-use super::survey::{Complaints, RESERVED, Survey, Surveyed, needs, survey};
 use super::unlinked::Unlinked;
 use crate::aspects::PlaceTime;
 use crate::configuration::{Configuration, Database, Report};
@@ -25,6 +23,8 @@ use crate::main_loop::{Seat, Shared};
 use crate::playback::PlaybackControl;
 use crate::runner::{Condition, OwnSetup};
 use crate::snapshot::Keepsake;
+use slate_composition::Catalogue;
+use slate_composition::{Complaints, RESERVED, Survey, Surveyed, needs, survey};
 
 /// A module that is there.
 pub(super) struct Present {

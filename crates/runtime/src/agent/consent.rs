@@ -6,10 +6,10 @@ use std::sync::Arc;
 use slate_module::ModuleKind;
 
 use super::composition::Composition;
-use super::parameters;
-use super::survey::{Complaints, Survey};
 use crate::configuration::{Configuration, Diagnostic, Report, Span};
 use crate::runner::{OwnSetup, Patience, Retired};
+use slate_composition::parameters;
+use slate_composition::{Complaints, Survey};
 
 /// A module that could begin with other parameters, or could not.
 pub(super) struct Question {

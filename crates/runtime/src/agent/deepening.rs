@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::build::deepening;
 use super::composition::Composition;
-use super::survey::Survey;
 use crate::configuration::Configuration;
 use crate::main_loop::Shared;
+use slate_composition::Survey;
 
 impl Composition {
     /// Has outputs keep as many values as the queues need that are linked to them by a survey, before those get their

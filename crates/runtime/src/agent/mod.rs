@@ -1,7 +1,6 @@
 //! An agent: one process with one blackboard and a name.
 
 mod build;
-mod catalogue;
 mod changes;
 mod composer;
 mod composition;
@@ -9,13 +8,11 @@ mod consent;
 mod deepening;
 mod looping;
 mod memory;
-mod parameters;
 mod playing;
 mod relinking;
 mod settings;
 mod sharing;
 mod snapshot;
-mod survey;
 mod unlinked;
 
 use std::collections::BTreeMap;
@@ -41,7 +38,6 @@ use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
-use catalogue::Catalogue;
 pub(crate) use composer::Property;
 pub use composer::{
     Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError,
@@ -50,10 +46,10 @@ pub use composer::{
 use composition::Composition;
 pub use looping::SystemClock;
 use memory::Memories;
-pub(crate) use parameters::enabled_descriptor;
 use settings::Settings;
 pub(crate) use sharing::Readers;
 use sharing::Remotes;
+use slate_composition::Catalogue;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -246,6 +242,8 @@ impl Agent {
                 shares: options.sharing.is_some(),
                 carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
                 has_jpeg: options.sharing.as_ref().is_some_and(|sharing| sharing.has_jpeg()),
+                services: crate::aspects::services().collect(),
+                describe: crate::runner::describe,
                 ..Catalogue::default()
             },
             ground,

@@ -8,11 +8,11 @@ use slate_blackboard::{Board, Placement, Property};
 
 use super::build::{Made, Rewiring, rewire};
 use super::composition::{Composition, Levels, listeners};
-use super::survey::{Complaints, Lead, Misfit, Survey, Wire, survey};
 use super::unlinked::Unlinked;
 use crate::configuration::{Configuration, Diagnostic, Report};
 use crate::main_loop::{Seat, Shared};
 use crate::runner::{Unwired, Wiring};
+use slate_composition::{Complaints, Lead, Misfit, Survey, Wire, survey};
 
 /// The links of a module, by its ports.
 pub(super) type Leads = BTreeMap<Wire, Vec<Lead>>;

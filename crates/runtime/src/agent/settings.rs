@@ -11,9 +11,9 @@ use slate_module::Level;
 use super::composer::{Composer, WeakComposer};
 use super::composition::Composition;
 use super::consent::{Question, ask};
-use super::survey::{Complaints, Surveyed, survey};
 use crate::configuration::{Change, Configuration, Database, Diagnostic, Edit, Report, Subscription, Watch};
 use crate::recording::Change as Recorded;
+use slate_composition::{Complaints, Surveyed, survey};
 
 /// An agent follows a database as long as this lives.
 pub(super) struct Settings {
@@ -245,16 +245,6 @@ impl<'a> Others<'a> {
             }
             None => Some((format!("`{path}` can't change while the agent runs"), LATER.into())),
         }
-    }
-}
-
-impl Configuration {
-    /// The parameters that links fill, all or in part, each behind its module.
-    fn linked_parameters(&self) -> impl Iterator<Item = (&str, &str)> {
-        self.links().iter().filter_map(|link| {
-            let (module, rest) = link.to.value.split_once("/params/")?;
-            Some((module, rest.split('/').next()?))
-        })
     }
 }
 

@@ -8,15 +8,15 @@ use std::sync::{Arc, Mutex, PoisonError};
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 
-use super::catalogue::RemoteProperty;
 use super::composer::Composer;
 use super::composition::Composition;
-use super::survey::{Misfit, remote_path};
 use crate::configuration::{Configuration, Link, Report};
 use crate::runner::Condition;
 use crate::sharing::{
     About, Inspection, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
 };
+use slate_composition::RemoteProperty;
+use slate_composition::{Misfit, remote_path};
 
 /// The threads that wait for values of other agents.
 pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;

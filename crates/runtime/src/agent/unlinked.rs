@@ -8,9 +8,9 @@ use slate_module::Level;
 
 use super::composer::{Composer, WeakComposer};
 use super::composition::Composition;
-use super::survey::{Complaints, survey};
 use crate::configuration::{Configuration, Diagnostic, Report};
 use crate::main_loop::Shared;
+use slate_composition::{Complaints, survey};
 
 /// How often it is looked whether the module has returned.
 const LOOK: Duration = Duration::from_millis(20);

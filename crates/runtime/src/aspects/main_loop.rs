@@ -10,7 +10,9 @@ use slate_module::{ModuleKind, Stage};
 use super::calls::{say, text};
 use super::{HostService, Means};
 use crate::digest::Digest;
-use crate::main_loop::{LoopPolicy, Place, Schedule, ScheduledStage, Takeover, Takeovers};
+use slate_configuration::{Schedule, ScheduledStage};
+
+use crate::main_loop::{LoopPolicy, Place, Takeover, Takeovers};
 
 /// What a policy returns after a panic.
 const PANICKED: i32 = -2;

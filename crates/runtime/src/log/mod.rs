@@ -10,7 +10,6 @@
 
 mod buffer;
 mod configured;
-mod levels;
 mod record;
 mod repeat;
 mod source;
@@ -31,10 +30,10 @@ use slate_module::Level;
 use crate::background::give_way;
 use crate::clock::Clock;
 
-pub use levels::Levels;
 pub use record::Record;
+pub use slate_composition::own::{LogCounts, LogLevel, LogLine};
+pub use slate_configuration::Levels;
 pub(crate) use source::ModuleLog;
-pub use tail::{LogCounts, LogLevel, LogLine};
 pub use target::{
     ConsoleTarget, FileTarget, LogTarget, MemoryTarget, RemoteTarget, Rotation, SyslogAddress, SyslogTarget,
 };

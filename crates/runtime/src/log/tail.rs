@@ -1,54 +1,10 @@
 use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::View;
 use slate_blackboard::{Access, Board, BoardError, Store};
-use slate_module::{Interface, Level, Text, interface};
+use slate_composition::own::{LogCounts, LogLevel, LogLine};
+use slate_module::{Interface, Level, Text};
 
 use super::Record;
-
-/// A line of the log: `/log/tail`, which keeps the last 256.
-#[interface]
-pub struct LogLine {
-    /// The agent's time.
-    #[unit("ns")]
-    pub time: u64,
-    /// How many lines of the same module were dropped right before this one.
-    pub dropped: u64,
-    /// How important.
-    pub level: LogLevel,
-    /// Not used.
-    pub reserved: [u8; 7],
-    /// Which module, or `agent`.
-    pub module: Text<64>,
-    /// What happened, with its fields.
-    pub text: Text<512>,
-}
-
-/// How important a line of the log is.
-#[interface]
-pub enum LogLevel {
-    /// Something is broken.
-    Error,
-    /// Something is wrong but the robot goes on.
-    Warn,
-    /// What a user wants to know.
-    Info,
-    /// What a developer wants to know.
-    Debug,
-    /// Everything.
-    Trace,
-}
-
-/// What became of the lines of the log: `/log/counts`.
-#[interface]
-#[derive(PartialEq)]
-pub struct LogCounts {
-    /// Lines that the targets got.
-    pub written: u64,
-    /// Lines dropped because the targets were too slow.
-    pub dropped: u64,
-    /// Lines summed up as repetitions.
-    pub suppressed: u64,
-}
 
 /// How many lines a late reader still sees.
 const DEPTH: usize = 256;

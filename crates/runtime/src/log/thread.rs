@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use slate_module::Level;
 
+use super::LogCounts;
 use super::buffer::{Nothing, Receiver};
 use super::repeat::{Repeats, WINDOW};
 use super::source::{Line, Message, Source};
-use super::tail::{LogCounts, Tail};
+use super::tail::Tail;
 use super::{Counts, LogTarget, Record};
 
 /// How long the thread waits for a line before it looks after the targets, if one of them has something left to do.

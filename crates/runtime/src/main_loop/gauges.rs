@@ -4,31 +4,12 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use super::{LoopState, Shared};
+use crate::synchronization::{Emitter, Synchronization};
+use crate::timing::{Histogram, Label, LiveHistogram, TimingHistogram, Trace};
 use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_blackboard::{Access, Board, Store};
-use slate_module::interface;
-
-use super::Shared;
-use crate::synchronization::{Emitter, Synchronization};
-use crate::timing::{Histogram, Label, LiveHistogram, TimingHistogram, Trace};
-
-/// How the main loop does: `/loop/state`. Durations are those of cycles that were timed, on the wall clock.
-#[interface]
-pub(crate) struct LoopState {
-    /// Cycles begun.
-    pub cycles: u64,
-    /// How often cycles were left out, because one before them took too long.
-    pub overruns: u64,
-    /// Times of the time source that were refused, as they went back.
-    pub refused_times: u64,
-    /// The last cycle, without the wait for the next.
-    #[unit("ns")]
-    pub last: u64,
-    /// The longest cycle.
-    #[unit("ns")]
-    pub longest: u64,
-}
 
 /// What is measured of the loop.
 #[derive(Debug, Default)]

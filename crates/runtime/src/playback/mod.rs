@@ -4,13 +4,12 @@ mod control;
 mod excerpt;
 mod stand_in;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::{Descriptor, Interface, Value};
-use slate_blackboard::{Access, Board, BoardError, Property, Store};
+use slate_blackboard::{Board, Property};
 use slate_module::{Description, Plugin};
 use slate_safety::GateState;
 
@@ -21,40 +20,7 @@ use crate::runner::{ModuleState, ModuleTiming, OwnSetup, describe};
 use crate::timing::TimingHistogram;
 pub use control::{LoopSection, Order, PlaybackControl, PlaybackStatus};
 pub use excerpt::{Excerpt, excerpt};
-
-/// A property that is played.
-#[derive(Clone, Debug)]
-pub struct Played {
-    /// Its path, without a leading slash.
-    pub path: String,
-    /// What its values mean.
-    pub doc: String,
-    /// Its interface.
-    pub descriptor: &'static Descriptor,
-    /// Room in the tail, for interfaces with one.
-    pub capacity: usize,
-    /// The module that wrote it, if one did: whether it was well then, readers see.
-    pub module: Option<String>,
-    /// The modules whose stages come after that in which it was written: with `previous` they read what was there when the cycle
-    /// began.
-    pub early_for: BTreeSet<String>,
-    /// Whether it is a mailbox instead: modules send to it, and who plays takes what they send.
-    pub is_mailbox: bool,
-}
-
-impl Played {
-    /// Puts it on the board, where it is no mailbox.
-    pub(crate) fn add(
-        &self,
-        board: &Board,
-        depth: usize,
-        budget: Budget,
-    ) -> Result<Arc<Property>, BoardError> {
-        let store = Store { capacity: self.capacity, depth, budget };
-        // Nobody but who plays it writes it, also what was a setting.
-        board.add_channel(&self.path, &self.doc, self.descriptor, store, Access::Output)
-    }
-}
+pub use slate_composition::Played;
 
 /// Plays a recording in an agent, which is in lockstep with it: an application gives it to the agent that it
 /// [loads](crate::Options::playback). Modules are linked to what it plays as to the outputs of others.
@@ -96,7 +62,7 @@ pub fn interfaces(
         LoopState::DESCRIPTOR,
         LogLine::DESCRIPTOR,
         LogCounts::DESCRIPTOR,
-        crate::agent::enabled_descriptor(),
+        slate_composition::parameters::enabled_descriptor(),
         GateState::DESCRIPTOR,
     ];
     let mut known: BTreeMap<_, _> = own.into_iter().map(|descriptor| (descriptor.hash, descriptor)).collect();

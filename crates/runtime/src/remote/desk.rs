@@ -13,10 +13,10 @@ use super::protocol::{
 };
 use super::visit::Visit;
 use crate::configuration::{Configuration, Database, Diagnostic, Report};
-use crate::mistake::{Message, Mistake};
 use crate::recording::{self, RecordingControl, RecordingRefusal};
 use crate::snapshot::{Snapshot, SnapshotError};
 use crate::{Agent, Composer, Loaded, NewLink, PluginError, Reload};
+use slate_configuration::{Message, Mistake};
 
 /// Does what tools ask for, whichever way they come: each [`Call`] as its documentation says. Calls may be made from several
 /// threads at once; those that change what the agent is made of wait for each other.

@@ -14,9 +14,9 @@ use super::properties::reading;
 use super::protocol::{PropertyEntry, Refusal, RemoteSnapshotEntry};
 use crate::NewLink;
 use crate::agent::Property;
-use crate::mistake::{Message, Mistake};
 use crate::replacement::Replacement;
 use crate::sharing::{Newest, RemotePath, RemoteProperty, TEAM, Unread};
+use slate_configuration::{Message, Mistake};
 
 /// How long the other agent may take for an answer.
 const LIMIT: Duration = Duration::from_secs(1);

@@ -11,7 +11,7 @@ use slate_blackboard::{BoardError, Carrier, Property};
 use super::desk::{Desk, Done, refusal, result};
 use super::properties::KNOWN;
 use super::protocol::Refusal;
-use crate::mistake::{Message, Mistake};
+use slate_configuration::{Message, Mistake};
 
 /// How long it is waited for what becomes of a message.
 const ANSWER: Duration = Duration::from_secs(1);

@@ -9,8 +9,8 @@ use slate_module::Direction;
 use super::desk::{Desk, Done, refusal, result};
 use super::elsewhere;
 use super::protocol::{PropertyEntry, Reading, Refusal};
-use crate::mistake::{Message, Mistake};
 use crate::sharing::{RemotePath, TEAM};
+use slate_configuration::{Message, Mistake};
 
 pub(super) const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
 

@@ -5,7 +5,7 @@ use slate_blackboard::{interface, nearest_paths};
 use super::desk::{Desk, Done, refusal, result};
 use super::protocol::{Changed, Different, Refusal, Saved, SettingEntry};
 use crate::configuration::{Change, Database, Proposal, SaveTo, Value};
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 impl Desk {
     pub(super) fn database(&self) -> Result<&Database, Refusal> {

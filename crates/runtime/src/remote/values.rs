@@ -10,7 +10,7 @@ use slate_blackboard::{Access, BoardError, Property, Watching, interface};
 use super::desk::{Desk, Done, refusal, result};
 use super::properties::{KNOWN, reading};
 use super::protocol::{Measured, News, Reading, Refusal, Spread, Watched};
-use crate::mistake::{Message, Mistake};
+use slate_configuration::{Message, Mistake};
 
 /// The longest that a call may look for values: less than tools wait for an answer.
 pub const LONGEST: Duration = Duration::from_secs(50);

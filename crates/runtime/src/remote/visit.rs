@@ -7,7 +7,7 @@ use super::desk::{Desk, Done, refusal, result};
 use super::protocol::{ControlsEntry, HolderEntry, Refusal};
 use super::trace::ToolTrace;
 use crate::agent::{ControlsError, ControlsHolder, Teleoperation};
-use crate::mistake::Mistake;
+use slate_configuration::Mistake;
 
 /// What a connection of a tool has of its own: the trace that it records, and the controls that it has. They end with the
 /// connection, whatever became of the tool.

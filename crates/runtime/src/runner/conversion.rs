@@ -4,19 +4,10 @@ use slate_blackboard::Property;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_module::{Flags, Level};
 
-use super::{Health, Memory, Runner};
-use crate::link::{Filter, Program};
+use slate_composition::Wire;
 
-/// What a link ends at in its own module.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) enum Wire {
-    /// A port, by its place in the description.
-    Port(usize),
-    /// The switch.
-    Enabled,
-    /// The parameters.
-    Params,
-}
+use super::{Health, Memory, Runner};
+use slate_composition::link::{Filter, Program};
 
 /// What links fill that do not fit as they are: a property of the module's own, which its runner writes before a step
 /// when a source is new. So tools, logs and replay see what the module saw.

@@ -1,61 +1,8 @@
 use std::sync::atomic::{AtomicU8, AtomicU64, Ordering};
 
-use slate_module::interface;
+use slate_composition::own::ModuleCondition;
 
 use crate::timing::LiveHistogram;
-
-/// How a module is: `/module/state`, written when it changes.
-#[interface]
-pub(crate) struct ModuleState {
-    /// Ticks made until then.
-    pub ticks: u64,
-    /// Panics caught until then.
-    pub panics: u64,
-    /// How it is.
-    pub condition: ModuleCondition,
-    /// Not used.
-    pub reserved: [u8; 7],
-}
-
-/// The condition of a module, as others see it.
-#[interface]
-pub(crate) enum ModuleCondition {
-    /// Not enabled.
-    Inactive,
-    /// As intended.
-    Working,
-    /// With less than it wants.
-    Degraded,
-    /// It could not do its work in its last tick.
-    Failed,
-    /// Its tick has not returned in time.
-    Late,
-    /// It panicked too often, or could not be made anew.
-    Faulted,
-    /// Its plugin is not loaded.
-    Unloaded,
-    /// A service that it needs is not provided.
-    Waiting,
-}
-
-/// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
-/// so no part of what a run can repeat.
-#[interface]
-pub(crate) struct ModuleTiming {
-    /// Ticks made.
-    pub ticks: u64,
-    /// From the last tick but one to the last, of the agent's time.
-    #[unit("ns")]
-    pub period: u64,
-    /// The longest of the last ticks.
-    #[unit("ns")]
-    pub duration: u64,
-    /// The greatest difference of neighbouring periods in the last ticks, of the agent's time.
-    #[unit("ns")]
-    pub jitter: u64,
-    /// Ticks that took longer than the deadline.
-    pub misses: u64,
-}
 
 /// How a module is, as the host sees it.
 #[derive(Debug)]

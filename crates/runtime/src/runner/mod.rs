@@ -20,20 +20,22 @@ use serde::{Deserialize, Serialize};
 use slate_blackboard::Settings;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::commit::CommitWord;
-use slate_blackboard::interface::{Value, View};
+use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
-use slate_module::{Frame, Host, ModuleKind, Random, Refusal, Setup, Trigger};
+use slate_module::{Frame, Host, ModuleKind, Random, Refusal, Trigger};
 
 use crate::aspects::{AspectPort, HostService, ProviderPort};
 pub(crate) use commit::priority;
-pub(crate) use conversion::{Conversion, ConvertedSource, Wire};
+pub(crate) use conversion::{Conversion, ConvertedSource};
 pub(crate) use frozen::FrozenRunner;
-pub(crate) use health::{Condition, Health, ModuleCondition, ModuleState, ModuleTiming, count};
+pub(crate) use health::{Condition, Health, count};
 pub(crate) use ports::{
     InboxPort, InputAge, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort,
 };
 pub(crate) use retired::{Patience, Retired, describe};
 pub(crate) use shadow::{Shadow, ShadowState};
+pub(crate) use slate_composition::own::{ModuleCondition, ModuleState, ModuleTiming};
+pub(crate) use slate_composition::{OwnSetup, Wire};
 pub(crate) use slots::Slots;
 pub(crate) use supervision::Supervised;
 pub(crate) use wiring::{ConversionWiring, OutboxWiring, QueueWiring, SourceWiring, Unwired, Wiring};
@@ -49,23 +51,6 @@ pub(crate) struct Group {
     pub end: u32,
     pub first_source: u32,
     pub end_source: u32,
-}
-
-/// What a module is told when it is set up, kept for when it is made anew.
-#[derive(Clone, Debug)]
-pub(crate) struct OwnSetup {
-    pub name: Arc<str>,
-    pub seed: u64,
-    pub period: u64,
-    pub section: Option<Value>,
-}
-
-impl OwnSetup {
-    /// Lends it in the form that modules take.
-    pub fn with<R>(&self, work: impl FnOnce(&Setup<'_>) -> R) -> R {
-        let (seed, period) = (self.seed, self.period);
-        work(&Setup { name: &self.name, seed, period, section: self.section.as_ref() })
-    }
 }
 
 /// A module, its state, its ports and its frame.

@@ -10,7 +10,7 @@ use slate_module::{Delivery, Entry};
 
 use super::Health;
 use crate::actuators::Actuator;
-use crate::link::Filter;
+use slate_composition::link::Filter;
 
 /// Memory for values of any interface.
 #[derive(Debug)]

@@ -6,7 +6,7 @@ use slate_blackboard::wake::Wake;
 use slate_module::Entry;
 
 use super::{Conversion, ConvertedSource, Group, InputPort, QueueGauge, QueuePort, Runner, Wire};
-use crate::link::Filter;
+use slate_composition::link::Filter;
 
 /// What a module's ports read and send to. It is exchanged between two steps, so a step sees all of a change or nothing.
 #[derive(Default)]

@@ -8,18 +8,16 @@
 mod error;
 mod file;
 mod image;
-mod trigger;
 
 use std::path::Path;
 
-pub use crate::comparison::Comparison;
 pub use error::SnapshotError;
 pub use file::PluginMark;
 pub(crate) use file::describe;
 pub(crate) use image::{
     Bytes, FrozenActuator, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image,
 };
-pub use trigger::{Condition, Trigger};
+pub use slate_configuration::{Comparison, SnapshotCondition, SnapshotTrigger};
 
 use crate::configuration::{Database, Report};
 

@@ -1,4 +1,4 @@
-use slate_module::interface;
+use slate_composition::own::TimingHistogram;
 
 /// Each power of two has so many buckets, as a power of two: 32 make them at most 3.1 % wide.
 const BITS: u32 = 5;
@@ -6,32 +6,6 @@ const PART: usize = 1 << BITS;
 /// The first value that counts as the greatest: 2^37 ns, some 137 s.
 const LIMIT_BITS: u32 = 37;
 pub(super) const BUCKETS: usize = (LIMIT_BITS - BITS + 1) as usize * PART;
-
-/// How long something took, of all times that it was done: what a property shows of a [`Histogram`].
-#[interface]
-#[derive(PartialEq)]
-pub struct TimingHistogram {
-    /// How often.
-    pub count: u64,
-    /// On average.
-    #[unit("ns")]
-    pub mean: u64,
-    /// Half of the times at most so long.
-    #[unit("ns")]
-    pub p50: u64,
-    /// 90 of 100 times at most so long.
-    #[unit("ns")]
-    pub p90: u64,
-    /// 99 of 100 times at most so long.
-    #[unit("ns")]
-    pub p99: u64,
-    /// 999 of 1000 times at most so long.
-    #[unit("ns")]
-    pub p999: u64,
-    /// Never longer.
-    #[unit("ns")]
-    pub max: u64,
-}
 
 /// Counts durations in nanoseconds by their size: exact up to 63 ns, and from there to 137 s in buckets that are at most
 /// 3.1 % wide. Takes 4 KiB, whatever is counted.

@@ -13,9 +13,10 @@ mod ring;
 mod switch;
 mod trace;
 
-pub use histogram::{Histogram, TimingHistogram};
+pub use histogram::Histogram;
 pub(crate) use live::LiveHistogram;
 pub use recorder::{Recorded, RecordedTrack, Recorder};
 pub use recording::Recording;
+pub use slate_composition::own::TimingHistogram;
 pub(crate) use switch::Switch;
 pub use trace::{Exported, Label, Span, Trace, TraceError, Track};

@@ -11,10 +11,10 @@ use slate_safety::{Gate, GateConfiguration, GateState};
 
 use super::{Builder, Failed, SPARE_READERS, new_writer};
 use crate::actuators::Actuator;
-use crate::agent::parameters::value_bytes;
-use crate::agent::survey::{Complaints, Target, Wire};
 use crate::configuration;
-use crate::mistake::Mistake;
+use slate_composition::parameters::value_bytes;
+use slate_composition::{Complaints, Target, Wire};
+use slate_configuration::Mistake;
 
 impl Builder<'_, '_> {
     /// Makes the gates that are not there yet and whose commands are known.

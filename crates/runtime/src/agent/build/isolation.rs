@@ -9,9 +9,9 @@ use slate_blackboard::interface::Interface;
 use slate_module::Trigger;
 
 use super::Builder;
-use crate::agent::survey::{Target, Wire};
 use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use crate::runner::Supervised;
+use slate_composition::{Target, Wire};
 
 /// A step that takes this many deadlines does not return any more.
 const DEADLINES: u64 = 10;

@@ -22,7 +22,6 @@ use slate_module::{Direction, PortDescription, Trigger};
 use slate_safety::StopLatch;
 
 use super::Mode;
-use super::survey::{Complaints, Joint, Survey, Surveyed, Target, Wire, needs};
 use crate::actuators::Actuator;
 use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
@@ -31,6 +30,7 @@ use crate::log::Logger;
 use crate::runner::{Health, InputAge, Patience, QueueGauge, Runner};
 pub(super) use deepening::deepening;
 pub(super) use rewiring::{Rewiring, rewire};
+use slate_composition::{Complaints, Joint, Survey, Surveyed, Target, Wire, needs};
 
 /// Reader handles for tools, and for modules that come later.
 const SPARE_READERS: u16 = 16;

@@ -9,11 +9,11 @@ use slate_blackboard::{Access, BoardError, Placement, Property, Store};
 use slate_module::{Direction, Interface, PortDescription};
 
 use super::{Builder, Failed, Made, SPARE_READERS};
-use crate::agent::parameters::enabled_descriptor;
-use crate::agent::survey::{Implied, Target, Wire};
 use crate::aspects::followed;
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
+use slate_composition::parameters::enabled_descriptor;
+use slate_composition::{Implied, Target, Wire};
 
 /// What every module's runner writes.
 fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {

@@ -8,9 +8,9 @@ use slate_blackboard::{Access, Placement};
 use slate_module::Direction;
 
 use super::{Builder, Failed, Ground, Made};
-use crate::agent::survey::{Complaints, Survey, Wire};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::runner::Wiring;
+use slate_composition::{Complaints, Survey, Wire};
 
 /// What modules go on with; nothing is changed before it is exchanged.
 pub(in crate::agent) struct Rewiring {

@@ -9,12 +9,12 @@ use slate_blackboard::{Access, Carrier, Stamp, Store};
 use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot, Random};
 
 use super::{Builder, SPARE_READERS, new_writer};
-use crate::agent::survey::Wire;
 use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
     InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, Runner, Slots,
 };
 use crate::timing::TimingHistogram;
+use slate_composition::Wire;
 
 impl Builder<'_, '_> {
     pub(super) fn runners(&mut self, arriving: &[usize]) -> Vec<Runner> {

@@ -11,14 +11,14 @@ use slate_module::{Direction, PortDescription, Trigger};
 
 use super::Builder;
 use super::new_writer;
-use crate::agent::survey::{Joint, Target, Way, Wire};
 use crate::configuration::LinkPolicy;
-use crate::link::{Place, Program};
-use crate::mistake::Mistake;
 use crate::runner::{
     Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring,
     SourceWiring, Wiring,
 };
+use slate_composition::link::{Place, Program};
+use slate_composition::{Joint, Target, Way, Wire};
+use slate_configuration::Mistake;
 
 /// Something that a module reads.
 struct Read<'s, 'a> {

@@ -2,8 +2,8 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use crate::configuration::Report;
-use crate::mistake::Mistake;
 use crate::plugin::LibraryError;
+use slate_configuration::Mistake;
 
 /// Why plugins can't be changed; the agent goes on as before.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

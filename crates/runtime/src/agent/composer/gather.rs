@@ -6,10 +6,10 @@ use std::path::Path;
 use slate_module::Plugin;
 
 use super::{Origin, PluginError, unknown};
-use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::Composition;
 use crate::configuration::PluginEntry;
 use crate::plugin::LibraryOutline;
+use slate_composition::Catalogue;
 
 pub(super) struct Gathered<'a> {
     composition: &'a Composition,

@@ -8,12 +8,11 @@ use slate_blackboard::is_within;
 use slate_module::Direction;
 
 use super::Composer;
-use crate::agent::catalogue;
 use crate::agent::composition::Composition;
-use crate::agent::survey::{Complaints, survey};
-use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
-use crate::mistake::{Message, Mistake};
-use crate::sharing::{RemotePath, TEAM};
+use crate::configuration::{Change, Database, Diagnostic, Link, Proposal, Report};
+use crate::sharing::RemotePath;
+use slate_composition::{Complaints, survey};
+use slate_configuration::{Mistake, link_setting};
 
 /// A link to be made while the agent runs.
 ///
@@ -59,7 +58,7 @@ impl NewLink {
 
     /// The changes of the configuration. The first takes away what an earlier link said besides.
     fn changes(&self, to: &str) -> Vec<(String, String)> {
-        let path = setting(to);
+        let path = link_setting(to);
         let from = quoted(&self.from);
         let mut changes = vec![(path.clone(), from.clone())];
         if !self.options.is_empty() {
@@ -158,7 +157,7 @@ impl Composer {
         let configuration = proposal.configuration();
         let url = path.to_string();
         let descriptor = property.descriptor;
-        let found = catalogue::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
+        let found = slate_composition::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
         let target = self.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
         let survey = survey(configuration, &target.catalogue, &mut Complaints::new(configuration));
         if let Some(misfit) = survey.misfits.get(&to) {
@@ -264,49 +263,12 @@ impl Composition {
 fn without(database: &Database, path: &str) -> Result<Proposal, Report> {
     let has_it =
         |proposal: &Proposal| proposal.configuration().links().iter().any(|link| link.to.value == path);
-    match database.revert(&setting(path)) {
+    match database.revert(&link_setting(path)) {
         Ok(reverted) if !has_it(&reverted) => Ok(reverted),
-        _ => database.propose(&[(setting(path), "false")]),
+        _ => database.propose(&[(link_setting(path), "false")]),
     }
-}
-
-/// The path of a link in the configuration.
-fn setting(to: &str) -> String {
-    format!("links.{}", toml_edit::Key::new(to).display_repr())
 }
 
 fn quoted(text: &str) -> String {
     toml_edit::Value::from(text).to_string()
-}
-
-impl Configuration {
-    /// What a link says beside what it reads, as it is written.
-    fn link_options(&self, to: &str) -> Vec<(String, String)> {
-        let options = self.settings(&setting(to)).unwrap_or_default().into_iter();
-        let named = options.filter_map(|option| {
-            let keys = toml_edit::Key::parse(&option.path).ok()?;
-            let name = keys.get(2).filter(|key| key.get() != "from")?;
-            Some((name.get().to_owned(), option.value.to_string()))
-        });
-        named.collect()
-    }
-
-    /// The path in this agent that a text means.
-    pub(crate) fn own_path(&self, text: &str) -> Result<String, Report> {
-        let refusal = |message: Message, help: &str| {
-            Report::from(Diagnostic::without_place(message, Some(help.into())))
-        };
-        let help = "a property is module/property, /module/property or slate://agent/module/property";
-        let url = slate_blackboard::Url::parse(text)
-            .map_err(|error| refusal(Mistake::Value.of(error.to_string()), help))?;
-        match url.agent() {
-            Some(TEAM) => Ok(format!("{TEAM}/{}", url.path_in(""))),
-            Some(agent) if agent != self.agent_name() => {
-                let message = Mistake::OtherAgent
-                    .of(format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name()));
-                Err(refusal(message, &format!("ask that agent: --agent {agent}")))
-            }
-            _ => Ok(url.path_in("")),
-        }
-    }
 }

@@ -9,10 +9,10 @@ use slate_module::{Description, Plugin};
 
 use super::gather::{check_kinds, other_plugin};
 use super::{Composer, Origin, PluginError, not_loaded};
-use crate::agent::catalogue::Catalogue;
 use crate::agent::composition::{Composition, Fitting};
 use crate::recording::Change;
 use crate::runner::Retired;
+use slate_composition::Catalogue;
 
 /// Modules, each with what became of its state: carried over, or why it began afresh.
 pub type Carried = Vec<(String, Result<(), String>)>;

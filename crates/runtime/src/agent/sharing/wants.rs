@@ -6,9 +6,9 @@ use slate_blackboard::is_within;
 use slate_module::Direction;
 
 use crate::agent::composition::Composition;
-use crate::agent::survey::{elsewhere, remote_path};
 use crate::configuration::{Compression, Link, LinkMode, LinkRate};
 use crate::sharing::{Expected, Pace, RemotePath, Want};
+use slate_composition::{elsewhere, remote_path};
 
 /// What the links of a configuration want of other agents. Links to one property share what is the most that one of
 /// them wants.

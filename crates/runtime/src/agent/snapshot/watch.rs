@@ -14,7 +14,7 @@ use crate::agent::Composer;
 use crate::agent::composer::WeakComposer;
 use crate::configuration::{Configuration, Report, Spanned};
 use crate::main_loop::{Flow, Shared};
-use crate::snapshot::{Condition, Snapshot, SnapshotError};
+use crate::snapshot::{Snapshot, SnapshotCondition, SnapshotError};
 
 /// Looks at the end of each cycle whether a snapshot is due.
 pub(crate) struct Watch {
@@ -53,7 +53,7 @@ struct Looked {
 
 /// The field of a condition.
 struct Field {
-    condition: Condition,
+    condition: SnapshotCondition,
     reader: Latest,
     descriptor: &'static Descriptor,
     path: FieldPath,

@@ -2,29 +2,13 @@ use std::fmt::Write;
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::os::unix::net::UnixDatagram;
-use std::path::PathBuf;
 use std::time::Duration;
 
+pub use slate_configuration::SyslogAddress;
 use slate_module::Level;
 
 use super::outage::Outage;
 use super::{LogTarget, Record};
-
-/// Where a syslog is.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum SyslogAddress {
-    /// A datagram socket of this computer, spoken to as RFC 3164 has it.
-    Socket(PathBuf),
-    /// A server, spoken to over UDP as RFC 5424 has it.
-    Server(SocketAddr),
-}
-
-impl Default for SyslogAddress {
-    /// The socket of this computer's own syslog.
-    fn default() -> Self {
-        Self::Socket("/dev/log".into())
-    }
-}
 
 /// The syslog of this computer or of another one.
 ///

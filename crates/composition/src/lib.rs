@@ -1,0 +1,44 @@
+//! A configuration and a catalogue of kinds become a checked composition, or a report of everything that does not fit.
+//!
+//! Nothing is made here: no thread, no property and no agent. So whoever wants to know whether a configuration fits asks
+//! [`check`], and an agent makes what a [`Survey`] says.
+
+mod catalogue;
+pub mod link;
+pub mod own;
+pub mod parameters;
+mod played;
+mod remote_path;
+mod setup;
+mod survey;
+
+pub use catalogue::{Catalogue, RemoteProperty};
+pub use played::Played;
+pub use remote_path::RemotePath;
+pub use setup::{Describe, OwnSetup, Wire, describe};
+use slate_configuration::{Configuration, Report};
+pub use survey::{
+    Absent, Complaints, Host, Implied, Joint, Lead, Misfit, RESERVED, Remote, Survey, Surveyed, Target, Way,
+    elsewhere, needs, remote_path, scope, survey,
+};
+
+/// What a configuration is made of with the kinds of a catalogue.
+///
+/// # Errors
+/// Everything that does not fit.
+///
+/// ```
+/// use slate_composition::{Catalogue, check};
+/// use slate_configuration::{Configuration, Options};
+///
+/// let text = "[modules.eye]\nplugin = \"camera\"";
+/// let configuration = Configuration::from_text("robot.toml", text, &Options::default())?;
+/// let report = check(&configuration, &Catalogue::default()).err().map(|report| report.to_string());
+/// assert!(report.is_some_and(|report| report.contains("no plugin brings a module `camera`")));
+/// # Ok::<(), slate_configuration::Report>(())
+/// ```
+pub fn check<'a>(configuration: &'a Configuration, catalogue: &Catalogue) -> Result<Survey<'a>, Report> {
+    let mut complaints = Complaints::new(configuration);
+    let survey = survey(configuration, catalogue, &mut complaints);
+    if complaints.diagnostics.is_empty() { Ok(survey) } else { Err(Report::from(complaints.diagnostics)) }
+}

@@ -1,0 +1,116 @@
+use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::nearest_names;
+
+/// A field of an interface, or the whole of it.
+#[derive(Clone, Debug)]
+pub struct Place {
+    pub(super) kind: Kind,
+    pub(super) unit: &'static str,
+    pub(super) offset: usize,
+    /// Lengths on the way: where one stands, and the index that it must cover.
+    pub(super) guards: Vec<(usize, usize)>,
+    /// The item of the tail.
+    pub(super) tail: Option<usize>,
+}
+
+/// There is no such field.
+#[derive(Debug, PartialEq, Eq)]
+pub struct NoPlace {
+    /// What does not fit.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+impl Place {
+    /// The place at a path such as `pose/x` or `ranges/3`; an empty one is the whole value.
+    pub fn find(descriptor: &'static Descriptor, path: &str) -> Result<Self, NoPlace> {
+        let kind = Kind::Nested(descriptor);
+        let mut place = Self { kind, unit: "", offset: 0, guards: Vec::new(), tail: None };
+        for name in path.split('/').filter(|name| !name.is_empty()) {
+            place = place.below(name)?;
+        }
+        Ok(place)
+    }
+
+    fn below(mut self, name: &str) -> Result<Self, NoPlace> {
+        let missing = |count: String| NoPlace {
+            message: format!("there is no item `{name}`"),
+            help: format!("it has {count}, counted from 0"),
+        };
+        let index = name.parse::<usize>().ok();
+        let (kind, offset) = match self.kind {
+            Kind::Nested(descriptor) => {
+                let Some(field) = descriptor.field(name) else {
+                    let names = || descriptor.fields.iter().map(|field| field.name);
+                    let near = nearest_names(name, names());
+                    let help = match near.is_empty() {
+                        true => format!("it has {}", names().collect::<Vec<_>>().join(", ")),
+                        false => format!("did you mean {}?", near.join(" or ")),
+                    };
+                    return Err(NoPlace {
+                        message: format!("{} has no field `{name}`", descriptor.name),
+                        help,
+                    });
+                };
+                self.unit = field.unit;
+                (field.kind, field.offset)
+            }
+            Kind::Array(item, count) => match index.filter(|index| *index < count) {
+                Some(index) => (*item, index * item.size()),
+                None => return Err(missing(format!("{count} items"))),
+            },
+            Kind::Sequence(item, capacity) => match index.filter(|index| *index < capacity) {
+                Some(index) => {
+                    self.guards.push((self.offset, index));
+                    (*item, 8 + index * item.size())
+                }
+                None => return Err(missing(format!("at most {capacity} items"))),
+            },
+            Kind::Tail(item) => {
+                // What no memory could hold is never there.
+                match index.and_then(|index| {
+                    Some((index, index.checked_mul(item.size())?.checked_add(self.offset)?))
+                }) {
+                    Some((index, end)) => {
+                        self.tail = Some(index);
+                        (*item, end - self.offset)
+                    }
+                    None => return Err(missing("items".into())),
+                }
+            }
+            other => {
+                let message = format!("{} has no field `{name}`", other.describe());
+                return Err(NoPlace { message, help: "leave out what comes after it".into() });
+            }
+        };
+        (self.kind, self.offset) = (kind, self.offset + offset);
+        Ok(self)
+    }
+
+    /// Its type and unit, as messages show them.
+    pub fn describe(&self) -> String {
+        match self.unit {
+            "" => self.kind.describe(),
+            unit => format!("{} in {unit}", self.kind.describe()),
+        }
+    }
+
+    /// Whether it is there in a value, whose sequences may be shorter.
+    pub(super) fn is_in(&self, bytes: &[u8], items: usize) -> bool {
+        let length = |at: usize| {
+            bytes.get(at..at + 4).map_or(0, |bytes| {
+                let mut length = [0; 4];
+                length.copy_from_slice(bytes);
+                u32::from_ne_bytes(length) as usize
+            })
+        };
+        self.guards.iter().all(|(at, index)| *index < length(*at))
+            && self.tail.is_none_or(|index| index < items)
+    }
+
+    /// Whether it is an item of something that may be too short for it.
+    pub fn may_be_missing(&self) -> bool {
+        !self.guards.is_empty() || self.tail.is_some()
+    }
+}

@@ -1,0 +1,101 @@
+//! From configuration's values to the bytes of an interface.
+
+use slate_blackboard::interface::{self, Descriptor, Interface, edit};
+use slate_module::{Bool, Description};
+
+use super::survey::Complaints;
+use slate_configuration::Mistake;
+use slate_configuration::{Spanned, Table, Value};
+
+/// Whether a module runs.
+#[slate_module::interface]
+pub struct Enabled {
+    /// Whether it runs.
+    pub value: Bool,
+}
+
+/// The interface of `enabled`.
+pub fn enabled_descriptor() -> &'static Descriptor {
+    Enabled::DESCRIPTOR
+}
+
+/// A whole value of an interface; fields that are left out are zero.
+pub fn value_bytes(
+    descriptor: &'static Descriptor,
+    value: &Spanned<Value>,
+    complaints: &mut Complaints<'_>,
+) -> Option<Vec<u8>> {
+    let tail = match descriptor.fields.last().map(|field| (field.name, &field.kind)) {
+        Some((name, interface::Kind::Tail(_))) => value
+            .value
+            .as_table()
+            .and_then(|table| table.get(name))
+            .and_then(|list| list.value.as_list())
+            .map_or(0, <[_]>::len),
+        _ => 0,
+    };
+    let shape = descriptor.shape(tail);
+    let mut bytes = vec![0; shape.bytes(shape.capacity)];
+    match edit(descriptor, &mut bytes, 0, "", &interface::Value::from(&value.value)) {
+        Ok(_) => Some(bytes),
+        Err(error) => {
+            complaints.add(
+                value.span,
+                error.to_string(),
+                format!("{} is {}", descriptor.name, fields(descriptor)),
+            );
+            None
+        }
+    }
+}
+
+fn fields(descriptor: &Descriptor) -> String {
+    let fields: Vec<_> =
+        descriptor.fields.iter().map(|field| format!("{}: {}", field.name, field.kind.describe())).collect();
+    format!("{{ {} }}", fields.join(", "))
+}
+
+/// The parameters of a module: its defaults, and what configuration says.
+pub fn bytes(description: &Description, table: &Table, complaints: &mut Complaints<'_>) -> Vec<u8> {
+    let descriptor = description.params;
+    let mut bytes = vec![0; descriptor.size];
+    for parameter in &description.parameters {
+        // The default comes from a value of the interface itself.
+        let _ = edit(descriptor, &mut bytes, 0, &parameter.name, &parameter.default);
+    }
+    for (name, entry) in table.iter() {
+        let Some(parameter) = description.parameters.iter().find(|parameter| parameter.name == name) else {
+            let names = description.parameters.iter().map(|parameter| parameter.name.as_str());
+            let near = slate_blackboard::nearest_names(name, names.clone());
+            let help = match (near.first(), description.parameters.is_empty()) {
+                (_, true) => "this module has no parameters".to_owned(),
+                (Some(near), _) => format!("did you mean `{near}`?"),
+                (None, _) => format!("there are: {}", names.collect::<Vec<_>>().join(", ")),
+            };
+            complaints.add(entry.key, Mistake::Parameter.of(format!("no parameter `{name}`")), help);
+            continue;
+        };
+        let value = interface::Value::from(&entry.value.value);
+        if let (Some((low, high)), Some(number)) = (parameter.range, value.as_f64())
+            && !(low..=high).contains(&number)
+        {
+            let message = Mistake::Value.of(format!("`{name}` is {number}, outside {low} to {high}"));
+            complaints.add(
+                entry.value.span,
+                message,
+                format!("choose a value from {low} to {high}; the default is {}", parameter.default),
+            );
+            continue;
+        }
+        if let Err(error) = edit(descriptor, &mut bytes, 0, name, &value) {
+            let unit = descriptor.field(name).map_or("", |field| field.unit);
+            let help = if unit.is_empty() {
+                String::from("see the module's parameters")
+            } else {
+                format!("its unit is {unit}")
+            };
+            complaints.add(entry.value.span, Mistake::Value.of(error.to_string()), help);
+        }
+    }
+    bytes
+}

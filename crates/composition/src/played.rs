@@ -1,0 +1,35 @@
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use slate_blackboard::channel::Budget;
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::{Access, Board, BoardError, Property, Store};
+
+/// A property that is played.
+#[derive(Clone, Debug)]
+pub struct Played {
+    /// Its path, without a leading slash.
+    pub path: String,
+    /// What its values mean.
+    pub doc: String,
+    /// Its interface.
+    pub descriptor: &'static Descriptor,
+    /// Room in the tail, for interfaces with one.
+    pub capacity: usize,
+    /// The module that wrote it, if one did: whether it was well then, readers see.
+    pub module: Option<String>,
+    /// The modules whose stages come after that in which it was written: with `previous` they read what was there when the cycle
+    /// began.
+    pub early_for: BTreeSet<String>,
+    /// Whether it is a mailbox instead: modules send to it, and who plays takes what they send.
+    pub is_mailbox: bool,
+}
+
+impl Played {
+    /// Puts it on the board, where it is no mailbox.
+    pub fn add(&self, board: &Board, depth: usize, budget: Budget) -> Result<Arc<Property>, BoardError> {
+        let store = Store { capacity: self.capacity, depth, budget };
+        // Nobody but who plays it writes it, also what was a setting.
+        board.add_channel(&self.path, &self.doc, self.descriptor, store, Access::Output)
+    }
+}

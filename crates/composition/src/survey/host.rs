@@ -1,0 +1,53 @@
+//! What the agent says of itself, beside its modules: it can be linked like any output.
+
+use slate_blackboard::interface::{Descriptor, Interface};
+
+use crate::own::LoopState;
+use crate::own::TimingHistogram;
+use crate::own::{LogCounts, LogLine};
+
+/// A property of the main loop or of the log.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Host {
+    /// The state of the main loop.
+    Loop,
+    /// How long its cycles took.
+    LoopHistogram,
+    /// The last lines of the log.
+    LogTail,
+    /// What became of all lines.
+    LogCounts,
+}
+
+impl Host {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Loop, Self::LoopHistogram, Self::LogTail, Self::LogCounts];
+
+    /// Where it is.
+    pub fn path(self) -> &'static str {
+        match self {
+            Self::Loop => "loop/state",
+            Self::LoopHistogram => "loop/histogram",
+            Self::LogTail => "log/tail",
+            Self::LogCounts => "log/counts",
+        }
+    }
+
+    /// Its interface.
+    pub fn descriptor(self) -> &'static Descriptor {
+        match self {
+            Self::Loop => LoopState::DESCRIPTOR,
+            Self::LoopHistogram => TimingHistogram::DESCRIPTOR,
+            Self::LogTail => LogLine::DESCRIPTOR,
+            Self::LogCounts => LogCounts::DESCRIPTOR,
+        }
+    }
+
+    /// That of a path, and the field that the path leads to.
+    pub fn of(path: &str) -> Option<(Self, &str)> {
+        Self::ALL.into_iter().find_map(|host| {
+            let rest = path.strip_prefix(host.path())?;
+            if rest.is_empty() { Some((host, rest)) } else { Some((host, rest.strip_prefix('/')?)) }
+        })
+    }
+}

@@ -1,0 +1,191 @@
+//! Links to other agents: what is there is known only when they are, so what does not fit waits, and is no mistake.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use slate_module::Direction;
+
+use super::fit;
+use super::sinks::Sink;
+use super::sources::Source;
+use crate::RemotePath;
+use crate::catalogue::Catalogue;
+use crate::link::Place;
+use crate::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
+use slate_configuration::Mistake;
+use slate_configuration::TEAM;
+use slate_configuration::{Compression, Configuration, Link};
+
+/// The other agent that a link leads to, if it does.
+pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option<&'a str> {
+    link.from.value.agent().filter(|agent| *agent != configuration.agent_name())
+}
+
+/// What a link of another agent leads to.
+pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
+    let agent = agent(configuration, link)?;
+    Some(RemotePath { agent: agent.into(), path: link.from.value.path_in("") })
+}
+
+/// Why a link waits that says what is to carry its values, if the other agent is reached in another way.
+pub fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
+    let agent = agent(configuration, link).filter(|agent| *agent != TEAM)?;
+    let carrier = &link.transport.carrier.as_ref()?.value;
+    let endpoint = configuration.endpoint_of(agent);
+    let used = endpoint.split(':').next().unwrap_or_default();
+    (used != carrier).then(|| Misfit {
+        message: format!("agent `{agent}` is at {endpoint}, and not by `{carrier}`"),
+        help: format!(
+            "leave `carrier` out, or say where the agent is: share.agents.{agent}.at = \"{carrier}:...\""
+        ),
+    })
+}
+
+/// What links lead to of other agents.
+pub(super) fn all(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Remote> {
+    if !catalogue.shares {
+        return Vec::new();
+    }
+    let paths: BTreeSet<_> =
+        configuration.links().iter().filter_map(|link| path(configuration, link)).collect();
+    let remote = |path: RemotePath| Remote { property: catalogue.remote.get(&path).cloned(), path };
+    paths.into_iter().map(remote).collect()
+}
+
+impl Remote {
+    /// How messages call the property.
+    pub fn name(&self) -> String {
+        let path = self.property.as_ref().map_or(&self.path.path, |found| &found.path);
+        format!("/{}/{path}", self.path.agent)
+    }
+
+    /// The field of the property that the link means.
+    fn field(&self) -> Option<&str> {
+        let rest = self.path.path.strip_prefix(self.property.as_ref()?.path.as_str())?;
+        Some(rest.trim_start_matches('/'))
+    }
+}
+
+/// What becomes of a link; what of it does not fit what is there makes it wait.
+pub(super) fn joint<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    link: &'a Link,
+    sink: &Sink,
+    complaints: &mut Complaints<'a>,
+) -> (Option<Joint<'a>>, Option<Misfit>) {
+    let Some(wanted) = path(configuration, link) else { return (None, None) };
+    let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
+        let message = Mistake::OtherAgent
+            .of(format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent));
+        let help = format!(
+            "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
+            configuration.agent_name()
+        );
+        complaints.add(link.from.span, message, help);
+        return (None, None);
+    };
+    if wanted.agent == TEAM && !takes_part(configuration, link, sink, survey, complaints) {
+        return (None, None);
+    }
+    if let Some(carrier) = &link.transport.carrier
+        && !survey.carriers.is_empty()
+        && !survey.carriers.contains(&carrier.value)
+    {
+        let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
+        let message = Mistake::OtherAgent.of(format!("this program has no carrier `{}`", carrier.value));
+        complaints.add(carrier.span, message, format!("there are: {}", known.join(", ")));
+        return (None, None);
+    }
+    if let Some(compression) = &link.transport.compression
+        && matches!(compression.value, Compression::Jpeg(_))
+        && !survey.has_jpeg
+    {
+        let help = "write \"lossless\", or build it with the feature `jpeg`, which is there unless it was switched off";
+        complaints.add(compression.span, "this program was built without JPEG", help);
+        return (None, None);
+    }
+    let target = Target::Remote(index);
+    let direction = match sink.wire {
+        Wire::Port(port) => survey.modules[sink.module].description.ports[port].direction,
+        Wire::Enabled | Wire::Params => Direction::Input,
+    };
+    let remote = &survey.remote[index];
+    let field = remote.field().unwrap_or_default().to_owned();
+    let is_known = remote.property.is_some();
+    let waits = || -> Option<Joint<'a>> {
+        let descriptor = match sink.wire {
+            Wire::Port(port) => survey.modules[sink.module].description.ports[port].descriptor,
+            Wire::Enabled => crate::parameters::enabled_descriptor(),
+            Wire::Params => survey.modules[sink.module].description.params,
+        };
+        let field = if sink.wire == Wire::Enabled { "value" } else { &sink.field };
+        let place = Place::find(descriptor, field).ok()?;
+        Some(Joint {
+            link,
+            port: (sink.module, sink.wire),
+            target,
+            from: String::new(),
+            field: sink.field.clone(),
+            way: Way::Pending(Arc::new(place)),
+            filter: None,
+            delayed: false,
+        })
+    };
+    let elsewhere = elsewhere(configuration, link);
+    match direction {
+        Direction::Queue if elsewhere.is_some() => (None, elsewhere),
+        // A queue without a link gets nothing, which is what a queue gets that waits for one.
+        Direction::Queue if !is_known => (None, None),
+        Direction::Outbox => {
+            let source = Source { target, field: String::new() };
+            let joint = fit::fit(configuration, survey, &[], link, sink, source, complaints);
+            // What it sends stays here when it is to go in another way.
+            if elsewhere.is_some() { (None, joint.and(elsewhere)) } else { (joint, None) }
+        }
+        _ if elsewhere.is_some() && waits().is_some() => (waits(), elsewhere),
+        // What is wrong at this end is a mistake whatever is at the other one.
+        _ if !is_known || waits().is_none() => {
+            let source = Source { target, field: String::new() };
+            let joint = fit::fit(configuration, survey, &[], link, sink, source, complaints);
+            (joint.and_then(|_| waits()), None)
+        }
+        _ => {
+            let before = complaints.diagnostics.len();
+            let source = Source { target, field };
+            match fit::fit(configuration, survey, &[], link, sink, source, complaints) {
+                Some(joint) => (Some(joint), None),
+                None => {
+                    let said: Vec<_> = complaints.diagnostics.drain(before..).collect();
+                    let misfit = said.first().map(|diagnostic| Misfit {
+                        message: diagnostic.message().replace("`//", "`slate://"),
+                        help: diagnostic.help_text().unwrap_or_default().to_owned(),
+                    });
+                    let joint = if direction == Direction::Queue { None } else { waits() };
+                    (joint, misfit)
+                }
+            }
+        }
+    }
+}
+
+/// Whether a link to what the team knows makes sense here.
+fn takes_part<'a>(
+    configuration: &'a Configuration,
+    link: &'a Link,
+    sink: &Sink,
+    survey: &Survey<'a>,
+    complaints: &mut Complaints<'a>,
+) -> bool {
+    let is_outbox = matches!(sink.wire, Wire::Port(port)
+        if survey.modules[sink.module].description.ports[port].direction == Direction::Outbox);
+    let (message, help) = if configuration.share().is_none_or(|share| share.knowledge.is_none()) {
+        ("this agent takes part in no team", "add a section [share.knowledge], which may be empty")
+    } else if is_outbox {
+        ("a team has no inbox", "messages go to one robot: slate://robot/module/inbox")
+    } else {
+        return true;
+    };
+    complaints.add(link.from.span, Mistake::OtherAgent.of(format!("`{}`: {message}", link.from.value)), help);
+    false
+}

@@ -1,0 +1,445 @@
+//! What configuration asks for, checked against what the plugins offer; nothing is made here.
+
+mod aspects;
+mod host;
+mod levels;
+mod links;
+mod module;
+mod order;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use slate_blackboard::nearest_paths;
+use slate_module::{Description, ModuleKind, Stage, Trigger};
+
+pub use host::Host;
+
+use crate::OwnSetup;
+use crate::Played;
+use crate::RemotePath;
+pub use crate::Wire;
+use crate::catalogue::{Catalogue, RemoteProperty};
+use crate::link::{Filter, Place, Program};
+pub use aspects::needs;
+pub use links::{elsewhere, remote_path};
+use slate_configuration::{Configuration, Diagnostic, Link, Module, Span};
+use slate_configuration::{Message, Mistake};
+
+/// Ports that every module has beside its own.
+pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
+
+/// Another one that isolated modules have.
+const RESERVED_WHEN_ISOLATED: &str = "process";
+
+/// A module that will be made.
+pub struct Surveyed<'a> {
+    /// As configured.
+    pub module: &'a Module,
+    /// Its kind.
+    pub kind: ModuleKind,
+    /// Ports and parameters.
+    pub description: Description,
+    /// The stage that runs it.
+    pub stage: Stage,
+    /// What makes it tick.
+    pub trigger: Trigger,
+    /// How long a tick may take, nanoseconds.
+    pub deadline: Option<u64>,
+    /// The bytes of its parameters.
+    pub params: Vec<u8>,
+    /// What it receives when it is set up.
+    pub setup: OwnSetup,
+    /// Values of unlinked inputs, by port.
+    pub inputs: BTreeMap<usize, Vec<u8>>,
+}
+
+/// A link between two ports.
+#[derive(Clone, Debug)]
+pub struct Joint<'a> {
+    /// As configured.
+    pub link: &'a Link,
+    /// The module and the port that the link belongs to.
+    pub port: (usize, Wire),
+    /// What it leads to, through the links of other inputs.
+    pub target: Target,
+    /// The field of the target that it reads; empty for the whole.
+    pub from: String,
+    /// The field of the port that it fills; empty for the whole.
+    pub field: String,
+    /// What becomes of the value.
+    pub way: Way,
+    /// The values that it lets pass; all without one.
+    pub filter: Option<Arc<Filter>>,
+    /// Whether last cycle's value is meant of what is written earlier in a cycle.
+    pub delayed: bool,
+}
+
+/// What becomes of a value on its way.
+#[derive(Clone, Debug)]
+pub enum Way {
+    /// The port reads the property itself.
+    Plain,
+    /// The port has a property of its own, which this writes.
+    Converted(Arc<Program>),
+    /// As above, into this place; how is only known when what it leads to is there.
+    Pending(Arc<Place>),
+}
+
+/// What a link leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// A port of a module.
+    Port(usize, usize),
+    /// A property that every module has.
+    Implied(usize, Implied),
+    /// The command of an actuator that passed its gate.
+    Command(usize),
+    /// A property of a module whose plugin is not loaded; an index of [`Survey::absent`].
+    Absent(usize),
+    /// A property of another agent; an index of [`Survey::remote`].
+    Remote(usize),
+    /// A property of the main loop or of the log.
+    Host(Host),
+    /// A property that is played; an index of [`Survey::played`].
+    Played(usize),
+}
+
+/// What a link to another agent leads to.
+#[derive(Clone, Debug)]
+pub struct Remote {
+    /// The path in the other agent.
+    pub path: RemotePath,
+    /// What stands for it on the board, if anything does.
+    pub property: Option<RemoteProperty>,
+}
+
+impl Remote {
+    /// The path on the board.
+    pub fn place(&self) -> String {
+        match &self.property {
+            Some(found) => RemotePath { path: found.path.clone(), ..self.path.clone() }.place(),
+            None => self.path.place(),
+        }
+    }
+}
+
+/// A link to another agent that does not fit what is there.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Misfit {
+    /// What does not fit.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+}
+
+/// A property that every module has beside its ports.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Implied {
+    /// Its parameters.
+    Params,
+    /// Its switch.
+    Enabled,
+    /// How it is.
+    State,
+    /// How long its ticks take.
+    Timing,
+    /// How long its ticks took, of all.
+    Histogram,
+}
+
+impl Implied {
+    /// The one of that name.
+    pub fn of(name: &str) -> Option<Self> {
+        [Self::Params, Self::Enabled, Self::State, Self::Timing, Self::Histogram]
+            .into_iter()
+            .find(|implied| implied.name() == name)
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Params => "params",
+            Self::Enabled => "enabled",
+            Self::State => "state",
+            Self::Timing => "timing",
+            Self::Histogram => "histogram",
+        }
+    }
+}
+
+/// A property that will be written, or read, when a plugin is loaded.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Absent {
+    /// Path of the property.
+    pub path: String,
+    /// The module.
+    pub module: String,
+}
+
+/// Everything that will be made.
+pub struct Survey<'a> {
+    /// The modules, in the order of the configuration.
+    pub modules: Vec<Surveyed<'a>>,
+    /// The links between them.
+    pub joints: Vec<Joint<'a>>,
+    /// What links lead to that is not there.
+    pub absent: Vec<Absent>,
+    /// What links lead to of other agents.
+    pub remote: Vec<Remote>,
+    /// What is played from a recording.
+    pub played: Arc<[Played]>,
+    /// What can carry values of other agents; anything when there is nothing among them.
+    pub carriers: BTreeSet<String>,
+    /// Whether they can be compressed as JPEG.
+    pub has_jpeg: bool,
+    /// The links to other agents that don't fit what is there, by what they fill; they wait until it is another.
+    pub misfits: BTreeMap<String, Misfit>,
+    /// Who provides a service to a port: a port of another module, or the host.
+    pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
+    /// Per stage, levels of modules.
+    pub order: Vec<Vec<Vec<usize>>>,
+    /// The modules with links to a path, also those that are not there yet; one stands there for each link.
+    pub listeners: BTreeMap<String, Vec<&'a str>>,
+}
+
+/// What a link comes to: what decides whether a port can go on as it is when links change.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lead {
+    /// The path of the property, and the field of it that is read.
+    pub path: String,
+    from: String,
+    field: String,
+    /// Whether the port has a property of its own, and whether it waits for what the link leads to.
+    kind: (bool, bool),
+    /// Which property it is that stands for one of another agent.
+    epoch: u64,
+    /// Whether what it leads to is itself written by links.
+    is_written: bool,
+    previous: bool,
+    delayed: bool,
+    stale: Option<u64>,
+    said: [Option<String>; 4],
+    /// What the rest of the port is set to, if links fill parts of it.
+    value: Option<Vec<u8>>,
+}
+
+impl<'a> Survey<'a> {
+    /// The path of what a link leads to.
+    pub fn path(&self, configuration: &Configuration, target: Target) -> String {
+        match target {
+            Target::Port(module, port) => {
+                let surveyed = &self.modules[module];
+                format!("{}/{}", surveyed.module.name.value, surveyed.description.ports[port].name)
+            }
+            Target::Implied(module, implied) => {
+                format!("{}/{}", self.modules[module].module.name.value, implied.name())
+            }
+            Target::Command(actuator) => {
+                format!("{}/command", configuration.actuators()[actuator].name.value)
+            }
+            Target::Absent(absent) => self.absent[absent].path.clone(),
+            Target::Remote(remote) => self.remote[remote].place(),
+            Target::Host(host) => host.path().into(),
+            Target::Played(played) => self.played[played].path.clone(),
+        }
+    }
+
+    /// The links of a module.
+    pub fn leads(&self, configuration: &Configuration, module: usize) -> BTreeMap<Wire, Vec<Lead>> {
+        let mut leads: BTreeMap<_, Vec<_>> = BTreeMap::new();
+        for joint in self.joints.iter().filter(|joint| joint.port.0 == module) {
+            let link = joint.link;
+            let value = match joint.port.1 {
+                Wire::Port(port) if !joint.is_plain() => self.modules[module].inputs.get(&port).cloned(),
+                _ => None,
+            };
+            let is_pending = matches!(joint.way, Way::Pending(_));
+            leads.entry(joint.port.1).or_default().push(Lead {
+                path: self.path(configuration, joint.target),
+                from: joint.from.clone(),
+                field: joint.field.clone(),
+                kind: (!joint.is_plain(), is_pending),
+                epoch: match joint.target {
+                    Target::Remote(remote) => {
+                        self.remote[remote].property.as_ref().map_or(0, |property| property.epoch)
+                    }
+                    _ => 0,
+                },
+                is_written: self.is_written(joint.target),
+                previous: link.previous,
+                delayed: joint.delayed,
+                stale: link.stale.as_ref().map(|stale| stale.value),
+                said: [
+                    link.filter.every.as_ref().map(|every| every.value.to_string()),
+                    link.filter.when.as_ref().map(|when| when.value.clone()),
+                    link.policy.as_ref().map(|policy| format!("{:?}", policy.value)),
+                    link.window.as_ref().map(|window| window.value.to_string()),
+                ],
+                value,
+            });
+        }
+        leads
+    }
+
+    /// Whether what a link leads to is a port, or a switch, that links fill.
+    fn is_written(&self, target: Target) -> bool {
+        let port = match target {
+            Target::Port(module, port) => (module, Wire::Port(port)),
+            Target::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+            _ => return false,
+        };
+        self.joints.iter().any(|joint| joint.port == port)
+    }
+
+    /// Finds out who reads what.
+    fn listen(&mut self, configuration: &'a Configuration) {
+        let mut listeners: BTreeMap<String, Vec<&'a str>> = BTreeMap::new();
+        for joint in &self.joints {
+            let name = self.modules[joint.port.0].module.name.value.as_str();
+            listeners.entry(self.path(configuration, joint.target)).or_default().push(name);
+        }
+        let names = || configuration.modules().iter().map(|module| module.name.value.as_str());
+        let there = |name: &str| self.modules.iter().any(|surveyed| surveyed.module.name.value == name);
+        for link in configuration.links() {
+            let owns =
+                |name: &&str| link.to.value.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
+            let owner = names().filter(owns).max_by_key(|name| name.len());
+            if let Some(owner) = owner.filter(|owner| !there(owner)) {
+                // Which part of it is a field is not known yet.
+                let mut path = link.from.value.path_in("");
+                while let Some((shorter, _)) =
+                    path.rsplit_once('/').map(|(a, b)| (a.to_owned(), b.to_owned()))
+                {
+                    listeners.entry(path).or_default().push(owner);
+                    path = shorter;
+                }
+            }
+        }
+        self.listeners = listeners;
+    }
+}
+
+/// Collects complaints.
+pub struct Complaints<'a> {
+    configuration: &'a Configuration,
+    /// What was found so far.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl<'a> Complaints<'a> {
+    /// None so far.
+    pub fn new(configuration: &'a Configuration) -> Self {
+        Self { configuration, diagnostics: Vec::new() }
+    }
+
+    /// Adds one at a place of the configuration.
+    pub fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
+        let help: String = help.into();
+        self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
+    }
+}
+
+/// Words for "did you mean".
+fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> String {
+    // A module's name may be the beginning of what was named.
+    let near = nearest_paths(name, '/', names.clone());
+    if near.is_empty() {
+        format!("there are: {}", names.collect::<Vec<_>>().join(", "))
+    } else {
+        format!("did you mean {}?", near.join(" or "))
+    }
+}
+
+/// What a configuration is made of with the kinds of a catalogue, and what does not fit.
+pub fn survey<'a>(
+    configuration: &'a Configuration,
+    catalogue: &Catalogue,
+    complaints: &mut Complaints<'a>,
+) -> Survey<'a> {
+    let mut modules = Vec::new();
+    // Whose ports are not known: nothing is said of links to them.
+    let (mut dormant, mut is_complete) = (Vec::new(), true);
+    for module in configuration.modules() {
+        if catalogue.is_dormant(&module.plugin.value) {
+            dormant.push(module.name.value.as_str());
+        } else if let Some(surveyed) = module::survey_module(configuration, module, catalogue, complaints) {
+            modules.push(surveyed);
+        } else {
+            dormant.push(module.name.value.as_str());
+            is_complete = false;
+        }
+    }
+    check_unique(&modules, complaints);
+    check_time_source(configuration, &modules, complaints);
+    aspects::check_single(configuration, &modules, complaints);
+    let services = aspects::survey_services(&modules, catalogue, complaints);
+    let mut survey = Survey {
+        modules,
+        joints: Vec::new(),
+        absent: Vec::new(),
+        played: Arc::clone(&catalogue.played),
+        carriers: BTreeSet::new(),
+        has_jpeg: false,
+        remote: Vec::new(),
+        misfits: BTreeMap::new(),
+        services,
+        order: Vec::new(),
+        listeners: BTreeMap::new(),
+    };
+    links::survey_links(configuration, &dormant, catalogue, &mut survey, complaints);
+    // The order can only be told when every module is known.
+    if is_complete {
+        survey.listen(configuration);
+        survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
+    }
+    survey
+}
+
+/// The time source is one of the modules.
+fn check_time_source(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    complaints: &mut Complaints<'_>,
+) {
+    let Some(source) = configuration.time_source() else { return };
+    let names = configuration.modules().iter().map(|module| module.name.value.as_str());
+    if !names.clone().any(|name| name == source.value) {
+        complaints.add(
+            source.span,
+            Mistake::TimeSource.of(format!("no module `{}` to be the time source", source.value)),
+            suggest(&source.value, names),
+        );
+    } else if complaints.diagnostics.is_empty()
+        && !modules.iter().any(|surveyed| surveyed.module.name.value == source.value)
+    {
+        let message = Mistake::TimeSource
+            .of(format!("the time source `{}` is of a plugin that is not loaded", source.value));
+        complaints.add(source.span, message, "load it, or choose another time source");
+    }
+}
+
+/// The robot that a module belongs to.
+pub fn scope(name: &str) -> &str {
+    name.rsplit_once('/').map_or("", |(scope, _)| scope)
+}
+
+/// One Plan, one Execute, one Knowledge per robot (RoCS, 5.1).
+fn check_unique(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
+    let mut seen: BTreeMap<(&str, &str), &str> = BTreeMap::new();
+    for surveyed in modules {
+        let name = surveyed.module.name.value.as_str();
+        let part = surveyed.description.unique.as_str();
+        if part.is_empty() {
+            continue;
+        }
+        if let Some(first) = seen.insert((scope(name), part), name) {
+            let message = Mistake::Second.of(format!("a robot has one {part}, and `{first}` is it already"));
+            complaints.add(
+                surveyed.module.name.span,
+                message,
+                format!("remove `{name}` or put it into another robot"),
+            );
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! The order of the modules in each stage, from their links.
+
+use slate_module::{Direction, Stage};
+
+use super::levels::{CycleFound, levels};
+use super::links::split_module;
+use super::{Complaints, Joint, Surveyed, Target, Wire};
+use slate_configuration::Configuration;
+use slate_configuration::Mistake;
+
+/// The modules that write what a link leads to.
+pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {
+    match target {
+        Target::Port(module, _) => vec![module],
+        Target::Command(actuator) => {
+            let wanted = &configuration.actuators()[actuator];
+            let paths = wanted.commands.iter().map(|url| url.value.path_in(""));
+            let ports = paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module));
+            let named = |module: &Surveyed<'_>| {
+                wanted.modules.iter().any(|name| name.value == module.module.name.value)
+            };
+            ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
+        }
+        // What tells of a module, or is set in it, is of no moment of a cycle.
+        Target::Implied(..) | Target::Absent(_) | Target::Remote(_) | Target::Host(_) | Target::Played(_) => {
+            Vec::new()
+        }
+    }
+}
+
+pub(super) fn survey_order(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    joints: &[Joint<'_>],
+    complaints: &mut Complaints<'_>,
+) -> Vec<Vec<Vec<usize>>> {
+    let mut order = Vec::new();
+    for stage in Stage::ALL {
+        let members: Vec<usize> =
+            (0..modules.len()).filter(|module| modules[*module].stage == stage).collect();
+        let place = |module: usize| members.iter().position(|member| *member == module);
+        let mut edges = Vec::new();
+        for joint in joints {
+            let Some(own) = place(joint.port.0) else { continue };
+            let sends = matches!(joint.port.1, Wire::Port(port)
+                if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
+            // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
+            let own_first = joint.link.previous != sends;
+            if let Target::Port(module, port) = joint.target
+                && modules[module].description.ports[port].direction == Direction::Input
+                && !joints.iter().any(|other| other.port == (module, Wire::Port(port)))
+            {
+                // It is set, and not written by a step.
+                continue;
+            }
+            for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
+                // What a module gets from itself, or from the gate that it commands, is always from before its tick.
+                let unordered = sends || joint.link.previous || matches!(joint.target, Target::Command(_));
+                if own != target || !unordered {
+                    edges.push(if own_first { (own, target) } else { (target, own) });
+                }
+            }
+        }
+        match levels(members.len(), &edges) {
+            Ok(sorted) => order.push(
+                sorted.into_iter().map(|level| level.into_iter().map(|i| members[i]).collect()).collect(),
+            ),
+            Err(CycleFound(circle)) => {
+                let names: Vec<_> =
+                    circle.iter().map(|i| modules[members[*i]].module.name.value.as_str()).collect();
+                let first = joints.iter().find(|joint| {
+                    place(joint.port.0).is_some_and(|own| circle.contains(&own))
+                        && writers(configuration, modules, joint.target)
+                            .into_iter()
+                            .any(|target| place(target).is_some_and(|at| circle.contains(&at)))
+                });
+                let message = Mistake::Circle.of(format!(
+                    "in stage {}, {} -> {} read each other in a circle",
+                    stage.name(),
+                    names.join(" -> "),
+                    names.first().copied().unwrap_or_default()
+                ));
+                let help = "mark one of the links `previous = true`, or move a module to another stage";
+                match first {
+                    Some(joint) => complaints.add(joint.link.from.span, message, help),
+                    None => complaints.add(modules[members[circle[0]]].module.name.span, message, help),
+                }
+                order.push(Vec::new());
+            }
+        }
+    }
+    order
+}

@@ -1,0 +1,50 @@
+//! How two numbers are compared, as links and snapshots are told to.
+
+/// How two numbers are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Comparison {
+    /// `<`
+    Less,
+    /// `<=`
+    AtMost,
+    /// `>`
+    Greater,
+    /// `>=`
+    AtLeast,
+    /// `==`
+    Equal,
+    /// `!=`
+    Unequal,
+}
+
+/// As they are written; those of two characters first, as others begin them.
+const SIGNS: [(&str, Comparison); 6] = [
+    ("<=", Comparison::AtMost),
+    (">=", Comparison::AtLeast),
+    ("==", Comparison::Equal),
+    ("!=", Comparison::Unequal),
+    ("<", Comparison::Less),
+    (">", Comparison::Greater),
+];
+
+impl Comparison {
+    /// What stands before and behind the sign in a text such as `range < 0.5`; nothing when there is none.
+    pub fn split(text: &str) -> Option<(&str, Self, &str)> {
+        SIGNS.iter().find_map(|(sign, comparison)| {
+            let (before, behind) = text.split_once(sign)?;
+            Some((before.trim(), *comparison, behind.trim()))
+        })
+    }
+
+    /// Whether it holds.
+    pub fn holds(self, one: f64, other: f64) -> bool {
+        match self {
+            Self::Less => one < other,
+            Self::AtMost => one <= other,
+            Self::Greater => one > other,
+            Self::AtLeast => one >= other,
+            Self::Equal => one == other,
+            Self::Unequal => one != other,
+        }
+    }
+}

@@ -1,0 +1,291 @@
+use std::convert::Infallible;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use super::*;
+
+/// Finds out whether a configuration can be used.
+pub(super) type Validator = dyn Fn(&Configuration, &[Change]) -> Result<(), Report> + Send + Sync;
+
+/// A setting that changes.
+#[derive(Clone, Debug)]
+pub struct Change {
+    /// Its path, as `--set` takes it; the names of robots are part of those of their modules.
+    pub path: String,
+    /// The value until now, if there was one.
+    pub before: Option<Value>,
+    /// The value from now on, if there is one.
+    pub after: Option<Value>,
+    pub(super) names: Vec<String>,
+    /// With how many of the names there was something before.
+    pub(super) known: usize,
+}
+
+impl Change {
+    /// The names of the path, such as `modules`, `r2/planner`, `params`, `speed`.
+    pub fn names(&self) -> &[String] {
+        &self.names
+    }
+}
+
+/// A configuration that is valid and could hold from now on.
+#[derive(Clone, Debug)]
+#[must_use = "nothing changes until it is committed"]
+pub struct Proposal {
+    database: Database,
+    configuration: Arc<Configuration>,
+    session: Session,
+    files: Files,
+    changes: Vec<Change>,
+    waiting: Vec<Change>,
+    covered: Vec<Change>,
+    /// The generation that it starts from.
+    generation: u64,
+}
+
+/// The files that a proposal is read from.
+pub(super) enum Texts {
+    /// Those of the state.
+    Known(Files),
+    /// Others, of which some settings may have to wait.
+    Edited(Files),
+}
+
+impl Proposal {
+    /// The whole configuration with the changes.
+    pub fn configuration(&self) -> &Arc<Configuration> {
+        &self.configuration
+    }
+
+    /// What changes, in the order of the paths.
+    pub fn changes(&self) -> &[Change] {
+        &self.changes
+    }
+
+    /// What edited files say and only the next start can have, as [`Database::waiting`] once this is committed.
+    pub fn waiting(&self) -> &[Change] {
+        &self.waiting
+    }
+
+    /// What edited files say of settings that were changed at run time, as [`Database::covered`] once this is committed.
+    pub fn covered(&self) -> &[Change] {
+        &self.covered
+    }
+
+    /// Makes it the configuration that holds, and calls the handlers of what changes.
+    ///
+    /// They were called when this returns, unless it is called by one of them or while another thread calls them:
+    /// then that one goes on with these changes, so that all handlers see all changes in one order.
+    ///
+    /// # Errors
+    /// The configuration has changed since this was proposed.
+    pub fn commit(self) -> Result<Vec<Change>, Report> {
+        self.apply().ok_or_else(|| {
+            refusal(
+                "the configuration has changed since the proposal was made",
+                "propose again; nothing was changed by this one",
+            )
+        })
+    }
+
+    /// Makes it hold; nothing if it was overtaken.
+    pub fn apply(self) -> Option<Vec<Change>> {
+        self.apply_after(|_| Ok::<(), Infallible>(())).map(|Ok(changes)| changes)
+    }
+
+    /// Does `work` with the new configuration while nobody can change it, and makes it hold when that succeeds. Nothing
+    /// is done if it was overtaken.
+    ///
+    /// # Errors
+    /// Those of `work`; nothing is changed then.
+    pub fn apply_after<E>(
+        self,
+        work: impl FnOnce(&Configuration) -> Result<(), E>,
+    ) -> Option<Result<Vec<Change>, E>> {
+        let Self { database, configuration, session, files, changes, waiting, covered, generation } = self;
+        let shared = &database.shared;
+        {
+            let _turn = lock(&shared.turn);
+            if lock(&shared.state).generation != generation {
+                return None;
+            }
+            if let Err(error) = work(&configuration) {
+                return Some(Err(error));
+            }
+            let mut state = lock(&shared.state);
+            *state = State { configuration, session, files, waiting, covered, generation: generation + 1 };
+            shared.handlers.queue(&changes);
+        }
+        shared.handlers.deliver(&database);
+        Some(Ok(changes))
+    }
+}
+
+impl Database {
+    /// Reads the configuration with changes, each a path and a value as `--set` takes them, later ones last.
+    ///
+    /// Files are not read again, so that nothing else changes.
+    ///
+    /// # Errors
+    /// Everything that is wrong with any of them, and what the validators object to.
+    pub fn propose(&self, changes: &[(impl AsRef<str>, impl AsRef<str>)]) -> Result<Proposal, Report> {
+        let changes: Vec<_> = changes
+            .iter()
+            .map(|(path, value)| (path.as_ref().to_owned(), value.as_ref().to_owned()))
+            .collect();
+        self.propose_instead(&[], &changes)
+    }
+
+    /// The configuration without the session's changes at some paths and below them, and with other changes, as
+    /// [`propose`](Self::propose) takes them, in their place.
+    ///
+    /// # Errors
+    /// As of [`propose`](Self::propose), and what is no path.
+    pub fn propose_instead(
+        &self,
+        taken_back: &[&str],
+        changes: &[(String, String)],
+    ) -> Result<Proposal, Report> {
+        let mut state = self.state();
+        for path in taken_back {
+            let prefix = Prefix::parse(path, state.configuration.described_as())?;
+            state.session.0.retain(|change| !prefix.holds(&change.path));
+        }
+        let texts: Vec<_> =
+            changes.iter().map(|(path, value)| (format!("{path}={value}"), path.len())).collect();
+        let written: Vec<_> =
+            texts.iter().map(|(text, equals)| Written { text, equals: Some(*equals) }).collect();
+        let files = state.files.clone();
+        self.proposal(state, &written, Texts::Known(files)).0
+    }
+
+    /// The configuration without the session's changes at a path and below it; an empty path is all of them.
+    ///
+    /// # Errors
+    /// The path is none, or what remains doesn't hold without them.
+    pub fn revert(&self, path: &str) -> Result<Proposal, Report> {
+        self.propose_instead(&[path], &[])
+    }
+
+    /// Takes back what the session has changed at a path and below it: [`revert`](Self::revert) and
+    /// [commit](Proposal::commit), again if somebody else was faster.
+    ///
+    /// # Errors
+    /// As of [`revert`](Self::revert).
+    pub fn take_back(&self, path: &str) -> Result<Vec<Change>, Report> {
+        loop {
+            if let Some(changes) = self.revert(path)?.apply() {
+                return Ok(changes);
+            }
+        }
+    }
+
+    /// The configuration with the files as they are on the disk now; the session stays on top.
+    ///
+    /// # Errors
+    /// Everything that is wrong with any of the layers, and what the validators object to.
+    pub fn reload(&self) -> Result<Proposal, Report> {
+        self.proposal(self.state(), &[], Texts::Edited(Files::default())).0
+    }
+
+    /// What is wrong with files that were edited since they were read and can't be taken over; what they said before
+    /// goes on to hold.
+    pub fn refused_edit(&self) -> Option<Report> {
+        let state = self.state();
+        let now = state.files.fresh(&Files::default());
+        if state.files.hold_in(&now) {
+            return None;
+        }
+        self.proposal(state, &[], Texts::Edited(now)).0.err()
+    }
+
+    /// Adds a check of proposals, such as of the parameters of modules; a change that a check objects to is refused.
+    /// Checks are called in the thread that proposes, in the order in which they were added.
+    pub fn validate_with(&self, validator: Box<Validator>) {
+        lock(&self.shared.validators).push(validator.into());
+    }
+
+    /// What comes of changes on top of a state, and the files that were read for it.
+    pub(super) fn proposal(
+        &self,
+        state: State,
+        changes: &[Written<'_>],
+        texts: Texts,
+    ) -> (Result<Proposal, Report>, Files) {
+        let State { configuration: before, mut session, mut waiting, mut covered, generation, .. } = state;
+        let earlier = session.texts();
+        let earlier = earlier.iter().map(|text| Written { text, equals: None });
+        let written: Vec<_> = earlier.chain(changes.iter().copied()).collect();
+        let Shared { main, options, .. } = &*self.shared;
+        let request = |waiting: &[Change], files| {
+            read(&Request { waiting, changes: &written, ..Request::new(main, options) }, files)
+        };
+        let is_edited = matches!(texts, Texts::Edited(_));
+        let read = match texts {
+            Texts::Known(files) => request(&waiting, files),
+            Texts::Edited(files) => {
+                let read = request(&[], files);
+                let wait = |configuration| self.held(configuration, &list(&before, configuration));
+                waiting = read.result.as_ref().map_or(Vec::new(), wait);
+                if waiting.is_empty() { read } else { request(&waiting, read.files) }
+            }
+        };
+        let files = read.files;
+        let result = read.result.and_then(|configuration| {
+            let new = read.changes.len() - changes.len();
+            let mut set_again = Session::default();
+            for change in &read.changes[new..] {
+                session.add(change);
+                set_again.add(change);
+            }
+            if is_edited {
+                let news = covered::by_session(&session, &before, &configuration);
+                covered.retain(|old| !news.iter().any(|new| new.names == old.names));
+                covered.extend(news);
+            }
+            covered.retain(|covered| session.has(&covered.names) && !set_again.has(&covered.names));
+            let changes = list(&before, &configuration);
+            // Everything was read and nothing is changed yet; shown are the texts as they were given.
+            self.validate(&configuration, &changes)?;
+            Ok(Proposal {
+                database: self.clone(),
+                configuration: Arc::new(configuration),
+                session,
+                files: files.clone(),
+                changes,
+                waiting,
+                covered,
+                generation,
+            })
+        });
+        (result, files)
+    }
+
+    fn validate(&self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
+        let validators = lock(&self.shared.validators).clone();
+        let mut diagnostics = Vec::new();
+        for validator in validators {
+            match catch_unwind(AssertUnwindSafe(|| validator(configuration, changes))) {
+                Ok(Ok(())) => {}
+                Ok(Err(report)) => diagnostics.extend_from_slice(report.diagnostics()),
+                Err(_) => diagnostics.push(Diagnostic::without_place(
+                    "a check of the configuration panicked",
+                    Some("this is a mistake in the program, not in the configuration".into()),
+                )),
+            }
+        }
+        if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics.into()) }
+    }
+}
+
+fn list(before: &Configuration, after: &Configuration) -> Vec<Change> {
+    let all = &before.merged;
+    let change = |(names, before, after): super::super::compare::Pair<'_>| Change {
+        path: path::render(&names),
+        before: before.map(|value| value.value.clone()),
+        after: after.map(|value| value.value.clone()),
+        known: (0..names.len()).rev().find(|known| all.entry(&names[..*known]).is_some()).unwrap_or(0),
+        names,
+    };
+    differences(&before.merged, &after.merged).into_iter().map(change).collect()
+}

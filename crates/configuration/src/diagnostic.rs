@@ -1,0 +1,209 @@
+use std::fmt;
+use std::sync::Arc;
+
+use miette::{GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource, SourceCode};
+
+use super::set::first_equals;
+use super::source::{SourceKind, Sources, Span};
+use crate::mistake::{Message, Mistake};
+
+/// One thing that is wrong, where, and what to do about it.
+#[derive(Clone, Debug)]
+pub struct Diagnostic {
+    message: String,
+    mistake: Option<Mistake>,
+    help: Option<String>,
+    place: Option<Place>,
+}
+
+#[derive(Clone, Debug)]
+struct Place {
+    source: NamedSource<Arc<str>>,
+    label: LabeledSpan,
+    line: usize,
+    column: usize,
+    /// Whether somebody has written the text: that of a change at run time is made of what a tool asks for.
+    is_written: bool,
+}
+
+impl Diagnostic {
+    /// Something wrong that no text shows, such as a file that can't be read.
+    pub fn without_place(message: impl Into<Message>, help: impl Into<Option<String>>) -> Self {
+        let Message { text, mistake } = message.into();
+        Self { message: text, mistake, help: help.into(), place: None }
+    }
+
+    pub(super) fn at(sources: &Sources, span: Span, message: Message, help: Option<String>) -> Self {
+        let source = sources.of(span);
+        if source.kind == SourceKind::Plugin {
+            let text = format!("{}: {message}", source.name);
+            return Self::without_place(Message { text, ..message }, help);
+        }
+        let range = source.range(span);
+        let (line, column) = source.line_and_column(range.start);
+        let label = LabeledSpan::new_with_span(Some("here".into()), range);
+        let is_written = source.kind != SourceKind::Change;
+        let source = NamedSource::new(&source.name, Arc::clone(&source.text));
+        let Message { text, mistake } = message;
+        Self { message: text, mistake, help, place: Some(Place { source, label, line, column, is_written }) }
+    }
+
+    /// Place, message and help in a line.
+    pub(super) fn in_a_line(&self) -> String {
+        Line(self).to_string()
+    }
+
+    /// Whether it is at a place in a text that somebody has written.
+    pub fn is_written(&self) -> bool {
+        self.place.as_ref().is_some_and(|place| place.is_written)
+    }
+
+    /// What is wrong, behind its place in a text that somebody has written.
+    pub fn placed(&self) -> String {
+        match self.place.as_ref().filter(|place| place.is_written) {
+            Some(Place { source, line, column, .. }) => {
+                format!("{}:{line}:{column}: {}", source.name(), self.message)
+            }
+            None => match self.setting() {
+                Some(path) if !self.message.contains(path) => format!("{path}: {}", self.message),
+                _ => self.message.clone(),
+            },
+        }
+    }
+
+    /// The setting that a change at run time is of; that of a link is said with it.
+    fn setting(&self) -> Option<&str> {
+        let text = self.place.as_ref().filter(|place| !place.is_written)?.source.inner();
+        let path = text[..first_equals(text)?].trim();
+        (!path.starts_with("links")).then_some(path)
+    }
+
+    /// What is wrong.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// Of which kind it is, if it has one.
+    pub fn mistake(&self) -> Option<Mistake> {
+        self.mistake
+    }
+
+    /// What to do about it.
+    pub fn help_text(&self) -> Option<&str> {
+        self.help.as_deref()
+    }
+
+    /// The name of the file, or `--set`.
+    pub fn source_name(&self) -> Option<&str> {
+        self.place.as_ref().map(|place| place.source.name())
+    }
+
+    /// The line, counted from one.
+    pub fn line(&self) -> Option<usize> {
+        self.place.as_ref().map(|place| place.line)
+    }
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for Diagnostic {}
+
+impl miette::Diagnostic for Diagnostic {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.place.as_ref().map(|place| &place.source as &dyn SourceCode)
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.place.as_ref().map(|place| Box::new(std::iter::once(place.label.clone())) as Box<_>)
+    }
+}
+
+/// All that is wrong with a configuration.
+///
+/// `Display` writes a line for each, [`Report::render`] and `Debug` show file, line and caret.
+#[derive(Clone)]
+pub struct Report {
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Report {
+    /// What is wrong, in the order of the texts.
+    pub fn diagnostics(&self) -> &[Diagnostic] {
+        &self.diagnostics
+    }
+
+    /// Of which kind the first of them is that has one.
+    pub fn mistake(&self) -> Option<Mistake> {
+        self.diagnostics.iter().find_map(Diagnostic::mistake)
+    }
+
+    /// The report for a terminal: message, excerpt with a caret, and help for each.
+    pub fn render(&self, colour: bool) -> String {
+        let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
+        let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_width(110);
+        let mut text = String::new();
+        for diagnostic in &self.diagnostics {
+            if handler.render_report(&mut text, diagnostic).is_err() {
+                text.push_str(&format!("{}\n", Line(diagnostic)));
+            }
+        }
+        text
+    }
+}
+
+impl From<Diagnostic> for Report {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self { diagnostics: vec![diagnostic] }
+    }
+}
+
+impl From<Vec<Diagnostic>> for Report {
+    fn from(diagnostics: Vec<Diagnostic>) -> Self {
+        Self { diagnostics }
+    }
+}
+
+/// A diagnostic in one line: `exp1.toml:3:1: message (help)`.
+struct Line<'a>(&'a Diagnostic);
+
+impl fmt::Display for Line<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Diagnostic { message, help, place, .. } = self.0;
+        if let Some(place) = place {
+            write!(f, "{}:{}:{}: ", place.source.name(), place.line, place.column)?;
+        }
+        f.write_str(message)?;
+        help.as_ref().map_or(Ok(()), |help| write!(f, " ({help})"))
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, diagnostic) in self.diagnostics.iter().enumerate() {
+            write!(f, "{}{}", if i == 0 { "" } else { "\n" }, Line(diagnostic))?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Debug for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.render(false))
+    }
+}
+
+impl std::error::Error for Report {}
+
+impl miette::Diagnostic for Report {
+    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn miette::Diagnostic> + 'a>> {
+        Some(Box::new(self.diagnostics.iter().map(|diagnostic| diagnostic as &dyn miette::Diagnostic)))
+    }
+}

@@ -1,0 +1,62 @@
+//! What links and other agents are called.
+
+use slate_blackboard::Url;
+use toml_edit::Key;
+
+use super::Configuration;
+use super::diagnostic::{Diagnostic, Report};
+use super::mistake::{Message, Mistake};
+use super::team::TEAM;
+
+/// The path of a link in the configuration.
+pub fn link_setting(to: &str) -> String {
+    format!("links.{}", Key::new(to).display_repr())
+}
+
+impl Configuration {
+    /// What a link says beside what it reads, as it is written.
+    pub fn link_options(&self, to: &str) -> Vec<(String, String)> {
+        let options = self.settings(&link_setting(to)).unwrap_or_default().into_iter();
+        let named = options.filter_map(|option| {
+            let keys = Key::parse(&option.path).ok()?;
+            let name = keys.get(2).filter(|key| key.get() != "from")?;
+            Some((name.get().to_owned(), option.value.to_string()))
+        });
+        named.collect()
+    }
+
+    /// The path in this agent that a text means.
+    ///
+    /// # Errors
+    /// When it is no URL, or that of another agent.
+    pub fn own_path(&self, text: &str) -> Result<String, Report> {
+        let refusal = |message: Message, help: &str| {
+            Report::from(Diagnostic::without_place(message, Some(help.into())))
+        };
+        let help = "a property is module/property, /module/property or slate://agent/module/property";
+        let url = Url::parse(text).map_err(|error| refusal(Mistake::Value.of(error.to_string()), help))?;
+        match url.agent() {
+            Some(TEAM) => Ok(format!("{TEAM}/{}", url.path_in(""))),
+            Some(agent) if agent != self.agent_name() => {
+                let message = Mistake::OtherAgent
+                    .of(format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name()));
+                Err(refusal(message, &format!("ask that agent: --agent {agent}")))
+            }
+            _ => Ok(url.path_in("")),
+        }
+    }
+
+    /// The parameters that links fill, all or in part, each behind its module.
+    pub fn linked_parameters(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.links().iter().filter_map(|link| {
+            let (module, rest) = link.to.value.split_once("/params/")?;
+            Some((module, rest.split('/').next()?))
+        })
+    }
+
+    /// Where another agent is found.
+    pub fn endpoint_of(&self, agent: &str) -> String {
+        let named = self.share().and_then(|share| share.agents.get(agent));
+        named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone())
+    }
+}

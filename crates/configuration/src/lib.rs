@@ -1,0 +1,329 @@
+//! What an agent is made of, read from TOML.
+//!
+//! A configuration comes in layers, of which a later one overrides an earlier one setting by setting: built-in
+//! defaults, included files, the file itself, the host's file, and settings of the command line. It is read as a
+//! whole or not at all: either all of it is right, or a [`Report`] shows everything that is wrong with file, line
+//! and caret. Every value remembers where it is written, so that whoever finds out later that it doesn't fit can
+//! point there too ([`Configuration::diagnostic`]).
+//!
+//! A file may describe several agents: each has a table `agents.NAME` with what a configuration has, also an `include`,
+//! which goes over what the same file says outside of `agents` for all of them. [`Options::agent`] says which one is read.
+//! With `agents.NAME.runs` it has those robots and modules of what stands outside, and no other agent does.
+//!
+//! A [`Configuration`] never changes. A [`Database`] holds the one of a running agent, with a last layer of changes
+//! made at run time.
+//!
+//! ```
+//! use slate_configuration::{Configuration, Options};
+//!
+//! let text = r#"
+//!     [modules.follower]
+//!     params.gain = 1.2
+//!     [links]
+//!     "follower/pose" = "localizer/pose"
+//! "#;
+//! let options = Options { sets: vec!["modules.follower.params.gain=2.5".into()], ..Options::default() };
+//! let configuration = Configuration::from_text("exp1.toml", text, &options)?;
+//! let gain = configuration.value("modules.follower.params.gain").and_then(|gain| gain.as_f64());
+//! assert_eq!(gain, Some(2.5));
+//! assert_eq!(configuration.origin("links.'follower/pose'").map(|o| o.to_string()), Some("exp1.toml:5".into()));
+//! # Ok::<(), slate_configuration::Report>(())
+//! ```
+
+mod agents;
+mod build;
+mod compare;
+mod comparison;
+mod database;
+mod diagnostic;
+mod division;
+mod ends;
+mod exclusive;
+mod files;
+mod layers;
+mod levels;
+mod links;
+mod log;
+mod mistake;
+mod model;
+mod path;
+mod plugins;
+mod printable;
+mod problems;
+mod read;
+mod record;
+pub mod replacement;
+mod schedule;
+mod scope;
+mod set;
+mod share;
+mod snapshot;
+mod source;
+mod stages;
+mod syslog;
+mod team;
+mod trigger;
+mod value;
+
+use std::path::{Path, PathBuf};
+
+use agents::Described;
+pub use comparison::Comparison;
+pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
+pub use diagnostic::{Diagnostic, Report};
+pub use ends::link_setting;
+pub use levels::Levels;
+pub use mistake::{Message, Mistake};
+pub use model::{
+    Actuator, Allowance, Compression, Credentials, Filter, Flight, FlightTrigger, Isolation, Limit, Link,
+    LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
+    Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport,
+};
+use path::Prefix;
+pub use printable::{printable, printable_text};
+use problems::Problems;
+use read::Main;
+pub use record::{RATE, period};
+pub use schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
+use source::Sources;
+pub use source::{Origin, Source, SourceKind, Span, Spanned};
+pub use syslog::SyslogAddress;
+pub use team::{TEAM, is_topic};
+pub use trigger::{SnapshotCondition, SnapshotTrigger};
+pub use value::{Entry, Table, Value};
+
+/// What else goes into a configuration, beside its main file.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Settings of the program, `path=value`, that hold unless a file or the command line says otherwise.
+    pub defaults: Vec<String>,
+    /// Settings of the command line, `path=value`, later ones last.
+    pub sets: Vec<String>,
+    /// A file with the settings of this computer; it overrides the main file.
+    pub host: Option<PathBuf>,
+    /// The agent that is read of a file that describes several, by the name of its table.
+    pub agent: Option<String>,
+    /// Names at the top that belong to the application, such as `world`.
+    pub extra_tables: Vec<String>,
+}
+
+/// A value and where it comes from.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// Its path, as `--set` takes it.
+    pub path: String,
+    /// The value.
+    pub value: Value,
+    /// Where it is written.
+    pub origin: Origin,
+}
+
+/// A valid configuration.
+#[derive(Clone, Debug)]
+pub struct Configuration {
+    sources: Sources,
+    /// Which agent this is, when the files describe several.
+    described: Option<Described>,
+    /// What the files say, without the command line and changes at run time.
+    files: Table,
+    merged: Table,
+    agent: model::Agent,
+    time_source: Option<Spanned<String>>,
+    clock_elsewhere: bool,
+    mission: Option<Mission>,
+    snapshot: Option<SnapshotTrigger>,
+    record: model::Record,
+    log: Log,
+    share: Option<Share>,
+    plugins: Vec<PluginEntry>,
+    modules: Vec<Module>,
+    links: Vec<Link>,
+    actuators: Vec<Actuator>,
+}
+
+impl Configuration {
+    /// Reads a file and all its layers.
+    ///
+    /// # Errors
+    /// Everything that is wrong with any of them.
+    pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Self, Report> {
+        let main = Main::File(path.as_ref().to_owned());
+        agents::read_all(&main, options).result
+    }
+
+    /// Reads a text as if it were a file of that name; files it includes are found beside that name.
+    ///
+    /// # Errors
+    /// Everything that is wrong with any of the layers.
+    pub fn from_text(name: &str, text: &str, options: &Options) -> Result<Self, Report> {
+        let main = Main::Text { name: name.into(), text: text.into() };
+        agents::read_all(&main, options).result
+    }
+
+    /// The agents that a file describes, by name; none when it is the configuration of one agent.
+    ///
+    /// # Errors
+    /// A file that can't be read, or is no TOML.
+    pub fn agents(path: impl AsRef<Path>, options: &Options) -> Result<Vec<String>, Report> {
+        agents::names(&Main::File(path.as_ref().to_owned()), options)
+    }
+
+    /// The agent's name; by default that of the file, without its ending.
+    pub fn agent_name(&self) -> &str {
+        &self.agent.name
+    }
+
+    /// The seed of all random streams.
+    pub fn seed(&self) -> &Spanned<u64> {
+        &self.agent.seed
+    }
+
+    /// The period of the main loop, nanoseconds.
+    pub fn period(&self) -> &Spanned<u64> {
+        &self.agent.main_loop.period
+    }
+
+    /// Wall-clock time after which a step counts as hung, nanoseconds.
+    pub fn hang(&self) -> &Spanned<u64> {
+        &self.agent.main_loop.hang
+    }
+
+    /// The least time of a cycle on the wall clock, nanoseconds: a loop that is behind does not spin.
+    pub fn minimum(&self) -> Option<&Spanned<u64>> {
+        self.agent.main_loop.minimum.as_ref()
+    }
+
+    /// The stages of the main loop.
+    pub fn schedule(&self) -> &Schedule {
+        &self.agent.main_loop.schedule
+    }
+
+    /// The module that is the time source; without one, it is the system's clock.
+    pub fn time_source(&self) -> Option<&Spanned<String>> {
+        self.time_source.as_ref()
+    }
+
+    /// Whether the time source is a module that another agent of the file runs, as where a simulator embodies the robots
+    /// of other agents. This agent then goes by the system's clock.
+    pub fn is_clock_elsewhere(&self) -> bool {
+        self.clock_elsewhere
+    }
+
+    /// What ends the run.
+    pub fn mission(&self) -> Option<&Mission> {
+        self.mission.as_ref()
+    }
+
+    /// When a snapshot is taken.
+    pub fn snapshot(&self) -> Option<&SnapshotTrigger> {
+        self.snapshot.as_ref()
+    }
+
+    /// What the agent records of itself.
+    pub fn record(&self) -> &Record {
+        &self.record
+    }
+
+    /// What is logged.
+    pub fn log(&self) -> &Log {
+        &self.log
+    }
+
+    /// How the agent shares; nothing when it says nothing of it, and then it is found by nobody.
+    pub fn share(&self) -> Option<&Share> {
+        self.share.as_ref()
+    }
+
+    /// The modules of the agent and of its robots, by name.
+    pub fn modules(&self) -> &[Module] {
+        &self.modules
+    }
+
+    /// The links, by the input they feed.
+    pub fn links(&self) -> &[Link] {
+        &self.links
+    }
+
+    /// The gates, by name.
+    pub fn actuators(&self) -> &[Actuator] {
+        &self.actuators
+    }
+
+    /// A table at the top, such as one of [`Options::extra_tables`].
+    pub fn table(&self, name: &str) -> Option<&Table> {
+        self.merged.get(name)?.as_table()
+    }
+
+    /// The setting at a path as `--set` takes it, such as `world.layout` or `log.levels."r2/planner"`.
+    pub fn value(&self, path: &str) -> Option<&Spanned<Value>> {
+        let names = scope::flatten_path(path::names(path, self.described_as()).ok()?);
+        self.merged.at(names.iter().map(String::as_str))
+    }
+
+    /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or else at
+    /// `otherwise`.
+    pub fn place_of(&self, complaint: &str, otherwise: Span) -> Span {
+        let named = complaint.split_once(": ").and_then(|(path, _)| self.value(path));
+        named.map_or(otherwise, |value| value.span)
+    }
+
+    /// The settings at a path and below it, in the order of their paths; an empty path is everything.
+    ///
+    /// # Errors
+    /// The path is none.
+    pub fn settings(&self, path: &str) -> Result<Vec<Setting>, Report> {
+        let prefix = Prefix::parse(path, self.described_as())?;
+        let mut settings = Vec::new();
+        compare::leaves(&self.merged, &[], &mut |path, value| {
+            if prefix.holds(&path) {
+                let (value, origin) = (value.value.clone(), self.origin_of(value.span));
+                settings.push(Setting { path: path::render(&path), value, origin });
+            }
+        });
+        Ok(settings)
+    }
+
+    /// Where the setting at a path comes from; nothing if only code decides it.
+    pub fn origin(&self, path: &str) -> Option<Origin> {
+        self.value(path).map(|value| self.origin_of(value.span))
+    }
+
+    /// Where a span is.
+    pub fn origin_of(&self, span: Span) -> Origin {
+        self.sources.origin(span)
+    }
+
+    /// The texts, as they were found; the later of two doesn't always override the earlier.
+    pub fn sources(&self) -> &[Source] {
+        &self.sources.0
+    }
+
+    /// The name of this agent's table, when the files describe several agents.
+    fn described_as(&self) -> Option<&str> {
+        self.described.as_ref().map(|described| described.name.as_str())
+    }
+
+    /// An error at a place of this configuration, found by whoever uses it.
+    pub fn diagnostic(&self, span: Span, message: impl Into<Message>, help: Option<String>) -> Diagnostic {
+        Diagnostic::at(&self.sources, span, message.into(), help)
+    }
+
+    /// An error for each key of a table that is none of `known`; `place` names the table, such as `in [world]`.
+    pub fn unknown_keys(&self, table: &Table, place: &str, known: &[&str]) -> Vec<Diagnostic> {
+        let mut problems = Problems::default();
+        problems.unknown_keys(table, place, known);
+        report(&self.sources, problems).diagnostics().to_vec()
+    }
+}
+
+/// All problems in the order of the texts; a setting that is written once is reported once.
+fn report(sources: &Sources, mut problems: Problems) -> Report {
+    let text = |source: usize| sources.0[source].place.part_of.unwrap_or(source);
+    problems.0.sort_by_key(|problem| problem.span.map(|span| (text(span.source), span.start)));
+    problems.0.dedup_by(|a, b| a.span == b.span && a.message == b.message);
+    let diagnostics = problems.0.into_iter().map(|problem| match problem.span {
+        Some(span) => Diagnostic::at(sources, span, problem.message, problem.help),
+        None => Diagnostic::without_place(problem.message, problem.help),
+    });
+    Report::from(diagnostics.collect::<Vec<_>>())
+}

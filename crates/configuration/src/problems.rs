@@ -1,0 +1,231 @@
+use slate_blackboard::{Url, nearest_names};
+
+use super::source::{Span, Spanned};
+use super::value::{Entry, Table, Value};
+use crate::mistake::{Message, Mistake};
+use crate::team::TEAM;
+
+/// Something wrong at a place, before its text is looked up.
+#[derive(Debug)]
+pub(super) struct Problem {
+    pub(super) span: Option<Span>,
+    pub(super) message: Message,
+    pub(super) help: Option<String>,
+}
+
+/// Everything found wrong so far, and the readers of single settings, which add to it.
+#[derive(Debug, Default)]
+pub(super) struct Problems(pub(super) Vec<Problem>);
+
+impl Problems {
+    pub(super) fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
+        self.0.push(Problem { span: Some(span), message: message.into(), help: Some(help.into()) });
+    }
+
+    pub(super) fn wrong_type(&mut self, name: &str, value: &Spanned<Value>, expected: &str, help: &str) {
+        self.add(
+            value.span,
+            Mistake::Value.of(format!("`{name}` takes {expected}, found {}", value.describe())),
+            help,
+        );
+    }
+
+    /// Reports the keys of a table that mean nothing there; `place` names the table, such as `in [loop]`.
+    pub(super) fn unknown_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
+        for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
+            self.add(
+                entry.key,
+                Mistake::Key.of(format!("unknown key `{name}` {place}")),
+                suggestion(name, known),
+            );
+        }
+    }
+
+    pub(super) fn table<'a>(&mut self, parent: &'a Table, name: &str) -> Option<&'a Table> {
+        self.as_table(name, parent.entries.get(name)?)
+    }
+
+    pub(super) fn as_table<'a>(&mut self, name: &str, entry: &'a Entry) -> Option<&'a Table> {
+        let table = entry.value.as_table();
+        if table.is_none() {
+            self.wrong_type(
+                name,
+                &entry.value,
+                "a table",
+                &format!("write a section [{name}] or {name} = {{ ... }}"),
+            );
+        }
+        table
+    }
+
+    pub(super) fn text(&mut self, table: &Table, name: &str, example: &str) -> Option<Spanned<String>> {
+        self.as_text(name, table.get(name)?, example)
+    }
+
+    pub(super) fn as_text(
+        &mut self,
+        name: &str,
+        value: &Spanned<Value>,
+        example: &str,
+    ) -> Option<Spanned<String>> {
+        let text = value.as_str();
+        if text.is_none() {
+            self.wrong_type(
+                name,
+                value,
+                "text",
+                &format!("put text in quotes, such as {name} = \"{example}\""),
+            );
+        }
+        text.map(|text| Spanned::new(text.into(), value.span))
+    }
+
+    /// One text or a list of texts.
+    pub(super) fn texts(
+        &mut self,
+        name: &str,
+        value: &Spanned<Value>,
+        example: &str,
+    ) -> Vec<Spanned<String>> {
+        let items = value.as_list().unwrap_or(std::slice::from_ref(value));
+        items.iter().filter_map(|item| self.as_text(name, item, example)).collect()
+    }
+
+    pub(super) fn flag(&mut self, table: &Table, name: &str) -> Option<Spanned<bool>> {
+        let value = table.get(name)?;
+        let flag = value.as_bool();
+        if flag.is_none() {
+            self.wrong_type(name, value, "true or false", &format!("write {name} = true or {name} = false"));
+        }
+        flag.map(|flag| Spanned::new(flag, value.span))
+    }
+
+    /// A duration in nanoseconds, longer than none.
+    pub(super) fn duration(&mut self, table: &Table, name: &str) -> Option<Spanned<u64>> {
+        let value = table.get(name)?;
+        let example = |number: &str| {
+            format!("a duration is text with a unit of ns, us, ms, s or min, such as {name} = \"{number}ms\"")
+        };
+        let Some(text) = value.as_str() else {
+            let number = match value.value {
+                Value::Integer(number) if number > 0 => number.to_string(),
+                Value::Float(number) if number > 0.0 && number < 1e6 => number.to_string(),
+                _ => "20".into(),
+            };
+            self.wrong_type(name, value, "a duration", &example(&number));
+            return None;
+        };
+        match slate_module::parse_duration(text) {
+            Some(0) => self.add(
+                value.span,
+                Mistake::Value.of(format!("`{name}` must be longer than nothing")),
+                example("20"),
+            ),
+            None => {
+                self.add(value.span, Mistake::Value.of(format!("`{text}` is no duration")), example("20"))
+            }
+            Some(nanoseconds) => return Some(Spanned::new(nanoseconds, value.span)),
+        }
+        None
+    }
+
+    /// A finite number.
+    pub(super) fn number(&mut self, name: &str, value: &Spanned<Value>) -> Option<f64> {
+        match value.as_f64() {
+            Some(number) if number.is_finite() => return Some(number),
+            Some(_) => self.add(
+                value.span,
+                Mistake::Value.of(format!("`{name}` must be finite")),
+                "write a number such as 1.5",
+            ),
+            None => self.wrong_type(name, value, "a number", "write a number such as 1.5, without quotes"),
+        }
+        None
+    }
+
+    /// One of a few names.
+    pub(super) fn choice<T: Copy>(
+        &mut self,
+        name: &str,
+        value: &Spanned<Value>,
+        choices: &[(&str, T)],
+    ) -> Option<Spanned<T>> {
+        let text = self.as_text(name, value, choices.first().map_or("", |(name, _)| name))?;
+        let found = choices.iter().find(|(name, _)| *name == text.value);
+        if found.is_none() {
+            let known: Vec<_> = choices.iter().map(|(name, _)| *name).collect();
+            let mut help = suggestion(&text, &known);
+            if help.starts_with("did") {
+                help.push_str(&format!(" known are {}", quoted(known.into_iter())));
+            }
+            self.add(text.span, Mistake::Value.of(format!("`{name}` can't be `{}`", text.value)), help);
+        }
+        found.map(|(_, choice)| Spanned::new(*choice, text.span))
+    }
+
+    /// A URL of a property, and so of at least two parts.
+    pub(super) fn url(&mut self, text: &str, span: Span) -> Option<Url> {
+        let help = "a property is module/property, /module/property or slate://agent/module/property";
+        match Url::parse(text) {
+            Ok(url) if url.path_in("").contains('/') || url.agent() == Some(TEAM) => return Some(url),
+            Ok(_) => {
+                self.add(span, Mistake::Name.of(format!("`{text}` names no property, only a module")), help)
+            }
+            Err(error) => self.add(span, Mistake::Value.of(error.to_string()), help),
+        }
+        None
+    }
+
+    /// Whether a text can name an agent.
+    pub(super) fn agent_name(&mut self, name: &str, span: Span) -> bool {
+        let good = Url::parse(&format!("slate://{name}/module")).is_ok();
+        if name == TEAM {
+            let help = "slate://team/... is what all robots of a team know together";
+            self.add(span, Mistake::Value.of(format!("no agent can be called `{name}`")), help);
+            return false;
+        }
+        if !good {
+            let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";
+            self.add(span, Mistake::Value.of(format!("`{name}` can't name an agent")), help);
+        }
+        good
+    }
+
+    /// Whether a text can name a module, an actuator or (without a slash) a robot.
+    pub(super) fn name(&mut self, what: &str, name: &str, slashes: bool, span: Span) -> bool {
+        let letter = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '_';
+        let part = |part: &str| !part.is_empty() && part.chars().all(letter);
+        let good = if slashes { name.split('/').all(part) } else { part(name) };
+        if !good {
+            let scope = if slashes { ", with single slashes between scopes" } else { "" };
+            let fix = |c: char| Some(c.to_ascii_lowercase()).filter(|c| letter(*c)).unwrap_or('_');
+            let parts: Vec<String> = if slashes { name.split('/').collect() } else { vec![name] }
+                .into_iter()
+                .filter(|part| !part.is_empty())
+                .map(|part| part.chars().map(fix).collect())
+                .collect();
+            let example =
+                if parts.is_empty() { String::new() } else { format!(", such as `{}`", parts.join("/")) };
+            self.add(
+                span,
+                format!("`{name}` can't name {what}"),
+                format!("a name is lowercase letters, digits and underscores{scope}{example}"),
+            );
+        }
+        good
+    }
+}
+
+/// Did you mean, or else all there is.
+pub(super) fn suggestion(name: &str, known: &[&str]) -> String {
+    let near = nearest_names(name, known.iter().copied());
+    match &near[..] {
+        [] if known.is_empty() => "there is none".into(),
+        [] => format!("known are {}", quoted(known.iter().copied())),
+        near => format!("did you mean {}?", quoted(near.iter().map(String::as_str))),
+    }
+}
+
+fn quoted<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    names.map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,143 @@
+//! What an agent records of itself.
+
+use std::path::PathBuf;
+
+use slate_blackboard::Pattern;
+
+use super::build::Build;
+use super::model::{FlightTrigger, Record, RecordRule};
+use super::source::Spanned;
+use super::value::{Table, Value};
+use crate::mistake::Mistake;
+
+const KNOWN: [&str; 9] =
+    ["enabled", "file", "select", "exclude", "rules", "chunk", "within", "buffer", "flight"];
+
+impl Build<'_> {
+    pub(super) fn record(&mut self, root: &Table) -> Record {
+        let mut record = Record::default();
+        let Some(table) = self.problems.table(root, "record") else { return record };
+        self.problems.unknown_keys(table, "in [record]", &KNOWN);
+        record.enabled = self.problems.flag(table, "enabled").is_some_and(|flag| flag.value);
+        let file = self.problems.text(table, "file", "run.mcap");
+        record.file = file.map(|file| Spanned::new(PathBuf::from(&file.value), file.span));
+        if let Some(select) = self.patterns(table, "select") {
+            record.selection.select = select;
+        }
+        record.selection.exclude = self.patterns(table, "exclude").unwrap_or_default();
+        record.selection.rules = self.rules(table);
+        self.limited_size(table, "chunk", &mut record.chunk);
+        self.limited_size(table, "buffer", &mut record.buffer);
+        record.within = self.problems.duration(table, "within").map_or(record.within, |within| within.value);
+        self.flight(table, &mut record);
+        record
+    }
+
+    fn limited_size(&mut self, table: &Table, name: &str, place: &mut u64) {
+        let Some(value) = table.get(name) else { return };
+        let size = self.problems.size(name, value).unwrap_or(*place);
+        if size > LARGEST {
+            let help = format!("write a size such as {name} = \"4MiB\"");
+            self.problems.add(
+                value.span,
+                Mistake::Value.of(format!("`{name}` can't be more than 256 MiB")),
+                help,
+            );
+        }
+        *place = size;
+    }
+
+    fn rules(&mut self, table: &Table) -> Vec<RecordRule> {
+        let Some(value) = table.get("rules") else { return Vec::new() };
+        let items = value.as_list().unwrap_or(std::slice::from_ref(value));
+        items.iter().filter_map(|item| self.rule(item)).collect()
+    }
+
+    fn rule(&mut self, item: &Spanned<Value>) -> Option<RecordRule> {
+        let Some(rule) = item.as_table() else {
+            self.problems.wrong_type("rules", item, "a table", RULE);
+            return None;
+        };
+        self.problems.unknown_keys(rule, "in [[record.rules]]", &["select", "rate", "on_change"]);
+        let select = self.patterns(rule, "select").unwrap_or_default();
+        if rule.get("select").is_none() {
+            self.problems.add(item.span, "a rule of [record] does not say for which properties", RULE);
+        }
+        let on_change = self.problems.flag(rule, "on_change").is_some_and(|flag| flag.value);
+        let rate = rule.get("rate");
+        if rate.is_none() && !on_change {
+            self.problems.add(item.span, "a rule of [record] says neither `rate` nor `on_change`", RULE);
+        }
+        let number = rate.and_then(|rate| Some((rate.span, self.problems.number("rate", rate)?)));
+        let period = number.map(|(span, rate)| {
+            period(rate).unwrap_or_else(|| {
+                self.problems.add(span, RATE, "write values a second, such as rate = 5.0");
+                0
+            })
+        });
+        Some(RecordRule { select, period: period.unwrap_or(0), on_change })
+    }
+
+    fn flight(&mut self, table: &Table, record: &mut Record) {
+        let Some(table) = self.problems.table(table, "flight") else { return };
+        let known = ["enabled", "keep", "memory", "largest", "trigger", "every", "files"];
+        self.problems.unknown_keys(table, "in [record.flight]", &known);
+        let flight = &mut record.flight;
+        // Who says something of it wants it, and files of what happens too.
+        flight.enabled = self.problems.flag(table, "enabled").is_none_or(|flag| flag.value);
+        flight.triggers = vec![FlightTrigger::Fault, FlightTrigger::Stop];
+        flight.keep = self.problems.duration(table, "keep").map_or(flight.keep, |keep| keep.value);
+        flight.every = self.problems.duration(table, "every").map_or(flight.every, |every| every.value);
+        if let Some(value) = table.get("memory") {
+            let size = self.problems.size("memory", value).unwrap_or(flight.memory);
+            if !(LEAST_MEMORY..=MOST_MEMORY).contains(&size) {
+                let help = "write a size such as memory = \"64MiB\"";
+                self.problems.add(value.span, "`memory` is from 1 MiB to 16 GiB", help);
+            }
+            flight.memory = size;
+        }
+        self.limited_size(table, "largest", &mut flight.largest);
+        if let Some(value) = table.get("trigger") {
+            let items = value.as_list().unwrap_or(std::slice::from_ref(value));
+            let choice = |item| Some(self.problems.choice("trigger", item, &FlightTrigger::NAMES)?.value);
+            flight.triggers = items.iter().filter_map(choice).collect();
+            flight.triggers.sort_unstable();
+            flight.triggers.dedup();
+        }
+        if let Some(value) = table.get("files") {
+            match value.as_integer().and_then(|files| u64::try_from(files).ok()).filter(|files| *files > 0) {
+                Some(files) => flight.files = files,
+                None => self.problems.add(value.span, "`files` is a whole number from 1", "write files = 4"),
+            }
+        }
+    }
+
+    fn patterns(&mut self, table: &Table, name: &str) -> Option<Vec<Pattern>> {
+        let texts = self.problems.texts(name, table.get(name)?, "/r2/**");
+        let pattern = |text: Spanned<String>| {
+            let wrong = |error: slate_blackboard::PatternError| {
+                self.problems.add(text.span, error.to_string(), format!("write {name} = [\"/r2/**\"]"));
+            };
+            Pattern::parse(&text.value).map_err(wrong).ok()
+        };
+        Some(texts.into_iter().filter_map(pattern).collect())
+    }
+}
+
+const RULE: &str = "write [[record.rules]] with select = \"/**/scan\", and rate = 5.0 or on_change = true";
+
+/// What is said of a wrong rate.
+/// What a rate has to be, in words.
+pub const RATE: &str = "`rate` is from 0.001 to 1e9 values a second";
+
+/// The period of so many values a second, nanoseconds; nothing when no agent is that slow or fast.
+pub fn period(rate: f64) -> Option<u64> {
+    (0.001..=1e9).contains(&rate).then(|| (1e9 / rate).round() as u64)
+}
+
+/// What readers of such files take as one piece, and more than any robot needs, bytes.
+const LARGEST: u64 = 256 << 20;
+
+/// What the memory of the last seconds may take, bytes.
+const LEAST_MEMORY: u64 = 1 << 20;
+const MOST_MEMORY: u64 = 16 << 30;
