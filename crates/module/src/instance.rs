@@ -145,3 +145,16 @@ pub fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, Refusal
         })
     })
 }
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails panics")]
+mod tests {
+    use super::{decode, encode};
+
+    #[test]
+    fn state_that_does_not_fit_is_refused_in_words() {
+        let saved = encode(&None::<u64>).unwrap();
+        assert_eq!(decode::<u64>(&saved).unwrap_err().0, "invalid type: null, expected u64");
+        assert_eq!(decode::<u64>(&[]).unwrap_err().0, "it ends too early");
+    }
+}
