@@ -2,8 +2,8 @@
 #![cfg(not(any(loom, feature = "shuttle")))]
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod arena;
-mod lender;
+use crate::arena;
+use crate::lender;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

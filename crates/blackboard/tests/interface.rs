@@ -2,7 +2,7 @@
 #![cfg(not(any(loom, feature = "shuttle")))]
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod sample;
+use crate::sample;
 
 use proptest::prelude::*;
 use sample::{FIELDS, MODE, POINT, SAMPLE, SIZE};

@@ -3,8 +3,8 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(unsafe_code, reason = "a draft is written through a pointer")]
 
-mod arena;
-mod sample;
+use crate::arena;
+use crate::sample;
 
 use arena::{Arena, BLOCK};
 use sample::SAMPLE;

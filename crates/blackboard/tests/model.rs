@@ -2,8 +2,8 @@
 #![cfg(not(any(loom, feature = "shuttle")))]
 #![allow(unsafe_code, reason = "a draft is written through a pointer")]
 
-mod arena;
-mod lender;
+use crate::arena;
+use crate::lender;
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! What clients cost that look at live values: EXP3 runs as `slate run` runs it, without a client and with many in turn, each with
 //! what a page shows ten times a second. Says what part of a core the agent spends on each client, and what the client does.
 //!
-//! `cargo bench -p slate-cli --bench clients [-- CLIENTS]`; 20 unless given. `SLATE=FILE` is another command that is measured.
+//! `cargo bench -p slate-robotics-cli --bench clients [-- CLIENTS]`; 20 unless given. `SLATE=FILE` is another command that is measured.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a bench that can't go on ends")]
 

@@ -1,7 +1,7 @@
 //! How long the command takes, from its start to its end: for its help, for what a shell asks when Tab is pressed, and for
 //! questions to an agent that runs here. Says the processor time too, as the rest is for whoever else wants the processor.
 //!
-//! `cargo bench -p slate-cli --bench command`; `SLATE=FILE` is another command that is measured.
+//! `cargo bench -p slate-robotics-cli --bench command`; `SLATE=FILE` is another command that is measured.
 #![allow(clippy::disallowed_methods, reason = "a bench measures real time")]
 #![allow(clippy::unwrap_used, reason = "a bench that can't go on ends")]
 

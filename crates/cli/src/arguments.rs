@@ -12,6 +12,7 @@ use crate::complete::{self, Shell};
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::doctor::DoctorOptions;
+use crate::features::{HELP, VERSION};
 use crate::goal::GoalOptions;
 use crate::graph::GraphOptions;
 use crate::interface::InterfaceVerb;
@@ -41,8 +42,8 @@ pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
 
 /// Slate: an architecture for autonomous robots, everything the robot knows at a URL, and runs that repeat bit for bit.
 #[derive(Debug, Parser)]
-#[command(name = "slate", version, about, long_about = None)]
-#[command(after_help = "The agent of a verb may be named before it, too: slate --agent NAME VERB")]
+#[command(name = "slate", version, long_version = VERSION.as_str(), about, long_about = None)]
+#[command(after_help = HELP.as_str())]
 pub struct Arguments {
     #[command(subcommand)]
     pub verb: Verb,

@@ -20,6 +20,7 @@ mod duration;
 mod endpoint;
 mod examples;
 mod failure;
+mod features;
 mod folder;
 mod gates;
 mod goal;

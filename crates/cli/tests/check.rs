@@ -238,7 +238,12 @@ fn a_drawing_has_all_modules_and_links() {
 #[test]
 fn endpoint_that_run_refuses_is_refused() {
     let running = Running::new("check-endpoint");
-    for (endpoint, word) in [("tcp:127.0.0.1:7448", "no endpoint"), ("tls:0.0.0.0:7447", "certificate")] {
+    let tls = if cfg!(feature = "tls") { "certificate" } else { "without TLS" };
+    let mut refused = vec![("tcp:127.0.0.1:7448", "no endpoint"), ("tls:0.0.0.0:7447", tls)];
+    if !cfg!(feature = "zenoh") {
+        refused.push(("zenoh:udp/127.0.0.1:7449", "without Zenoh"));
+    }
+    for (endpoint, word) in refused {
         let text = EXP1.replacen("[world]", &format!("[share]\nlisten = {endpoint:?}\n[world]"), 1);
         std::fs::write(running.folder().join("shared.toml"), text).unwrap();
         let said = findings(&running, 7, &["check", "shared.toml"]).to_string();

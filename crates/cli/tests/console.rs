@@ -2,7 +2,7 @@
 #![cfg(feature = "console")]
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::fs::Permissions;
 use std::io::{Read, Write};

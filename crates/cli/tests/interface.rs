@@ -1,7 +1,7 @@
 //! Interfaces are made, looked at and compared.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::Running;
 use serde_json::Value;

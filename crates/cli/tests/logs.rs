@@ -1,7 +1,7 @@
 //! `slate bag` and `slate report` with logs of other systems, and the commands of the book.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

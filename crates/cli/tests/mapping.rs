@@ -1,7 +1,7 @@
 //! The robot that maps and goes by its map.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! Projects written by `slate new`, from their tests to a run in the simulator.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Command;

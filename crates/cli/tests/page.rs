@@ -1,7 +1,7 @@
 //! `slate report`: the page of a run's folder and that of its recording.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! A crate written by `slate plugin new`, from its test to a reload while it drives.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{Running, built_plugin, cargo, folder, json, slate, text};
 

@@ -1,7 +1,7 @@
 //! Recordings of runs, as somebody else's library reads them, and the same runs made again from them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

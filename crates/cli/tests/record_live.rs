@@ -1,7 +1,7 @@
 //! Recordings of agents that run, begun and ended by their user, and the last seconds that agents keep in memory.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! What can't be run is refused with exit code 2: the message has the place and the mend, and nothing is left behind.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{folder, slate, text};
 

@@ -1,7 +1,7 @@
 //! Commands that act on an agent that runs.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{Running, json, library, text};
 use serde_json::Value;

@@ -1,7 +1,7 @@
 //! Recordings that are played, controlled from another shell, and given to single modules.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::path::{Path, PathBuf};
 

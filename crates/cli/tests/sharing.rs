@@ -1,7 +1,7 @@
 //! Agents that share, as processes of their own.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{Running, WORLD, wait_for};
 use serde_json::Value;

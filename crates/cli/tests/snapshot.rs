@@ -1,7 +1,7 @@
 //! A run that is frozen and goes on in another process is the run that went straight through, bit for bit.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 

@@ -1,7 +1,7 @@
 //! The software stop of an agent that runs: what is said, what the actuators get, and what is refused.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::time::Duration;
 

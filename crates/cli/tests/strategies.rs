@@ -1,7 +1,7 @@
 //! A robot that remembers, run after run: each is a process of its own, and nothing but the memory is between them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::path::Path;
 use std::process::Output;

@@ -1,7 +1,7 @@
 //! The command's surface: what scripts rely on changes only on purpose.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeSet;
 

@@ -1,7 +1,7 @@
 //! The example of a team, under the supervisor.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeSet;
 use std::process::{Child, Stdio};

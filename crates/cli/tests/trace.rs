@@ -6,7 +6,7 @@
     reason = "a test that fails panics, and wall-clock time is what it is about"
 )]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Write};

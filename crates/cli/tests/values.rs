@@ -6,7 +6,7 @@
     reason = "a test that fails panics, and times what a person waits for"
 )]
 
-mod common;
+use crate::common;
 
 use common::{Running, text};
 use serde_json::Value;

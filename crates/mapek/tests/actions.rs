@@ -1,6 +1,6 @@
 //! Arguments, and actions made of others.
 
-mod common;
+use crate::common;
 
 use serde::{Deserialize, Serialize};
 use slate_interfaces::Twist2;

@@ -1,6 +1,6 @@
 //! Each block by itself.
 
-mod common;
+use crate::common;
 
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;

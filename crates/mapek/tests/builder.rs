@@ -1,6 +1,6 @@
 //! What a robot that was put together says.
 
-mod common;
+use crate::common;
 
 use slate_mapek::{BuildError, Robot, Wiring};
 

@@ -1,7 +1,7 @@
 //! What Execute does with the actions that it is sent.
 #![allow(clippy::panic, reason = "a test")]
 
-mod common;
+use crate::common;
 
 use slate_interfaces::Twist2;
 use slate_mapek::{ActionKind, ActionRequest, Ending, ExecuteBlock, ExecuteStatus, PlanStep, Planned, Route};

@@ -1,6 +1,6 @@
 //! The pipeline against a simple model of it, and its rules one by one.
 
-mod common;
+use crate::common;
 
 use proptest::prelude::*;
 use slate_mapek::{ActionKind, ActionRequest, Admission, Entry, Origin, Pipeline, PlanStep, Route};

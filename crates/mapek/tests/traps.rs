@@ -1,6 +1,6 @@
 //! The defects of RoCS, each by its name.
 
-mod common;
+use crate::common;
 
 use slate_interfaces::Twist2;
 use slate_mapek::{

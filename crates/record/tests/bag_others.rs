@@ -1,7 +1,7 @@
 //! Recordings that the program most used outside of ROS writes are read, in every form that it knows.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod python;
+use crate::python;
 
 use std::path::Path;
 use std::process::Command;

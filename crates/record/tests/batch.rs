@@ -1,6 +1,6 @@
 //! The statistics over many runs.
 
-mod common;
+use crate::common;
 
 use common::summary;
 use proptest::prelude::*;

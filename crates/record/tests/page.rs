@@ -1,7 +1,7 @@
 //! Pages about runs: what they tell of a recording, and that nothing that comes from a file is markup.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! `scene.svg`, `trajectory.svg`, `timeline.svg` and `animation.svg`.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod common;
+use crate::common;
 
 use common::{sample, scene, square, summary, trajectory};
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 //! The report of a run on the disk, and its summary.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod common;
+use crate::common;
 
 use common::{scene, summary, trajectory};
 use slate_record::{Error, Outcome, Report, Route, Summary};

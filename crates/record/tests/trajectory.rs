@@ -1,6 +1,6 @@
 //! `trajectory.csv`.
 
-mod common;
+use crate::common;
 
 use common::sample;
 use proptest::prelude::*;

@@ -1,6 +1,6 @@
 //! What an actuator gets.
 
-mod common;
+use crate::common;
 
 use common::{complaint, lockstep, number};
 use slate_blackboard::interface::Value;

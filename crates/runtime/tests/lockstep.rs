@@ -1,6 +1,6 @@
 //! What lockstep promises: order by links, the same bytes again, and faults that stay where they are.
 
-mod common;
+use crate::common;
 
 use common::{complaint, lockstep, number};
 use slate_runtime::Agent;

@@ -1,7 +1,7 @@
 //! A module that has the main loop, and one that has the clock.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{Counter, Relay, complaint, configuration, number};
 use slate_module::aspect::{Aspect, LoopPlace, MainLoop, Policy, TimeSource};

@@ -1,6 +1,6 @@
 //! In which order modules of a stage run, beyond what plain links say.
 
-mod common;
+use crate::common;
 
 use common::{lockstep, number};
 

@@ -7,7 +7,7 @@
     reason = "a test that fails panics, and threads are a matter of the wall clock"
 )]
 
-mod scripted;
+use crate::scripted;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

@@ -7,7 +7,7 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
-mod common;
+use crate::common;
 
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 

@@ -7,7 +7,7 @@
     reason = "a test that fails panics, and waits for other threads on the wall clock"
 )]
 
-mod common;
+use crate::common;
 #[path = "common/trace.rs"]
 mod file;
 

@@ -1,7 +1,7 @@
 //! A gate that goes on in another process as if nothing had happened, but arms no real actuator.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{MILLISECOND, PERSON, PLANNER, armed, bytes, configuration, wheels};
 use slate_module::Priority;

@@ -1,6 +1,6 @@
 //! Who has the actuator, and for how long.
 
-mod common;
+use crate::common;
 
 use common::*;
 use slate_module::Priority::{Plan, Reflex, Teleoperation};

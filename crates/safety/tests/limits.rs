@@ -1,7 +1,7 @@
 //! What a command's values are held to.
 #![allow(clippy::unwrap_used, reason = "what these functions set up exists")]
 
-mod common;
+use crate::common;
 
 use common::*;
 use slate_module::Priority::{Plan, Reflex};

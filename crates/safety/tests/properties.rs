@@ -1,6 +1,6 @@
 //! What holds whatever is done to a gate.
 
-mod common;
+use crate::common;
 
 use common::*;
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 //! Arming and stopping.
 #![allow(clippy::unwrap_used, reason = "a test's folder can be made")]
 
-mod common;
+use crate::common;
 
 use std::fs;
 use std::path::PathBuf;

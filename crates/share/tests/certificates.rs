@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(clippy::disallowed_methods, reason = "certificates go by the calendar")]
 
-mod agents;
+use crate::agents;
 
 use std::collections::BTreeMap;
 use std::io::Write;

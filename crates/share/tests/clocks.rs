@@ -1,7 +1,7 @@
 //! The times of values whose agents have clocks of their own.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
 
 use std::sync::Arc;
 

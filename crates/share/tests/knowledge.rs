@@ -1,7 +1,7 @@
 //! What a team comes to know.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{TIGHT, seen, talk, value};
 use slate_share::knowledge::{Changed, Limits, Refusal, Replica, RestoreError, Statement, View};

@@ -1,7 +1,7 @@
 //! Agents whose links lead to each other.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 
-mod agents;
+use crate::agents;
 
 use std::sync::Arc;
 use std::thread::JoinHandle;

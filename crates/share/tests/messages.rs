@@ -1,7 +1,7 @@
 //! Bytes from anywhere are taken or refused: nothing panics, grows without bound, or is taken over in half.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-mod common;
+use crate::common;
 
 use common::{TIGHT, talk, value};
 use proptest::prelude::*;

@@ -1,7 +1,7 @@
 //! How subscriptions are served: when values are sent, how large ones travel, and how they are made smaller.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
 
 use std::sync::Arc;
 

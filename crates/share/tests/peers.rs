@@ -1,7 +1,8 @@
 //! Agents that share over the carrier of one machine, as their users see them.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
+#[path = "exchange/mod.rs"]
 mod exchange;
 
 use std::os::unix::fs::PermissionsExt;

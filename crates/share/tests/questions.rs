@@ -1,7 +1,7 @@
 //! Questions and messages whose answers come late, never, or too often.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
 
 use std::sync::Arc;
 use std::time::Duration;

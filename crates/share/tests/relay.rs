@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(clippy::disallowed_methods, reason = "what real networks do takes real time")]
 
-mod agents;
+use crate::agents;
 
 use std::collections::BTreeMap;
 use std::net::{SocketAddr, UdpSocket};

@@ -1,7 +1,7 @@
 //! What agents may do, when it is said.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
 
 use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};

@@ -1,7 +1,7 @@
 //! What `[share.security]` refuses when an agent starts, with the place where it is written.
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
 
 use agents::{Agent as Other, Folder, output, setup, wait_for, write};
 use slate_blackboard::interface::Value;

@@ -2,7 +2,7 @@
 #![cfg(feature = "tls")]
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
-mod agents;
+use crate::agents;
 #[path = "exchange/mod.rs"]
 mod tls;
 

@@ -1,7 +1,7 @@
 //! Topics of other robots, which nobody here has asked for.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-mod agents;
+use crate::agents;
 
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};

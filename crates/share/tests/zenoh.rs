@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 #![allow(clippy::duplicate_mod, reason = "each protocol has to do the same")]
 
-mod agents;
+use crate::agents;
 #[path = "exchange/mod.rs"]
 mod tcp;
 #[path = "exchange/mod.rs"]

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use slate_module::math::{cos, sin};
+use slate_worlds::WORLDS;
 
 pub use crate::error::DescriptionError;
 use crate::error::{Step, text_of};
@@ -32,9 +33,6 @@ pub struct Bounds {
 
 /// A circle has that many corners: they are on it, and the middle of a side is 0.5 % of the radius inside.
 const CIRCLE_CORNERS: usize = 32;
-
-/// The worlds that come with the simulator.
-const WORLDS: [(&str, &str); 1] = [("rocs_arena", include_str!("../../../worlds/rocs_arena.toml"))];
 
 /// Something that does not move: a rectangle by `center`, `size` and `theta`, a circle by `center` and `radius`, or a
 /// convex polygon by `points`.

@@ -1,4 +1,4 @@
-//! What a tick costs more when its module is in a shared library: `cargo bench -p slate --bench plugin`.
+//! What a tick costs more when its module is in a shared library: `cargo bench -p slate-robotics --bench plugin`.
 #![allow(
     clippy::unwrap_used,
     clippy::disallowed_methods,

@@ -1,5 +1,5 @@
 //! The two routes of a robot: how long a reflex takes from the sensor's write to the command that passed the gate, and
-//! how many actions a second go through Execute. `cargo bench -p slate --bench routes`
+//! how many actions a second go through Execute. `cargo bench -p slate-robotics --bench routes`
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -70,7 +70,7 @@ impl Trouble {
             Self::Untrusted { .. } => GIVE.into(),
             Self::Certificate { .. } => "give a file in PEM: it begins with -----BEGIN CERTIFICATE-----".into(),
             #[cfg(not(feature = "tls"))]
-            Self::WithoutTls { .. } => "build it with the feature `tls`".into(),
+            Self::WithoutTls { .. } => "build it with the feature `tls`: cargo build --release --features tls".into(),
             Self::NoToken { .. } => {
                 "let SLATE_TOKEN be the secret, which stands behind `#token=` in the link that the agent prints, or \
                  @FILE for a file that has it"

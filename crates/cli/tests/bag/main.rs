@@ -1,8 +1,7 @@
 //! `slate bag`: what it shows, writes and refuses, and the commands of the book.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod recording;
 
 use std::collections::BTreeMap;

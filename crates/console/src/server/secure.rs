@@ -77,7 +77,7 @@ mod with {
 
     impl Acceptor {
         pub fn load(_: &Path, _: &Path) -> Result<Self, (bool, String)> {
-            Err((true, "this program is built without TLS: build it with the feature `tls`".into()))
+            Err((true, "this program is built without TLS: build it with the feature `tls` (cargo build --features tls)".into()))
         }
 
         pub fn names(&self) -> Vec<String> {

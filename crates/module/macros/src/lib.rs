@@ -61,9 +61,10 @@ fn root() -> Tokens {
         };
         return quote!(::#name);
     }
-    for facade in ["slate-plugin", "slate"] {
+    for facade in ["slate-plugin", "slate-robotics"] {
         if let Ok(FoundCrate::Name(name)) = crate_name(facade) {
-            let name = path(&name);
+            // A dependency without a name of its own is used by the name of its library.
+            let name = path(if name == "slate_robotics" { "slate" } else { &name });
             return quote!(::#name::module);
         }
     }

@@ -8,8 +8,8 @@ use proptest::prelude::*;
 use slate_record::bag::Value;
 use slate_record::logs::{self, Format, import};
 
-use crate::files::{self, LENIENT, STRICT, folder, lines, messages, write};
-use crate::python::run;
+use crate::logs::files::{self, LENIENT, STRICT, folder, lines, messages, write};
+use crate::logs::python::run;
 
 fn written() -> &'static PathBuf {
     static WRITTEN: OnceLock<PathBuf> = OnceLock::new();

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use slate_record::bag::{Selection, Value};
 use slate_record::logs::{Format, export_carmen};
 
-use crate::files::{LENIENT, STRICT, folder, import, lines, messages, write};
+use crate::logs::files::{LENIENT, STRICT, folder, import, lines, messages, write};
 
 /// A line of each kind, as CARMEN's own documentation lays them out.
 const LOG: &str = "\

@@ -5,7 +5,6 @@ mod bblogger;
 mod carmen;
 mod files;
 mod openrdk;
-#[path = "../python/mod.rs"]
-mod python;
+use crate::python;
 mod ros;
 mod rosbag;

@@ -1,4 +1,4 @@
-use crate::files::{LENIENT, STRICT, folder, import, lines, write};
+use crate::logs::files::{LENIENT, STRICT, folder, import, lines, write};
 
 const LOG: &str = "\
 ODOM 1.5 2.25 0.1 1.4 2.2 0.11 86399900 rescue 86399905

@@ -13,8 +13,8 @@ use slate_record::logs::{RosExport, export_ros, import};
 use slate_record::page::Followed;
 use slate_record::ros;
 
-use crate::files::{STRICT, folder, write};
-use crate::python::{python, run};
+use crate::logs::files::{STRICT, folder, write};
+use crate::logs::python::{python, run};
 
 const LOG: &str = "\
 PARAM robot_name sam nohost 0

@@ -10,8 +10,8 @@ use slate_record::bag::{Error, Selection, Value};
 use slate_record::logs::{self, Format, import};
 use slate_record::ros;
 
-use crate::files::{self, LENIENT, STRICT, folder, messages, write};
-use crate::python::{python, run};
+use crate::logs::files::{self, LENIENT, STRICT, folder, messages, write};
+use crate::logs::python::{python, run};
 
 /// What the library has written, and a line for each message.
 fn written() -> &'static (PathBuf, Vec<Json>) {

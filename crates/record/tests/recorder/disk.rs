@@ -12,7 +12,7 @@ use slate_runtime::Control;
 use slate_runtime::recording::RecordingControl;
 use slate_runtime::remote::{Call, Desk};
 
-use crate::support::{Bytes, Full, LOCKSTEP, Stuck, agent, numbers, read};
+use crate::recorder::support::{Bytes, Full, LOCKSTEP, Stuck, agent, numbers, read};
 
 #[test]
 fn in_lockstep_the_loop_waits_for_a_recorder_that_is_behind() {

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 use slate_record::bag::{Channel, Compression, Reader, Schema, Writer};
 use slate_record::replay::{Choice, Plan, PlayError, Player};
 
-use crate::support::{Foreign, file, foreign, load, plugins, record_on_the_wall_clock, recorded};
+use crate::replay::support::{Foreign, file, foreign, load, plugins, record_on_the_wall_clock, recorded};
 
 fn refused(path: &std::path::Path, plan: Plan) -> String {
     Player::open(path, &plugins(), plan).unwrap_err().to_string()
@@ -156,7 +156,7 @@ fn an_interface_of_another_version_is_played_as_it_was_recorded() {
     let (_, stamp) = agent.board().read("back/sum/amount").unwrap().unwrap();
     assert_eq!(stamp.sequence, 30);
     let plan = Plan { modules: ["back".into()].into(), ..Plan::default() };
-    let outcome = crate::support::play(&other, plan).1.unwrap();
+    let outcome = crate::replay::support::play(&other, plan).1.unwrap();
     assert!(outcome.first.unwrap().recorded.contains("another version"));
 }
 

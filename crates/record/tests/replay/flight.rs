@@ -10,7 +10,7 @@ use slate_runtime::configuration::{Database, Options as Layers, RecordSelection}
 use slate_runtime::recording::Recording;
 use slate_runtime::{Agent, Options, RecordedTimes};
 
-use crate::support::{ROBOT, file, load, play, plugins, values};
+use crate::replay::support::{ROBOT, file, load, play, plugins, values};
 
 const SCALE: &str = r#"
 [modules.scale]

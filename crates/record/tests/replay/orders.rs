@@ -7,7 +7,7 @@ use slate_record::replay::{Plan, Player};
 use slate_runtime::playback::{LoopSection, Order, PlaybackStatus};
 use slate_runtime::recording::{HistoryWish, Left};
 
-use crate::support::{Foreign, foreign_in, load, plugins, recorded};
+use crate::replay::support::{Foreign, foreign_in, load, plugins, recorded};
 
 const MS: u64 = 1_000_000;
 

@@ -3,8 +3,8 @@
 use slate_record::replay::{Plan, Verdict};
 use slate_runtime::{Agent, NewLink};
 
-use crate::repaired::verdict;
-use crate::support::{file, play, record};
+use crate::replay::repaired::verdict;
+use crate::replay::support::{file, play, record};
 
 /// Each but the source runs when there is something new, and says what it saw of it: one stands before the source, two beside each
 /// other, and one behind them that reads the last cycle.

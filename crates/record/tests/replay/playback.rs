@@ -6,7 +6,7 @@ use slate_record::Recorder;
 use slate_record::replay::{Choice, Plan, Player};
 use slate_runtime::configuration::Record;
 
-use crate::support::{
+use crate::replay::support::{
     Written, file, load, play, plugins, record_on_the_wall_clock, record_on_the_wall_clock_with, recorded,
     times, values,
 };

@@ -7,7 +7,7 @@ use slate_record::replay::{Choice, Comparison, Plan, Player, Recomputation, Reco
 use slate_runtime::Agent;
 use slate_runtime::configuration::Record;
 
-use crate::support::{ROBOT, file, load, play, plugins, record, recorded};
+use crate::replay::support::{ROBOT, file, load, play, plugins, record, recorded};
 
 fn plan(modules: &[&str]) -> Plan {
     Plan { modules: modules.iter().map(|name| (*name).to_owned()).collect(), ..Plan::default() }

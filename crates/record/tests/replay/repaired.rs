@@ -6,7 +6,7 @@ use slate_record::bag::{Reader, repair, verify};
 use slate_record::replay::{Comparison, Verdict};
 use slate_runtime::{Agent, Options, RecordedTimes};
 
-use crate::support::{file, plugins, recorded, times};
+use crate::replay::support::{file, plugins, recorded, times};
 
 /// What comes of the run of a recording, made again.
 pub fn verdict(path: &Path) -> Verdict {

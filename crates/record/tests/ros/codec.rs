@@ -3,7 +3,7 @@ use slate_interfaces::{Contact, LaserScan, Sighting};
 use slate_module::blackboard::interface::{Descriptor, Interface, View};
 use slate_record::ros::{Error, decode, definition, encode};
 
-use crate::interfaces::{Everything, all, value};
+use crate::ros::interfaces::{Everything, all, value};
 
 pub fn any_interface() -> impl Strategy<Value = &'static Descriptor> {
     let all = all();

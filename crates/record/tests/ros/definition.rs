@@ -2,7 +2,7 @@ use slate_interfaces::{Image, Odometry};
 use slate_module::blackboard::interface::Interface;
 use slate_record::ros::{Schema, definition, definition_named};
 
-use crate::interfaces::{ODD, all, value};
+use crate::ros::interfaces::{ODD, all, value};
 
 #[test]
 fn documentation_units_and_constants_are_in_the_definition() {

@@ -2,8 +2,8 @@ use proptest::prelude::*;
 use slate_module::blackboard::interface::{Value as Own, View};
 use slate_record::ros::{Described, Schema, Value, definition, encode};
 
-use crate::codec::any_interface;
-use crate::interfaces::value;
+use crate::ros::codec::any_interface;
+use crate::ros::interfaces::value;
 
 /// Whether a value of the blackboard is what the message holds.
 fn is_same(message: &Value, own: &Own) -> bool {

@@ -7,8 +7,7 @@ mod definition;
 mod described;
 mod interfaces;
 mod others;
-#[path = "../python/mod.rs"]
-mod python;
+use crate::python;
 mod schema;
 mod shown;
 mod standard;

@@ -12,8 +12,8 @@ use slate_interfaces::LaserScan;
 use slate_module::blackboard::interface::Interface;
 use slate_record::ros::{Definition, Schema, Shown, Value, definition, encode, standard};
 
-use crate::interfaces::{all, value};
-use crate::python::{python, run};
+use crate::ros::interfaces::{all, value};
+use crate::ros::python::{python, run};
 
 fn script(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros").join(name)

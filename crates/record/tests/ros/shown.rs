@@ -4,8 +4,8 @@ use slate_module::blackboard::interface::Interface;
 use slate_module::interface;
 use slate_record::ros::{Definition, Schema, Shown, definition, encode};
 
-use crate::interfaces::{all, value};
-use crate::schema::any_text;
+use crate::ros::interfaces::{all, value};
+use crate::ros::schema::any_text;
 
 #[interface]
 struct Layout {

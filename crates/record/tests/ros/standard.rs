@@ -7,7 +7,7 @@ use slate_module::blackboard::interface::{Descriptor, Interface, View};
 use slate_module::{Sequence, interface};
 use slate_record::ros::{Schema, Value, standard};
 
-use crate::interfaces::{Battery, all, value};
+use crate::ros::interfaces::{Battery, all, value};
 
 /// The standard message of a value, as its own definition reads it.
 fn message(descriptor: &'static Descriptor, bytes: &[u8]) -> Value {

@@ -6,8 +6,8 @@ use slate_module::prelude::*;
 use slate_runtime::Options;
 use slate_runtime::configuration::Configuration;
 
-use crate::common::{Number, Pair, load, number};
-use crate::{agent, complaint, full, logged, says, steps, try_agent, wait};
+use crate::aspects::common::{Number, Pair, load, number};
+use crate::aspects::{agent, complaint, full, logged, says, steps, try_agent, wait};
 
 #[params]
 pub struct CaptainParams {

@@ -9,8 +9,8 @@ use slate_module::aspect::{Aspect, BlackBoard, BoardEvent};
 use slate_module::prelude::*;
 use slate_runtime::{Agent, Options, Rate};
 
-use crate::common::{Number, Pair, load, number};
-use crate::{agent, logged, says, steps};
+use crate::aspects::common::{Number, Pair, load, number};
+use crate::aspects::{agent, logged, says, steps};
 
 #[params]
 pub struct ScribeParams {
@@ -195,7 +195,7 @@ fn what_is_not_there_and_what_was_never_written_is_nothing() {
     steps(&mut agent, 2);
     assert_eq!(number(&agent, "scribe/seen/value"), -1.0);
     let text = "[modules.relay]\n[modules.scribe]\nparams.read = \"/relay/output\"\n";
-    let mut agent = crate::agent(text, &plugins());
+    let mut agent = crate::aspects::agent(text, &plugins());
     steps(&mut agent, 2);
     assert_eq!(number(&agent, "scribe/seen/value"), -1.0);
 }
@@ -329,15 +329,15 @@ fn a_path_that_is_given_to_another_property_is_read_afresh() {
         let number = Number { value };
         writer.write(slate_blackboard::interface::View::of(&number).bytes(), 0, 0).unwrap();
         steps(&mut agent, 1);
-        assert_eq!(crate::common::number(&agent, "scribe/seen/value"), value);
-        assert_eq!(crate::common::number(&agent, "scribe/seen/alive"), 1.0);
+        assert_eq!(crate::aspects::common::number(&agent, "scribe/seen/value"), value);
+        assert_eq!(crate::aspects::common::number(&agent, "scribe/seen/alive"), 1.0);
         assert_eq!(property.readers(), 1);
         drop(writer);
         steps(&mut agent, 1);
-        assert_eq!(crate::common::number(&agent, "scribe/seen/alive"), 0.0);
+        assert_eq!(crate::aspects::common::number(&agent, "scribe/seen/alive"), 0.0);
         agent.board().remove("shared/object").unwrap();
         steps(&mut agent, 1);
-        assert_eq!(crate::common::number(&agent, "scribe/seen/value"), -1.0, "it has vanished");
+        assert_eq!(crate::aspects::common::number(&agent, "scribe/seen/value"), -1.0, "it has vanished");
         assert_eq!(property.readers(), 0, "and its handle was given back");
     }
 }

@@ -5,8 +5,8 @@ use std::time::Duration;
 
 use slate_module::testing::Fixture;
 
-use crate::common::Number;
-use crate::light::{Filter, Filtered, Lamp, Light, LightMeter, LightMeter2, Meter, Watch};
+use crate::aspects::common::Number;
+use crate::aspects::light::{Filter, Filtered, Lamp, Light, LightMeter, LightMeter2, Meter, Watch};
 
 #[test]
 fn a_test_provides_what_a_module_needs() {

@@ -10,7 +10,7 @@ use slate_module::aspect::{Aspect, Provider, Service, service};
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::prelude::*;
 
-use crate::common::Number;
+use crate::aspects::common::Number;
 
 /// Tells how bright it is.
 #[repr(C)]

@@ -11,8 +11,7 @@
 
 mod actuators;
 mod blackboard;
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod fixture;
 mod light;
 mod mechanism;

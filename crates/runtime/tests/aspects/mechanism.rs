@@ -1,8 +1,8 @@
 //! Services that modules provide to each other.
 
-use crate::common::number;
-use crate::light::{Watch, plugins};
-use crate::{agent, complaint, condition, full, steps, ticks};
+use crate::aspects::common::number;
+use crate::aspects::light::{Watch, plugins};
+use crate::aspects::{agent, complaint, condition, full, steps, ticks};
 
 #[test]
 fn who_needs_a_service_waits_until_it_is_provided_and_then_runs() {

@@ -13,7 +13,7 @@ use slate_module::aspect::{Aspect, Network, SEND_LIMIT, SOCKET_LIMIT};
 use slate_module::prelude::*;
 use slate_runtime::Agent;
 
-use crate::{LONG, agent, steps, wait};
+use crate::aspects::{LONG, agent, steps, wait};
 
 #[ports]
 pub struct NodeIo {

@@ -7,9 +7,9 @@ use std::sync::OnceLock;
 
 use slate_module::Plugin;
 
-use crate::common::number;
-use crate::light::Lamp;
-use crate::{agent, complaint, condition, full, steps, ticks};
+use crate::aspects::common::number;
+use crate::aspects::light::Lamp;
+use crate::aspects::{agent, complaint, condition, full, steps, ticks};
 
 /// The plugin `torch`, built when it is asked for first.
 fn torch() -> &'static Path {

@@ -6,9 +6,9 @@ use std::sync::atomic::Ordering;
 use slate_module::Plugin;
 use slate_runtime::{Control, Mode, Options};
 
-use crate::common::{load, number};
-use crate::light::{Watch, plugins};
-use crate::{condition, wait};
+use crate::aspects::common::{load, number};
+use crate::aspects::light::{Watch, plugins};
+use crate::aspects::{condition, wait};
 
 /// Runs an agent in threaded mode until a test has seen what it wants.
 fn run(

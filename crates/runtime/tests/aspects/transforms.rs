@@ -9,8 +9,8 @@ use slate_module::aspect::{Aspect, RigidTransform, Transforms};
 use slate_module::prelude::*;
 use slate_runtime::{Agent, Options, Rate};
 
-use crate::common::{Number, load, number};
-use crate::{agent, logged, says, steps};
+use crate::aspects::common::{Number, load, number};
+use crate::aspects::{agent, logged, says, steps};
 
 /// A frame at `x` in its parent.
 fn transform(time: u64, parent: &str, child: &str, x: f64) -> Transform {

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use slate_runtime::{Control, End, Mode, Options};
 
-use crate::common::{lockstep, number};
-use crate::{after, agent, count};
+use crate::faults::common::{lockstep, number};
+use crate::faults::{after, agent, count};
 
 #[test]
 fn an_observer_ends_a_run_after_its_cycle_and_another_run_goes_on_from_there() {

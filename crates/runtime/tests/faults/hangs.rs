@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use slate_runtime::{Control, End, Mode, Options};
 
-use crate::common::{number, try_lockstep};
-use crate::{after, agent, count, value};
+use crate::faults::common::{number, try_lockstep};
+use crate::faults::{after, agent, count, value};
 
 /// What was to be seen at the end of a cycle.
 #[derive(Clone, Copy, Debug)]

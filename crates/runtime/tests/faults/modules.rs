@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use slate_module::prelude::*;
 
-use crate::common::{Number, Pair};
+use crate::faults::common::{Number, Pair};
 
 /// Ports of [`Watcher`].
 #[ports]

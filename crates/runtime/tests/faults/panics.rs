@@ -2,8 +2,8 @@
 
 use slate_runtime::{End, Mode, Options, Rate};
 
-use crate::common::number;
-use crate::{after, agent, count};
+use crate::faults::common::number;
+use crate::faults::{after, agent, count};
 
 #[test]
 fn fawkes_an_exception_in_one_thread_does_not_end_the_process() {

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use slate_runtime::{Control, End, Mode, Options, Rate};
 
-use crate::common::{lockstep, number};
-use crate::{after, agent, count, value};
+use crate::faults::common::{lockstep, number};
+use crate::faults::{after, agent, count, value};
 
 /// How many of `cycles` on the loop, with workers, took longer than a lost wake-up's time limit.
 fn stalled(workers: usize, cycles: u64) -> u64 {

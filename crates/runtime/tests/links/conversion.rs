@@ -6,8 +6,8 @@ use slate_module::prelude::*;
 use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::{Agent, NewLink, Options, Rate};
 
-use crate::common::number;
-use crate::support::{all, steps};
+use crate::links::common::number;
+use crate::links::support::{all, steps};
 
 /// A point.
 #[interface]

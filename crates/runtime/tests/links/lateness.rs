@@ -13,8 +13,8 @@ use slate_runtime::remote::{Client, Server};
 use slate_runtime::sharing::{RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want};
 use slate_runtime::{Agent, Composer, Control, Mode, NewLink, Options, Rate, Stopper};
 
-use crate::common::Number;
-use crate::support::{all, hold};
+use crate::links::common::Number;
+use crate::links::support::{all, hold};
 
 /// Lets the test say what is there of other agents.
 #[derive(Clone, Default)]

@@ -7,8 +7,7 @@
     reason = "a test that fails panics, and some wait for threads on the wall clock"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod conversion;
 mod lateness;
 mod model;

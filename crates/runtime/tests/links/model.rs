@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use slate_runtime::NewLink;
 
-use crate::common::number;
-use crate::support::{lockstep, steps};
+use crate::links::common::number;
+use crate::links::support::{lockstep, steps};
 
 const WRITERS: [(&str, f64); 3] = [("a", 0.0), ("b", 1000.0), ("c", 5000.0)];
 const READERS: usize = 4;

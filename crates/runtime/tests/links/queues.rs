@@ -3,8 +3,8 @@
 use slate_runtime::NewLink;
 use slate_runtime::log::MemoryTarget;
 
-use crate::common::number;
-use crate::support::{lockstep, steps};
+use crate::links::common::number;
+use crate::links::support::{lockstep, steps};
 
 /// The example of figure 3 of OpenRDK's paper: hwInterface pushes odometry into a queue, and the localizer, linked to
 /// it by configuration, takes all that came since it looked last, when it looks.

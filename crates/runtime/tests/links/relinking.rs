@@ -7,8 +7,8 @@ use slate_runtime::configuration::{Configuration, SaveTo};
 use slate_runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
 use slate_runtime::{Agent, NewLink};
 
-use crate::common::number;
-use crate::support::{agent, lockstep, steps};
+use crate::links::common::number;
+use crate::links::support::{agent, lockstep, steps};
 use slate_runtime::Mode;
 
 const TEXT: &str = r#"
@@ -221,7 +221,7 @@ fn what_was_linked_is_saved_with_comments_kept() {
         sharing: Some(Box::new(Nobody)),
         ..slate_runtime::Options::default()
     };
-    let agent = Agent::load_with(&database, &crate::support::all(), options).unwrap();
+    let agent = Agent::load_with(&database, &crate::links::support::all(), options).unwrap();
     link(&agent, "relay/input", "b/number");
     database.save(SaveTo::Origin).unwrap();
     let saved = std::fs::read_to_string(&file).unwrap();

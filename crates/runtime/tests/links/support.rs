@@ -9,7 +9,7 @@ use slate_module::prelude::*;
 use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::{Agent, Mode, Options, Rate};
 
-use crate::common::{Number, Pair, plugins};
+use crate::links::common::{Number, Pair, plugins};
 
 /// Ports of [`Twins`].
 #[ports]

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use slate_runtime::{Control, Mode};
 
-use crate::support::agent;
+use crate::links::support::agent;
 
 const TEXT: &str = r#"
 [loop]

@@ -7,7 +7,7 @@ use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::sharing::{Compression, Pace, RemotePath, Sharing, SharingError, Site, Want};
 use slate_runtime::{Agent, NewLink, Options, Rate};
 
-use crate::support::all;
+use crate::links::support::all;
 
 /// Keeps what is wanted.
 #[derive(Clone, Default)]

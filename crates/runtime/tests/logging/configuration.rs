@@ -8,8 +8,8 @@ use slate_runtime::configuration::{Configuration, Options, Report};
 use slate_runtime::log::{Rotation, SyslogAddress};
 use slate_runtime::{Rate, StartError};
 
-use crate::common::{Number, load};
-use crate::{Talker, folder};
+use crate::logging::common::{Number, load};
+use crate::logging::{Talker, folder};
 
 fn parsed(text: &str) -> Result<Configuration, Report> {
     Configuration::from_text("robot.toml", text, &Options::default())

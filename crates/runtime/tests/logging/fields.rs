@@ -6,7 +6,7 @@ use slate_module::{Level, Plugin};
 use slate_runtime::log::{MemoryTarget, Record};
 use slate_runtime::{Options, Rate};
 
-use crate::common::load;
+use crate::logging::common::load;
 
 /// Logs with fields of all kinds.
 pub struct Surveyor;
@@ -86,7 +86,7 @@ fn a_field_that_does_not_fit_is_left_out_and_a_long_text_leaves_room_for_the_oth
 
 #[test]
 fn a_record_is_one_line_whatever_it_says() {
-    let mut record = crate::record("one\ntwo\x1b[2J");
+    let mut record = crate::logging::record("one\ntwo\x1b[2J");
     record.fields.push(("k".into(), "\r".into()));
     assert_eq!(record.message(), "one\\ntwo\\u{1b}[2J k=\\r");
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use slate_module::Level;
 use slate_runtime::log::{FileTarget, LogTarget, MemoryTarget, Rotation};
 
-use crate::{folder, logger, record};
+use crate::logging::{folder, logger, record};
 
 const LARGE: Rotation = Rotation { size: 1_000_000, keep: 5 };
 
@@ -65,7 +65,7 @@ fn a_full_disk_stops_the_file_and_is_said_once_until_there_is_space() {
     let memory = MemoryTarget::default();
     let logger = logger(0, vec![Box::new(file), Box::new(memory.clone())]);
     (0..10).for_each(|number| logger.log(0, Level::Info, &format!("before {number}")));
-    logger.flush(crate::LONG);
+    logger.flush(crate::logging::LONG);
     fs::remove_file(&path).unwrap();
     (0..10).for_each(|number| logger.log(0, Level::Info, &format!("after {number}")));
     drop(logger);

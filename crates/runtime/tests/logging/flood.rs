@@ -6,8 +6,8 @@ use slate_module::{Level, Plugin};
 use slate_runtime::log::{Levels, LogTarget, Logger, MemoryTarget, Record, Settings};
 use slate_runtime::{Control, End, Options};
 
-use crate::common::load;
-use crate::{LONG, Talker};
+use crate::logging::common::load;
+use crate::logging::{LONG, Talker};
 
 /// Takes no line while the test holds the gate, as a disk or a terminal that hangs.
 struct Stuck {

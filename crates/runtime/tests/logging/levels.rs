@@ -2,8 +2,8 @@ use slate_module::{Level, Plugin};
 use slate_runtime::Options;
 use slate_runtime::log::{MemoryTarget, Record};
 
-use crate::common::load;
-use crate::{Talker, lines_of};
+use crate::logging::common::load;
+use crate::logging::{Talker, lines_of};
 
 const THREE: &str = r#"
 time.source = "a"
@@ -72,7 +72,7 @@ fn running_modules_follow_a_change_with_their_next_line() {
 #[test]
 fn the_agent_itself_has_a_level_too() {
     let target = MemoryTarget::default();
-    let logger = crate::logger(0, vec![Box::new(target.clone())]);
+    let logger = crate::logging::logger(0, vec![Box::new(target.clone())]);
     logger.set_level(Some("agent"), Level::Warn);
     logger.log(0, Level::Info, "quiet");
     logger.log(0, Level::Warn, "loud");

@@ -7,8 +7,7 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod configuration;
 mod fields;
 mod file;

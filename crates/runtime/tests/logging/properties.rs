@@ -3,8 +3,8 @@ use slate_blackboard::interface::Value;
 use slate_module::Plugin;
 use slate_runtime::{Agent, Options, Rate};
 
-use crate::Talker;
-use crate::common::load;
+use crate::logging::Talker;
+use crate::logging::common::load;
 
 fn agent(text: &str) -> Agent {
     let options = Options { rate: Rate::Max, ..Options::default() };
@@ -12,7 +12,7 @@ fn agent(text: &str) -> Agent {
 }
 
 fn read(agent: &Agent, path: &str) -> Value {
-    agent.logger().flush(crate::LONG);
+    agent.logger().flush(crate::logging::LONG);
     agent.board().read(path).unwrap().unwrap().0
 }
 

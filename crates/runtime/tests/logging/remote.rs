@@ -6,7 +6,7 @@ use slate_module::Level;
 use slate_runtime::log::{LogTarget, MemoryTarget, RemoteTarget};
 use slate_runtime::{Options, Rate};
 
-use crate::{LONG, lines_of, logger, record};
+use crate::logging::{LONG, lines_of, logger, record};
 
 fn target() -> RemoteTarget {
     RemoteTarget::bind("127.0.0.1:0".parse().unwrap()).unwrap()

@@ -6,8 +6,8 @@ use slate_module::{Level, Plugin};
 use slate_runtime::log::{MemoryTarget, Record};
 use slate_runtime::{Options, Rate};
 
-use crate::common::load;
-use crate::{LONG, logger};
+use crate::logging::common::load;
+use crate::logging::{LONG, logger};
 
 /// Parameters of [`Parrot`].
 #[params]

@@ -4,7 +4,7 @@ use std::os::unix::net::UnixDatagram;
 use slate_module::Level;
 use slate_runtime::log::{LogTarget, Record, SyslogAddress, SyslogTarget};
 
-use crate::{LONG, folder, record};
+use crate::logging::{LONG, folder, record};
 
 fn full_record() -> Record {
     let mut full = record("lost\nway");

@@ -7,8 +7,7 @@
     reason = "a test that fails panics, and a hang is a matter of the wall clock"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod lockstep;
 mod wall_clock;
 

@@ -3,7 +3,7 @@ use std::time::Duration;
 use slate_module::prelude::*;
 use slate_runtime::{Options, Rate};
 
-use crate::common::Number;
+use crate::main_loop::common::Number;
 
 /// Ports of [`Slow`].
 #[ports]
@@ -66,7 +66,7 @@ fn a_module_that_panics_now_and_then_stays_on() {
     let panics = |interval| {
         let options = Options { rate: Rate::Max, ..Options::default() };
         let plugins = [slate_module::Plugin::linked::<Unlucky>()];
-        let mut agent = crate::common::load(&text(interval), &plugins, options).unwrap();
+        let mut agent = crate::main_loop::common::load(&text(interval), &plugins, options).unwrap();
         (0..2000).for_each(|_| assert!(agent.step()));
         assert_eq!(agent.counts("counter"), Some((2000, 0, 0)));
         agent.counts("unlucky").unwrap()

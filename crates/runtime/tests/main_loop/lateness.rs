@@ -82,8 +82,12 @@ plugin = "slow"
 "#;
     let log = slate_runtime::log::MemoryTarget::default();
     let options = Options { log: vec![Box::new(log.clone())], ..Options::default() };
-    let mut agent =
-        crate::common::load(text, &[slate_module::Plugin::linked::<super::faults::Slow>()], options).unwrap();
+    let mut agent = crate::main_loop::common::load(
+        text,
+        &[slate_module::Plugin::linked::<super::faults::Slow>()],
+        options,
+    )
+    .unwrap();
     let start = Instant::now();
     let stop = Duration::from_millis(500);
     let end =

@@ -8,8 +8,7 @@
     reason = "a test that fails panics, and wall-clock time is what some are about"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod faults;
 mod lateness;
 mod periods;

@@ -5,7 +5,7 @@ use slate_module::prelude::*;
 use slate_runtime::{Control, End, Mode, Options, Rate};
 
 use super::{run, ticks, wall_clock};
-use crate::common::Number;
+use crate::main_loop::common::Number;
 
 /// Ports of [`Metronome`].
 #[ports]
@@ -60,7 +60,7 @@ fn periods_do_not_drift_in_a_million() {
         );
     }
     let options = Options { rate: Rate::Max, ..Options::default() };
-    let mut agent = crate::common::load(&text, &[Plugin::linked::<Metronome>()], options).unwrap();
+    let mut agent = crate::main_loop::common::load(&text, &[Plugin::linked::<Metronome>()], options).unwrap();
     let cycles = (MILLION * PERIODS[2]).div_ceil(CYCLE) + 1;
     (0..cycles).for_each(|_| assert!(agent.step()));
     assert_eq!(agent.now(), (cycles - 1) * CYCLE * 1000, "nor does the loop's own");
@@ -68,7 +68,11 @@ fn periods_do_not_drift_in_a_million() {
         let module = format!("m{number}");
         let expected = (cycles - 1) * CYCLE / period + 1;
         assert_eq!((ticks(&agent, &module), agent.now() % 1000), (expected, 0), "every {period} us");
-        assert_eq!(crate::common::number(&agent, &format!("{module}/wrong/value")), 0.0, "every {period} us");
+        assert_eq!(
+            crate::main_loop::common::number(&agent, &format!("{module}/wrong/value")),
+            0.0,
+            "every {period} us"
+        );
     }
     assert!(ticks(&agent, "m2") > MILLION);
 }
@@ -140,7 +144,7 @@ params.number = 3
 "robot_1/woken_by_a_value/input" = "staged/output"
 "#;
     let options = Options { mode: Mode::Threaded, ..Options::default() };
-    let mut agent = crate::common::load(text, &[Plugin::linked::<Tell>()], options).unwrap();
+    let mut agent = crate::main_loop::common::load(text, &[Plugin::linked::<Tell>()], options).unwrap();
     let mut cycles = 0;
     let woken = agent.composer();
     let end = agent.run(Box::new(move |_| {

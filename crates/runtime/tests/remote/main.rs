@@ -6,8 +6,7 @@
     reason = "a test that fails panics, and waits for other threads on the wall clock"
 )]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod files;
 mod names;
 mod settings;

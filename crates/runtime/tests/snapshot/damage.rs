@@ -3,7 +3,7 @@ use std::sync::OnceLock;
 use proptest::prelude::*;
 use slate_runtime::snapshot::{Snapshot, SnapshotError};
 
-use crate::support::{ROBOT, file, robot, steps};
+use crate::snapshot::support::{ROBOT, file, robot, steps};
 
 fn whole() -> &'static [u8] {
     static WHOLE: OnceLock<Vec<u8>> = OnceLock::new();

@@ -1,8 +1,7 @@
 //! Snapshots: an agent goes on from one as if nothing had happened, or is left as it was.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-#[path = "../common/mod.rs"]
-mod common;
+use crate::common;
 mod damage;
 mod messages;
 mod refusals;

@@ -8,8 +8,8 @@ use slate_runtime::configuration::{Database, Options as Reading};
 use slate_runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
 use slate_runtime::{Agent, Options};
 
-use crate::common::{Number, Pair, number, plugins};
-use crate::support::{options, seen, steps};
+use crate::snapshot::common::{Number, Pair, number, plugins};
+use crate::snapshot::support::{options, seen, steps};
 
 /// Ports of [`Mailer`].
 #[ports]

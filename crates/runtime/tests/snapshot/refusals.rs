@@ -7,8 +7,8 @@ use slate_runtime::configuration::Database;
 use slate_runtime::snapshot::{Snapshot, SnapshotError};
 use slate_runtime::{Agent, StartError};
 
-use crate::common::{Number, plugins};
-use crate::support::{ROBOT, file, options, robot, seen, steps};
+use crate::snapshot::common::{Number, plugins};
+use crate::snapshot::support::{ROBOT, file, options, robot, seen, steps};
 
 fn snapshot() -> Snapshot {
     let mut agent = robot(ROBOT);
@@ -53,7 +53,8 @@ fn what_does_not_fit_is_named() {
         if with.contains("sender]\nplugin") {
             text = text.replace("\"sender/note\" = \"receiver/notes\"\n", "");
         }
-        let agent = Agent::load(&crate::common::configuration(&text), &plugins(), options()).unwrap();
+        let agent =
+            Agent::load(&crate::snapshot::common::configuration(&text), &plugins(), options()).unwrap();
         let said = refused(agent).replace(['"', '\''], "");
         assert!(said.contains(words), "{words}: {said}");
     }
@@ -71,10 +72,15 @@ struct OtherCounter;
 #[module(stage = SensorAcquire, name = "counter")]
 impl Module for OtherCounter {
     type Io = OtherIo;
-    type Params = crate::common::CounterParams;
+    type Params = crate::snapshot::common::CounterParams;
     type State = Option<String>;
 
-    fn tick(_: &mut Option<String>, io: &OtherIo, _: &crate::common::CounterParams, _: &Tick) -> Outcome {
+    fn tick(
+        _: &mut Option<String>,
+        io: &OtherIo,
+        _: &crate::snapshot::common::CounterParams,
+        _: &Tick,
+    ) -> Outcome {
         io.number.set(Number { value: 1.0 });
         Outcome::Ok
     }
@@ -131,7 +137,7 @@ fn many_differences_are_a_line_each_and_not_all_told() {
     for number in 0..30 {
         text += &format!("[modules.more{number}]\nplugin = \"dice\"\n");
     }
-    let agent = Agent::load(&crate::common::configuration(&text), &plugins(), options()).unwrap();
+    let agent = Agent::load(&crate::snapshot::common::configuration(&text), &plugins(), options()).unwrap();
     let error = agent.restore_under_own_settings(&snapshot()).unwrap_err().to_string();
     assert!(error.lines().count() <= 12 && error.lines().all(|line| line.len() < 200), "{error}");
     assert!(error.contains("module `more0` is not in it\n") && error.contains("more"), "{error}");
@@ -166,7 +172,7 @@ fn two_that_write_one_file_never_spoil_it() {
 
 #[test]
 fn another_version_of_a_plugin_is_named() {
-    let agent = with(Some(Plugin::linked::<crate::common::Counter>().version("7.0.0"))).unwrap();
+    let agent = with(Some(Plugin::linked::<crate::snapshot::common::Counter>().version("7.0.0"))).unwrap();
     let said = refused(agent);
     assert!(said.contains("plugin `counter` has version 7.0.0 here"), "{said}");
 }

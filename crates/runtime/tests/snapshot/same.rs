@@ -3,8 +3,8 @@ use slate_module::Level;
 use slate_runtime::configuration::Database;
 use slate_runtime::{Agent, Options};
 
-use crate::common::{number, plugins};
-use crate::support::{ROBOT, options, resumed, robot, seen, steps};
+use crate::snapshot::common::{number, plugins};
+use crate::snapshot::support::{ROBOT, options, resumed, robot, seen, steps};
 
 #[test]
 fn an_agent_of_another_process_goes_on_from_any_moment() {

@@ -7,7 +7,7 @@ use slate_runtime::configuration::Database;
 use slate_runtime::snapshot::Snapshot;
 use slate_runtime::{Agent, Options, Rate};
 
-use crate::common::plugins;
+use crate::snapshot::common::plugins;
 
 /// Everything that a snapshot has: a queue that is read now and then, messages that wait, random numbers, a panic, a
 /// command with a rate, a module that waits for news.

@@ -4,8 +4,8 @@ use slate_runtime::configuration::Database;
 use slate_runtime::snapshot::SnapshotError;
 use slate_runtime::{Agent, Control, Mode, Options};
 
-use crate::common::{configuration, number, plugins};
-use crate::support::file;
+use crate::snapshot::common::{configuration, number, plugins};
+use crate::snapshot::support::file;
 
 const THREADED: &str = r#"
 agent.name = "robot"

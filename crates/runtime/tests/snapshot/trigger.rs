@@ -1,8 +1,8 @@
 use slate_runtime::snapshot::Snapshot;
 use slate_runtime::{Agent, Control, Options};
 
-use crate::common::number;
-use crate::support::{ROBOT, file, robot};
+use crate::snapshot::common::number;
+use crate::snapshot::support::{ROBOT, file, robot};
 
 fn run(agent: &mut Agent, cycles: u64) {
     agent
@@ -50,7 +50,11 @@ fn a_snapshot_does_not_take_the_place_of_the_log() {
     let log = path.parent().unwrap().join(".").join(path.file_name().unwrap());
     let text = format!("{ROBOT}\n[snapshot]\nat = \"1s\"\nfile = {path:?}\n[log.targets]\nfile = {log:?}\n");
     let database = slate_runtime::configuration::Database::from_text("robot.toml", &text, Default::default());
-    let agent = Agent::load_with(&database.unwrap(), &crate::common::plugins(), crate::support::options());
+    let agent = Agent::load_with(
+        &database.unwrap(),
+        &crate::snapshot::common::plugins(),
+        crate::snapshot::support::options(),
+    );
     let report = agent.unwrap_err().to_string();
     assert!(report.contains("a snapshot would take the place of the log"), "{report}");
 }
@@ -72,7 +76,11 @@ fn what_cannot_be_looked_at_is_refused() {
         let report = match database {
             Err(report) => report.to_string(),
             Ok(database) => {
-                let agent = Agent::load_with(&database, &crate::common::plugins(), crate::support::options());
+                let agent = Agent::load_with(
+                    &database,
+                    &crate::snapshot::common::plugins(),
+                    crate::snapshot::support::options(),
+                );
                 agent.unwrap_err().to_string()
             }
         };
@@ -88,8 +96,9 @@ fn on_the_wall_clock_a_condition_that_comes_and_goes_does_not_stop_the_loop() {
         "agent.name = \"robot\"\nloop.period = \"1ms\"\n[modules.dice]\n\
          [snapshot]\nwhen = \"/dice/number/value > 0.5\"\nfile = {path:?}"
     );
-    let configuration = crate::common::configuration(&text);
-    let mut agent = Agent::load(&configuration, &crate::common::plugins(), Options::default()).unwrap();
+    let configuration = crate::snapshot::common::configuration(&text);
+    let mut agent =
+        Agent::load(&configuration, &crate::snapshot::common::plugins(), Options::default()).unwrap();
     run(&mut agent, 1000);
     assert_eq!(number(&agent, "loop/state/cycles"), 1000.0);
     assert!(Snapshot::read(&path).unwrap().cycle() > 0);

@@ -8,8 +8,7 @@
 )]
 
 mod ends;
-#[path = "../scripted/mod.rs"]
-mod scripted;
+use crate::scripted;
 mod values;
 
 use std::sync::Arc;

@@ -257,9 +257,7 @@ impl AgentSharing {
                     "this program was built without TLS, so nothing uses the certificate {}",
                     files.certificate.display()
                 ),
-                help: Some(
-                    "build it with the feature `tls`, which is there unless it was switched off".into(),
-                ),
+                help: Some("build it with the feature `tls`: cargo build --release --features tls".into()),
                 about: About::Certificate,
             });
         }

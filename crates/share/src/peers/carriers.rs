@@ -27,8 +27,8 @@ impl Carriers {
             endpoint: endpoint.into(),
             expected: match scheme {
                 "tls" => {
-                    "this program was built without TLS: build it with the feature `tls`, which is there unless it \
-                     was switched off"
+                    "this program was built without TLS: build it with the feature `tls`, as in \
+                     `cargo build --release --features tls`"
                 }
                 "zenoh" if endpoint.starts_with("zenoh:tls") => {
                     "there is no TLS of Zenoh: it has a carrier of its own, such as tls:192.168.1.5:7447"

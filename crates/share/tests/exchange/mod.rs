@@ -13,7 +13,7 @@ use slate_share::session::{Answer, Compression, Options};
 use crate::agents::{Agent, Blob, Folder, Number, add, clock, output, wait_for, write};
 
 fn folder() -> Folder {
-    crate::folder(module_path!())
+    super::folder(module_path!())
 }
 
 /// Two agents, of which `arm` dials `base`.
@@ -82,7 +82,7 @@ fn a_queue_comes_whole_and_in_order() {
 
 #[test]
 fn what_a_queue_has_lost_is_told_to_its_readers() {
-    let folder = crate::folder(module_path!());
+    let folder = super::folder(module_path!());
     let (base, arm) = pair(&folder);
     let mut writer = output(&base.board, "scan/points", 16);
     let want = Want::new("scan/points", Options::queue()).expect(Number::DESCRIPTOR, 0).depth(4096);

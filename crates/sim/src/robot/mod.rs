@@ -10,6 +10,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Chassis, Point2};
 use slate_module::{Sequence, Text};
+use slate_robots::ROBOTS;
 
 use crate::error::{DescriptionError, Step, text_of};
 use crate::geometry::{Point, Polygon};
@@ -18,12 +19,6 @@ pub use drive::{DriveDescription, DriveKind, Friction, WheelFriction};
 pub use laser::LaserDescription;
 pub use robot_sensor::RobotSensorDescription;
 pub use sonar::SonarDescription;
-
-/// The robots that come with the simulator.
-const ROBOTS: [(&str, &str); 2] = [
-    ("pioneer_p3dx", include_str!("../../../../robots/pioneer_p3dx.toml")),
-    ("summit_xl", include_str!("../../../../robots/summit_xl.toml")),
-];
 
 /// A type of robot.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,0 +1,36 @@
+//! All tests of the crate that share a process, in one program: each program costs link time.
+
+#[path = "bag/main.rs"]
+mod bag;
+mod batch;
+mod browser;
+mod command;
+mod common;
+mod console;
+mod deployment;
+mod interface;
+mod isolation;
+mod logs;
+mod mapping;
+mod network;
+mod new;
+mod operate;
+mod over_http;
+mod page;
+mod plugin_new;
+mod recompute;
+mod record;
+mod record_live;
+mod refusals;
+mod remote;
+mod replay;
+mod report;
+mod sharing;
+mod snapshot;
+mod stop;
+mod strategies;
+mod surface;
+mod switches;
+mod team;
+mod trace;
+mod values;

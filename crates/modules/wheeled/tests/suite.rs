@@ -1,0 +1,7 @@
+//! All tests of the crate that share a process, in one program: each program costs link time.
+
+mod laser_ring;
+mod others;
+mod plans;
+mod reflexes;
+mod strategies;

@@ -1,0 +1,15 @@
+//! All tests of the crate that share a process, in one program: each program costs link time.
+
+mod bumpers;
+mod contact_cause;
+mod descriptions;
+mod faults;
+mod kernel;
+mod neighbours;
+mod scenarios;
+mod sensors;
+mod sightings;
+mod skid_steer;
+mod threads;
+mod turns;
+mod ways;

@@ -1,0 +1,5 @@
+//! Robots as TOML. `slate-sim` reads them by name.
+
+/// Name and description of each robot.
+pub const ROBOTS: [(&str, &str); 2] =
+    [("pioneer_p3dx", include_str!("pioneer_p3dx.toml")), ("summit_xl", include_str!("summit_xl.toml"))];

@@ -1,0 +1,4 @@
+//! Worlds as TOML. `slate-sim` reads them by name.
+
+/// Name and description of each world.
+pub const WORLDS: [(&str, &str); 1] = [("rocs_arena", include_str!("rocs_arena.toml"))];
