@@ -15,6 +15,7 @@ use crate::clock::{Clock, monotonic};
 use crate::configuration::{ShareSecurity, SharedKnowledge};
 pub use slate_composition::RemotePath;
 pub use slate_configuration::{Compression, TEAM, is_topic};
+pub use slate_engine::main_loop::AfterTick;
 
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
 /// and dropping it ends them.
@@ -313,9 +314,6 @@ impl std::fmt::Debug for Site {
             .finish_non_exhaustive()
     }
 }
-
-/// Is called after each cycle, and after each tick of a module with a thread: it must not wait for anything.
-pub type AfterTick = Box<dyn Fn() + Send + Sync>;
 
 /// The agent, for whoever shares for it.
 #[derive(Clone)]

@@ -27,8 +27,6 @@ mod scripted;
 mod settings_aspect;
 #[path = "snapshot/main.rs"]
 mod snapshot;
-mod synchronization;
 #[path = "threads/main.rs"]
 mod threads;
-mod timing;
 mod tracing;

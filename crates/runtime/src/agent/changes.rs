@@ -36,7 +36,7 @@ impl Composer {
 
     /// Tells what records the agent what came of such a request.
     pub(crate) fn tell_asked(&self, module: &str, lines: &str, answer: &Result<String, String>) {
-        if let Some(recording) = &self.shared.recording {
+        if let Some(recording) = &self.recording {
             let (module, lines, answer) = (module.to_owned(), lines.to_owned(), answer.clone());
             let change = Recorded::Asked { module, lines, answer };
             recording.changed(self.shared.cycles(), self.now(), &change);
@@ -107,7 +107,7 @@ impl Composer {
         changes: Vec<Recorded>,
         make: impl FnOnce() -> Result<R, E>,
     ) -> Result<R, E> {
-        let Some(recording) = &self.shared.recording else { return make() };
+        let Some(recording) = &self.recording else { return make() };
         let module = BY_MODULE.with_borrow(Option::clone);
         let before = self.shared.order();
         let (cycle, result) = match self.shared.lockstep && module.is_none() {
@@ -137,14 +137,14 @@ impl Composer {
 
     /// Waits until the changes that were made are in what records the agent, but not for long.
     pub(crate) fn settle_changes(&self) {
-        if let Some(recording) = &self.shared.recording {
+        if let Some(recording) = &self.recording {
             recording.settle();
         }
     }
 
     /// Tells what records the agent of a change that can't be made again.
     pub(super) fn tell_recording(&self, what: &str) {
-        if let Some(recording) = &self.shared.recording {
+        if let Some(recording) = &self.recording {
             let change = Recorded::Other { what: what.into() };
             recording.changed(self.shared.cycles(), self.now(), &change);
         }

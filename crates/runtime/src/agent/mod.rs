@@ -6,6 +6,7 @@ mod composer;
 mod composition;
 mod consent;
 mod deepening;
+mod logging;
 mod looping;
 mod memory;
 mod playing;
@@ -30,7 +31,7 @@ use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
 use crate::clock::{Calendar, Clock, TimeSource};
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Arenas;
-use crate::log::{self, LogTarget, Logger};
+use crate::log::{LogTarget, Logger};
 use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
@@ -178,7 +179,7 @@ impl Agent {
         let plays = options.playback.is_some();
         let driven = configuration.time_source().is_some() || options.time_source.is_some() || plays;
         let lockstep = driven && options.mode == Mode::Staged;
-        let logger = Arc::new(Logger::new(log::Settings::of(configuration, lockstep), options.log)?);
+        let logger = Arc::new(Logger::new(logging::settings(configuration, lockstep), options.log)?);
         let clock = Arc::new(Clock::new(driven, options.calendar));
         // What is measured in lockstep is no reason to wait.
         let minimum = if lockstep { 0 } else { configuration.minimum().map_or(0, |minimum| minimum.value) };
@@ -199,7 +200,6 @@ impl Agent {
             workers: Workers::start(options.workers, options.always_help)?,
             pace: Pace::new(options.rate, minimum),
             time_source: options.time_source,
-            recording: options.recording,
         }));
         let hang = Duration::from_nanos(configuration.hang().value);
         let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
@@ -265,11 +265,11 @@ impl Agent {
             watch: None,
             playback: None,
         };
-        let composer = Composer::new(Arc::clone(&shared), composition);
+        let composer = Composer::new(Arc::clone(&shared), composition, options.recording);
         control.connect(composer.downgrade());
         changes.connect(composer.downgrade());
         shared.change_with(changes);
-        shared.logger.show(&shared.board)?;
+        logging::show(&shared.logger, &shared.board)?;
         let restored = composer.start(plugins, &states).map_err(|error| match error {
             PluginError::Unfit(report) => StartError::Configuration(report),
             other => StartError::Plugin(other),
@@ -280,7 +280,7 @@ impl Agent {
             playing::begin(playback, &played, configuration, &composer, &shared)?;
         }
         // Only now, as a configuration that is refused leaves no file behind.
-        shared.logger.configure(configuration)?;
+        logging::configure(&shared.logger, configuration)?;
         if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
             composer.composition().watch = Some(Arc::clone(&watch));
             shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));

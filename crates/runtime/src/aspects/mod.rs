@@ -6,7 +6,6 @@ mod calls;
 mod logger;
 mod main_loop;
 mod network;
-mod place;
 mod plugins;
 mod settings;
 mod synchronization;
@@ -18,46 +17,19 @@ use std::sync::Arc;
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::Descriptor;
-use slate_module::ModuleKind;
 use slate_module::aspect::{self, Actuators, BlackBoard, Network, Service, Transforms};
 
 use crate::actuators::ActuatorList;
 use crate::clock::Clock;
-use crate::digest::Digest;
 use crate::log::Logger;
 use crate::main_loop::Takeovers;
 use crate::synchronization::Synchronization;
-pub(crate) use place::{AspectPort, ProviderPort, ServicePlace};
 pub(crate) use plugins::PluginControl;
 pub(crate) use settings::SettingsControl;
+pub(crate) use slate_engine::service::{AspectPort, HostService, ProviderPort, ServicePlace};
 pub(crate) use threads::{Closed, Lingering, ThreadKeeper};
 pub(crate) use time_source::{PlaceTime, TimePlace};
 pub(crate) use transforms::followed;
-
-/// A service of the host for one module: a table of calls over an object of its own.
-pub(crate) trait HostService: Send {
-    /// The table, which stays where it is as long as the service.
-    fn table(&self) -> *const u8;
-
-    /// The module begins with that code, or goes on with it.
-    fn begin(&mut self, _: &ModuleKind) {}
-
-    /// Before a tick.
-    fn prepare(&mut self, _: u64) {}
-
-    /// After a tick that went as it should: what it asked for happens now.
-    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {}
-
-    /// After a tick that failed: what it asked for does not happen.
-    fn abandon(&mut self) {}
-
-    /// The module does not work for now, or no more: what it holds of the robot is let go. Its tick may hang in a call
-    /// of the service meanwhile.
-    fn rest(&self, _: u64) {}
-
-    /// The module's instance is gone; after a panic another one follows.
-    fn end(&mut self) {}
-}
 
 /// What services are made of.
 pub(crate) struct Means {

@@ -12,6 +12,7 @@ use super::calls::{say, text};
 use super::{HostService, Means};
 use crate::agent::WeakComposer;
 use crate::digest::Digest;
+use crate::main_loop::AskedChanges;
 
 /// How many requests of a module are known.
 const KNOWN: usize = 64;
@@ -53,13 +54,29 @@ impl SettingsControl {
         let _ = self.composer.set(composer);
     }
 
-    /// Whether something is to be changed; a look costs a load.
-    pub fn is_asked(&self) -> bool {
+    fn ask(self: &Arc<Self>, request: Request) {
+        locked(&self.requests).push(request);
+        self.asked.store(true, Ordering::Release);
+        if !self.lockstep {
+            let control = Arc::clone(self);
+            let thread = std::thread::Builder::new().name("settings".into());
+            if thread.spawn(move || control.carry_out()).is_err() {
+                // Without a thread nothing can be changed now.
+                for request in locked(&self.requests).drain(..) {
+                    let _ =
+                        request.answers.send((request.number, Err("the host has no thread for it".into())));
+                }
+            }
+        }
+    }
+}
+
+impl AskedChanges for SettingsControl {
+    fn is_asked(&self) -> bool {
         self.asked.load(Ordering::Acquire)
     }
 
-    /// Makes the changes that were asked for. The loop's token must be free.
-    pub fn carry_out(&self) {
+    fn carry_out(&self) {
         let _turn = locked(&self.turn);
         self.asked.store(false, Ordering::Relaxed);
         // A change waits until no module runs, and one that runs may ask meanwhile: nothing is locked for that long.
@@ -76,22 +93,6 @@ impl SettingsControl {
             });
             // Who asked may be gone.
             let _ = request.answers.send((request.number, answer));
-        }
-    }
-
-    fn ask(self: &Arc<Self>, request: Request) {
-        locked(&self.requests).push(request);
-        self.asked.store(true, Ordering::Release);
-        if !self.lockstep {
-            let control = Arc::clone(self);
-            let thread = std::thread::Builder::new().name("settings".into());
-            if thread.spawn(move || control.carry_out()).is_err() {
-                // Without a thread nothing can be changed now.
-                for request in locked(&self.requests).drain(..) {
-                    let _ =
-                        request.answers.send((request.number, Err("the host has no thread for it".into())));
-                }
-            }
         }
     }
 }

@@ -3,17 +3,10 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use slate_blackboard::bytes;
-use slate_blackboard::channel::Frozen;
-use slate_blackboard::message::FrozenMessage;
-use slate_safety::FrozenGate;
+use slate_engine::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
 
 use crate::main_loop::FrozenLoop;
 use crate::runner::FrozenRunner;
-
-/// Bytes that are written as such.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Bytes(#[serde(with = "bytes")] pub Vec<u8>);
 
 /// An agent but for its code.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -61,30 +54,4 @@ pub(crate) struct FrozenPort {
     pub direction: u32,
     pub interface: String,
     pub schema: u64,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct FrozenProperty {
-    pub interface: String,
-    pub schema: u64,
-    pub values: Frozen,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct FrozenMailbox {
-    /// How many messages were collected.
-    pub sequence: u64,
-    /// Oldest first.
-    pub messages: Vec<FrozenMessage>,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct FrozenActuator {
-    pub commanders: Vec<String>,
-    /// Its place in the order of all outputs.
-    pub index: u32,
-    pub gate: FrozenGate,
-    /// What its state says, as it was written last.
-    pub shown: Option<Bytes>,
-    pub fresh: bool,
 }

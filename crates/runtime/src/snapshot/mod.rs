@@ -14,10 +14,9 @@ use std::path::Path;
 pub use error::SnapshotError;
 pub use file::PluginMark;
 pub(crate) use file::describe;
-pub(crate) use image::{
-    Bytes, FrozenActuator, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image,
-};
+pub(crate) use image::{FrozenClock, FrozenModule, FrozenPort, Image};
 pub use slate_configuration::{Comparison, SnapshotCondition, SnapshotTrigger};
+pub(crate) use slate_engine::{Bytes, FrozenMailbox, FrozenProperty};
 
 use crate::configuration::{Database, Report};
 

@@ -92,7 +92,7 @@ impl Ground {
     /// The post of a module of that name.
     pub fn post(&mut self, module: &str) -> Post {
         let post = self.posts.entry(module.into()).or_insert_with(|| Post {
-            health: Arc::new(Health::new()),
+            health: Arc::new(Health::default()),
             commit: CommitWord::new(),
             wake: Arc::new(Wake::new()),
         });

@@ -41,6 +41,8 @@ pub struct Composer {
     pub(super) shared: Arc<Shared>,
     composition: Arc<Mutex<Composition>>,
     overview: Arc<Mutex<Overview>>,
+    /// What records the agent.
+    pub(super) recording: Option<Arc<dyn Recording>>,
 }
 
 impl std::fmt::Debug for Composer {
@@ -111,6 +113,7 @@ pub struct WeakComposer {
     shared: Weak<Shared>,
     composition: Weak<Mutex<Composition>>,
     overview: Weak<Mutex<Overview>>,
+    recording: Option<Weak<dyn Recording>>,
 }
 
 impl std::fmt::Debug for WeakComposer {
@@ -126,6 +129,10 @@ impl WeakComposer {
             shared: self.shared.upgrade()?,
             composition: self.composition.upgrade()?,
             overview: self.overview.upgrade()?,
+            recording: match &self.recording {
+                Some(recording) => Some(recording.upgrade()?),
+                None => None,
+            },
         })
     }
 }
@@ -137,12 +144,17 @@ impl Composer {
             shared: Arc::downgrade(&self.shared),
             composition: Arc::downgrade(&self.composition),
             overview: Arc::downgrade(&self.overview),
+            recording: self.recording.as_ref().map(Arc::downgrade),
         }
     }
 
-    pub(super) fn new(shared: Arc<Shared>, composition: Composition) -> Self {
+    pub(super) fn new(
+        shared: Arc<Shared>,
+        composition: Composition,
+        recording: Option<Arc<dyn Recording>>,
+    ) -> Self {
         let overview = Arc::new(Mutex::new(Overview::of(&composition)));
-        let composer = Self { shared, composition: Arc::new(Mutex::new(composition)), overview };
+        let composer = Self { shared, composition: Arc::new(Mutex::new(composition)), overview, recording };
         let own = composer.downgrade();
         composer.composition().own = own;
         composer
@@ -389,7 +401,7 @@ impl Composer {
 
     /// What records the agent, if anything does.
     pub(crate) fn recording(&self) -> Option<&dyn Recording> {
-        self.shared.recording.as_deref()
+        self.recording.as_deref()
     }
 
     /// Everything that the robot knows.

@@ -1,0 +1,372 @@
+//! The gates of an agent: a command passes its gate in the thread of its commander, so no wake-up lies between.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use slate_blackboard::channel::{Budget, Channel, Latest, Writer};
+use slate_blackboard::interface::{Descriptor, View};
+use slate_blackboard::wake::Wake;
+use slate_blackboard::{Board, BoardError};
+use slate_module::Priority;
+use slate_safety::{Gate, GateState, Verdict};
+
+use crate::clock::monotonic;
+use crate::digest::Digest;
+use crate::{Bytes, FrozenActuator, FrozenProperty};
+
+/// A gate with the property that the actuator reads.
+#[derive(Debug)]
+pub struct Actuator {
+    name: String,
+    /// Who may command it: paths of ports, and of modules. The gate counts them from 1.
+    commanders: Vec<String>,
+    descriptor: &'static Descriptor,
+    /// What a person at the controls commands, for whoever takes them. It is read by the loop, so that nobody but the
+    /// agent's own threads is ever in the gate.
+    controls: Mutex<Controls>,
+    inner: Mutex<Inner>,
+}
+
+/// The controls, and who has them.
+#[derive(Debug)]
+struct Controls {
+    /// There while nobody has them.
+    writer: Option<Writer>,
+    holder: Option<Holder>,
+}
+
+/// A person at the controls, or a program that stands for one.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Holder {
+    /// Who it is, for people.
+    pub who: String,
+    /// Since when, nanoseconds of the agent's time.
+    pub since: u64,
+}
+
+/// Under which name a person at the controls commands.
+const TELEOPERATION: &str = "teleoperation";
+
+#[derive(Debug)]
+struct Inner {
+    gate: Gate,
+    command: Writer,
+    state: Writer,
+    index: u32,
+    wakes: Vec<Arc<Wake>>,
+    /// What comes from the controls; the time of a value is the monotonic one until which it is meant.
+    controls: Option<Latest>,
+    /// Whether the last look at the controls found a command.
+    steered: bool,
+    last_state: Option<GateState>,
+    /// What was published last, so that only changes and renewals are.
+    fresh: bool,
+    /// What the actuator got last, and when: a cycle that changes nothing more of it writes it once.
+    written: (Option<u64>, Vec<u8>),
+}
+
+impl Actuator {
+    /// A gate with its properties on the board.
+    ///
+    /// # Errors
+    /// When something else has the name of one.
+    pub fn new(
+        name: &str,
+        commanders: Vec<String>,
+        gate: Gate,
+        command: Writer,
+        state: Writer,
+        index: u32,
+    ) -> Self {
+        let descriptor = gate.descriptor();
+        let channel = Channel::new(descriptor.shape(0), 1, Budget { latest: 1, queues: 0, window: 0 });
+        let (writer, controls) = channel.writer().ok().zip(channel.latest().ok()).unzip();
+        let inner = Inner {
+            gate,
+            command,
+            state,
+            index,
+            wakes: Vec::new(),
+            controls,
+            steered: false,
+            last_state: None,
+            fresh: false,
+            written: (None, Vec::with_capacity(descriptor.size)),
+        };
+        Self {
+            name: name.into(),
+            commanders,
+            descriptor,
+            controls: Mutex::new(Controls { writer, holder: None }),
+            inner: Mutex::new(inner),
+        }
+    }
+
+    /// Wakes a thread when a command has passed.
+    pub fn wakes(&self, wake: Arc<Wake>) {
+        self.locked().wakes.push(wake);
+    }
+
+    /// Wakes these threads, and no others, when a command has passed.
+    pub fn set_wakes(&self, wakes: Vec<Arc<Wake>>) {
+        let old = std::mem::replace(&mut self.locked().wakes, wakes);
+        drop(old);
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The interface of its commands.
+    pub fn descriptor(&self) -> &'static Descriptor {
+        self.descriptor
+    }
+
+    /// Bytes of a command.
+    pub fn size(&self) -> usize {
+        self.descriptor.size
+    }
+
+    /// The number under which a path commands it, if it may.
+    pub fn commander(&self, path: &str) -> Option<u32> {
+        self.commanders.iter().position(|other| other == path).map(|place| place as u32 + 1)
+    }
+
+    /// The path that commands under a number, from the agent's root.
+    pub fn commander_name(&self, number: u32) -> &str {
+        match (number as usize).checked_sub(1) {
+            Some(place) if place == self.commanders.len() => TELEOPERATION,
+            Some(place) => self.commanders.get(place).map_or("", String::as_str),
+            None => "",
+        }
+    }
+
+    /// The controls; else who has them.
+    pub fn take_controls(&self, holder: Holder) -> Result<Writer, String> {
+        let mut controls = self.controls();
+        match controls.writer.take() {
+            Some(writer) => {
+                controls.holder = Some(holder);
+                Ok(writer)
+            }
+            None => Err(controls.holder.as_ref().map_or_else(String::new, |other| other.who.clone())),
+        }
+    }
+
+    /// Leaves the controls to the next one.
+    pub fn give_controls_back(&self, writer: Writer) {
+        *self.controls() = Controls { writer: Some(writer), holder: None };
+    }
+
+    /// Who has the controls.
+    pub fn holder(&self) -> Option<Holder> {
+        self.controls().holder.clone()
+    }
+
+    fn controls(&self) -> MutexGuard<'_, Controls> {
+        self.controls.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// How its gate stands now; nothing when another thread is in it.
+    pub fn look(&self, now: u64) -> Option<GateState> {
+        let mut inner = self.free()?;
+        inner.publish(now);
+        inner.last_state
+    }
+
+    fn locked(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The gate, unless another thread is in it at this moment: nobody waits here. Who finds it taken meets a
+    /// commander that holds the lease, or the loop that ends what is stale.
+    fn free(&self) -> Option<MutexGuard<'_, Inner>> {
+        for _ in 0..64 {
+            match self.inner.try_lock() {
+                Ok(inner) => return Some(inner),
+                Err(TryLockError::Poisoned(error)) => return Some(error.into_inner()),
+                Err(TryLockError::WouldBlock) => std::hint::spin_loop(),
+            }
+        }
+        None
+    }
+
+    /// A commander's command.
+    pub fn offer(&self, commander: u32, priority: Priority, command: &[u8], now: u64) {
+        // A reflex must not be lost, whatever else is in the gate for some nanoseconds.
+        let inner = if priority == Priority::Reflex { Some(self.locked()) } else { self.free() };
+        let Some(mut inner) = inner else { return };
+        let verdict = inner.gate.offer(commander, priority, command, now);
+        if matches!(verdict, Verdict::Passed | Verdict::Limited) {
+            inner.fresh = true;
+        }
+        inner.publish(now);
+    }
+
+    /// A commander commands no longer.
+    pub fn withdraw(&self, commander: u32, now: u64) {
+        // Nor must the end of a command.
+        let mut inner = self.locked();
+        inner.gate.withdraw(commander, now);
+        inner.publish(now);
+    }
+
+    /// Follows the controls, and ends what is stale; adds what the actuator gets to the digest.
+    pub fn expire(&self, now: u64, digest: Option<&mut Digest>) {
+        let Some(mut inner) = self.free() else { return };
+        inner.follow_controls(self.commanders.len() as u32 + 1, now);
+        inner.publish(now);
+        if let Some(digest) = digest {
+            let index = inner.index;
+            digest.add(index, inner.gate.output(now).command);
+        }
+    }
+
+    /// How it stands.
+    pub fn freeze(&self) -> FrozenActuator {
+        let inner = self.locked();
+        FrozenActuator {
+            commanders: self.commanders.clone(),
+            index: inner.index,
+            gate: inner.gate.freeze(),
+            shown: inner.last_state.as_ref().map(|state| Bytes(View::of(state).bytes().to_vec())),
+            fresh: inner.fresh,
+        }
+    }
+
+    /// Whether it can go on from there.
+    pub fn fits(&self, frozen: &FrozenActuator) -> bool {
+        self.commanders == frozen.commanders && self.locked().gate.fits(&frozen.gate)
+    }
+
+    /// Goes on from there, with what stood in its properties; what does not fit was found out before.
+    ///
+    /// # Errors
+    /// A property that does not take its values.
+    pub fn thaw(
+        &self,
+        frozen: &FrozenActuator,
+        board: &Board,
+        properties: &BTreeMap<String, FrozenProperty>,
+        (rearm, now): (bool, u64),
+    ) -> Result<(), BoardError> {
+        let mut inner = self.locked();
+        let Inner { command, state, .. } = &mut *inner;
+        for (own, writer) in [("command", command), ("gate", state)] {
+            let path = format!("{}/{own}", self.name);
+            if let (Some(frozen), Some((property, _))) = (properties.get(&path), board.get(&path)) {
+                property.thaw(&frozen.values, Some(writer))?;
+            }
+        }
+        inner.gate.thaw(&frozen.gate, rearm);
+        (inner.index, inner.fresh) = (frozen.index, frozen.fresh);
+        inner.written.0 = None;
+        inner.last_state = frozen.shown.as_ref().filter(|shown| shown.0.len() == size_of::<GateState>()).map(
+            // SAFETY: the length was checked, every bit pattern of an interface is valid, and no alignment is needed.
+            |shown| unsafe { shown.0.as_ptr().cast::<GateState>().read_unaligned() },
+        );
+        if !rearm {
+            // What the actuator got is no longer what holds.
+            inner.publish(now);
+        }
+        Ok(())
+    }
+
+    /// Lets commands through; the software stop must have been reset.
+    pub fn arm(&self) -> bool {
+        self.locked().gate.arm().is_ok()
+    }
+
+    /// Lets no command through until it is armed again.
+    pub fn disarm(&self, now: u64) {
+        let mut inner = self.locked();
+        inner.gate.disarm();
+        inner.publish(now);
+    }
+
+    /// Stops at once and stays stopped.
+    pub fn stop(&self, reason: &str, now: u64) {
+        let mut inner = self.locked();
+        inner.gate.stop(reason);
+        inner.publish(now);
+    }
+
+    /// Why it is stopped, if it is.
+    pub fn stop_reason(&self) -> Option<String> {
+        self.locked().gate.stop_reason()
+    }
+
+    /// Ends a stop; the gate then has to be armed.
+    pub fn reset(&self) {
+        self.locked().gate.reset();
+    }
+}
+
+impl Inner {
+    /// Offers what a person commands, as long as it is meant: whoever is at the controls may be gone.
+    fn follow_controls(&mut self, commander: u32, now: u64) {
+        let Some(controls) = &mut self.controls else { return };
+        controls.refresh();
+        let Some(command) = controls.value() else { return };
+        let until = command.stamp().time;
+        if until != 0 && monotonic() < until {
+            let verdict = self.gate.offer(commander, Priority::Teleoperation, command.bytes(), now);
+            self.fresh |= matches!(verdict, Verdict::Passed | Verdict::Limited);
+            self.steered = true;
+        } else if std::mem::take(&mut self.steered) {
+            self.gate.withdraw(commander, now);
+        }
+    }
+
+    /// Publishes the command that holds now, and the gate's state when it changed.
+    fn publish(&mut self, now: u64) {
+        let output = self.gate.output(now);
+        let (time, command) = &mut self.written;
+        if *time != Some(now) || command != output.command {
+            // Only a recorder in lockstep may refuse, and then the value is recorded in the next cycle.
+            let _ = self.command.write(output.command, 0, now);
+            *time = Some(now);
+            command.clear();
+            command.extend_from_slice(output.command);
+        }
+        let state = output.state;
+        if self.last_state != Some(state) {
+            let _ = self.state.write(View::of(&state).bytes(), 0, now);
+            self.last_state = Some(state);
+        }
+        if std::mem::take(&mut self.fresh) {
+            self.wakes.iter().for_each(|wake| wake.notify(1));
+        }
+    }
+}
+
+/// The actuators of an agent, for those who choose one at run time.
+#[derive(Debug, Default)]
+pub struct ActuatorList(Mutex<Arc<BTreeMap<String, Arc<Actuator>>>>);
+
+impl ActuatorList {
+    fn now(&self) -> Arc<BTreeMap<String, Arc<Actuator>>> {
+        Arc::clone(&self.0.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    /// Makes these all that there are.
+    pub fn set(&self, actuators: BTreeMap<String, Arc<Actuator>>) {
+        *self.0.lock().unwrap_or_else(PoisonError::into_inner) = Arc::new(actuators);
+    }
+
+    /// The actuator of that name.
+    pub fn get(&self, name: &str) -> Option<Arc<Actuator>> {
+        self.now().get(name).cloned()
+    }
+
+    /// All of them.
+    pub fn all(&self) -> Vec<Arc<Actuator>> {
+        self.now().values().cloned().collect()
+    }
+
+    /// Their names.
+    pub fn names(&self) -> Vec<String> {
+        self.now().keys().cloned().collect()
+    }
+}

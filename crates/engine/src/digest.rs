@@ -1,0 +1,69 @@
+//! A fingerprint of everything that modules write in lockstep.
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::bytes;
+use xxhash_rust::xxh3::xxh3_64_with_seed;
+
+/// Values are hashed together when they fill this, bytes: a call of the hash costs more than a small value.
+const TOGETHER: usize = 16 * 1024;
+
+/// A fingerprint of everything that modules wrote: equal runs have equal digests.
+///
+/// Measured times are not part of it, as they differ from run to run. It is a chain, each link of which is the hash of
+/// some values with the link before as the seed: so it can be kept, and goes on in another process.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Digest {
+    chain: u64,
+    #[serde(with = "bytes")]
+    waiting: Vec<u8>,
+}
+
+impl Default for Digest {
+    /// Of nothing so far.
+    fn default() -> Self {
+        Self { chain: 0, waiting: Vec::with_capacity(TOGETHER) }
+    }
+}
+
+impl Digest {
+    /// Adds a value of the property with that place in the order of all.
+    #[inline]
+    pub fn add(&mut self, property: u32, value: &[u8]) {
+        // The most frequent size, for which a copy needs no call.
+        if let Ok(value) = <[u8; 8]>::try_from(value)
+            && self.waiting.len() + 12 <= TOGETHER
+        {
+            let mut both = [0; 12];
+            both[..4].copy_from_slice(&property.to_le_bytes());
+            both[4..].copy_from_slice(&value);
+            self.waiting.extend_from_slice(&both);
+        } else {
+            self.add_any(property, value);
+        }
+    }
+
+    fn add_any(&mut self, property: u32, value: &[u8]) {
+        if self.waiting.len() + 4 + value.len() > TOGETHER {
+            self.chain = self.value();
+            self.waiting.clear();
+        }
+        if 4 + value.len() > TOGETHER {
+            let seed = xxh3_64_with_seed(&property.to_le_bytes(), self.chain);
+            self.chain = xxh3_64_with_seed(value, seed);
+            return;
+        }
+        self.waiting.extend_from_slice(&property.to_le_bytes());
+        self.waiting.extend_from_slice(value);
+    }
+
+    /// The fingerprint of everything so far.
+    pub fn value(&self) -> u64 {
+        xxh3_64_with_seed(&self.waiting, self.chain)
+    }
+
+    /// The one that goes on from a kept one, with room for what comes.
+    pub fn resumed(mut self) -> Self {
+        self.waiting.reserve_exact(TOGETHER.saturating_sub(self.waiting.len()));
+        self
+    }
+}

@@ -1,0 +1,98 @@
+//! Libraries that the host does not open: a panic in one that was built with `panic = "abort"` ends its process.
+
+use std::any::Any;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use slate_module::{Maker, ModuleKind, Refusal, Setup, decode, encode};
+
+use super::arena::length;
+use super::process::{Process, STARTING, WELL};
+use super::proxy::TABLE;
+use super::wire::{Asked, Begin, Code, KindText, Topic};
+
+/// A kind of such a library, for isolated modules. Processes that end at once describe it.
+struct Outside {
+    program: Option<PathBuf>,
+    file: PathBuf,
+    kind: String,
+}
+
+/// The kinds of the library in `file`, which `library` keeps there.
+///
+/// # Errors
+/// Why another process can't open it.
+pub fn kinds(
+    program: Option<&Path>,
+    file: &Path,
+    library: &Arc<dyn Any + Send + Sync>,
+) -> Result<Vec<ModuleKind>, Refusal> {
+    let texts: Vec<KindText> = decode(&ask(program, file, Topic::Kinds, &[])?)?;
+    let kind = |text: KindText| {
+        let outside =
+            Outside { program: program.map(Into::into), file: file.into(), kind: text.name.clone() };
+        let library = Some(Arc::clone(library));
+        // SAFETY: it makes no instance, so no call of the table is ever made.
+        unsafe {
+            ModuleKind::made_by(Arc::new(outside), TABLE, (&text.name, &text.doc, &text.section), library)
+        }
+    };
+    Ok(texts.into_iter().map(kind).collect())
+}
+
+/// Lets a process that is made for this open a library, have its kinds described and close it, before the host opens it: what is
+/// damaged where no header shows it ends that process only. What the library refuses in words is no matter of this.
+///
+/// # Errors
+/// How the process ended.
+pub fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
+    // Where no process can be started, there is nothing to be found out.
+    let Ok(mut process) = Process::launch(program) else { return Ok(()) };
+    let asked = process.begin(&begin_with(file), &[]).and_then(|_| {
+        let kinds: Vec<KindText> = decode(process.ask(Topic::Kinds, &[], STARTING)?)?;
+        for kind in kinds {
+            let setup = Setup { name: &kind.name, seed: 0, period: 20_000_000, section: None };
+            let asked = encode(&Asked::new(&kind.name, &setup, &[], 0))?;
+            // It may refuse to be described so, and it may not end.
+            let described = process.ask(Topic::Describe, &asked, STARTING).map(drop);
+            if process.end().is_some() {
+                return described;
+            }
+        }
+        // There is no instance, so this only closes the library and ends.
+        let _ = process.ask(Topic::Destroy, &[], STARTING);
+        process.finish();
+        Ok(())
+    });
+    match process.end() {
+        Some(end) if asked.is_err() || end.starts_with("ended ") && end != WELL => Err(end.to_owned()),
+        _ => Ok(()),
+    }
+}
+
+fn begin_with(file: &Path) -> Begin {
+    Begin {
+        name: "describe".into(),
+        code: Code::Library(file.into()),
+        memory: 0,
+        arenas: Vec::new(),
+        arena_length: length(),
+    }
+}
+
+/// Asks a process that is made for this.
+fn ask(program: Option<&Path>, file: &Path, topic: Topic, body: &[u8]) -> Result<Vec<u8>, Refusal> {
+    let (mut process, _) = Process::start(program, &begin_with(file), &[])?;
+    process.ask(topic, body, STARTING).map(<[u8]>::to_vec)
+}
+
+impl Maker for Outside {
+    fn describe(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
+        let asked = encode(&Asked::new(&self.kind, setup, &[], 0))?;
+        ask(self.program.as_deref(), &self.file, Topic::Describe, &asked)
+    }
+
+    fn create(&self, _: &Setup<'_>, _: &[u8]) -> Result<*mut (), Refusal> {
+        Err("its library was built with panic = \"abort\", so it must be run with `isolated = true`".into())
+    }
+}

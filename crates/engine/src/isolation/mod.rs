@@ -1,0 +1,29 @@
+//! Modules in processes of their own, which a fault of their code can't leave.
+//!
+//! The process is the same program, started once more. The host alone pins inputs, commits outputs and keeps
+//! everything that others trust; the other process reads the values of a tick and writes drafts in memory that both
+//! map. So a module that is isolated has the same code, ports, links, log and place in lockstep, and whatever it does
+//! to itself spoils nothing but what it writes.
+
+mod account;
+mod arena;
+mod arenas;
+mod child;
+mod launcher;
+mod library;
+mod mirror;
+mod process;
+mod proxy;
+mod spans;
+mod supervisor;
+mod wire;
+
+pub use account::ModuleProcess;
+pub use arena::Arena;
+use arena::length;
+pub use arenas::Arenas;
+pub use child::enter;
+pub use library::{kinds as kinds_outside, probe};
+pub use process::describe;
+pub use proxy::{Isolation, Proxy};
+pub use supervisor::Supervisor;

@@ -1,0 +1,243 @@
+//! The calls of a module whose instance is in another process: the host drives it like any other.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_module::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
+use slate_module::{Frame, Level, Maker, ModuleKind, ModuleTable, PortDescription, Refusal, Setup, encode};
+
+use super::account::Account;
+use super::child::ARENAS;
+use super::mirror::{Mapped, Mirror};
+use super::process::{Process, STARTING};
+use super::wire::{Asked, Begin, Code, Topic};
+use super::{Arena, length};
+use crate::plugin;
+
+/// How and with what a module runs apart.
+#[derive(Debug)]
+pub struct Isolation {
+    /// The module.
+    pub name: Arc<str>,
+    /// What is started; this program if it is nothing.
+    pub program: Option<PathBuf>,
+    /// Bytes that it may allocate; 0 for as many as there are.
+    pub memory: u64,
+    /// How long a step may take.
+    pub patience: Duration,
+    /// How long any other call may take.
+    pub hang: Duration,
+    /// What it writes.
+    pub own: Arc<Arena>,
+    /// What it reads of others; values elsewhere are copied.
+    pub readable: Vec<Arc<Arena>>,
+    /// Its ports.
+    pub ports: Vec<PortDescription>,
+    /// Bytes of its parameters.
+    pub params_size: usize,
+    /// What is counted of it.
+    pub account: Account,
+}
+
+impl Isolation {
+    /// The kind with instances in processes of their own.
+    pub fn kind(self: &Arc<Self>, kind: &ModuleKind) -> ModuleKind {
+        let maker = Apart { isolation: Arc::clone(self), kind: kind.clone() };
+        // SAFETY: the calls are for what `Apart` makes.
+        unsafe {
+            ModuleKind::made_by(Arc::new(maker), TABLE, (kind.name(), kind.doc(), kind.section()), None)
+        }
+    }
+}
+
+/// Makes instances of a kind in other processes.
+struct Apart {
+    isolation: Arc<Isolation>,
+    kind: ModuleKind,
+}
+
+impl Maker for Apart {
+    fn describe(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
+        self.kind.describe_portable(setup)
+    }
+
+    fn create(&self, setup: &Setup<'_>, params: &[u8]) -> Result<*mut (), Refusal> {
+        Ok(Box::into_raw(Box::new(Proxy::start(&self.isolation, &self.kind, setup, params)?)).cast())
+    }
+}
+
+/// Where the code of a kind is.
+pub(super) fn code_of(kind: &ModuleKind) -> Code {
+    plugin::file_of(kind).map_or(Code::Linked, |file| Code::Library(file.into()))
+}
+
+/// An instance in another process.
+pub struct Proxy {
+    process: Process,
+    mirror: Mirror,
+    isolation: Arc<Isolation>,
+    /// Whether how it ended was noted.
+    noted: bool,
+}
+
+impl Proxy {
+    fn start(
+        isolation: &Arc<Isolation>,
+        kind: &ModuleKind,
+        setup: &Setup<'_>,
+        params: &[u8],
+    ) -> Result<Self, Refusal> {
+        let arenas: Vec<_> =
+            [&isolation.own].into_iter().chain(isolation.readable.iter()).take(ARENAS).collect();
+        let begin = Begin {
+            name: isolation.name.to_string(),
+            code: code_of(kind),
+            memory: isolation.memory,
+            arenas: (0..arenas.len()).map(|at| at == 0).collect(),
+            arena_length: length(),
+        };
+        let files: Vec<_> = arenas.iter().map(|arena| arena.file()).collect();
+        let (process, addresses) = Process::start(isolation.program.as_deref(), &begin, &files)?;
+        let mapped = arenas.into_iter().zip(addresses);
+        let mapped = mapped.map(|(arena, address)| Mapped { arena: Arc::clone(arena), address }).collect();
+        let mirror = Mirror::new(mapped, &isolation.ports, isolation.params_size)
+            .map_err(|_| Refusal("its shared memory is spent".into()))?;
+        let mut proxy = Self { process, mirror, isolation: Arc::clone(isolation), noted: false };
+        isolation.account.began(proxy.process.id());
+        let asked = Asked::new(kind.name(), setup, params, proxy.mirror.frame_address());
+        let made = proxy.process.ask(Topic::Create, &encode(&asked)?, STARTING).map(drop);
+        match made {
+            Ok(()) => Ok(proxy),
+            Err(refusal) if proxy.process.end().is_some() => {
+                proxy.note();
+                Err(format!("its process {refusal} while it was set up").into())
+            }
+            Err(refusal) => Err(refusal),
+        }
+    }
+
+    /// Whether the process runs.
+    pub fn is_alive(&mut self) -> bool {
+        let alive = self.process.is_alive();
+        if !alive {
+            self.note();
+        }
+        alive
+    }
+
+    /// Notes how the process ended.
+    fn note(&mut self) {
+        if !std::mem::replace(&mut self.noted, true) {
+            self.isolation.account.ended(self.process.id(), self.process.end());
+        }
+    }
+
+    /// # Safety
+    /// The frame is ready for a tick of this module.
+    unsafe fn tick(&mut self, frame: &Frame) -> i32 {
+        // SAFETY: passed on to the caller; the host lives as long as the frame.
+        let (filled, host) = unsafe { (self.mirror.fill(frame), &*frame.host) };
+        let mut log = |level: i32, text: &[u8]| {
+            // SAFETY: the host's own call, with bytes that live during it.
+            unsafe { (host.log)(host.context, level as u32, text.as_ptr(), text.len()) }
+        };
+        if filled.is_err() {
+            log(
+                Level::Error as i32,
+                b"its shared memory is spent: its values are larger than there is room for",
+            );
+            return PANICKED;
+        }
+        let Some(code) = self.process.call(Topic::Tick, &[], self.isolation.patience, &mut log) else {
+            self.note();
+            return PANICKED;
+        };
+        // SAFETY: filled from this frame.
+        unsafe { self.mirror.take_over(frame) };
+        if code == PANICKED {
+            // The process lives on, but the host takes another one.
+            self.noted = true;
+            self.isolation.account.ended(self.process.id(), Some("panicked"));
+        }
+        code
+    }
+
+    /// Makes a call outside of a tick, and writes what comes of it.
+    ///
+    /// # Safety
+    /// The sink is as the host made it.
+    unsafe fn ask(&mut self, topic: Topic, body: &[u8], sink: *const Sink) -> i32 {
+        let (code, bytes) = match self.process.ask(topic, body, self.isolation.hang) {
+            Ok(bytes) => (DONE, bytes),
+            Err(refusal) => (REFUSED, &*refusal.0.into_bytes()),
+        };
+        // SAFETY: the bytes live during the call; the rest is passed on to the caller.
+        unsafe { ((*sink).write)((*sink).context, bytes.as_ptr(), bytes.len()) };
+        if self.process.end().is_some() {
+            self.note();
+        }
+        code
+    }
+}
+
+impl Drop for Proxy {
+    fn drop(&mut self) {
+        let fault = self.process.end().filter(|_| !self.noted);
+        self.isolation.account.ended(self.process.id(), fault);
+        self.process.finish();
+    }
+}
+
+/// The calls of a proxy; [`Apart`] describes and makes them.
+pub(super) const TABLE: ModuleTable = ModuleTable {
+    name: Bytes::NONE,
+    doc: Bytes::NONE,
+    section: Bytes::NONE,
+    describe,
+    create,
+    tick,
+    save,
+    restore,
+    may_unload,
+    destroy,
+};
+
+unsafe extern "C" fn describe(_: *const SetupTable, _: *const Sink) -> i32 {
+    REFUSED
+}
+
+unsafe extern "C" fn create(_: *const SetupTable, _: Bytes, _: *mut *mut (), _: *const Sink) -> i32 {
+    REFUSED
+}
+
+unsafe extern "C" fn tick(instance: *mut (), frame: *const Frame) -> i32 {
+    // SAFETY: the host passes a proxy that `Apart` made, to one thread at a time, and a frame that is ready.
+    unsafe { (*instance.cast::<Proxy>()).tick(&*frame) }
+}
+
+unsafe extern "C" fn save(instance: *const (), sink: *const Sink) -> i32 {
+    // SAFETY: as for `tick`; nobody else uses it during the call.
+    unsafe { (*instance.cast_mut().cast::<Proxy>()).ask(Topic::Save, &[], sink) }
+}
+
+unsafe extern "C" fn restore(instance: *mut (), state: Bytes, sink: *const Sink) -> i32 {
+    // SAFETY: as for `tick`; the state lives during the call.
+    unsafe { (*instance.cast::<Proxy>()).ask(Topic::Restore, state.as_slice(), sink) }
+}
+
+unsafe extern "C" fn may_unload(instance: *const (), sink: *const Sink) -> i32 {
+    // SAFETY: as for `save`.
+    unsafe { (*instance.cast_mut().cast::<Proxy>()).ask(Topic::MayUnload, &[], sink) }
+}
+
+unsafe extern "C" fn destroy(instance: *mut (), sink: *const Sink) -> i32 {
+    // SAFETY: the host passes what `Apart` made, once.
+    let mut proxy = unsafe { Box::from_raw(instance.cast::<Proxy>()) };
+    if proxy.process.end().is_some() {
+        return DONE;
+    }
+    // A module may have something to do at its end.
+    // SAFETY: as for `describe`.
+    unsafe { proxy.ask(Topic::Destroy, &[], sink) }
+}

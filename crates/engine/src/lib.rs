@@ -1,0 +1,26 @@
+//! Runs modules: the main loop with its threads and watchdog, single steps, libraries and processes of modules, the gates
+//! of actuators, time and log.
+//!
+//! It knows no file of a configuration or of a snapshot, and no agent: an agent makes [runners](runner) of what a
+//! composition says, gives them to the [main loop](main_loop), and is asked through narrow traits, such as
+//! [`AskedChanges`](main_loop::AskedChanges) and [`Playback`].
+#![allow(unsafe_code, reason = "modules run behind a table of calls, over memory of the host")]
+
+pub mod actuators;
+mod background;
+pub mod clock;
+pub mod digest;
+mod frozen;
+pub mod isolation;
+pub mod log;
+pub mod main_loop;
+mod playback;
+pub mod plugin;
+pub mod runner;
+pub mod service;
+pub mod synchronization;
+pub mod timing;
+
+pub use background::give_way;
+pub use frozen::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
+pub use playback::Playback;

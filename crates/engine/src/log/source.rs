@@ -1,0 +1,270 @@
+//! The way of a line from a module to the logger's thread.
+
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use slate_module::{Host, Level};
+
+use super::buffer::Sender;
+use super::tail::Tail;
+use super::{Counts, LogTarget, Record};
+use crate::clock::Clock;
+
+/// How many lines all modules together may have in the buffer beside their own.
+pub(super) const COMMON: u32 = 1024;
+
+/// How much of that one module may take.
+const LARGEST: u32 = COMMON / 2;
+
+/// How many lines each module may have in the buffer whatever others do.
+pub(super) const OWN: u32 = 8;
+
+/// What goes to the logger's thread.
+#[allow(clippy::large_enum_variant, reason = "a line in a box would be an allocation of the tick")]
+pub(super) enum Message {
+    Line(Line),
+    Target(Box<dyn LogTarget>),
+    Tail(Box<Tail>),
+    /// Write all there is to write.
+    Settle,
+}
+
+/// A line on its way; text in place, so that sending it allocates nothing.
+pub(super) struct Line {
+    time: u64,
+    level: Level,
+    source: Arc<Source>,
+    dropped: u64,
+    place: Place,
+    length: usize,
+    text: [u8; 512],
+}
+
+/// Which place of the buffer a line takes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// Any: the module waits for one.
+    Waited,
+    Own,
+    Common,
+}
+
+/// A module as the log knows it, shared with the logger's thread.
+pub(super) struct Source {
+    pub name: Arc<str>,
+    level: AtomicU32,
+    /// Lines in the buffer.
+    waiting: AtomicU32,
+    /// Lines dropped since the last one that was not.
+    untold: AtomicU64,
+    dropped: AtomicU64,
+}
+
+impl Source {
+    pub fn new(name: &Arc<str>, level: Level) -> Self {
+        Self {
+            name: Arc::clone(name),
+            level: AtomicU32::new(level as u32),
+            waiting: AtomicU32::new(0),
+            untold: AtomicU64::new(0),
+            dropped: AtomicU64::new(0),
+        }
+    }
+
+    pub fn set_level(&self, level: Level) {
+        self.level.store(level as u32, Ordering::Relaxed);
+    }
+
+    /// How many of its lines were dropped.
+    pub fn dropped(&self) -> u64 {
+        self.dropped.load(Ordering::Relaxed)
+    }
+
+    /// The dropped lines that no line has told of yet.
+    pub fn take_untold(&self) -> u64 {
+        self.untold.swap(0, Ordering::Relaxed)
+    }
+
+    fn wants(&self, level: Level) -> bool {
+        level as u32 <= self.level.load(Ordering::Relaxed)
+    }
+
+    /// A place in the buffer: one of its own, else one of the common ones unless those are all taken.
+    fn place(&self, counts: &Counts) -> Option<Place> {
+        let waiting = self.waiting.fetch_add(1, Ordering::Relaxed);
+        if waiting < OWN {
+            return Some(Place::Own);
+        }
+        if waiting < OWN + LARGEST {
+            if counts.common.fetch_add(1, Ordering::Relaxed) < COMMON {
+                return Some(Place::Common);
+            }
+            counts.common.fetch_sub(1, Ordering::Relaxed);
+        }
+        self.waiting.fetch_sub(1, Ordering::Relaxed);
+        None
+    }
+
+    fn leave(&self, place: Place, counts: &Counts) {
+        if place != Place::Waited {
+            self.waiting.fetch_sub(1, Ordering::Relaxed);
+        }
+        if place == Place::Common {
+            counts.common.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+
+    fn drop_line(&self, told: u64, counts: &Counts) {
+        self.untold.fetch_add(told + 1, Ordering::Relaxed);
+        self.dropped.fetch_add(1, Ordering::Relaxed);
+        counts.dropped.fetch_add(1, Ordering::Relaxed);
+    }
+}
+
+impl Line {
+    /// What the targets get. Its place in the buffer is free again.
+    pub fn into_record(self, counts: &Counts) -> (Arc<Source>, Record) {
+        self.source.leave(self.place, counts);
+        let text = String::from_utf8_lossy(&self.text[..self.length]);
+        let mut record = Record::from_message(self.time, self.level, &self.source.name, &text);
+        record.dropped = self.dropped;
+        (self.source, record)
+    }
+}
+
+/// No time that a line carries.
+const NOW: u64 = u64::MAX;
+
+/// The log of one module, as its frame's host knows it.
+pub struct ModuleLog {
+    lines: Sender,
+    counts: Arc<Counts>,
+    source: Arc<Source>,
+    lossless: bool,
+    /// Says when a line was written; nothing for those who say it themselves.
+    clock: Option<Arc<Clock>>,
+    /// What lines carry in place of the present time; [`NOW`] for nothing.
+    time: AtomicU64,
+    /// Whether lines are kept, as the step is made beside others; they follow when it is committed.
+    holding: AtomicBool,
+    held: Mutex<Vec<Line>>,
+}
+
+/// At the end of a line that was longer; half a character before it is shown as an unknown one.
+const CUT: &[u8] = b" ...";
+
+impl ModuleLog {
+    /// The log of that module; `lossless` waits for a full buffer rather than drop a line.
+    pub(super) fn new(
+        lines: Sender,
+        counts: Arc<Counts>,
+        source: Arc<Source>,
+        lossless: bool,
+        clock: Option<Arc<Clock>>,
+    ) -> Self {
+        Self {
+            lines,
+            counts,
+            source,
+            lossless,
+            clock,
+            time: AtomicU64::new(NOW),
+            holding: AtomicBool::new(false),
+            held: Mutex::default(),
+        }
+    }
+
+    /// What a frame points to.
+    pub fn host(&self) -> Host {
+        Host { context: std::ptr::from_ref(self).cast(), log: take }
+    }
+
+    /// The time that the next lines carry, for steps that are made later than they would have been.
+    pub fn set_time(&self, time: u64) {
+        self.time.store(time, Ordering::Relaxed);
+    }
+
+    /// Writes a line.
+    pub fn write(&self, level: Level, text: &str) {
+        self.write_now(level, text.as_bytes());
+    }
+
+    fn write_now(&self, level: Level, bytes: &[u8]) {
+        let time = match self.time.load(Ordering::Relaxed) {
+            NOW => self.clock.as_ref().map_or(0, |clock| clock.now()),
+            time => time,
+        };
+        self.write_at(time, level, bytes);
+    }
+
+    /// Before a step that is made beside others: in lockstep, keeps lines until [`release`](ModuleLog::release), so
+    /// that they stand in the order of the modules.
+    pub fn hold(&self) {
+        self.holding.store(true, Ordering::Relaxed);
+    }
+
+    /// Writes the lines of a step that was made beside others.
+    pub fn release(&self) {
+        if self.holding.swap(false, Ordering::Relaxed) {
+            self.held
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .drain(..)
+                .for_each(|line| self.pass_on(line));
+        }
+    }
+
+    pub(super) fn write_at(&self, time: u64, level: Level, bytes: &[u8]) {
+        if !self.source.wants(level) {
+            return;
+        }
+        let length = bytes.len().min(512);
+        let mut text = [0; 512];
+        text[..length].copy_from_slice(&bytes[..length]);
+        if length < bytes.len() {
+            // Who reads it must see that it goes on.
+            text[length - CUT.len()..].copy_from_slice(CUT);
+        }
+        let source = Arc::clone(&self.source);
+        let line = Line { time, level, source, dropped: 0, place: Place::Waited, length, text };
+        if self.lossless && self.holding.load(Ordering::Relaxed) {
+            self.held.lock().unwrap_or_else(PoisonError::into_inner).push(line);
+        } else {
+            self.pass_on(line);
+        }
+    }
+
+    fn pass_on(&self, mut line: Line) {
+        if self.lossless {
+            if self.lines.send(Message::Line(line)) {
+                self.counts.sent.fetch_add(1, Ordering::Release);
+            }
+            return;
+        }
+        let Some(place) = self.source.place(&self.counts) else {
+            return self.source.drop_line(0, &self.counts);
+        };
+        line.place = place;
+        line.dropped = self.source.untold.swap(0, Ordering::Relaxed);
+        let told = line.dropped;
+        if self.lines.try_send(Message::Line(line)).is_ok() {
+            self.counts.sent.fetch_add(1, Ordering::Release);
+        } else {
+            // More modules have come than the buffer was made for.
+            self.source.leave(place, &self.counts);
+            self.source.drop_line(told, &self.counts);
+        }
+    }
+}
+
+unsafe extern "C" fn take(context: *const (), level: u32, text: *const u8, length: usize) {
+    // SAFETY: the context is the `ModuleLog` that made the host, which the runner keeps beside it.
+    let log = unsafe { &*context.cast::<ModuleLog>() };
+    let text = match length {
+        // A plugin in C may say nothing with a null pointer.
+        0 => &[],
+        // SAFETY: the text lives during the call.
+        length => unsafe { std::slice::from_raw_parts(text, length) },
+    };
+    log.write_now(Level::from_number(level), text);
+}

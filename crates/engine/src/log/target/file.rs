@@ -1,0 +1,119 @@
+use std::fs::{self, File};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use super::outage::Outage;
+use super::{LogTarget, Record};
+
+/// How much of the log is kept in files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rotation {
+    /// The size that a file does not exceed unless a single line does, bytes.
+    pub size: u64,
+    /// How many older files are kept beside the one that is written.
+    pub keep: u32,
+}
+
+/// A file with a line for each record. When it is full, it becomes `<path>.1`, the older one `<path>.2`, and so on.
+///
+/// A full disk stops the file, not the robot: the log says so once, and the file goes on when there is space again.
+#[derive(Debug)]
+pub struct FileTarget {
+    path: PathBuf,
+    rotation: Rotation,
+    /// Nothing after an error, so that the next line tries anew.
+    file: Option<Opened>,
+    outage: Outage,
+    /// What messages call it.
+    place: String,
+}
+
+#[derive(Debug)]
+struct Opened {
+    file: File,
+    size: u64,
+    /// Whether it is a file on a disk, which can be renamed and cut.
+    regular: bool,
+}
+
+impl FileTarget {
+    /// Opens the file to append to it, and makes its folder if there is none. A full disk is no error yet.
+    ///
+    /// # Errors
+    /// When it can't be opened for another reason.
+    pub fn open(path: impl AsRef<Path>, rotation: Rotation) -> io::Result<Self> {
+        let path = path.as_ref().to_owned();
+        let place = format!("the log file {}", slate_configuration::printable(&path));
+        let mut target = Self { path, rotation, file: None, outage: Outage::default(), place };
+        match target.opened() {
+            Ok(opened) => target.file = Some(opened),
+            Err(error) if matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded) => {
+                target.outage.look(&target.place, Err(error));
+            }
+            Err(error) => return Err(error),
+        }
+        Ok(target)
+    }
+
+    fn opened(&self) -> io::Result<Opened> {
+        if let Some(folder) = self.path.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let file = File::options().append(true).create(true).open(&self.path)?;
+        let metadata = file.metadata()?;
+        Ok(Opened { file, size: metadata.len(), regular: metadata.is_file() })
+    }
+
+    fn append(&mut self, line: &[u8]) -> io::Result<()> {
+        let mut opened = match self.file.take() {
+            Some(opened) => opened,
+            None => self.opened()?,
+        };
+        if opened.regular && opened.size > 0 && opened.size + line.len() as u64 > self.rotation.size {
+            drop(opened);
+            self.rotate()?;
+            opened = self.opened()?;
+        }
+        if let Err(error) = opened.file.write_all(line) {
+            if opened.regular {
+                // A part of the line may have found room; if it can't be cut off, the next line follows it.
+                let _ = opened.file.set_len(opened.size);
+            }
+            return Err(error);
+        }
+        opened.size += line.len() as u64;
+        self.file = Some(opened);
+        Ok(())
+    }
+
+    /// Makes room at `path`. After an error the next attempt goes on where this one stopped.
+    fn rotate(&self) -> io::Result<()> {
+        let keep = self.rotation.keep;
+        if keep == 0 {
+            return fs::remove_file(&self.path);
+        }
+        // Only files up to the first gap move, so that an attempt that fails half-way costs no further file.
+        let gap = (1..keep).find(|number| !self.older(*number).exists()).unwrap_or(keep);
+        for number in (1..gap).rev() {
+            fs::rename(self.older(number), self.older(number + 1))?;
+        }
+        fs::rename(&self.path, self.older(1))
+    }
+
+    fn older(&self, number: u32) -> PathBuf {
+        let mut name = self.path.clone().into_os_string();
+        name.push(format!(".{number}"));
+        name.into()
+    }
+}
+
+impl LogTarget for FileTarget {
+    fn write(&mut self, record: &Record) {
+        let result = self.append(format!("{record}\n").as_bytes());
+        self.outage.look(&self.place, result);
+    }
+
+    fn complaint(&mut self) -> Option<String> {
+        self.outage.complaint()
+    }
+}

@@ -1,0 +1,454 @@
+//! A cycle: the stages one after the other, and in each the steps of its modules.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use super::guest::{Asked, PutAway, ask};
+use super::takeover::Choice;
+use super::{
+    Control, Core, Cycle, Flow, Playing, PolicyRole, STAGE_LIMIT, Seat, Shared, TakeoverRole, TimeRole,
+    workers,
+};
+use crate::clock::monotonic;
+use crate::main_loop::policy::Place;
+use crate::runner::StepCall;
+use crate::timing::Span;
+
+/// Where the loop stands, for the thread that takes the token over.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Position {
+    /// Whether the cycle has begun.
+    pub inside: bool,
+    /// When it began, monotonic; 0 when it is not timed.
+    began: u64,
+    /// The time of the cycle on the grid of the period, which periods of modules are counted in: the agent's time, but
+    /// for what the thread woke up late.
+    nominal: u64,
+    /// The present stage, and whether it has not been ended yet.
+    stage: Option<usize>,
+    open: bool,
+    stage_began: u64,
+    /// When its time is up, monotonic; 0 for never.
+    deadline: u64,
+    /// Stages of this cycle so far.
+    stages: u32,
+    /// The next seat, and where those of the stage end.
+    seat: usize,
+    end: usize,
+    /// Whether workers were given steps that are not committed yet.
+    helped: bool,
+    /// Set while a guest is asked.
+    pub asking: Option<PutAway>,
+}
+
+/// What this thread knows of the cycle.
+struct Turn {
+    /// The agent's time.
+    now: u64,
+    /// As in the position.
+    nominal: u64,
+    number: u64,
+    /// Whether all steps are timed, and whether short ones count for those of other cycles.
+    timed: bool,
+    sampled: bool,
+    traced: bool,
+    /// The end of the step before, monotonic; 0 when it is not known.
+    mark: u64,
+}
+
+impl Turn {
+    /// How many steps one of that duration stands for in its histogram.
+    fn stands_for(&self, shared: &Shared, has_deadline: bool, duration: u64) -> u32 {
+        match () {
+            () if has_deadline || self.traced || duration >= LONG && !shared.lockstep => 1,
+            () if self.sampled => SAMPLED as u32,
+            () => 0,
+        }
+    }
+
+    /// How many cycles this one stands for.
+    fn stands_for_cycles(&self, shared: &Shared) -> u32 {
+        if shared.lockstep && !self.traced { SAMPLED as u32 } else { 1 }
+    }
+
+    /// The number of a cycle whose steps are recorded.
+    fn traced(&self) -> Option<u64> {
+        self.traced.then_some(self.number)
+    }
+
+    /// A moment that is at most a step ago.
+    fn mark(&mut self) -> u64 {
+        if self.mark == 0 {
+            self.mark = monotonic();
+        }
+        self.mark
+    }
+}
+
+/// Short steps are counted in one cycle of so many, and then for all of them; in lockstep, which shall be fast, only
+/// these cycles are timed. Steps with a deadline are always timed and counted.
+const SAMPLED: u64 = 16;
+/// Steps from this length on are always counted on the wall clock, nanoseconds.
+const LONG: u64 = 50_000;
+
+/// One cycle, or the rest of one that another thread began.
+pub fn cycle(shared: &Shared) -> Flow {
+    let Some(mut turn) = begin(shared) else { return Flow::Lost };
+    loop {
+        // SAFETY: this thread holds the token; every reference ends before a step is made, as the step may lose it.
+        let next = unsafe { next_step(shared, shared.core(), &mut turn) };
+        let (seat, call) = match next {
+            // SAFETY: the core keeps the seat alive.
+            Next::Step(seat, call) => (unsafe { &*seat }, call),
+            Next::Nothing => continue,
+            Next::StageOver => match next_stage(shared, &mut turn) {
+                Stages::Next => continue,
+                Stages::Over => break,
+                Stages::Lost => return Flow::Lost,
+            },
+        };
+        let start = if turn.timed || seat.has_deadline { turn.mark() } else { 0 };
+        seat.begin(false, start);
+        // SAFETY: the runner was prepared, and the seat keeps others out.
+        let code = unsafe { call.make() };
+        if !seat.end(code) {
+            return Flow::Lost;
+        }
+        // The end of a step is the beginning of the next.
+        turn.mark = if start == 0 { 0 } else { monotonic() };
+        let duration = (start != 0).then(|| turn.mark.saturating_sub(start));
+        let stands_for = duration.map_or(0, |duration| turn.stands_for(shared, seat.has_deadline, duration));
+        if turn.traced {
+            seat.record(shared, start, duration.unwrap_or(0), turn.number);
+        }
+        // SAFETY: the step was not given up, so this thread still holds the token.
+        unsafe {
+            let core = shared.core();
+            if core.position.helped {
+                core.position.helped = false;
+                core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
+                seat.runner().log.release();
+                turn.mark = 0;
+            }
+            let runner = seat.runner();
+            seat.time(runner, duration, stands_for);
+            runner.commit(turn.now, code, core.digest.as_mut());
+        }
+    }
+    end(shared, &mut turn)
+}
+
+/// Waits for the beginning of a cycle, unless it has begun; nothing when the time source did not return.
+fn begin(shared: &Shared) -> Option<Turn> {
+    let (inside, last) = {
+        // SAFETY: this thread holds the token; the reference ends before the time source is asked.
+        let core = unsafe { shared.core() };
+        if let Some(put_away) = core.position.asking.take() {
+            let text = format!("{} did not return; the default holds", put_away(core));
+            shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
+        }
+        (core.position.inside, core.time)
+    };
+    if !inside {
+        let time = time_of_next(shared, last)?;
+        // SAFETY: as above; asking was not given up.
+        begin_cycle(shared, unsafe { shared.core() }, time);
+    }
+    // SAFETY: as above.
+    let core = unsafe { shared.core() };
+    let traced = shared.tracing.is_on();
+    let sampled = core.cycle % SAMPLED == 1;
+    let timed = !shared.lockstep || traced || sampled;
+    let mut turn = Turn {
+        now: shared.clock.now(),
+        nominal: core.position.nominal,
+        number: core.cycle,
+        timed,
+        sampled,
+        traced,
+        mark: 0,
+    };
+    if !inside && timed {
+        core.position.began = turn.mark();
+    }
+    Some(turn)
+}
+
+/// The time of the next cycle; nothing when the time source did not return.
+fn time_of_next(shared: &Shared, last: Option<u64>) -> Option<u64> {
+    let planned = last.map_or(0, |last| last + shared.period);
+    if !shared.clock.is_driven() {
+        return Some(planned);
+    }
+    // SAFETY: this thread holds the token; a playback is watched as little as an observer, so it is not lost meanwhile.
+    if let Some(playback) = unsafe { shared.core() }.playback.as_mut() {
+        let time = playback.playback.next(last, planned);
+        return Some(last.map_or(time, |last| if time < last { last } else { time }));
+    }
+    match ask::<TimeRole, _>(shared, |source| source.next(last, planned)) {
+        Asked::Answer(time) => match last {
+            Some(last) if time < last => {
+                shared.gauges.refused_times.fetch_add(1, Ordering::Relaxed);
+                Some(last)
+            }
+            _ => Some(time),
+        },
+        Asked::Nobody => Some(planned),
+        Asked::Lost => None,
+    }
+}
+
+fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
+    let beginning = core.pace.wait(shared, time);
+    // In lockstep only the pace suffers, and nothing that a module sees.
+    if beginning.late > 0 && !shared.lockstep {
+        shared.gauges.overruns.fetch_add(1, Ordering::Relaxed);
+        core.report_overrun(shared, beginning.late);
+    }
+    shared.clock.set(time);
+    core.time = Some(time);
+    core.cycle += 1;
+    shared.gauges.cycles.store(core.cycle, Ordering::Relaxed);
+    shared.settle(core);
+    let nominal = if shared.clock.is_driven() { time } else { shared.clock.at(beginning.nominal) };
+    core.position = Position { inside: true, nominal, ..Position::default() };
+    for seat in core.plan.early.iter().filter(|seat| seat.is_idle()) {
+        // SAFETY: the seat is idle, and those of the plan belong to who has the token.
+        unsafe { seat.runner() }.pin_early();
+    }
+    if let Some(start) = shared.cycle_start.as_ref().filter(|start| start.is_wanted()) {
+        start.emit();
+    }
+}
+
+/// What follows a stage.
+enum Stages {
+    Next,
+    /// The cycle is at its end.
+    Over,
+    /// The policy did not return.
+    Lost,
+}
+
+/// Ends a stage, and begins the one that comes next.
+fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
+    let (after, stages_so_far, count, asks) = {
+        // SAFETY: this thread holds the token; the reference ends before the policy is asked.
+        let core = unsafe { shared.core() };
+        if core.position.open {
+            core.position.open = false;
+            end_stage(shared, core, turn);
+        }
+        let asks = core.course.number != 0 || core.policy.is_some();
+        (core.position.stage, core.position.stages, core.plan.stages.len(), asks)
+    };
+    let mut next = Some(after.map_or(0, |after| after + 1)).filter(|next| *next < count);
+    if asks {
+        // SAFETY: as above.
+        let stages = Arc::clone(&unsafe { shared.core() }.plan.names);
+        let place = Place { after, stages: &stages, now: turn.now, cycle: turn.number };
+        // SAFETY: as above.
+        let number = unsafe { shared.core() }.course.number;
+        let asked = match number {
+            0 => ask::<PolicyRole, _>(shared, |policy| Choice::Stage(policy.next(&place))),
+            number => ask::<TakeoverRole, _>(shared, |takeover| takeover.choose(number, &place)),
+        };
+        let choice = match asked {
+            Asked::Answer(choice) => choice,
+            Asked::Nobody => Choice::InOrder,
+            Asked::Lost => return Stages::Lost,
+        };
+        // SAFETY: asking was not given up, so this thread still holds the token.
+        let core = unsafe { shared.core() };
+        let mut dismiss = |why: &str| match number {
+            0 => shared.dismiss::<PolicyRole>(core, why),
+            _ => shared.take_back(core, why),
+        };
+        match choice {
+            Choice::InOrder => {}
+            Choice::Panicked => dismiss("panicked"),
+            Choice::Stage(Some(stage)) if stage >= count => {
+                dismiss(&format!("chose stage {stage} of {count}, from 0"));
+            }
+            Choice::Stage(Some(_)) if stages_so_far >= STAGE_LIMIT => {
+                dismiss(&format!("chose {STAGE_LIMIT} stages in a cycle"));
+                next = None;
+            }
+            Choice::Stage(choice) => next = choice,
+        }
+        // To decide is no module's work.
+        turn.mark = 0;
+    }
+    // SAFETY: as above.
+    let core = unsafe { shared.core() };
+    let position = &mut core.position;
+    if !asks && !shared.synchronization.is_wanted() {
+        // Nobody would see anything of a stage without modules, and most robots have some of them.
+        let skipped = core.plan.stages[next.unwrap_or(count)..].iter().take_while(|stage| stage.is_empty());
+        let skipped = skipped.count();
+        position.stages += skipped as u32;
+        next = next.map(|next| next + skipped).filter(|next| *next < count);
+    }
+    let Some(next) = next else { return Stages::Over };
+    let stage = &core.plan.stages[next];
+    position.stage = Some(next);
+    position.open = true;
+    position.stages += 1;
+    (position.seat, position.end) = (stage.first, stage.end);
+    position.stage_began = if turn.timed { turn.mark() } else { 0 };
+    position.deadline = 0;
+    if stage.timeout > 0 && !shared.lockstep {
+        position.deadline = turn.mark() + stage.timeout;
+        shared.deadline.store(position.deadline, Ordering::Release);
+    }
+    if shared.synchronization.is_wanted()
+        && let Some(start) = stage.gauge.start.as_ref().filter(|start| start.is_wanted())
+    {
+        start.emit();
+    }
+    Stages::Next
+}
+
+fn end_stage(shared: &Shared, core: &mut Core, turn: &mut Turn) {
+    let Core { plan, position, .. } = core;
+    let Some(stage) = position.stage.and_then(|stage| plan.stages.get(stage)) else { return };
+    if position.deadline != 0 {
+        position.deadline = 0;
+        shared.deadline.store(0, Ordering::Release);
+    }
+    if position.stage_began != 0 && !stage.is_empty() {
+        let duration = turn.mark().saturating_sub(position.stage_began);
+        stage.gauge.histogram.record(duration, turn.stands_for_cycles(shared));
+        if turn.traced
+            && let Some(label) = stage.gauge.label
+        {
+            let start = shared.clock.at(position.stage_began);
+            shared.tracing.record(Span { label, start, duration, cycle: turn.number });
+        }
+    }
+    if shared.synchronization.is_wanted()
+        && let Some(end) = stage.gauge.end.as_ref().filter(|end| end.is_wanted())
+    {
+        end.emit();
+    }
+}
+
+/// What the loop does next in a stage.
+enum Next {
+    /// A step that is prepared. The core keeps the seat alive, and seats are never removed while the loop runs.
+    Step(*const Seat, StepCall),
+    /// The module is not due.
+    Nothing,
+    /// All have had their turn, or the time is up.
+    StageOver,
+}
+
+#[inline]
+fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
+    if core.position.helped {
+        // The thread that gave the steps to the workers was lost.
+        core.position.helped = false;
+        core.workers.commit(shared, turn.now, turn.traced(), core.digest.as_mut());
+    }
+    let Core { plan, position, workers, playback, .. } = core;
+    if position.seat >= position.end {
+        return Next::StageOver;
+    }
+    if position.deadline != 0 && turn.mark() >= position.deadline {
+        core.leave_out(shared);
+        return Next::StageOver;
+    }
+    let first = position.seat;
+    if let Some(playback) = playback {
+        write_before(playback, turn.now, &plan.seats[first].name);
+    }
+    let level = || &plan.seats[first..plan.ends[first]];
+    // Between those of a level there may be modules that are played.
+    let (count, call) = if workers.are_there() && playback.is_none() && workers.pay(level()) {
+        position.helped = true;
+        workers.give(level(), turn.now, turn.nominal)
+    } else {
+        (1, workers::ready(&plan.seats[first], turn.now, turn.nominal, false))
+    };
+    position.seat += count;
+    match call {
+        Some(call) => Next::Step(Arc::as_ptr(&plan.seats[first + count - 1]), call),
+        None => Next::Nothing,
+    }
+}
+
+/// What was recorded of who came before that module. Few loops play a recording, and no other pays for it.
+#[cold]
+fn write_before(playback: &mut Playing, now: u64, module: &str) {
+    playback.write(now, Some(module));
+}
+
+impl Core {
+    /// The modules of the present stage that have not had their turn don't get it.
+    fn leave_out(&mut self, shared: &Shared) {
+        let Self { plan, position, .. } = self;
+        let seats = &plan.seats[position.seat..position.end];
+        position.seat = position.end;
+        let missed = || seats.iter().filter(|seat| seat.misses_its_turn());
+        missed().for_each(|seat| seat.count_miss());
+        if let Some(stage) = position.stage.and_then(|stage| plan.stages.get(stage)) {
+            self.notices.report_time_up(shared, stage, missed());
+        }
+    }
+
+    /// Says that cycles had to be left out.
+    fn report_overrun(&mut self, shared: &Shared, late: u64) {
+        // Of the cycle before, which is at its end.
+        let began = self.position.began;
+        self.notices.report_overrun(shared, late, began, &self.plan.seats);
+    }
+}
+
+/// What follows the last stage.
+fn end(shared: &Shared, turn: &mut Turn) -> Flow {
+    // SAFETY: this thread holds the token, and no step is left in this cycle.
+    let core = unsafe { shared.core() };
+    core.position.inside = false;
+    if let Some(playback) = core.playback.as_mut() {
+        playback.write(turn.now, None);
+    }
+    for actuator in &core.actuators {
+        actuator.expire(turn.now, core.digest.as_mut());
+    }
+    shared.wrote();
+    if let Some(end) = shared.cycle_end.as_ref().filter(|end| end.is_wanted()) {
+        end.emit();
+    }
+    let control = core.observer.as_mut().map_or(Control::Continue, |observer| {
+        observer(&Cycle { now: turn.now, number: core.cycle, board: &shared.board })
+    });
+    if turn.timed && core.position.began != 0 {
+        let duration = monotonic().saturating_sub(core.position.began);
+        shared.gauges.last.store(duration, Ordering::Relaxed);
+        shared.gauges.histogram.record(duration, turn.stands_for_cycles(shared));
+        if turn.traced
+            && let Some(label) = shared.tracing.cycle
+        {
+            let start = shared.clock.at(core.position.began);
+            shared.tracing.record(Span { label, start, duration, cycle: turn.number });
+        }
+    }
+    // In what is left of the period, so that no cycle is late for it.
+    if let Some(job) = shared.jobs.next()
+        && job(shared) == Flow::Lost
+    {
+        return Flow::Lost;
+    }
+    if shared.lockstep {
+        shared.follow_here();
+    }
+    if let Some(look) = shared.after_cycle.get()
+        && look(shared, turn.now) == Flow::Lost
+    {
+        return Flow::Lost;
+    }
+    match control {
+        Control::Continue => Flow::Next,
+        Control::Stop => Flow::Stop,
+    }
+}

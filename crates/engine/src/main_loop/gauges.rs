@@ -1,0 +1,175 @@
+//! What is measured of the loop and its stages, and the properties that show it.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use super::{LoopState, Shared};
+use crate::synchronization::{Emitter, Synchronization};
+use crate::timing::{Histogram, Label, LiveHistogram, TimingHistogram, Trace};
+use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::interface::{Descriptor, Interface, View};
+use slate_blackboard::{Access, Board, Store};
+
+/// What is measured of the loop.
+#[derive(Debug, Default)]
+pub(super) struct LoopGauges {
+    pub cycles: AtomicU64,
+    pub overruns: AtomicU64,
+    pub refused_times: AtomicU64,
+    pub last: AtomicU64,
+    pub histogram: LiveHistogram,
+}
+
+/// What is measured of a stage, and who is told of it.
+pub(super) struct StageGauge {
+    pub name: Arc<str>,
+    pub histogram: LiveHistogram,
+    pub publication: Publication,
+    pub start: Option<Emitter>,
+    pub end: Option<Emitter>,
+    /// Its name in the trace.
+    pub label: Option<Label>,
+}
+
+impl StageGauge {
+    pub fn new(name: &str, synchronization: &Synchronization, trace: &Trace) -> Self {
+        let emitter = |end| synchronization.emitter(&format!("/stage/{name}/{end}"), "main loop").ok();
+        Self {
+            name: name.into(),
+            histogram: LiveHistogram::default(),
+            publication: Publication::new(None),
+            start: emitter("start"),
+            end: emitter("end"),
+            label: trace.label(name).ok(),
+        }
+    }
+
+    fn emitters(&self) -> impl Iterator<Item = &Emitter> {
+        self.start.iter().chain(&self.end)
+    }
+
+    /// The loop has this stage: its property is on the board, and who waits for all that the loop emits waits for it.
+    pub fn show(&self, board: &Board) {
+        self.emitters().for_each(Emitter::enter);
+        let mut shown = self.publication.locked();
+        if shown.0.is_none() {
+            let doc = format!("How long the stage {} takes.", self.name);
+            *shown = (add(board, &path(&self.name), &doc, TimingHistogram::DESCRIPTOR), 0);
+        }
+    }
+
+    /// The loop does not have it for now; what was measured stays.
+    pub fn hide(&self, board: &Board) {
+        self.emitters().for_each(Emitter::leave);
+        if self.publication.locked().0.take().is_some() {
+            // Who reads it keeps it.
+            let _ = board.remove(&path(&self.name));
+        }
+    }
+}
+
+fn path(stage: &str) -> String {
+    format!("loop/{stage}/histogram")
+}
+
+/// The writer of a property of the loop. No module can be named `loop`, so the place is free.
+fn add(board: &Board, path: &str, doc: &str, descriptor: &'static Descriptor) -> Option<Writer> {
+    let budget = Budget { latest: 16, queues: 4, window: 16 };
+    let store = Store { capacity: 0, depth: 1, budget };
+    let property = board.add_channel(path, doc, descriptor, store, Access::Output).ok()?;
+    property.channel()?.writer().ok()
+}
+
+/// A property that shows a histogram.
+#[derive(Debug)]
+pub struct Publication(Mutex<(Option<Writer>, u64)>);
+
+impl Publication {
+    /// Shows histograms through that writer, if there is one.
+    pub fn new(writer: Option<Writer>) -> Self {
+        Self(Mutex::new((writer, 0)))
+    }
+
+    fn locked(&self) -> MutexGuard<'_, (Option<Writer>, u64)> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Shows the histogram if it has changed.
+    pub fn show(&self, histogram: &LiveHistogram, copy: &mut Histogram, now: u64) {
+        let mut writer = self.locked();
+        let (Some(writer), shown) = &mut *writer else { return };
+        let count = histogram.count();
+        if std::mem::replace(shown, count) == count {
+            return;
+        }
+        histogram.copy_to(copy);
+        // Only a recorder in lockstep may hold a writer up; the next summary comes soon.
+        let _ = writer.write(View::of(&copy.summary()).bytes(), 0, now);
+    }
+}
+
+/// Writes what is measured to the properties.
+pub(super) struct Publisher {
+    state: Option<Writer>,
+    histogram: Publication,
+    copy: Histogram,
+    /// When it was done last, the agent's time.
+    shown: u64,
+}
+
+impl Publisher {
+    pub fn new(board: &Board) -> Self {
+        let histogram = add(board, "loop/histogram", "How long a cycle takes.", TimingHistogram::DESCRIPTOR);
+        Self {
+            state: add(board, "loop/state", "How the main loop does.", LoopState::DESCRIPTOR),
+            histogram: Publication::new(histogram),
+            copy: Histogram::default(),
+            shown: 0,
+        }
+    }
+}
+
+/// Timing is shown this often, of the agent's time and of the wall clock's.
+const INTERVAL: Duration = Duration::from_millis(100);
+
+impl Shared {
+    /// Shows what was measured, from any thread.
+    pub fn publish_timing(&self) {
+        let mut publisher = self.publisher.lock().unwrap_or_else(PoisonError::into_inner);
+        let Publisher { state, histogram, copy, shown } = &mut *publisher;
+        let (now, gauges) = (self.clock.now(), &self.gauges);
+        *shown = now;
+        let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        let value = LoopState {
+            cycles: load(&gauges.cycles),
+            overruns: load(&gauges.overruns),
+            refused_times: load(&gauges.refused_times),
+            last: load(&gauges.last),
+            longest: gauges.histogram.max(),
+        };
+        if let Some(state) = state {
+            // As for the histograms.
+            let _ = state.write(View::of(&value).bytes(), 0, now);
+        }
+        histogram.show(&gauges.histogram, copy, now);
+        for gauge in self.parts().gauges.values() {
+            gauge.publication.show(&gauge.histogram, copy, now);
+        }
+        for watch in self.watched().iter() {
+            watch.seat.publication.show(&watch.seat.health.histogram, copy, now);
+        }
+    }
+
+    /// Shows what is measured until the run is over: the life of a thread beside the loop, as to sum histograms up takes
+    /// some microseconds each.
+    pub fn publish_until_over(&self) {
+        while !self.is_over_within(INTERVAL) {
+            let shown = self.publisher.lock().unwrap_or_else(PoisonError::into_inner).shown;
+            if self.clock.now().saturating_sub(shown) >= INTERVAL.as_nanos() as u64 {
+                self.publish_timing();
+            }
+        }
+        self.publish_timing();
+    }
+}

@@ -1,0 +1,213 @@
+//! Work between two cycles: whoever has the loop's token does it there, so that nothing changes under a step.
+
+use std::cell::RefCell;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use super::AskedChanges;
+use super::{Flow, Seat, Shared};
+
+/// What is done between two cycles; nothing of the core may be held when a module's code is called.
+pub(super) type Job = Box<dyn FnOnce(&Shared) -> Flow + Send>;
+
+/// Who has the token of the core.
+#[derive(Debug, Default)]
+pub(super) struct Token(AtomicU32);
+
+const FREE: u32 = 0;
+const TAKEN: u32 = 1;
+
+impl Token {
+    pub fn try_take(&self) -> bool {
+        self.0.compare_exchange(FREE, TAKEN, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    }
+
+    /// Takes it as soon as nobody has it, which is soon: a run of the loop is never waited for here.
+    pub fn take(&self) {
+        while !self.try_take() {
+            std::thread::yield_now();
+        }
+    }
+
+    pub fn give_back(&self) {
+        self.0.store(FREE, Ordering::Release);
+    }
+}
+
+/// The job that waits.
+#[derive(Default)]
+pub(super) struct Jobs {
+    waiting: AtomicBool,
+    job: Mutex<Option<Job>>,
+    /// Whoever waits for a job has it.
+    turn: Mutex<()>,
+}
+
+impl Jobs {
+    fn give(&self, job: Job) {
+        *self.job.lock().unwrap_or_else(PoisonError::into_inner) = Some(job);
+        self.waiting.store(true, Ordering::Release);
+    }
+
+    fn take(&self) -> Option<Job> {
+        self.waiting.store(false, Ordering::Relaxed);
+        self.job.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// The job that waits, if one does; a look costs a load.
+    pub fn next(&self) -> Option<Job> {
+        if self.waiting.load(Ordering::Acquire) { self.take() } else { None }
+    }
+}
+
+/// The module's code did not return.
+#[derive(Debug)]
+pub struct NotReturned;
+
+/// How often is looked whether the loop has ended meanwhile, or a module hangs.
+const LOOK: Duration = Duration::from_millis(2);
+
+thread_local! {
+    /// What takes the jobs of this thread, while it has the loop stand still.
+    static HELD: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
+}
+
+impl Shared {
+    /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
+    /// nothing when it lost the token, because a module of `seats` did not return in time.
+    pub fn between_cycles<R: Send + 'static>(
+        &self,
+        seats: &[Arc<Seat>],
+        work: impl FnOnce(&Shared) -> Option<R> + Send + 'static,
+    ) -> Result<R, NotReturned> {
+        let (sender, receiver) = channel();
+        let job: Job = Box::new(move |shared| match work(shared) {
+            Some(result) => {
+                // Who asked has given up waiting, if it can't be sent.
+                let _ = sender.send(result);
+                Flow::Next
+            }
+            None => Flow::Lost,
+        });
+        if let Some(held) = HELD.with_borrow(Clone::clone) {
+            return held.send(job).ok().and_then(|()| receiver.recv().ok()).ok_or(NotReturned);
+        }
+        let _turn = self.jobs.turn.lock().unwrap_or_else(PoisonError::into_inner);
+        self.jobs.give(job);
+        loop {
+            if self.token.try_take() {
+                let job = self.jobs.take();
+                let flow = job.map(|job| job(self));
+                if flow != Some(Flow::Lost) {
+                    self.token.give_back();
+                }
+            }
+            match receiver.recv_timeout(LOOK) {
+                Ok(result) => return Ok(result),
+                Err(RecvTimeoutError::Disconnected) => return Err(NotReturned),
+                Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => {
+                    // What has not begun must not be done later, when nobody waits for it.
+                    drop(self.jobs.take());
+                    return Err(NotReturned);
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// Does `work` in this thread between two cycles, with all that is to be done between cycles for it, and says after
+    /// which. Nothing is said when no cycle has ended for so long, as this thread may be one that the loop waits for.
+    pub fn between_two<R>(
+        self: &Arc<Self>,
+        patience: Duration,
+        work: impl FnOnce() -> R,
+    ) -> (Option<u64>, R) {
+        let (begin, begun) = channel();
+        let (held, jobs) = channel::<Job>();
+        let between = move |shared: &Shared| {
+            // Who asked does not wait any more when it can't be sent, and has ended its work when nothing more comes.
+            if begin.send(shared.cycles()).is_ok() {
+                while let Ok(job) = jobs.recv() {
+                    if job(shared) == Flow::Lost {
+                        return None;
+                    }
+                }
+            }
+            Some(())
+        };
+        let shared = Arc::clone(self);
+        let helper = std::thread::Builder::new().name("change".into());
+        // Nobody waits for it: what it holds ends with the work.
+        let helper = helper.spawn(move || drop(shared.between_cycles(&[], between)));
+        let cycle = helper.ok().and_then(|_| begun.recv_timeout(patience).ok());
+        drop(begun);
+        let before = HELD.replace(cycle.map(|_| held));
+        let result = work();
+        HELD.set(before);
+        (cycle, result)
+    }
+
+    /// Does `work` while the seat is in no step: in the loop's thread, or for a module with a thread of its own in one
+    /// that is made for it, so that nobody else waits for that module. Nothing when a module has not returned, from its
+    /// step or from this.
+    pub fn with_seats<R: Send + 'static>(
+        &self,
+        seats: &[Arc<Seat>],
+        own_thread: bool,
+        work: impl FnOnce() -> Option<R> + Send + 'static,
+    ) -> Option<R> {
+        let involved = seats.to_vec();
+        if !own_thread {
+            let between = move |_: &Shared| {
+                let free = involved.iter().all(|seat| seat.is_idle() || seat.readmit());
+                if free { work().map(Some) } else { Some(None) }
+            };
+            return self.between_cycles(seats, between).ok().flatten();
+        }
+        let (sender, receiver) = channel();
+        let thread = std::thread::Builder::new().name("exchange".into()).spawn(move || {
+            let mut held = 0;
+            while held < involved.len() && involved[held].claim_patiently() {
+                held += 1;
+            }
+            let result = if held == involved.len() { work() } else { None };
+            involved[..held].iter().for_each(|seat| seat.unclaim());
+            // Who asked has given up waiting, if it can't be sent.
+            let _ = sender.send(result);
+        });
+        thread.ok()?;
+        loop {
+            match receiver.recv_timeout(LOOK) {
+                Ok(result) => return result,
+                Err(RecvTimeoutError::Disconnected) => return None,
+                Err(RecvTimeoutError::Timeout) if seats.iter().any(|seat| seat.is_late()) => return None,
+                Err(RecvTimeoutError::Timeout) => {}
+            }
+        }
+    }
+
+    /// Has the changes made here that modules ask for. Only the first one counts.
+    pub fn change_with(&self, changes: Arc<dyn AskedChanges>) {
+        // An agent sets it when it is loaded.
+        let _ = self.changes.set(changes);
+    }
+
+    /// Makes the changes that modules have asked for in the last cycle, if they are to be made here; nobody has the token
+    /// meanwhile.
+    pub fn change(&self) {
+        if let Some(changes) = self.changes.get().filter(|changes| self.lockstep && changes.is_asked()) {
+            changes.carry_out();
+        }
+    }
+
+    /// The same for who has the token, and has it again then.
+    pub fn change_here(&self) {
+        if self.lockstep && self.changes.get().is_some_and(|changes| changes.is_asked()) {
+            self.token.give_back();
+            self.change();
+            self.token.take();
+        }
+    }
+}

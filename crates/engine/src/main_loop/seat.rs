@@ -1,0 +1,401 @@
+use std::cell::UnsafeCell;
+use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::Duration;
+
+use slate_blackboard::wake::Wake;
+use slate_module::Trigger;
+
+use super::{Publication, Shared};
+use crate::clock::monotonic;
+use crate::runner::{Condition, Health, Runner, count};
+use crate::timing::{Label, Span, Trace, Track};
+
+const IDLE: u64 = 0;
+const RUNNING: u64 = 1;
+/// The watchdog gives the module's outputs their safe values, or a late module is being taken back.
+const CLAIMED: u64 = 2;
+const LATE: u64 = 3;
+const RETURNED: u64 = 4;
+
+/// The bits of a seat's word that say one of these.
+const STATE: u64 = 7;
+/// Whether a worker makes the step, so that the loop goes on without it.
+const HELPED: u64 = 8;
+/// What the word grows by with each step or other call, so that the watchdog tells a long one from many short ones.
+const CALL: u64 = 16;
+
+/// A module's place: who may touch its runner is settled here, also when a step does not return.
+///
+/// While a step runs, the runner belongs to the thread that makes it. When the watchdog gives the step up, the runner
+/// belongs to the host again, and the late thread touches nothing once it returns.
+///
+/// In this order, as for [`Runner`].
+#[repr(C, align(64))]
+pub struct Seat {
+    /// The number of the last step or other call, whether a worker makes it, and the state: all in one word, as it is
+    /// changed before and after each step.
+    word: AtomicU64,
+    /// Whether the module's own thread ends.
+    retired: AtomicBool,
+    /// Whether every step is timed.
+    pub has_deadline: bool,
+    /// Whether it runs in a process of its own.
+    pub is_isolated: bool,
+    /// Whether its steps reach beyond its ports, so that they are never made beside others.
+    pub alone: bool,
+    /// Whether it has a turn in every cycle.
+    in_every_cycle: bool,
+    /// Whether the loop says when it is the module's turn, which its own thread waits for.
+    is_kicked: bool,
+    /// Steps begun.
+    ticks: AtomicU64,
+    /// When the last step or other call began, monotonic; 0 when it was not timed.
+    started: AtomicU64,
+    /// Wall-clock nanoseconds of the last step that was timed.
+    duration: AtomicU64,
+    /// When the last step that was given up returned, monotonic.
+    returned: AtomicU64,
+    /// What it returned.
+    late_code: AtomicI32,
+    /// How often the loop has said that it is the module's turn.
+    kicks: AtomicU64,
+    runner: UnsafeCell<Runner>,
+    /// Whether it wants values of the last cycle when a cycle begins.
+    early: AtomicBool,
+    /// The module's name.
+    pub name: Arc<str>,
+    /// How the module is.
+    pub health: Arc<Health>,
+    /// Shows how long its steps take.
+    pub publication: Publication,
+    /// Where its steps are recorded, from when a trace was first asked for. Written by whoever drives the seat.
+    track: OnceLock<(Track, Label)>,
+    /// Wakes the module's own thread, if it has one.
+    pub wake: Arc<Wake>,
+}
+
+// SAFETY: `word` says which thread may use the runner and write to the track, as described above.
+unsafe impl Sync for Seat {}
+
+impl Seat {
+    /// A place for that module.
+    pub fn new(mut runner: Runner) -> Self {
+        runner.look_for_company();
+        Self {
+            word: AtomicU64::new(IDLE),
+            retired: AtomicBool::new(false),
+            has_deadline: runner.deadline.is_some(),
+            is_isolated: runner.supervised.is_some(),
+            alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
+            in_every_cycle: runner.trigger == Trigger::Stage,
+            is_kicked: runner.supervised.as_ref().is_some_and(|supervised| supervised.is_kicked),
+            ticks: AtomicU64::new(0),
+            started: AtomicU64::new(0),
+            duration: AtomicU64::new(0),
+            returned: AtomicU64::new(0),
+            late_code: AtomicI32::new(0),
+            kicks: AtomicU64::new(0),
+            early: AtomicBool::new(
+                !runner.early.is_empty() || runner.queues.iter().any(|queue| queue.is_early),
+            ),
+            name: Arc::clone(&runner.name),
+            health: Arc::clone(&runner.health),
+            publication: Publication::new(runner.histogram.take()),
+            track: OnceLock::new(),
+            wake: Arc::clone(&runner.wake),
+            runner: UnsafeCell::new(runner),
+        }
+    }
+
+    /// The runner.
+    ///
+    /// # Safety
+    /// The caller drives this seat (the holder of the loop's token, or the module's own thread) and the seat is idle;
+    /// or it has just claimed the seat.
+    #[allow(clippy::mut_from_ref, reason = "the state of the seat grants the access")]
+    pub unsafe fn runner(&self) -> &mut Runner {
+        // SAFETY: passed on to the caller.
+        unsafe { &mut *self.runner.get() }
+    }
+
+    /// Whether the module writes in turn with the steps of the loop: it does from when the loop has it, and until that gives
+    /// up a step of it. One with a thread or a process of its own does not.
+    ///
+    /// # Safety
+    /// The caller has the loop's token between two cycles, and the loop has the module from then on, or not.
+    pub unsafe fn set_in_turn(&self, in_turn: bool) {
+        // Who is late was told when its step was given up.
+        if !self.is_kicked && !self.is_isolated && self.is_idle() {
+            // SAFETY: the seat is idle, and only who has the token makes its steps.
+            unsafe { self.runner().set_in_turn(in_turn) };
+        }
+    }
+
+    /// Before a step, which a worker makes (`helped`) or whoever drives the seat; `started` is the monotonic time, or 0
+    /// when the step is not timed.
+    #[inline]
+    pub fn begin(&self, helped: bool, started: u64) {
+        count(&self.ticks);
+        self.begin_call(helped, started);
+    }
+
+    /// Before another call of the module, which is watched like a step and counts as none.
+    #[inline]
+    pub fn begin_call(&self, helped: bool, started: u64) {
+        self.started.store(started, Ordering::Relaxed);
+        let calls = self.word.load(Ordering::Relaxed) & !(STATE | HELPED);
+        let helped = if helped { HELPED } else { 0 };
+        self.word.store(calls.wrapping_add(CALL) | helped | RUNNING, Ordering::Release);
+    }
+
+    #[inline]
+    fn state(&self) -> u64 {
+        self.word.load(Ordering::Acquire) & STATE
+    }
+
+    /// Goes from one state to another; false when it is in none such.
+    #[inline]
+    fn pass(&self, from: u64, to: u64) -> bool {
+        let word = self.word.load(Ordering::Relaxed);
+        word & STATE == from && self.exchange(word, to)
+    }
+
+    /// Goes to a state from that word; false when it has another one now.
+    #[inline]
+    fn exchange(&self, word: u64, to: u64) -> bool {
+        let next = word & !STATE | to;
+        self.word.compare_exchange(word, next, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    }
+
+    /// Goes to a state from one that nobody else ends.
+    fn settle(&self, to: u64) {
+        self.word.store(self.word.load(Ordering::Relaxed) & !STATE | to, Ordering::Release);
+    }
+
+    /// Keeps others out between two steps: the module's own thread, or who exchanges its code.
+    pub fn claim(&self) -> bool {
+        self.pass(IDLE, CLAIMED)
+    }
+
+    /// Claims the seat as soon as its step has ended; false when that does not return.
+    pub fn claim_patiently(&self) -> bool {
+        while !self.claim() {
+            if self.is_late() {
+                return false;
+            }
+            if !self.readmit() {
+                std::thread::sleep(Duration::from_micros(50));
+            }
+        }
+        true
+    }
+
+    /// Lets others in again, unless the seat was given up meanwhile.
+    pub fn unclaim(&self) {
+        // It fails when the seat is late, which then stays so.
+        let _ = self.pass(CLAIMED, IDLE);
+    }
+
+    /// Makes a call of the module outside its step, watched like one; nothing when it was given up. The seat is claimed
+    /// (and stays so) or belongs to the loop.
+    pub fn call<R>(&self, claimed: bool, call: impl FnOnce() -> R) -> Option<R> {
+        self.begin_call(false, monotonic());
+        let result = call();
+        let ended = if claimed { self.end_claimed(0) } else { self.end(0) };
+        ended.then_some(result)
+    }
+
+    /// Whether it wants values of the last cycle when a cycle begins; the plan is made anew when that changes.
+    pub fn is_early(&self) -> bool {
+        self.early.load(Ordering::Relaxed)
+    }
+
+    /// Says whether it does.
+    pub fn set_early(&self, early: bool) {
+        self.early.store(early, Ordering::Relaxed);
+    }
+
+    /// Whether the loop says when the module runs, which it does in a thread of its own.
+    pub fn is_kicked(&self) -> bool {
+        self.is_kicked
+    }
+
+    /// Says that it is the turn of a module that waits for that; false for all others.
+    #[inline]
+    pub fn kick(&self) -> bool {
+        if self.is_kicked {
+            self.kicks.store(self.kicks.load(Ordering::Relaxed) + 1, Ordering::Release);
+            self.wake.notify(1);
+        }
+        self.is_kicked
+    }
+
+    /// How often it has been the module's turn; nothing when the loop does not say.
+    pub fn kicks(&self) -> Option<u64> {
+        self.is_kicked.then(|| self.kicks.load(Ordering::Acquire))
+    }
+
+    /// Lets the module's own thread end.
+    pub fn retire(&self) {
+        self.retired.store(true, Ordering::Release);
+        self.wake.notify(1);
+    }
+
+    /// Whether the module's own thread shall end.
+    pub fn is_retired(&self) -> bool {
+        self.retired.load(Ordering::Acquire)
+    }
+
+    /// Takes the runner out of a seat that nobody drives any more.
+    pub fn into_runner(self) -> Runner {
+        self.runner.into_inner()
+    }
+
+    /// After a step that returned that code: true when the runner still belongs to the caller, false when the step was given
+    /// up.
+    #[inline]
+    pub fn end(&self, code: i32) -> bool {
+        self.end_as(IDLE, code)
+    }
+
+    /// As [`end`](Seat::end), and the seat stays claimed.
+    pub fn end_claimed(&self, code: i32) -> bool {
+        self.end_as(CLAIMED, code)
+    }
+
+    #[inline]
+    fn end_as(&self, next: u64, code: i32) -> bool {
+        self.pass(RUNNING, next) || self.end_late(next, code)
+    }
+
+    #[cold]
+    fn end_late(&self, next: u64, code: i32) -> bool {
+        loop {
+            match self.state() {
+                RUNNING if self.pass(RUNNING, next) => return true,
+                LATE => {
+                    self.returned.store(monotonic(), Ordering::Relaxed);
+                    self.late_code.store(code, Ordering::Relaxed);
+                    self.settle(RETURNED);
+                    return false;
+                }
+                // The watchdog is just publishing the safe values, which takes microseconds.
+                _ => std::thread::yield_now(),
+            }
+        }
+    }
+
+    /// Takes back a seat whose late step has returned.
+    pub fn readmit(&self) -> bool {
+        if !self.pass(RETURNED, CLAIMED) {
+            return false;
+        }
+        // SAFETY: the late thread is out of the runner, and the seat was claimed.
+        unsafe { self.runner() }.welcome_back(self.late_code.load(Ordering::Relaxed));
+        self.settle(IDLE);
+        true
+    }
+
+    /// Whether nobody is in the step, so that it may begin.
+    #[inline]
+    pub fn is_idle(&self) -> bool {
+        self.state() == IDLE
+    }
+
+    /// Whether the step that runs was given up.
+    pub fn is_given_up(&self) -> bool {
+        matches!(self.state(), LATE | RETURNED)
+    }
+
+    /// Whether a step was given up and has not returned.
+    pub fn is_late(&self) -> bool {
+        self.state() == LATE
+    }
+
+    /// Whether the step that runs, or was given up, is made by a worker.
+    pub fn is_helped(&self) -> bool {
+        self.word.load(Ordering::Relaxed) & HELPED != 0
+    }
+
+    /// The step that runs now, if one does.
+    pub fn running(&self) -> Option<u64> {
+        let word = self.word.load(Ordering::Acquire);
+        (word & STATE == RUNNING).then_some(word / CALL)
+    }
+
+    /// Gives up that step if it still runs: its outputs become safe, and what it writes later is dropped.
+    pub fn give_up(&self, step: u64, now: u64) -> bool {
+        let word = self.word.load(Ordering::Relaxed);
+        // Else it has ended; the next one is none of this call.
+        if word & STATE != RUNNING || word / CALL != step || !self.exchange(word, CLAIMED) {
+            return false;
+        }
+        // SAFETY: the seat was claimed, so the late thread will not touch the runner.
+        unsafe { self.runner() }.give_up(now);
+        self.settle(LATE);
+        true
+    }
+
+    /// Goes on with another number of steps. Only for who has the seat.
+    pub fn set_ticks(&self, ticks: u64) {
+        self.ticks.store(ticks, Ordering::Relaxed);
+    }
+
+    /// Steps begun.
+    pub fn ticks(&self) -> u64 {
+        self.ticks.load(Ordering::Relaxed)
+    }
+
+    /// After a step, as [`Runner::time`] does.
+    #[inline]
+    pub fn time(&self, runner: &mut Runner, duration: Option<u64>, stands_for: u32) {
+        if let Some(duration) = duration {
+            self.duration.store(duration, Ordering::Relaxed);
+        }
+        runner.time(duration, stands_for);
+    }
+
+    /// Wall-clock nanoseconds of the last step that was timed.
+    pub fn duration(&self) -> u64 {
+        self.duration.load(Ordering::Relaxed)
+    }
+
+    /// When the last step began, monotonic; 0 when it was not timed.
+    pub fn started(&self) -> u64 {
+        self.started.load(Ordering::Relaxed)
+    }
+
+    /// When the last step that was given up returned, monotonic.
+    pub fn returned(&self) -> u64 {
+        self.returned.load(Ordering::Relaxed)
+    }
+
+    /// Whether a cycle in which it has no turn is one too few.
+    pub fn misses_its_turn(&self) -> bool {
+        self.in_every_cycle && self.is_idle() && self.health.condition() != Condition::Inactive
+    }
+
+    /// Counts a turn that it did not get.
+    pub fn count_miss(&self) {
+        count(&self.health.misses);
+    }
+
+    /// From now on its steps can be recorded.
+    pub fn add_track(&self, trace: &Trace) {
+        if self.track.get().is_none()
+            // A seat that this one takes the place of is still there.
+            && let (Ok(track), Ok(label)) = (trace.track_after(&self.name), trace.label(&self.name))
+        {
+            // Who was faster has made the same.
+            let _ = self.track.set((track, label));
+        }
+    }
+
+    /// Records a step, from a monotonic time on; whoever drives the seat does.
+    pub fn record(&self, shared: &Shared, start: u64, duration: u64, cycle: u64) {
+        if let Some((track, label)) = self.track.get() {
+            track.record(Span { label: *label, start: shared.clock.at(start), duration, cycle });
+        }
+    }
+}

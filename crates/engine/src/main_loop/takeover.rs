@@ -1,0 +1,266 @@
+//! A module that takes the loop: where it says with what, and the loop finds that.
+
+use std::collections::BTreeMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+
+use crossbeam_queue::ArrayQueue;
+use slate_blackboard::wake::Wake;
+
+use super::{LoopPolicy, Place, Schedule};
+
+/// What a module has taken the loop with.
+struct Taken {
+    /// Tells it from all others of the agent.
+    number: u64,
+    policy: Box<dyn LoopPolicy>,
+}
+
+#[derive(Default)]
+struct Held {
+    /// What the loop goes by.
+    present: Option<Taken>,
+    /// What it goes by as soon as there is a plan for its stages.
+    coming: Option<Taken>,
+}
+
+/// A module's place: what it takes the loop with stands here.
+///
+/// Numbers say what holds, so that nobody but the loop, which also runs the module, needs the lock: a policy that hangs
+/// has it.
+pub struct Takeover {
+    /// Who asks.
+    pub module: Arc<str>,
+    numbers: Arc<AtomicU64>,
+    /// What was taken last; 0 for nothing.
+    last: AtomicU64,
+    /// What was taken up to this one holds no more.
+    over: AtomicU64,
+    present: AtomicU64,
+    coming: AtomicU64,
+    held: Mutex<Held>,
+    /// The stages that were asked for last, until somebody makes a plan for them.
+    wishes: ArrayQueue<Wish>,
+    /// Policies that were replaced, until somebody has the time to end them.
+    past: ArrayQueue<Taken>,
+    /// Whether there may be a plan to be made, or a policy to be ended.
+    stirred: AtomicBool,
+    closed: AtomicBool,
+    /// Wakes who does that.
+    wake: Wake,
+}
+
+/// What a policy said.
+pub(super) enum Choice {
+    /// There is no policy that could be asked.
+    InOrder,
+    /// The next stage, or the end of the cycle.
+    Stage(Option<usize>),
+    Panicked,
+}
+
+/// Stages that a module wants, and their number.
+pub(super) type Wish = (u64, Schedule);
+
+impl Takeover {
+    fn held(&self) -> MutexGuard<'_, Held> {
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Takes the loop: the loop goes by it from its next cycle on, or, with other stages, as soon as there is a plan for
+    /// them.
+    pub fn take(&self, policy: Box<dyn LoopPolicy>, stages: Option<Schedule>) {
+        let number = self.numbers.fetch_add(1, Ordering::Relaxed) + 1;
+        let mut held = self.held();
+        self.last.store(number, Ordering::Release);
+        let taken = Taken { number, policy };
+        let replaced = match stages {
+            Some(stages) => {
+                self.coming.store(number, Ordering::Release);
+                // An earlier wish is none any more.
+                drop(self.wishes.force_push((number, stages)));
+                (held.coming.replace(taken), None)
+            }
+            None => {
+                self.coming.store(0, Ordering::Release);
+                self.present.store(number, Ordering::Release);
+                (held.coming.take(), held.present.replace(taken))
+            }
+        };
+        drop(held);
+        // The module's code runs here, which must not happen under the lock.
+        drop(replaced);
+        self.stir();
+    }
+
+    /// Ends what was taken, and the policies with it.
+    pub fn give_back(&self) {
+        if self.last.load(Ordering::Acquire) == 0 {
+            return;
+        }
+        self.suspend();
+        let held = std::mem::take(&mut *self.held());
+        self.last.store(0, Ordering::Release);
+        drop(held);
+        self.sweep();
+    }
+
+    /// Ends what was taken; the policies stay, as one of them may just hang.
+    pub fn suspend(&self) {
+        self.end(self.last.load(Ordering::Acquire));
+    }
+
+    /// Ends what was taken up to that number.
+    pub(super) fn end(&self, number: u64) {
+        if self.over.fetch_max(number, Ordering::AcqRel) < number {
+            self.stir();
+        }
+    }
+
+    /// Whether the module has the loop, or will have it.
+    pub fn is_held(&self) -> bool {
+        self.last.load(Ordering::Acquire) > self.over.load(Ordering::Acquire)
+    }
+
+    /// The number of what the loop goes by from now on, 0 for the program's; `planned` is that of the stages for which
+    /// there is a plan.
+    pub(super) fn settle(&self, planned: u64) -> u64 {
+        if planned != 0 && planned == self.coming.load(Ordering::Acquire) && self.holds(planned) {
+            self.admit(planned);
+        }
+        Some(self.present.load(Ordering::Acquire)).filter(|present| self.holds(*present)).unwrap_or(0)
+    }
+
+    fn holds(&self, number: u64) -> bool {
+        number > self.over.load(Ordering::Acquire)
+    }
+
+    /// Lets what comes be what the loop goes by, or leaves it for the next cycle.
+    fn admit(&self, number: u64) {
+        let Some(mut held) = self.try_held() else { return };
+        if held.coming.is_none() || self.past.is_full() {
+            return;
+        }
+        if let Some(past) = held.present.take() {
+            // There is room, and nobody else puts anything in.
+            let _ = self.past.push(past);
+        }
+        held.present = held.coming.take();
+        // In this order, so that who looks finds it in one of the two.
+        self.present.store(number, Ordering::Release);
+        self.coming.store(0, Ordering::Release);
+        self.stir();
+    }
+
+    fn try_held(&self) -> Option<MutexGuard<'_, Held>> {
+        match self.held.try_lock() {
+            Ok(held) => Some(held),
+            Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+
+    /// Asks the policy of that number, unless it holds no more. The module's code runs here.
+    pub(super) fn choose(&self, number: u64, place: &Place<'_>) -> Choice {
+        let Some(mut held) = self.try_held().filter(|_| self.holds(number)) else { return Choice::InOrder };
+        let Some(taken) = held.present.as_mut().filter(|taken| taken.number == number) else {
+            return Choice::InOrder;
+        };
+        match catch_unwind(AssertUnwindSafe(|| taken.policy.next(place))) {
+            Ok(next) => Choice::Stage(next),
+            Err(_) => Choice::Panicked,
+        }
+    }
+
+    /// The stages that were asked for since the last call.
+    pub(super) fn wish(&self) -> Option<Wish> {
+        self.wishes.pop()
+    }
+
+    /// Whether there should be a plan for the stages of that number.
+    pub(super) fn wants(&self, number: u64) -> bool {
+        let is_named = |of: &AtomicU64| of.load(Ordering::Acquire) == number;
+        // In this order, as what comes becomes what is present.
+        self.holds(number) && (is_named(&self.coming) || is_named(&self.present))
+    }
+
+    /// Ends policies that were replaced.
+    pub(super) fn sweep(&self) {
+        while let Some(past) = self.past.pop() {
+            drop(past);
+        }
+    }
+
+    /// Whether there may be something to do.
+    pub(super) fn is_stirred(&self) -> bool {
+        self.stirred.load(Ordering::Acquire)
+    }
+
+    /// What there is to do is done from here on.
+    pub(super) fn calm(&self) {
+        self.stirred.store(false, Ordering::Release);
+    }
+
+    /// Says that there may be something to do.
+    fn stir(&self) {
+        self.stirred.store(true, Ordering::Release);
+        self.wake.notify(1);
+    }
+
+    /// Waits until there may be something to do; false at the end.
+    pub(super) fn wait(&self) -> bool {
+        self.wake.wait();
+        !self.closed.load(Ordering::Acquire)
+    }
+
+    /// Nobody looks here any more.
+    pub fn close(&self) {
+        self.closed.store(true, Ordering::Release);
+        self.wake.notify(1);
+    }
+}
+
+/// The places of an agent's modules.
+#[derive(Default)]
+pub struct Takeovers {
+    numbers: Arc<AtomicU64>,
+    places: Mutex<BTreeMap<Arc<str>, Arc<Takeover>>>,
+}
+
+impl Takeovers {
+    fn places(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<Takeover>>> {
+        self.places.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// A place for a module that begins.
+    pub fn add(&self, module: &Arc<str>) -> Arc<Takeover> {
+        let takeover = Arc::new(Takeover {
+            module: Arc::clone(module),
+            numbers: Arc::clone(&self.numbers),
+            last: AtomicU64::new(0),
+            over: AtomicU64::new(0),
+            present: AtomicU64::new(0),
+            coming: AtomicU64::new(0),
+            held: Mutex::default(),
+            wishes: ArrayQueue::new(1),
+            past: ArrayQueue::new(1),
+            stirred: AtomicBool::new(false),
+            closed: AtomicBool::new(false),
+            wake: Wake::new(),
+        });
+        self.places().insert(Arc::clone(module), Arc::clone(&takeover));
+        takeover
+    }
+
+    /// The place of a module.
+    pub fn get(&self, module: &str) -> Option<Arc<Takeover>> {
+        self.places().get(module).cloned()
+    }
+
+    /// The module is gone.
+    pub fn remove(&self, takeover: &Arc<Takeover>) {
+        takeover.close();
+        self.places().retain(|_, other| !Arc::ptr_eq(other, takeover));
+    }
+}

@@ -1,0 +1,191 @@
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use slate_module::Trigger;
+
+use super::{Seat, Shared};
+use crate::clock::monotonic;
+use crate::runner::{Condition, Runner, StepCall};
+
+/// Modules that run on threads of their own, woken by what they wait for.
+#[derive(Default)]
+pub struct ModuleThreads {
+    threads: Vec<(Arc<Seat>, JoinHandle<()>)>,
+}
+
+impl ModuleThreads {
+    /// Starts a module's thread.
+    ///
+    /// # Errors
+    /// When it can't be started.
+    pub fn start(&mut self, shared: &Arc<Shared>, seat: &Arc<Seat>) -> io::Result<()> {
+        let run = shared.run();
+        let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(seat));
+        let thread = std::thread::Builder::new()
+            .name(thread_name(&seat.name))
+            .spawn(move || work(&thread_shared, run, &driven))?;
+        self.threads.push((Arc::clone(seat), thread));
+        Ok(())
+    }
+
+    /// Waits for the thread of a module that nobody watches any more. A step that takes longer than `limit` is given up.
+    pub fn join_one(&mut self, seat: &Arc<Seat>, limit: Duration, now: u64) {
+        let Some(at) = self.threads.iter().position(|(other, _)| Arc::ptr_eq(other, seat)) else { return };
+        let (seat, thread) = self.threads.swap_remove(at);
+        let mut waited = Duration::ZERO;
+        while !thread.is_finished() && waited < limit {
+            std::thread::sleep(JOINING);
+            waited += JOINING;
+        }
+        if let Some(step) = seat.running() {
+            seat.give_up(step, now);
+        }
+        join(&seat, thread);
+    }
+
+    /// Waits for the threads after the run has ended; one that hangs is left behind.
+    pub fn join(&mut self) {
+        self.threads.iter().for_each(|(seat, _)| seat.wake.notify(1));
+        self.threads.drain(..).for_each(|(seat, thread)| join(&seat, thread));
+    }
+}
+
+/// How often is looked whether a thread has ended.
+const JOINING: Duration = Duration::from_micros(200);
+
+fn join(seat: &Seat, thread: JoinHandle<()>) {
+    while !thread.is_finished() && !seat.is_late() {
+        std::thread::sleep(JOINING);
+    }
+    if thread.is_finished() {
+        // A panic in a module does not reach its thread, so there is nothing to learn from the result.
+        let _ = thread.join();
+    }
+}
+
+/// The life of a module's own thread in that run.
+fn work(shared: &Shared, run: u64, seat: &Seat) {
+    let wake = &seat.wake;
+    let mut kicks = seat.kicks().unwrap_or(0);
+    while shared.is_in(run) && !seat.is_retired() {
+        if !seat.claim() {
+            // A late step has returned, or one of an earlier run has not yet; or the module's code is exchanged.
+            if !seat.readmit() {
+                wake.wait_timeout(LOOK);
+            }
+            continue;
+        }
+        // SAFETY: this thread drives the seat, which it has claimed.
+        let (call, patience) = unsafe {
+            let runner = seat.runner();
+            let now = shared.clock.now();
+            if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
+                runner.prepare(now);
+                (Some(runner.call()), Duration::ZERO)
+            } else {
+                (None, patience(runner, now))
+            }
+        };
+        match call {
+            Some(call) => step(shared, seat, call),
+            None => {
+                seat.unclaim();
+                wake.wait_timeout(patience);
+            }
+        }
+    }
+}
+
+/// Whether a module may look at its trigger. Turns of the loop that it was too late for are left out, and counted.
+fn is_its_turn(seat: &Seat, kicks: &mut u64) -> bool {
+    let Some(now) = seat.kicks() else { return true };
+    let new = now - std::mem::replace(kicks, now);
+    if new > 1 {
+        let misses = &seat.health.misses;
+        misses.store(misses.load(Ordering::Relaxed) + new - 1, Ordering::Relaxed);
+    }
+    new > 0
+}
+
+/// How often a thread looks for what nobody wakes it for: a switch, a value that a tool has set, virtual time.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
+fn patience(runner: &Runner, now: u64) -> Duration {
+    if matches!(runner.condition(), Condition::Inactive | Condition::Waiting | Condition::Faulted) {
+        return LOOK;
+    }
+    if runner.supervised.is_some() {
+        // Its process may end at any time.
+        return LOOK;
+    }
+    let left = match &runner.trigger {
+        Trigger::Every(_) => runner.due.saturating_sub(now),
+        Trigger::On { timeout: Some(timeout), .. } => (runner.last_tick + timeout).saturating_sub(now),
+        // Modules that write wake their readers, tools don't.
+        _ if runner.inputs.iter().any(|input| input.triggers && input.writer.is_none()) => return LOOK,
+        _ => return Duration::from_millis(100),
+    };
+    Duration::from_nanos(left).clamp(Duration::from_micros(50), LOOK)
+}
+
+/// A step of a seat that is claimed; nothing comes of it when it was given up.
+fn step(shared: &Shared, seat: &Seat, call: StepCall) {
+    let start = monotonic();
+    seat.begin(false, start);
+    // SAFETY: the runner was prepared, and the seat keeps others out.
+    let code = unsafe { call.make() };
+    let duration = monotonic().saturating_sub(start);
+    if !seat.end_claimed(code) {
+        return;
+    }
+    if shared.tracing.is_on() {
+        seat.record(shared, start, duration, shared.cycles());
+    }
+    // SAFETY: the step was not given up, and the seat is claimed.
+    let runner = unsafe { seat.runner() };
+    seat.time(runner, Some(duration), 1);
+    runner.commit(shared.clock.now(), code, None);
+    seat.unclaim();
+    shared.wrote();
+}
+
+/// What Linux shows of a thread's name, bytes.
+const SHOWN: usize = 15;
+
+/// The name of a module's thread. Of one that is too long the end of its scope and the end of its own name are kept, as
+/// names of one robot differ there.
+pub fn thread_name(module: &str) -> String {
+    let tail = |text: &str, length: usize| {
+        let mut start = text.len().saturating_sub(length);
+        while !text.is_char_boundary(start) {
+            start += 1;
+        }
+        text[start..].to_owned()
+    };
+    match module.rsplit_once('/') {
+        _ if module.len() <= SHOWN => module.into(),
+        Some((scope, name)) => {
+            let scope = tail(scope, (SHOWN - 1).saturating_sub(name.len()).max(SHOWN / 3));
+            let rest = SHOWN - 1 - scope.len();
+            format!("{scope}/{}", tail(name, rest))
+        }
+        None => tail(module, SHOWN),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::thread_name;
+
+    #[test]
+    fn threads_of_long_names_differ() {
+        let names = ["r2/planner", "planner_of_long_paths", "robot_1/local_planner", "robot_2/local_planner"];
+        let shown = ["r2/planner", "r_of_long_paths", "bot_1/l_planner", "bot_2/l_planner"];
+        assert_eq!(names.map(thread_name), shown);
+        assert_eq!(thread_name("a_robot_with_a_name/act"), "with_a_name/act");
+    }
+}

@@ -1,0 +1,149 @@
+//! A trace of what the loop and its modules did when.
+
+use std::io::{self, Write};
+use std::sync::{Arc, OnceLock};
+
+use super::{Shared, Watch};
+use crate::clock::monotonic;
+use crate::timing::{Exported, Label, Recorder, Recording, Span, Switch, Trace, Track};
+
+/// Spans kept of each module.
+const SPANS: usize = 4096;
+/// Those of the loop with its stages, which are a dozen a cycle.
+const LOOP_SPANS: usize = 16 * SPANS;
+
+/// The trace of an agent; off, and then free, until somebody starts it.
+pub struct Tracing {
+    switch: Arc<Switch>,
+    trace: Arc<Trace>,
+    /// The spans of cycles and stages. Written by who has the loop's token.
+    track: OnceLock<Option<Track>>,
+    pub(super) cycle: Option<Label>,
+}
+
+impl Default for Tracing {
+    fn default() -> Self {
+        let trace = Arc::new(Trace::new(SPANS));
+        let cycle = trace.label("cycle").ok();
+        Self { switch: Arc::default(), trace, track: OnceLock::new(), cycle }
+    }
+}
+
+impl Tracing {
+    #[inline]
+    pub(super) fn is_on(&self) -> bool {
+        // Whoever sees it also sees the tracks.
+        self.switch.is_on()
+    }
+
+    pub(super) fn trace(&self) -> &Trace {
+        &self.trace
+    }
+
+    /// Lets the steps of modules that came be recorded.
+    pub(super) fn add_tracks(&self, watched: &[Watch]) {
+        if self.is_on() {
+            watched.iter().for_each(|watch| watch.seat.add_track(&self.trace));
+        }
+    }
+
+    /// Records what the loop did; whoever has its token does.
+    pub(super) fn record(&self, span: Span) {
+        if let Some(Some(track)) = self.track.get() {
+            track.record(span);
+        }
+    }
+}
+
+/// What the modules of an agent and its main loop did when, from `Agent::trace`. It is off at
+/// first, and then costs nothing.
+///
+/// Each module is a track, and so is the main loop, with its cycles and the stages in them. Times are wall-clock
+/// nanoseconds since the start of the agent: on the system's clock they are its time, and under a time source they tell
+/// apart what happens at the same virtual time.
+///
+/// [`record`](AgentTrace::record) writes all that happens from then on, however long. [`start`](AgentTrace::start) keeps
+/// the last 4096 ticks of each module (65536 cycles and stages), of which [`export`](AgentTrace::export) writes a part when
+/// something has happened.
+#[derive(Clone)]
+pub struct AgentTrace {
+    shared: Arc<Shared>,
+}
+
+impl std::fmt::Debug for AgentTrace {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AgentTrace").field("on", &self.is_on()).finish_non_exhaustive()
+    }
+}
+
+impl AgentTrace {
+    /// Of that loop.
+    pub fn new(shared: Arc<Shared>) -> Self {
+        Self { shared }
+    }
+
+    /// Begins to keep what happens. Every step is then timed. Each start is ended by a [`stop`](AgentTrace::stop) of its
+    /// own.
+    pub fn start(&self) {
+        self.switch_on(|switch| switch.start());
+    }
+
+    /// Takes a [`start`](AgentTrace::start) back; recording goes on for who else wants it. What was kept can still be
+    /// exported.
+    pub fn stop(&self) {
+        self.shared.tracing.switch.stop();
+    }
+
+    /// Writes everything from now on until the [`Recording`] is ended, by a thread of its own, as a file that
+    /// <https://ui.perfetto.dev> and Chrome's `about:tracing` open. There may be several at a time. What comes faster than
+    /// the writer takes it is counted as missing, here and in the file, and nobody who is recorded waits.
+    ///
+    /// ```
+    /// # fn work(agent: &mut slate_runtime::Agent) -> std::io::Result<()> {
+    /// let recording = agent.trace().record(std::fs::File::create("trace.json")?)?;
+    /// (0..100_000).for_each(|_| drop(agent.step()));
+    /// let (recorded, _file) = recording.end()?;
+    /// println!("{} spans, and {} are missing", recorded.spans(), recorded.missing());
+    /// # Ok(())
+    /// # }
+    /// ```
+    ///
+    /// # Errors
+    /// When the beginning of the file can't be written, or there is no thread left.
+    pub fn record<W: Write + Send + 'static>(&self, writer: W) -> io::Result<Recording<W>> {
+        let tracing = &self.shared.tracing;
+        let lease = self.switch_on(|switch| switch.lease());
+        let recorder = Recorder::begin(&tracing.trace, self.now(), writer)?;
+        Recording::begin(recorder, lease, Arc::clone(&self.shared.clock))
+    }
+
+    fn switch_on<R>(&self, switch_on: impl FnOnce(&Arc<Switch>) -> R) -> R {
+        let tracing = &self.shared.tracing;
+        tracing.track.get_or_init(|| tracing.trace.track_with("main loop", LOOP_SPANS).ok());
+        self.shared.watched().iter().for_each(|watch| watch.seat.add_track(&tracing.trace));
+        let result = switch_on(&tracing.switch);
+        // Modules that came meanwhile.
+        tracing.add_tracks(&self.shared.watched());
+        result
+    }
+
+    /// Whether it records.
+    pub fn is_on(&self) -> bool {
+        self.shared.tracing.is_on()
+    }
+
+    /// The present time as spans have it, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.shared.clock.at(monotonic())
+    }
+
+    /// Writes what was kept and was under way at any time from `from` to `to` (nanoseconds), as a file like that of
+    /// [`record`](AgentTrace::record). It disturbs nobody who is recorded. [`Exported::complete_from`] says whether it goes
+    /// back as far as was asked.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn export(&self, from: u64, to: u64, writer: impl Write) -> io::Result<Exported> {
+        self.shared.tracing.trace.export(from, to, writer)
+    }
+}

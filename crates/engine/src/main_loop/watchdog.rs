@@ -1,0 +1,169 @@
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use slate_module::Level;
+
+use super::notices::{Limit, milliseconds, repeated};
+use super::{End, Seat, Shared};
+use crate::clock::monotonic;
+
+/// With so many threads lost at a time the run stops in order.
+const LOST_LIMIT: usize = 4;
+/// How often it looks, nanoseconds: at least and at most.
+const SHORTEST: u64 = 1_000_000;
+const LONGEST: u64 = 50_000_000;
+
+/// Sees steps that do not return, and moves the loop past them.
+pub struct Watchdog {
+    shared: Arc<Shared>,
+    /// Nanoseconds.
+    hang: u64,
+}
+
+/// A module that is watched.
+pub struct Watch {
+    /// The module.
+    pub seat: Arc<Seat>,
+    /// The stage of the loop that runs it, unless it has a thread of its own.
+    pub stage: Option<Arc<str>>,
+}
+
+/// What was seen of a module.
+#[derive(Clone, Copy, Default)]
+struct Seen {
+    /// The step that runs, and a monotonic time at which it did.
+    step: u64,
+    since: u64,
+    /// Whether the step was given up and has not returned, and whether that was said.
+    late: bool,
+    said: bool,
+    notices: Limit,
+}
+
+impl Watchdog {
+    /// Watches that loop, whose steps may take so long.
+    pub fn new(shared: Arc<Shared>, hang: Duration) -> Self {
+        Self { shared, hang: hang.as_nanos() as u64 }
+    }
+
+    /// Watches until the run is over and no thread is in a step any more.
+    pub fn watch(self) {
+        let mut watched = self.shared.watched();
+        let mut seen = vec![Seen::default(); watched.len()];
+        loop {
+            let now = monotonic();
+            let next = self.look(&watched, &mut seen, now);
+            if self.shared.is_over_within(Duration::from_nanos(next.saturating_sub(now))) {
+                return;
+            }
+            let present = self.shared.watched();
+            if !Arc::ptr_eq(&present, &watched) {
+                seen = carried(&watched, &seen, &present);
+                watched = present;
+            }
+        }
+    }
+
+    /// Looks at all modules; says when to look again, monotonic.
+    fn look(&self, watched: &[Watch], seen: &mut [Seen], now: u64) -> u64 {
+        let shared = &self.shared;
+        // A stage that begins before the next look is not over by then.
+        let interval = (self.hang / 4).min(shared.shortest_timeout.load(Ordering::Relaxed));
+        let mut next = now + interval.clamp(SHORTEST, LONGEST);
+        let deadline = shared.deadline.load(Ordering::Acquire);
+        if deadline > now {
+            next = next.min(deadline);
+        }
+        for (watch, seen) in watched.iter().zip(seen) {
+            let seat = &watch.seat;
+            if seat.is_isolated {
+                // Its calls end by themselves, as its process is ended.
+                continue;
+            }
+            if seen.late && !seat.is_late() {
+                self.report_return(seat, seen);
+            }
+            let Some(step) = seat.running() else { continue };
+            if seen.step != step {
+                (seen.step, seen.since) = (step, now);
+            }
+            let started = seat.started();
+            if started != 0 {
+                seen.since = started;
+            }
+            // The deadline is that of the stage of this step, if it still holds after the step was seen to run.
+            if let Some(stage) = &watch.stage
+                && deadline != 0
+                && now >= deadline
+                && shared.deadline.load(Ordering::Acquire) == deadline
+            {
+                self.give_up(
+                    watch,
+                    seen,
+                    now,
+                    &format!(
+                        "tick before the time of stage {stage} was up, after {} ms",
+                        milliseconds(now.saturating_sub(seen.since))
+                    ),
+                );
+                continue;
+            }
+            let limit = seen.since + self.hang;
+            if now >= limit {
+                self.give_up(watch, seen, now, &format!("last call within {} ms", milliseconds(self.hang)));
+            } else {
+                next = next.min(limit);
+            }
+        }
+        next
+    }
+
+    fn give_up(&self, watch: &Watch, seen: &mut Seen, now: u64, when: &str) {
+        let (shared, seat) = (&self.shared, &watch.seat);
+        if !seat.give_up(seen.step, shared.clock.now()) {
+            return;
+        }
+        seen.late = true;
+        if let Some(unsaid) = seen.notices.pass(now) {
+            seen.said = true;
+            let text = format!(
+                "{} has not returned from its {when}; its outputs are safe values until it does{}",
+                seat.name,
+                repeated(unsaid)
+            );
+            shared.logger.log(shared.clock.now(), Level::Error, &text);
+        }
+        if shared.lockstep {
+            shared.finish(End::Hung { module: seat.name.to_string() });
+        }
+        let watched = shared.watched();
+        let late = watched.iter().filter(|watch| watch.seat.is_late());
+        let modules: Vec<String> = late.map(|watch| watch.seat.name.to_string()).collect();
+        if modules.len() >= LOST_LIMIT {
+            shared.finish(End::TooManyHung { modules });
+        }
+        // The token is with the late thread, unless a worker made the step for the loop.
+        if watch.stage.is_some() && !seat.is_helped() {
+            shared.move_token();
+        }
+    }
+
+    fn report_return(&self, seat: &Seat, seen: &mut Seen) {
+        seen.late = false;
+        if std::mem::take(&mut seen.said) {
+            let took = milliseconds(seat.returned().saturating_sub(seen.since));
+            let text = format!("{} returned after {took} ms and runs again", seat.name);
+            self.shared.logger.log(self.shared.clock.now(), Level::Warn, &text);
+        }
+    }
+}
+
+/// What was seen of the modules that are still there.
+fn carried(watched: &[Watch], seen: &[Seen], present: &[Watch]) -> Vec<Seen> {
+    let known = |watch: &Watch| {
+        let place = watched.iter().position(|other| Arc::ptr_eq(&other.seat, &watch.seat));
+        place.map(|place| seen[place]).unwrap_or_default()
+    };
+    present.iter().map(known).collect()
+}

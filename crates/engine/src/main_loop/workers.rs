@@ -1,0 +1,213 @@
+use std::cell::UnsafeCell;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::time::Duration;
+
+use slate_blackboard::wake::Wake;
+
+use super::{Seat, Shared};
+use crate::clock::monotonic;
+use crate::digest::Digest;
+use crate::runner::StepCall;
+
+/// A wake-up costs that much, so less work than this is done in line.
+const WORTH_WAKING: u64 = 25_000;
+
+/// Threads that help with the modules of one level. Inputs are pinned before and outputs committed after, in order,
+/// by the loop, so that the result does not depend on who does what.
+pub struct Workers {
+    workers: Vec<Arc<Worker>>,
+    always: bool,
+}
+
+const FREE: u32 = 0;
+const GIVEN: u32 = 1;
+const DONE: u32 = 2;
+
+/// What a step returned, when it began, and how many wall-clock nanoseconds it took.
+type Ended = (i32, u64, u64);
+
+struct Worker {
+    wake: Wake,
+    /// Wakes the loop; one for all workers, as a thread's first sleep on it allocates.
+    done: Arc<Wake>,
+    stop: AtomicBool,
+    /// [`FREE`], [`GIVEN`] or [`DONE`].
+    state: AtomicU32,
+    /// The seat of a step that was not committed yet.
+    given: UnsafeCell<Option<Arc<Seat>>>,
+    job: UnsafeCell<Option<(StepCall, Arc<Seat>)>>,
+    result: UnsafeCell<Option<Ended>>,
+}
+
+// SAFETY: `state` says whose turn it is to use the job and the result; `given` is the loop's.
+unsafe impl Sync for Worker {}
+// SAFETY: as above; what it holds may be used from any thread.
+unsafe impl Send for Worker {}
+
+impl Workers {
+    /// That many threads; `always` uses them also for work that is not worth it, for tests.
+    ///
+    /// # Errors
+    /// When a thread can't be started.
+    pub fn start(count: usize, always: bool) -> io::Result<Self> {
+        let done = Arc::new(Wake::new());
+        let workers: Vec<_> = (0..count)
+            .map(|_| {
+                Arc::new(Worker {
+                    wake: Wake::new(),
+                    done: Arc::clone(&done),
+                    stop: AtomicBool::new(false),
+                    state: AtomicU32::new(FREE),
+                    given: UnsafeCell::new(None),
+                    job: UnsafeCell::new(None),
+                    result: UnsafeCell::new(None),
+                })
+            })
+            .collect();
+        for (number, worker) in (1..).zip(&workers) {
+            let worker = Arc::clone(worker);
+            let thread = std::thread::Builder::new().name(format!("worker {number}"));
+            thread.spawn(move || worker.serve())?;
+        }
+        Ok(Self { workers, always })
+    }
+
+    /// Whether there are any.
+    #[inline]
+    pub fn are_there(&self) -> bool {
+        !self.workers.is_empty()
+    }
+
+    /// Whether helping with these modules is worth a wake-up.
+    pub fn pay(&self, modules: &[Arc<Seat>]) -> bool {
+        if modules.len() < 2 || modules.iter().any(|seat| seat.alone) {
+            return false;
+        }
+        let work: u64 = modules.iter().map(|seat| seat.duration()).sum();
+        self.always || work > 2 * WORTH_WAKING
+    }
+
+    /// Prepares the first of those modules, one for each worker that is free and one more, and gives the workers
+    /// theirs. Says how many modules that were; the last of them is for the loop, if it is due, with its call.
+    pub fn give(&self, modules: &[Arc<Seat>], now: u64, nominal: u64) -> (usize, Option<StepCall>) {
+        let mut taken = 0;
+        for worker in &self.workers {
+            if taken + 1 < modules.len() && worker.is_free() {
+                let seat = &modules[taken];
+                if let Some(call) = ready(seat, now, nominal, true) {
+                    seat.begin(true, monotonic());
+                    worker.give(call, Arc::clone(seat));
+                }
+                taken += 1;
+            }
+        }
+        (taken + 1, ready(&modules[taken], now, nominal, true))
+    }
+
+    /// Waits for the workers and commits what they did, in the order in which it was given to them. Their steps are
+    /// recorded when the number of the `traced` cycle is given.
+    pub fn commit(&self, shared: &Shared, now: u64, traced: Option<u64>, mut digest: Option<&mut Digest>) {
+        for worker in &self.workers {
+            // SAFETY: only the holder of the loop's token uses it.
+            let Some(seat) = (unsafe { (*worker.given.get()).take() }) else { continue };
+            if let Some((code, start, duration)) = worker.finish(&seat) {
+                if let Some(cycle) = traced {
+                    seat.record(shared, start, duration, cycle);
+                }
+                // SAFETY: the step has ended and was not given up.
+                let runner = unsafe { seat.runner() };
+                runner.log.release();
+                seat.time(runner, Some(duration), 1);
+                runner.commit(now, code, digest.as_deref_mut());
+            }
+        }
+    }
+}
+
+/// Prepares a module that is due, for a step alone or beside others. Periods are counted in the `nominal` time of the cycle,
+/// so that a module is not a cycle late because its thread woke up a little later the cycle before.
+#[inline]
+pub(super) fn ready(seat: &Seat, now: u64, nominal: u64, beside: bool) -> Option<StepCall> {
+    if seat.kick() || !seat.is_idle() && !seat.readmit() {
+        return None;
+    }
+    // SAFETY: the caller holds the token and the seat is idle; the references end before the step.
+    let runner = unsafe { seat.runner() };
+    if !runner.is_due(nominal) {
+        return None;
+    }
+    if beside {
+        runner.log.hold();
+    }
+    if beside || seat.is_isolated {
+        runner.prepare(now);
+    } else {
+        // SAFETY: the loop makes this step and no other one at that time, so the modules that write in turn, which are its
+        // own, wait for it; or for the watchdog, which gives it up.
+        unsafe { runner.prepare_in_turn(now) };
+    }
+    Some(runner.call())
+}
+
+impl Drop for Workers {
+    fn drop(&mut self) {
+        for worker in &self.workers {
+            worker.stop.store(true, Ordering::Release);
+            worker.wake.notify(1);
+        }
+    }
+}
+
+impl Worker {
+    /// Whether it can take a job; one that was lost to a late step comes back when that returns.
+    fn is_free(&self) -> bool {
+        self.state.compare_exchange(DONE, FREE, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+            || self.state.load(Ordering::Acquire) == FREE
+    }
+
+    fn give(&self, call: StepCall, seat: Arc<Seat>) {
+        // SAFETY: the worker is free, so it does not look at the job; the loop alone uses `given`.
+        unsafe {
+            *self.given.get() = Some(Arc::clone(&seat));
+            *self.job.get() = Some((call, seat));
+        }
+        self.state.store(GIVEN, Ordering::Release);
+        self.wake.notify(1);
+    }
+
+    /// Waits for the step of that seat; nothing when it was given up.
+    fn finish(&self, seat: &Seat) -> Option<Ended> {
+        loop {
+            match self.state.load(Ordering::Acquire) {
+                DONE => break,
+                _ if seat.is_given_up() => return None,
+                _ => self.done.wait_timeout(Duration::from_millis(10)),
+            };
+        }
+        // SAFETY: the worker is done with the result.
+        let ended = unsafe { (*self.result.get()).take() };
+        self.state.store(FREE, Ordering::Relaxed);
+        ended
+    }
+
+    fn serve(&self) {
+        while !self.stop.load(Ordering::Acquire) {
+            if self.state.load(Ordering::Acquire) != GIVEN {
+                self.wake.wait_timeout(Duration::from_millis(100));
+                continue;
+            }
+            // SAFETY: the state is GIVEN, so the job belongs to this thread.
+            let Some((call, seat)) = (unsafe { (*self.job.get()).take() }) else { continue };
+            let start = monotonic();
+            // SAFETY: the loop prepared the runner, and the seat keeps others out.
+            let code = unsafe { call.make() };
+            let ended = seat.end(code).then(|| (code, start, monotonic().saturating_sub(start)));
+            // SAFETY: the loop looks at the result only when the state is DONE.
+            unsafe { *self.result.get() = ended };
+            self.state.store(DONE, Ordering::Release);
+            self.done.notify(1);
+        }
+    }
+}

@@ -1,0 +1,291 @@
+//! A module between two ticks, for a snapshot: all that its runner knows beside the instance.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::Ordering;
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::channel::Cursor;
+use slate_blackboard::{Board, BoardError, bytes};
+use slate_module::{PortDescription, Random};
+
+use super::{Condition, Conversion, Measured, Runner, Wire};
+use crate::{FrozenMailbox, FrozenProperty};
+
+/// A runner; ports by their names.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FrozenRunner {
+    /// How the module is, as a number.
+    pub condition: Option<u8>,
+    /// What its switch said last.
+    pub on: bool,
+    /// The time of the last tick.
+    pub last_tick: u64,
+    /// The time of the next, if it has a period.
+    pub due: u64,
+    /// Ticks made, and those that began.
+    pub number: u64,
+    /// Ticks that were made.
+    pub ticks: u64,
+    /// How often its parameters have changed.
+    pub params_version: u64,
+    /// The value of the parameters, and of `enabled`, that was seen last.
+    pub params: u64,
+    /// The value of `enabled` that was seen last.
+    pub enabled: u64,
+    /// Its random stream.
+    pub random: Random,
+    /// What was measured.
+    pub measured: Measured,
+    /// Panics so far.
+    pub panics: u32,
+    /// Panics without many ticks between them.
+    pub panics_in_a_row: u32,
+    /// The tick of the last one.
+    pub last_panic: u64,
+    /// Missed deadlines.
+    pub misses: u64,
+    /// Inputs by port.
+    pub inputs: BTreeMap<String, FrozenInput>,
+    /// Cursors of queues by port.
+    pub queues: BTreeMap<String, Cursor>,
+    /// Messages that wait, by port.
+    pub inboxes: BTreeMap<String, FrozenMailbox>,
+    /// The places of outputs in the order of all, for the digest.
+    pub outputs: BTreeMap<String, u32>,
+    /// Outboxes by port.
+    pub outboxes: BTreeMap<String, FrozenOutbox>,
+    /// Whether links have changed since the last step.
+    pub rewired: bool,
+    /// What links fill that do not fit as they are.
+    pub conversions: BTreeMap<String, FrozenConversion>,
+}
+
+/// How far an input is.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct FrozenInput {
+    /// The value that was pinned last.
+    pub cursor: u64,
+    /// Sequence and generation of the value that the last tick saw.
+    pub seen: (u64, u64),
+    pub missed: u64,
+}
+
+/// How far a conversion is.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FrozenConversion {
+    #[serde(with = "bytes")]
+    pub value: Vec<u8>,
+    pub unwritten: bool,
+    pub sources: Vec<FrozenSource>,
+}
+
+/// How far a source of a conversion is.
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
+pub struct FrozenSource {
+    pub cursor: u64,
+    pub seen: (u64, u64),
+    pub time: Option<u64>,
+    pub is_missing: bool,
+}
+
+/// How far an outbox is.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct FrozenOutbox {
+    pub index: u32,
+    pub refused: u64,
+    /// How many messages it has sent.
+    #[serde(default)]
+    pub sent: u64,
+    /// How those fare that are remembered, by their numbers.
+    #[serde(default)]
+    pub deliveries: Vec<(u64, u32)>,
+    /// As whom it sends.
+    pub sender: Option<u32>,
+}
+
+impl Runner {
+    /// The runner while the module is in no step.
+    pub fn freeze(&self, ports: &[PortDescription]) -> FrozenRunner {
+        let name = |slot: usize| ports[slot].name.clone();
+        let inputs = self.inputs.iter().zip(&self.readers);
+        FrozenRunner {
+            condition: self.condition.map(|condition| condition as u8),
+            on: self.on,
+            last_tick: self.last_tick,
+            due: self.due,
+            number: self.frame.number,
+            ticks: 0,
+            params_version: self.frame.params_version,
+            params: self.params.cursor(),
+            enabled: self.enabled.cursor(),
+            random: self.random.get(),
+            measured: self.measured.clone(),
+            panics: self.panics,
+            panics_in_a_row: self.panics_in_a_row,
+            last_panic: self.last_panic,
+            misses: self.health.misses.load(Ordering::Relaxed),
+            inputs: inputs
+                .map(|(input, reader)| {
+                    let (seen, missed) = (input.seen, input.missed);
+                    (name(input.slot as usize), FrozenInput { cursor: reader.cursor(), seen, missed })
+                })
+                .collect(),
+            queues: self.queues.iter().map(|queue| (name(queue.slot), queue.reader.cursor())).collect(),
+            inboxes: self
+                .inboxes
+                .iter()
+                .map(|inbox| {
+                    let (sequence, messages) = (inbox.receiver.sequence(), inbox.receiver.waiting());
+                    (name(inbox.slot), FrozenMailbox { sequence, messages })
+                })
+                .collect(),
+            outputs: self.outputs.iter().map(|output| (name(output.slot), output.index)).collect(),
+            outboxes: self
+                .outboxes
+                .iter()
+                .map(|outbox| {
+                    let sender = outbox.sender.as_ref().map(|sender| sender.id());
+                    (
+                        name(outbox.slot),
+                        FrozenOutbox {
+                            index: outbox.index,
+                            refused: outbox.refused,
+                            sent: outbox.sent,
+                            deliveries: outbox.deliveries(),
+                            sender,
+                        },
+                    )
+                })
+                .collect(),
+            rewired: self.rewired,
+            conversions: self.conversions.iter().map(|own| self.freeze_conversion(own, ports)).collect(),
+        }
+    }
+
+    fn freeze_conversion(
+        &self,
+        conversion: &Conversion,
+        ports: &[PortDescription],
+    ) -> (String, FrozenConversion) {
+        let sources = conversion.sources.iter().map(|source| FrozenSource {
+            cursor: self.sources[source.reader].cursor(),
+            seen: source.seen,
+            time: source.time,
+            is_missing: source.is_missing,
+        });
+        let value = conversion.value.bytes(conversion.bytes).to_vec();
+        let frozen = FrozenConversion { value, unwritten: conversion.unwritten, sources: sources.collect() };
+        (wire_name(conversion.wire, ports), frozen)
+    }
+
+    /// The paths of the properties that this runner writes.
+    pub fn written(&self) -> impl Iterator<Item = String> {
+        let own = ["state", "timing"].into_iter().chain(self.supervised.as_ref().map(|_| "process"));
+        let outputs = self.outputs.iter().map(|output| output.property.path().to_owned());
+        let converted = self.conversions.iter().filter(|conversion| conversion.writer.is_some());
+        let converted = converted.map(|conversion| conversion.property.path().to_owned());
+        own.map(|own| format!("{}/{own}", self.name)).chain(outputs).chain(converted)
+    }
+
+    /// Writes what stood in the properties that it writes.
+    ///
+    /// # Errors
+    /// What does not fit, which was looked at before.
+    pub fn thaw_written(
+        &mut self,
+        board: &Board,
+        properties: &BTreeMap<String, FrozenProperty>,
+    ) -> Result<(), BoardError> {
+        for output in &mut self.outputs {
+            if let Some(frozen) = properties.get(output.property.path()) {
+                output.property.thaw(&frozen.values, Some(&mut output.writer))?;
+            }
+        }
+        for conversion in &mut self.conversions {
+            if let (Some(frozen), Some(writer)) =
+                (properties.get(conversion.property.path()), conversion.writer.as_mut())
+            {
+                conversion.property.thaw(&frozen.values, Some(writer))?;
+            }
+        }
+        let process = self.supervised.as_mut().map(|supervised| ("process", &mut supervised.process));
+        let own = [("state", &mut self.state), ("timing", &mut self.timing)].into_iter().chain(process);
+        for (own, writer) in own {
+            let path = format!("{}/{own}", self.name);
+            if let (Some(frozen), Some((property, _))) = (properties.get(&path), board.get(&path)) {
+                property.thaw(&frozen.values, Some(writer))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Goes on as that runner, when all properties are as they were.
+    pub fn thaw(&mut self, ports: &[PortDescription], frozen: &FrozenRunner) {
+        let name = |slot: usize| ports[slot].name.as_str();
+        self.condition = frozen.condition.map(Condition::from_number);
+        self.health.set(self.condition());
+        self.on = frozen.on;
+        (self.last_tick, self.due) = (frozen.last_tick, frozen.due);
+        self.frame.number = frozen.number;
+        self.frame.params_version = frozen.params_version;
+        self.params.resume(frozen.params);
+        self.enabled.resume(frozen.enabled);
+        // Looked at once more, which finds the same unless something was set that had not been seen.
+        (self.settings_seen, self.params_changed) = (None, true);
+        self.random.set(frozen.random);
+        self.measured = frozen.measured.clone();
+        (self.panics, self.panics_in_a_row) = (frozen.panics, frozen.panics_in_a_row);
+        self.last_panic = frozen.last_panic;
+        self.health.panics.store(frozen.panics.into(), Ordering::Relaxed);
+        self.health.misses.store(frozen.misses, Ordering::Relaxed);
+        for (input, reader) in self.inputs.iter_mut().zip(&mut self.readers) {
+            if let Some(frozen) = frozen.inputs.get(name(input.slot as usize)) {
+                (input.seen, input.missed) = (frozen.seen, frozen.missed);
+                reader.resume(frozen.cursor);
+            }
+        }
+        for queue in &mut self.queues {
+            queue.entries.clear();
+            if let Some(cursor) = frozen.queues.get(name(queue.slot)) {
+                queue.reader.resume(*cursor);
+            }
+        }
+        for inbox in &mut self.inboxes {
+            inbox.entries.clear();
+            let sequence = frozen.inboxes.get(name(inbox.slot)).map(|mailbox| mailbox.sequence);
+            inbox.receiver.resume(sequence.unwrap_or(0));
+        }
+        for output in &mut self.outputs {
+            output.index = frozen.outputs.get(name(output.slot)).copied().unwrap_or(output.index);
+        }
+        for outbox in &mut self.outboxes {
+            if let Some(frozen) = frozen.outboxes.get(name(outbox.slot)) {
+                (outbox.index, outbox.refused) = (frozen.index, frozen.refused);
+                outbox.resume(frozen.sent, &frozen.deliveries);
+            }
+        }
+        self.rewired = frozen.rewired;
+        for conversion in &mut self.conversions {
+            let Some(frozen) = frozen.conversions.get(&wire_name(conversion.wire, ports)) else { continue };
+            let value = conversion.value.bytes_mut(conversion.bytes);
+            if value.len() == frozen.value.len() {
+                value.copy_from_slice(&frozen.value);
+            }
+            conversion.unwritten = frozen.unwritten;
+            for (source, frozen) in conversion.sources.iter_mut().zip(&frozen.sources) {
+                (source.seen, source.time) = (frozen.seen, frozen.time);
+                source.is_missing = frozen.is_missing;
+                self.sources[source.reader].resume(frozen.cursor);
+            }
+        }
+    }
+}
+
+/// What a snapshot calls what a link ends at.
+fn wire_name(wire: Wire, ports: &[PortDescription]) -> String {
+    match wire {
+        Wire::Port(slot) => ports[slot].name.clone(),
+        Wire::Enabled => "enabled".into(),
+        Wire::Params => "params".into(),
+    }
+}

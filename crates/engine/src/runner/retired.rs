@@ -1,0 +1,254 @@
+//! The end of instances: code that does not return from it holds nobody up.
+
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+use std::time::Duration;
+
+use slate_module::{Description, Frame, Level, ModuleKind, Refusal};
+
+use super::OwnSetup;
+use crate::clock::Clock;
+use crate::log::Logger;
+use crate::main_loop::thread_name;
+
+/// How long a module's last calls are waited for, and who is told of one that does not return.
+#[derive(Clone)]
+pub struct Patience {
+    /// The module.
+    pub module: Arc<str>,
+    /// None for a module whose calls end by themselves, as its process is ended.
+    pub limit: Option<Duration>,
+    /// Where it is said when its end does not return.
+    pub logger: Arc<Logger>,
+    /// The agent's time.
+    pub clock: Arc<Clock>,
+}
+
+/// How many times as long a module may take to be described or made as for its other calls: it may load what it needs.
+const CREATION: u32 = 10;
+
+/// Describes a kind, in a thread that is waited for `CREATION` times `hang`. What is linked in is the program's own
+/// code, which is not watched.
+///
+/// # Errors
+/// The module's refusal, or that the call does not return.
+pub fn describe(kind: &ModuleKind, setup: &OwnSetup, hang: Duration) -> Result<Description, Refusal> {
+    if kind.library().is_none() {
+        return setup.with(|setup| kind.describe(setup));
+    }
+    let (name, limit) = (thread_name(&setup.name), hang * CREATION);
+    let (kind, setup) = (kind.clone(), setup.clone());
+    match within(name, limit, move || setup.with(|setup| kind.describe(setup))) {
+        Ok(described) => described,
+        Err(why) => Err(format!("{}; its library stays open", why.of("describe", limit)).into()),
+    }
+}
+
+/// Why there is no result of a call.
+enum Lost {
+    Late,
+    NoThread(std::io::Error),
+}
+
+impl Lost {
+    fn of(&self, call: &str, limit: Duration) -> String {
+        match self {
+            Self::Late => format!("has not returned from its {call} within {} ms", limit.as_millis()),
+            Self::NoThread(error) => format!("can't make its {call}: {error}"),
+        }
+    }
+}
+
+/// Does `work` in a thread, which keeps all that `work` has, and waits for it.
+fn within<R: Send + 'static>(
+    thread: String,
+    limit: Duration,
+    work: impl FnOnce() -> R + Send + 'static,
+) -> Result<R, Lost> {
+    let (sender, receiver) = channel();
+    let thread = std::thread::Builder::new().name(thread).spawn(move || {
+        // Who asked has given up waiting, if it can't be sent; the result ends here then.
+        let _ = sender.send(work());
+    });
+    thread.map_err(Lost::NoThread)?;
+    receiver.recv_timeout(limit).map_err(|_| Lost::Late)
+}
+
+impl Patience {
+    /// Makes an instance, in a thread that is waited for longer than for other calls.
+    ///
+    /// # Errors
+    /// The module's refusal, or that the call does not return.
+    pub fn create(&self, kind: &ModuleKind, setup: &OwnSetup, params: &[u8]) -> Result<*mut (), Refusal> {
+        let Some(limit) = self.limit.map(|limit| limit * CREATION) else {
+            return setup.with(|setup| kind.create(setup, params));
+        };
+        let (kind, setup, params) = (kind.clone(), setup.clone(), params.to_vec());
+        let longer = Self { limit: Some(limit), ..self.clone() };
+        let made = longer.wait("create", move || {
+            let instance = setup.with(|setup| kind.create(setup, &params))?;
+            // One that comes too late ends with this.
+            Ok::<_, Refusal>(Owned { kind, instance })
+        });
+        let late = || Refusal(format!("its create has not returned within {} ms", limit.as_millis()));
+        let mut owned = made.ok_or_else(late)??;
+        Ok(std::mem::replace(&mut owned.instance, std::ptr::null_mut()))
+    }
+
+    /// Says what went wrong at the end of an instance.
+    fn told(&self, ended: Result<(), Refusal>) {
+        if let Err(refusal) = ended {
+            let text = format!("{} has ended, but {refusal}", self.module);
+            self.logger.log(self.clock.now(), Level::Error, &text);
+        }
+    }
+
+    /// Does `work` in a thread of its own, and waits for it; nothing when it has not returned by then. The thread keeps
+    /// all that `work` has, the library too.
+    fn wait<R: Send + 'static>(&self, call: &str, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
+        let Some(limit) = self.limit else { return Some(work()) };
+        let why = match within(thread_name(&self.module), limit, work) {
+            Ok(result) => return Some(result),
+            Err(why) => why.of(call, limit),
+        };
+        let text = format!("{} {why}; it is waited for no more, and its library stays open", self.module);
+        self.logger.log(self.clock.now(), Level::Error, &text);
+        None
+    }
+}
+
+/// An instance, which ends when this is dropped; null for one that is gone.
+struct Owned {
+    kind: ModuleKind,
+    instance: *mut (),
+}
+
+// SAFETY: instances are `Send`, and nobody else uses this one.
+unsafe impl Send for Owned {}
+
+impl Owned {
+    /// Ends the instance.
+    ///
+    /// # Errors
+    /// What went wrong; it is gone all the same.
+    fn end(&mut self) -> Result<(), Refusal> {
+        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
+        if instance.is_null() {
+            return Ok(());
+        }
+        // SAFETY: the kind made this instance, and nobody uses it.
+        unsafe { self.kind.destroy(instance) }
+    }
+}
+
+impl Drop for Owned {
+    fn drop(&mut self) {
+        // Nobody is left who could be told.
+        let _ = self.end();
+    }
+}
+
+/// An instance that is no longer used, with its code. It ends when this is dropped, in a thread that is waited for no
+/// longer than the time after which a module hangs.
+pub struct Retired {
+    owned: Owned,
+    patience: Patience,
+}
+
+impl Retired {
+    /// An instance that nobody else uses; null when it is gone.
+    pub fn new(kind: ModuleKind, instance: *mut (), patience: Patience) -> Self {
+        Self { owned: Owned { kind, instance }, patience }
+    }
+
+    /// The code, and the instance for as long as this is kept.
+    pub fn parts(&self) -> (&ModuleKind, *mut ()) {
+        (&self.owned.kind, self.owned.instance)
+    }
+
+    /// Makes a step.
+    ///
+    /// # Safety
+    /// The frame was filled for this instance.
+    pub unsafe fn tick(&mut self, frame: *const Frame) -> i32 {
+        // SAFETY: passed on to the caller.
+        unsafe { (self.owned.kind.table().tick)(self.owned.instance, frame) }
+    }
+
+    /// Gives the instance a saved state.
+    ///
+    /// # Errors
+    /// What doesn't fit.
+    pub fn restore(&self, state: &[u8]) -> Result<(), Refusal> {
+        // SAFETY: the kind made this instance, and nobody else uses it.
+        unsafe { self.owned.kind.restore(self.owned.instance, state) }
+    }
+
+    /// The last state of the instance, which ends with this.
+    ///
+    /// # Errors
+    /// What can't be saved, or that the call does not return.
+    pub fn save(mut self) -> Result<Vec<u8>, String> {
+        let owned = self.take();
+        if owned.instance.is_null() {
+            return Err("it had failed".into());
+        }
+        let saved = self.patience.wait("save", move || {
+            // SAFETY: as above.
+            let state = unsafe { owned.kind.save(owned.instance) };
+            (state, owned)
+        });
+        let (state, owned) = saved.ok_or("its save has not returned")?;
+        self.owned = owned;
+        state.map_err(|refusal| refusal.0)
+    }
+
+    /// Gives the instance a saved state, in a thread that is waited for as for its end. The instance is null afterwards if
+    /// the call has not returned.
+    ///
+    /// # Errors
+    /// What doesn't fit, or that the call does not return.
+    pub fn restored(mut self, state: Vec<u8>) -> (Self, Result<(), String>) {
+        let owned = self.take();
+        let restored = self.patience.wait("restore", move || {
+            // SAFETY: as above.
+            let fits = unsafe { owned.kind.restore(owned.instance, &state) };
+            (fits, owned)
+        });
+        let fits = match restored {
+            Some((fits, owned)) => {
+                self.owned = owned;
+                fits.map_err(|refusal| refusal.0)
+            }
+            None => Err("its restore has not returned".into()),
+        };
+        (self, fits)
+    }
+
+    /// Takes the instance out.
+    pub fn into_parts(mut self) -> (ModuleKind, *mut ()) {
+        let instance = std::mem::replace(&mut self.owned.instance, std::ptr::null_mut());
+        (self.owned.kind.clone(), instance)
+    }
+
+    /// Ends the instance here and now, however long it takes.
+    pub fn end_here(mut self) {
+        let ended = self.take().end();
+        self.patience.told(ended);
+    }
+
+    fn take(&mut self) -> Owned {
+        let instance = std::mem::replace(&mut self.owned.instance, std::ptr::null_mut());
+        Owned { kind: self.owned.kind.clone(), instance }
+    }
+}
+
+impl Drop for Retired {
+    fn drop(&mut self) {
+        let mut owned = self.take();
+        if !owned.instance.is_null() {
+            let ended = self.patience.wait("end", move || owned.end());
+            self.patience.told(ended.unwrap_or(Ok(())));
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! New code beside the old: it makes the same steps on the same inputs in a thread of its own, and what it writes is
+//! compared and thrown away. So whatever it does, the module does not notice.
+
+mod follower;
+mod snapshot;
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use crossbeam_queue::ArrayQueue;
+use slate_blackboard::channel::Writer;
+use slate_blackboard::interface::Text;
+use slate_blackboard::wake::Wake;
+use slate_module::{Description, Frame, PortSlot, Random, interface};
+
+use super::{Retired, Runner};
+use crate::log::ModuleLog;
+use follower::Follower;
+use snapshot::{Snapshot, carried};
+
+/// How new code compares with the old: `/module/shadow`.
+#[interface]
+pub struct ShadowState {
+    /// Steps made.
+    pub ticks: u64,
+    /// Steps in which it wrote something else.
+    pub differences: u64,
+    /// Steps that it missed because it was too slow; from then on its state may be another one.
+    pub skipped: u64,
+    /// Steps in which it panicked.
+    pub panics: u64,
+    /// The module's step in which it first wrote something else; 0 for none.
+    pub first_difference: u64,
+    /// The port with that difference.
+    pub port: Text<60>,
+}
+
+/// Steps that the new code may lag behind.
+const LAG: usize = 16;
+
+/// The tick's end of a shadow.
+pub struct Shadow {
+    shared: Arc<Shared>,
+    current: Option<Box<Snapshot>>,
+    thread: JoinHandle<()>,
+}
+
+struct Shared {
+    free: ArrayQueue<Box<Snapshot>>,
+    filled: ArrayQueue<Box<Snapshot>>,
+    wake: Wake,
+    stop: AtomicBool,
+    skipped: AtomicU64,
+    panics: AtomicU64,
+    /// The thread has it during each call; the tick's end never waits for it.
+    new: Mutex<Option<New>>,
+}
+
+/// The new code.
+struct New {
+    code: Retired,
+    /// The state that it begins with, until it has taken it over.
+    state: Option<Vec<u8>>,
+}
+
+impl Shared {
+    fn locked(&self) -> MutexGuard<'_, Option<New>> {
+        self.new.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The new code, when it is in no call.
+    fn try_locked(&self) -> Option<MutexGuard<'_, Option<New>>> {
+        match self.new.try_lock() {
+            Ok(new) => Some(new),
+            Err(TryLockError::Poisoned(poisoned)) => Some(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+}
+
+impl Shadow {
+    /// Starts the thread of the new code.
+    ///
+    /// # Errors
+    /// When it can't be started.
+    pub fn start(
+        name: &str,
+        description: &Description,
+        new: Retired,
+        writer: Writer,
+        log: Box<ModuleLog>,
+    ) -> std::io::Result<Self> {
+        let params = description.params.size;
+        let ports = carried(description);
+        let shared = Arc::new(Shared {
+            free: ArrayQueue::new(LAG),
+            filled: ArrayQueue::new(LAG),
+            wake: Wake::new(),
+            stop: AtomicBool::new(false),
+            skipped: AtomicU64::new(0),
+            panics: AtomicU64::new(0),
+            new: Mutex::new(Some(New { code: new, state: None })),
+        });
+        for _ in 0..LAG {
+            // There is room for as many.
+            let _ = shared.free.push(Box::new(Snapshot::new(&ports, params)));
+        }
+        let follower = Follower { ports, params, writer, log, shared: Arc::clone(&shared) };
+        let thread =
+            std::thread::Builder::new().name(format!("{name}/shadow")).spawn(move || follower.follow())?;
+        Ok(Self { shared, current: None, thread })
+    }
+
+    /// Gives the new code the state that it begins with, which it takes over in its own thread.
+    pub fn begin_with(&self, state: Vec<u8>) {
+        // Nothing was given to it yet, so that nobody has it for long.
+        if let Some(new) = &mut *self.shared.locked() {
+            new.state = Some(state);
+        }
+        self.shared.wake.notify(1);
+    }
+
+    /// Before a step of the old code: keeps what it will see.
+    pub fn before(&mut self, frame: &Frame, slots: &[PortSlot], random: Random) {
+        if self.current.is_some() {
+            // The last step came too late and wrote nothing.
+            self.shared.skipped.fetch_add(1, Ordering::Relaxed);
+        }
+        let Some(mut snapshot) = self.current.take().or_else(|| self.shared.free.pop()) else {
+            self.shared.skipped.fetch_add(1, Ordering::Relaxed);
+            return;
+        };
+        snapshot.see(frame, slots, random);
+        self.current = Some(snapshot);
+    }
+
+    /// After a step of the old code: keeps what it wrote, and lets the new code make the same step.
+    pub fn after(&mut self, slots: &[PortSlot]) {
+        if let Some(mut snapshot) = self.current.take() {
+            snapshot.keep(slots);
+            // There is room for as many as there are.
+            let _ = self.shared.filled.push(snapshot);
+            self.shared.wake.notify(1);
+        }
+    }
+
+    /// How often the new code has panicked.
+    pub fn panics(&self) -> u64 {
+        self.shared.panics.load(Ordering::Relaxed)
+    }
+
+    /// Whether the new code has made all steps of the old, and is in no call.
+    pub fn has_caught_up(&self) -> bool {
+        let out = LAG - usize::from(self.current.is_some());
+        self.shared.free.len() == out
+            && self.shared.try_locked().is_some_and(|new| new.as_ref().is_some_and(|new| new.state.is_none()))
+    }
+
+    /// Takes the new code out, which must have [caught up](Shadow::has_caught_up): then nobody has it for long.
+    pub fn take_new(&self) -> Option<Retired> {
+        self.shared.locked().take().map(|new| new.code)
+    }
+
+    /// Ends the new code's steps, and waits for it no longer than `limit`: a thread that hangs keeps what it uses.
+    pub fn end(self, limit: Duration) {
+        self.stop();
+        let mut waited = Duration::ZERO;
+        while !self.thread.is_finished() && waited < limit {
+            std::thread::sleep(LOOK);
+            waited += LOOK;
+        }
+    }
+
+    fn stop(&self) {
+        self.shared.stop.store(true, Ordering::Release);
+        self.shared.wake.notify(1);
+    }
+}
+
+/// How often is looked whether the thread has ended.
+const LOOK: Duration = Duration::from_millis(1);
+
+impl Drop for Shadow {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+impl Runner {
+    /// From the next step on runs new code beside this one.
+    pub fn begin_shadow(&mut self, shadow: Shadow) {
+        self.shadow = Some(shadow);
+        self.look_for_company();
+    }
+
+    /// Keeps what the step will see for the new code beside this one.
+    pub(super) fn show_shadow(&mut self) {
+        if let Some(shadow) = &mut self.shadow {
+            shadow.before(&self.frame, &self.slots, self.random.get());
+        }
+    }
+
+    /// Hands what the step wrote to the new code beside this one.
+    pub(super) fn hand_to_shadow(&mut self) {
+        if let Some(shadow) = &mut self.shadow {
+            shadow.after(&self.slots);
+        }
+    }
+}

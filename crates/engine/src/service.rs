@@ -1,0 +1,225 @@
+//! Services that modules need: those of the host, and where one that a module provides is found by those that need it.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use slate_blackboard::wake::Wake;
+use slate_module::ModuleKind;
+use slate_module::aspect::ProviderTable;
+
+use crate::digest::Digest;
+use crate::runner::Memory;
+
+/// A service of the host for one module: a table of calls over an object of its own.
+pub trait HostService: Send {
+    /// The table, which stays where it is as long as the service.
+    fn table(&self) -> *const u8;
+
+    /// The module begins with that code, or goes on with it.
+    fn begin(&mut self, _: &ModuleKind) {}
+
+    /// Before a tick.
+    fn prepare(&mut self, _: u64) {}
+
+    /// After a tick that went as it should: what it asked for happens now.
+    fn commit(&mut self, _: u64, _: Option<&mut Digest>) {}
+
+    /// After a tick that failed: what it asked for does not happen.
+    fn abandon(&mut self) {}
+
+    /// The module does not work for now, or no more: what it holds of the robot is let go. Its tick may hang in a call
+    /// of the service meanwhile.
+    fn rest(&self, _: u64) {}
+
+    /// The module's instance is gone; after a panic another one follows.
+    fn end(&mut self) {}
+}
+
+/// The place of a service; empty while it is not provided.
+#[derive(Debug, Default)]
+pub struct ServicePlace {
+    /// Counts changes, so that a tick sees with one look that there was none.
+    version: AtomicU64,
+    current: Mutex<Current>,
+    /// Wakes the threads of those that need it.
+    wakes: Mutex<Vec<Arc<Wake>>>,
+}
+
+#[derive(Debug, Default)]
+struct Current {
+    service: Option<Arc<Provided>>,
+    /// Whether nobody gets it for now.
+    is_suspended: bool,
+}
+
+/// A service that is provided.
+#[derive(Debug)]
+struct Provided {
+    table: Memory,
+    owner: *mut (),
+    end: unsafe extern "C" fn(*mut ()),
+    /// Keeps the code of its calls.
+    #[allow(dead_code, reason = "it is kept, not used")]
+    kind: ModuleKind,
+}
+
+// SAFETY: the owner is `Send`, as the provider's port demands; the table may be used from any thread, as its service
+// promises.
+unsafe impl Send for Provided {}
+// SAFETY: as above.
+unsafe impl Sync for Provided {}
+
+impl Drop for Provided {
+    fn drop(&mut self) {
+        // SAFETY: the call belongs to this owner and is made once, while the library is kept.
+        unsafe { (self.end)(self.owner) }
+    }
+}
+
+impl ServicePlace {
+    fn set(&self, service: Option<Arc<Provided>>) {
+        // The code of another library may run when the old one is dropped, which must not happen under the lock.
+        drop(self.change(|current| std::mem::replace(&mut current.service, service)));
+    }
+
+    /// Keeps the service from those that need it, or gives it to them again; who is in a tick keeps it until the next
+    /// one. No code of the provider runs here.
+    pub fn suspend(&self, is_suspended: bool) {
+        self.change(|current| current.is_suspended = is_suspended);
+    }
+
+    fn change<R>(&self, change: impl FnOnce(&mut Current) -> R) -> R {
+        let mut current = self.current();
+        let result = change(&mut current);
+        self.version.fetch_add(1, Ordering::Release);
+        drop(current);
+        self.wakes().iter().for_each(|wake| wake.notify(1));
+        result
+    }
+
+    fn current(&self) -> MutexGuard<'_, Current> {
+        self.current.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn wakes(&self) -> MutexGuard<'_, Vec<Arc<Wake>>> {
+        self.wakes.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Ends the service; who is in a tick keeps it until the next one.
+    pub fn withdraw(&self) {
+        if self.is_provided() {
+            self.set(None);
+        }
+    }
+
+    fn is_provided(&self) -> bool {
+        self.current().service.is_some()
+    }
+}
+
+/// A port through which a module uses a service of another one.
+pub struct AspectPort {
+    /// Its slot in the frame.
+    pub slot: usize,
+    place: Arc<ServicePlace>,
+    seen: u64,
+    held: Option<Arc<Provided>>,
+}
+
+impl AspectPort {
+    /// A port that finds the service there, and whose thread wakes when that changes.
+    pub fn new(slot: usize, place: Arc<ServicePlace>, wake: &Arc<Wake>) -> Self {
+        let mut wakes = place.wakes();
+        if !wakes.iter().any(|other| Arc::ptr_eq(other, wake)) {
+            wakes.push(Arc::clone(wake));
+        }
+        drop(wakes);
+        Self { slot, place, seen: 0, held: None }
+    }
+
+    /// The table of the service, while it is provided.
+    pub fn table(&mut self) -> Option<*const u8> {
+        let version = self.place.version.load(Ordering::Acquire);
+        if version != self.seen {
+            // Who changes it now will be seen before the next tick.
+            if let Ok(current) = self.place.current.try_lock() {
+                let service = if current.is_suspended { &None } else { &current.service };
+                self.held.clone_from(service);
+                self.seen = version;
+            }
+        }
+        self.held.as_ref().map(|held| held.table.as_ptr())
+    }
+}
+
+/// A port through which a module provides a service.
+pub struct ProviderPort {
+    /// Its slot in the frame.
+    pub slot: usize,
+    inner: Box<Inner>,
+}
+
+struct Inner {
+    table: ProviderTable,
+    place: Arc<ServicePlace>,
+    kind: ModuleKind,
+}
+
+impl ProviderPort {
+    /// A port through which that module provides the service there.
+    pub fn new(slot: usize, place: Arc<ServicePlace>, kind: ModuleKind) -> Self {
+        // What a module has left that never returned is not called any more, and its code may be in it for ever.
+        std::mem::forget(place.change(std::mem::take).service);
+        let table = ProviderTable { context: std::ptr::null_mut(), provide, withdraw };
+        let mut inner = Box::new(Inner { table, place, kind });
+        inner.table.context = (&raw mut *inner).cast();
+        Self { slot, inner }
+    }
+
+    /// What the module's port points to.
+    pub fn table(&self) -> *const ProviderTable {
+        &raw const self.inner.table
+    }
+
+    /// Whether the service is provided now.
+    pub fn is_provided(&self) -> bool {
+        self.inner.place.is_provided()
+    }
+
+    /// Keeps the service from those that need it while the module is late, or gives it to them again.
+    pub fn suspend(&self, is_suspended: bool) {
+        self.inner.place.suspend(is_suspended);
+    }
+
+    /// The instance that provided the service is gone; `kind` comes next.
+    pub fn withdraw(&mut self, kind: &ModuleKind) {
+        self.inner.place.withdraw();
+        self.inner.kind = kind.clone();
+    }
+}
+
+impl Drop for ProviderPort {
+    fn drop(&mut self) {
+        self.inner.place.withdraw();
+    }
+}
+
+unsafe extern "C" fn provide(
+    context: *mut (),
+    table: *const u8,
+    size: usize,
+    owner: *mut (),
+    end: unsafe extern "C" fn(*mut ()),
+) {
+    // SAFETY: the context is the `Inner` of the port, which lives as long as the module's runner.
+    let inner = unsafe { &*context.cast::<Inner>() };
+    let mut memory = Memory::zeroed(size);
+    // SAFETY: the module passes a table of that size.
+    unsafe { memory.as_mut_ptr().copy_from_nonoverlapping(table, size) };
+    inner.place.set(Some(Arc::new(Provided { table: memory, owner, end, kind: inner.kind.clone() })));
+}
+
+unsafe extern "C" fn withdraw(context: *mut ()) {
+    // SAFETY: as for `provide`.
+    unsafe { &*context.cast::<Inner>() }.place.withdraw();
+}

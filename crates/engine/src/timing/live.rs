@@ -1,0 +1,76 @@
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
+
+use super::Histogram;
+use super::histogram::{BUCKETS, bucket};
+
+/// A histogram that one thread at a time fills while others read it. What they read may lack the duration that is just
+/// being counted, and nothing else.
+#[derive(Debug)]
+pub struct LiveHistogram {
+    buckets: Box<[AtomicU32; BUCKETS]>,
+    count: AtomicU64,
+    sum: AtomicU64,
+    min: AtomicU64,
+    max: AtomicU64,
+}
+
+impl Default for LiveHistogram {
+    fn default() -> Self {
+        Self {
+            buckets: Box::new([const { AtomicU32::new(0) }; BUCKETS]),
+            count: AtomicU64::new(0),
+            sum: AtomicU64::new(0),
+            min: AtomicU64::new(u64::MAX),
+            max: AtomicU64::new(0),
+        }
+    }
+}
+
+impl LiveHistogram {
+    /// Counts a duration, nanoseconds, so many times. Only one thread at a time does.
+    #[inline]
+    pub fn record(&self, duration: u64, times: u32) {
+        let bucket = &self.buckets[bucket(duration)];
+        // A full counter stays full, after thousands of millions of times.
+        bucket.store(bucket.load(Ordering::Relaxed).saturating_add(times), Ordering::Relaxed);
+        let sum = duration.saturating_mul(times.into());
+        self.sum.store(self.sum.load(Ordering::Relaxed).saturating_add(sum), Ordering::Relaxed);
+        if duration < self.min.load(Ordering::Relaxed) {
+            self.min.store(duration, Ordering::Relaxed);
+        }
+        if duration > self.max.load(Ordering::Relaxed) {
+            self.max.store(duration, Ordering::Relaxed);
+        }
+        // Last, so that whoever sees the count sees what it counts.
+        self.count.store(self.count.load(Ordering::Relaxed) + u64::from(times), Ordering::Release);
+    }
+
+    /// How many durations were counted.
+    pub fn count(&self) -> u64 {
+        self.count.load(Ordering::Acquire)
+    }
+
+    /// The longest, nanoseconds.
+    pub fn max(&self) -> u64 {
+        self.max.load(Ordering::Relaxed)
+    }
+
+    /// Copies it.
+    pub fn copy_to(&self, histogram: &mut Histogram) {
+        let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        histogram.count = self.count();
+        for (to, from) in histogram.buckets.iter_mut().zip(self.buckets.iter()) {
+            *to = from.load(Ordering::Relaxed);
+        }
+        (histogram.sum, histogram.min, histogram.max) = (load(&self.sum), load(&self.min), load(&self.max));
+    }
+
+    /// Forgets everything; nobody records meanwhile.
+    pub fn clear(&self) {
+        self.buckets.iter().for_each(|bucket| bucket.store(0, Ordering::Relaxed));
+        self.sum.store(0, Ordering::Relaxed);
+        self.min.store(u64::MAX, Ordering::Relaxed);
+        self.max.store(0, Ordering::Relaxed);
+        self.count.store(0, Ordering::Release);
+    }
+}

@@ -1,0 +1,213 @@
+use std::collections::BTreeMap;
+use std::io::{self, BufWriter, Write};
+use std::sync::Arc;
+
+use super::events::Events;
+use super::trace::{Labels, Lane, Span, Trace};
+
+/// What a recording holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Recorded {
+    /// When it began, nanoseconds.
+    pub from: u64,
+    /// When it ended, or until when it goes so far, nanoseconds.
+    pub to: u64,
+    /// The tracks that have spans, by when they first had one.
+    pub tracks: Vec<RecordedTrack>,
+}
+
+/// What a recording holds of a track.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordedTrack {
+    /// Its name.
+    pub name: String,
+    /// The spans that were recorded.
+    pub spans: u64,
+    /// Those that were overwritten before they could be recorded.
+    pub missing: u64,
+}
+
+impl Recorded {
+    /// The spans that were recorded.
+    pub fn spans(&self) -> u64 {
+        self.tracks.iter().map(|track| track.spans).sum()
+    }
+
+    /// The spans that were overwritten before they could be recorded.
+    pub fn missing(&self) -> u64 {
+        self.tracks.iter().map(|track| track.missing).sum()
+    }
+}
+
+/// Writes all spans of a trace from its beginning on, whatever its length, if it is drained often enough: before any track
+/// has recorded more spans than its ring holds. What it misses it counts, and says so in the file where it is missing.
+///
+/// ```
+/// use std::sync::Arc;
+/// use slate_engine::timing::{Recorder, Span, Trace};
+///
+/// let trace = Arc::new(Trace::new(8));
+/// let (label, track) = (trace.label("act")?, trace.track("main loop")?);
+/// let mut recorder = Recorder::begin(&trace, 0, Vec::new())?;
+/// for cycle in 0..100 {
+///     track.record(Span { label, start: cycle * 10, duration: 5, cycle });
+///     if cycle % 8 == 7 {
+///         recorder.drain()?;
+///     }
+/// }
+/// let (recorded, file) = recorder.end(1000)?;
+/// assert_eq!((recorded.spans(), recorded.missing()), (100, 0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Recorder<W: Write> {
+    trace: Arc<Trace>,
+    events: Events<BufWriter<W>>,
+    labels: Labels,
+    lanes: Vec<Followed>,
+    /// Where in `recorded` the track of a number is.
+    places: BTreeMap<usize, usize>,
+    recorded: Recorded,
+}
+
+/// A ring, and how far it was read.
+#[derive(Debug)]
+struct Followed {
+    lane: Lane,
+    /// The number of the next entry.
+    next: u64,
+    /// Read and not written yet.
+    held: Vec<Span>,
+    /// Those that are missing after the last one that was read.
+    missing: u64,
+}
+
+/// From so many spans of a cycle on they are written without their order.
+const HELD: usize = 1 << 16;
+
+/// How much is given to the writer at once, bytes.
+const CHUNK: usize = 1 << 18;
+
+impl<W: Write> Recorder<W> {
+    /// Begins with what is recorded from now on, which is that time in nanoseconds. The beginning of the file is written at
+    /// once, so that a writer that can't write is known.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn begin(trace: &Arc<Trace>, from: u64, writer: W) -> io::Result<Self> {
+        let lanes = trace.lanes_from(0).into_iter();
+        let lanes = lanes
+            .map(|lane| {
+                let next = lane.ring.written();
+                Followed::new(lane, next)
+            })
+            .collect();
+        let mut events = Events::begin(BufWriter::with_capacity(CHUNK, writer))?;
+        events.flush()?;
+        Ok(Self {
+            trace: Arc::clone(trace),
+            events,
+            labels: Labels::default(),
+            lanes,
+            places: BTreeMap::new(),
+            recorded: Recorded { from, to: from, tracks: Vec::new() },
+        })
+    }
+
+    /// What is recorded so far. Its end is not known yet, and is given as its beginning.
+    pub fn recorded(&self) -> &Recorded {
+        &self.recorded
+    }
+
+    /// Writes what was recorded since the last time.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn drain(&mut self) -> io::Result<()> {
+        self.pass(false)
+    }
+
+    /// Ends it at that time, nanoseconds, with what was recorded since the last time. What began later is left out, so that
+    /// all tracks end together.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn end(mut self, to: u64) -> io::Result<(Recorded, W)> {
+        self.recorded.to = to;
+        self.pass(true)?;
+        let writer = self.events.end()?;
+        Ok((self.recorded, writer.into_inner().map_err(io::IntoInnerError::into_error)?))
+    }
+
+    fn pass(&mut self, last: bool) -> io::Result<()> {
+        let Self { trace, events, labels, lanes, places, recorded } = self;
+        lanes.extend(trace.lanes_from(lanes.len()).into_iter().map(|lane| Followed::new(lane, 0)));
+        for followed in lanes {
+            let (spans, gaps) = followed.read(if last { recorded.to } else { u64::MAX });
+            if spans > 0 || followed.missing > 0 || !gaps.is_empty() {
+                let number = followed.lane.track;
+                let place = match places.get(&number) {
+                    Some(place) => *place,
+                    None => {
+                        let name = followed.lane.name.to_string();
+                        events.track(number, &name)?;
+                        recorded.tracks.push(RecordedTrack { name, spans: 0, missing: 0 });
+                        places.insert(number, recorded.tracks.len() - 1);
+                        recorded.tracks.len() - 1
+                    }
+                };
+                let track = &mut recorded.tracks[place];
+                track.spans += spans;
+                for (until, missing) in gaps {
+                    track.missing += missing;
+                    events.gap(number, until, Some(missing))?;
+                }
+                if last && followed.missing > 0 {
+                    track.missing += followed.missing;
+                    events.gap(number, recorded.to, Some(followed.missing))?;
+                }
+            }
+            followed.write(last, |track, span| events.span(track, labels.of(trace, span.label), span))?;
+        }
+        Ok(())
+    }
+}
+
+impl Followed {
+    fn new(lane: Lane, next: u64) -> Self {
+        Self { lane, next, held: Vec::new(), missing: 0 }
+    }
+
+    /// Takes over what is new and began before a time: how many spans, and until when how many are missing.
+    fn read(&mut self, to: u64) -> (u64, Vec<(u64, u64)>) {
+        let Self { lane, next, held, missing } = self;
+        let (before, mut gaps) = (held.len(), Vec::new());
+        let looked_at = lane.ring.read(*next, |number, words| {
+            let span = Span::from_words(words);
+            *missing += number - *next;
+            if *missing > 0 {
+                // Spans are recorded when they end, so what is missing has ended by the end of this one.
+                gaps.push((span.end(), std::mem::take(missing)));
+            }
+            *next = number + 1;
+            if span.start < to {
+                held.push(span);
+            }
+        });
+        *missing += looked_at.end - *next;
+        *next = looked_at.end;
+        ((held.len() - before) as u64, gaps)
+    }
+
+    /// Writes the spans in their order. Those of the newest cycle wait: the cycle itself ends after all that is in it.
+    fn write(&mut self, last: bool, mut write: impl FnMut(usize, &Span) -> io::Result<()>) -> io::Result<()> {
+        self.held.sort_unstable_by_key(Span::order);
+        let newest = self.held.iter().map(|span| span.cycle).max();
+        let open = newest.filter(|_| !last && self.held.len() < HELD);
+        for span in self.held.iter().filter(|span| Some(span.cycle) != open) {
+            write(self.lane.track, span)?;
+        }
+        self.held.retain(|span| Some(span.cycle) == open);
+        Ok(())
+    }
+}

@@ -1,0 +1,126 @@
+use std::io::{self, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use super::recorder::{Recorded, Recorder};
+use super::switch::Lease;
+use crate::clock::{Clock, monotonic};
+
+/// How often the rings are drained. One of a module holds 4096 spans, which at a step in 5 us, faster than any robot's, are
+/// 20 ms: a thread that the system lets wait for some of them still loses nothing.
+const PERIOD: Duration = Duration::from_millis(5);
+
+/// Even when the writer is slower than that, whoever asks how it goes gets a turn.
+const BREATH: Duration = Duration::from_millis(1);
+
+/// A recording that is under way, from [`AgentTrace::record`](crate::main_loop::AgentTrace::record): a thread of its own writes what
+/// modules and main loop do, which never wait for it. Dropped, it ends without an end of the file.
+#[derive(Debug)]
+pub struct Recording<W: Write> {
+    clock: Arc<Clock>,
+    state: Arc<Mutex<State<W>>>,
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Debug)]
+enum State<W: Write> {
+    Records { recorder: Recorder<W>, _lease: Lease },
+    Failed(io::Error),
+    Taken,
+}
+
+impl<W: Write + Send + 'static> Recording<W> {
+    /// Begins to write what the recorder takes.
+    pub fn begin(recorder: Recorder<W>, lease: Lease, clock: Arc<Clock>) -> io::Result<Self> {
+        let state = Arc::new(Mutex::new(State::Records { recorder, _lease: lease }));
+        let is_over = Arc::new(AtomicBool::new(false));
+        let (shared, over) = (Arc::clone(&state), Arc::clone(&is_over));
+        let thread = Builder::new().name("trace".into()).spawn(move || {
+            while !over.load(Ordering::Acquire) {
+                let began = monotonic();
+                if !lock(&shared).drain() {
+                    return;
+                }
+                let took = Duration::from_nanos(monotonic().saturating_sub(began));
+                std::thread::park_timeout(PERIOD.saturating_sub(took).max(BREATH));
+            }
+        })?;
+        Ok(Self { clock, state, is_over, thread: Some(thread) })
+    }
+}
+
+impl<W: Write> Recording<W> {
+    /// What is recorded so far.
+    ///
+    /// # Errors
+    /// When the writer has failed, which has ended the recording.
+    pub fn recorded(&self) -> io::Result<Recorded> {
+        match &*lock(&self.state) {
+            State::Records { recorder, .. } => Ok(Recorded { to: self.now(), ..recorder.recorded().clone() }),
+            State::Failed(error) => Err(io::Error::new(error.kind(), error.to_string())),
+            State::Taken => Err(io::ErrorKind::NotConnected.into()),
+        }
+    }
+
+    /// Ends it: what is recorded, and the writer, which was flushed.
+    ///
+    /// # Errors
+    /// Those of the writer, also from before.
+    pub fn end(mut self) -> io::Result<(Recorded, W)> {
+        let to = self.now();
+        self.join();
+        match std::mem::replace(&mut *lock(&self.state), State::Taken) {
+            State::Records { recorder, .. } => recorder.end(to),
+            State::Failed(error) => Err(error),
+            State::Taken => Err(io::ErrorKind::NotConnected.into()),
+        }
+    }
+}
+
+impl<W: Write> Recording<W> {
+    fn now(&self) -> u64 {
+        self.clock.at(monotonic())
+    }
+
+    fn join(&mut self) {
+        self.is_over.store(true, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            // When the writer has panicked, the state tells.
+            let _ = thread.join();
+        }
+    }
+}
+
+impl<W: Write> Drop for Recording<W> {
+    fn drop(&mut self) {
+        self.join();
+    }
+}
+
+impl<W: Write> State<W> {
+    /// False when there is nothing more to do.
+    fn drain(&mut self) -> bool {
+        let Self::Records { recorder, .. } = self else { return false };
+        match recorder.drain() {
+            Ok(()) => true,
+            Err(error) => {
+                // The writer goes, and nobody is recorded for it any more.
+                *self = Self::Failed(error);
+                false
+            }
+        }
+    }
+}
+
+fn lock<W: Write>(mutex: &Mutex<State<W>>) -> MutexGuard<'_, State<W>> {
+    mutex.lock().unwrap_or_else(|poisoned| {
+        let mut state = poisoned.into_inner();
+        *state = State::Failed(io::Error::other("the writer has panicked"));
+        mutex.clear_poison();
+        state
+    })
+}

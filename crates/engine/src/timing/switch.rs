@@ -1,0 +1,57 @@
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Whether anybody wants spans to be recorded.
+#[derive(Debug, Default)]
+pub struct Switch {
+    on: AtomicBool,
+    wanted: Mutex<Wanted>,
+}
+
+#[derive(Debug, Default)]
+struct Wanted {
+    /// By the program, which exports them afterwards.
+    starts: usize,
+    /// By recordings.
+    leases: usize,
+}
+
+/// Holds a switch on as long as it lives.
+#[derive(Debug)]
+pub struct Lease(Arc<Switch>);
+
+impl Switch {
+    /// Whoever sees that it is on also sees what was done before.
+    #[inline]
+    pub fn is_on(&self) -> bool {
+        self.on.load(Ordering::Acquire)
+    }
+
+    /// The program wants them once more.
+    pub fn start(&self) {
+        self.change(|wanted| wanted.starts += 1);
+    }
+
+    /// Takes a start back, if there is one.
+    pub fn stop(&self) {
+        self.change(|wanted| wanted.starts = wanted.starts.saturating_sub(1));
+    }
+
+    /// A recording wants them.
+    pub fn lease(self: &Arc<Self>) -> Lease {
+        self.change(|wanted| wanted.leases += 1);
+        Lease(Arc::clone(self))
+    }
+
+    fn change(&self, change: impl FnOnce(&mut Wanted)) {
+        let mut wanted = self.wanted.lock().unwrap_or_else(PoisonError::into_inner);
+        change(&mut wanted);
+        self.on.store(wanted.starts + wanted.leases > 0, Ordering::Release);
+    }
+}
+
+impl Drop for Lease {
+    fn drop(&mut self) {
+        self.0.change(|wanted| wanted.leases -= 1);
+    }
+}

@@ -1,0 +1,279 @@
+use std::cell::Cell;
+use std::cmp::Reverse;
+use std::io::{self, Write};
+use std::marker::PhantomData;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use super::events::Events;
+use super::json::Quoted;
+use super::ring::Ring;
+
+/// How many labels there may be.
+const LABEL_LIMIT: usize = 65_536;
+/// How many tracks there may be.
+const TRACK_LIMIT: usize = 4096;
+
+/// What a span is called: a module or a stage. Made once, so that recording copies a number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Label(u32);
+
+/// Something that took some time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Span {
+    /// What.
+    pub label: Label,
+    /// When it began, the agent's time in nanoseconds.
+    pub start: u64,
+    /// How long it took, nanoseconds.
+    pub duration: u64,
+    /// The number of the main loop's cycle.
+    pub cycle: u64,
+}
+
+/// What an export has written, and what it could not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Exported {
+    /// Spans written.
+    pub spans: u64,
+    /// Spans that were overwritten while they were read.
+    pub torn: u64,
+    /// Spans of all times that had been overwritten before.
+    pub overwritten: u64,
+    /// From when on no span is missing, nanoseconds: later than was asked for when older ones were overwritten. The file
+    /// says so too.
+    pub complete_from: u64,
+}
+
+/// Why there is no such track or label.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TraceError {
+    /// A track has one writer.
+    #[error("the track `{name}` has a writer already")]
+    Taken {
+        /// Its name.
+        name: String,
+    },
+    /// There are as many as there may be.
+    #[error("no room in the trace for `{name}`: there are {limit}, which is the limit")]
+    TooMany {
+        /// The name.
+        name: String,
+        /// How many there may be.
+        limit: usize,
+    },
+}
+
+/// What ran when, of the last while: a ring of spans per thread.
+///
+/// ```
+/// use slate_engine::timing::{Span, Trace};
+///
+/// let trace = Trace::new(1024);
+/// let act = trace.label("act")?;
+/// let track = trace.track("main loop")?;
+/// track.record(Span { label: act, start: 1_000, duration: 250, cycle: 1 });
+///
+/// // A file that https://ui.perfetto.dev opens.
+/// let mut file = Vec::new();
+/// assert_eq!(trace.export(0, 2_000, &mut file)?.spans, 1);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Trace {
+    capacity: usize,
+    lanes: Mutex<Vec<Lane>>,
+    labels: Mutex<Vec<Arc<str>>>,
+}
+
+/// A ring of a track. It has more than one when a writer came before the one that it follows was gone.
+#[derive(Clone, Debug)]
+pub(super) struct Lane {
+    pub name: Arc<str>,
+    /// The number of the track, from 1.
+    pub track: usize,
+    pub ring: Arc<Ring>,
+}
+
+/// The spans of one thread, or of a role that one thread after the other has. It has one writer, this.
+#[derive(Debug)]
+pub struct Track {
+    ring: Arc<Ring>,
+    /// Two threads must not write at a time.
+    unshared: PhantomData<Cell<()>>,
+}
+
+impl Trace {
+    /// A trace that keeps so many spans per track, at least one; 40 bytes each.
+    pub fn new(capacity: usize) -> Self {
+        Self { capacity, lanes: Mutex::default(), labels: Mutex::default() }
+    }
+
+    /// The label of that name; the same one each time.
+    ///
+    /// # Errors
+    /// When there are too many.
+    pub fn label(&self, name: &str) -> Result<Label, TraceError> {
+        let mut labels = lock(&self.labels);
+        let index = match labels.iter().position(|label| **label == *name) {
+            Some(index) => index,
+            None if labels.len() == LABEL_LIMIT => {
+                return Err(TraceError::TooMany { name: name.into(), limit: LABEL_LIMIT });
+            }
+            None => {
+                labels.push(name.into());
+                labels.len() - 1
+            }
+        };
+        Ok(Label(index as u32))
+    }
+
+    /// The track of that name, to write to. Its spans stay when the writer is dropped, and the next one goes on.
+    ///
+    /// # Errors
+    /// When it has a writer, or there are too many.
+    pub fn track(&self, name: &str) -> Result<Track, TraceError> {
+        self.track_with(name, self.capacity)
+    }
+
+    /// As [`track`](Trace::track), for one that keeps another number of spans; when it is there already, it stays as it is.
+    ///
+    /// # Errors
+    /// As for [`track`](Trace::track).
+    pub fn track_with(&self, name: &str, capacity: usize) -> Result<Track, TraceError> {
+        self.lane(name, capacity, false)
+    }
+
+    /// As [`track`](Trace::track), also when it has a writer that is about to go: both write to it meanwhile.
+    ///
+    /// # Errors
+    /// When there are too many.
+    pub fn track_after(&self, name: &str) -> Result<Track, TraceError> {
+        self.lane(name, self.capacity, true)
+    }
+
+    fn lane(&self, name: &str, capacity: usize, beside: bool) -> Result<Track, TraceError> {
+        let mut lanes = lock(&self.lanes);
+        let mut same = lanes.iter().filter(|lane| *lane.name == *name).peekable();
+        let first = same.peek().map(|lane| lane.track);
+        if let Some(lane) = same.find(|lane| lane.ring.take()) {
+            return Ok(Track::new(Arc::clone(&lane.ring)));
+        }
+        if first.is_some() && !beside {
+            return Err(TraceError::Taken { name: name.into() });
+        }
+        if lanes.len() == TRACK_LIMIT {
+            return Err(TraceError::TooMany { name: name.into(), limit: TRACK_LIMIT });
+        }
+        let ring = Arc::new(Ring::new(capacity));
+        let track = first.unwrap_or(lanes.len() + 1);
+        lanes.push(Lane { name: name.into(), track, ring: Arc::clone(&ring) });
+        Ok(Track::new(ring))
+    }
+
+    /// The rings but the first ones. They stay, so that what was seen once need not be looked at again.
+    pub(super) fn lanes_from(&self, first: usize) -> Vec<Lane> {
+        lock(&self.lanes).get(first..).map_or(Vec::new(), <[_]>::to_vec)
+    }
+
+    /// Writes the spans that were under way at any time from `from` to `to` (nanoseconds, without that one itself) as
+    /// Chrome's JSON trace events, one track per thread. No writer of a track is disturbed: what it overwrites meanwhile
+    /// is left out and counted.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub fn export(&self, from: u64, to: u64, writer: impl Write) -> io::Result<Exported> {
+        let mut events = Events::begin(writer)?;
+        let mut exported = Exported { complete_from: from, ..Exported::default() };
+        let mut labels = Labels::default();
+        let mut spans = Vec::new();
+        for Lane { name, track, ring } in &self.lanes_from(0) {
+            spans.clear();
+            let (mut read, mut next, mut complete_from) = (0, 0, from);
+            let looked_at = ring.read(0, |number, words| {
+                let span = Span::from_words(words);
+                if number != next {
+                    // Spans are recorded when they end, so what is missing has ended by the end of this one.
+                    complete_from = span.end();
+                }
+                (read, next) = (read + 1, number + 1);
+                if span.is_within(from, to) {
+                    spans.push(span);
+                }
+            });
+            if next < looked_at.end {
+                complete_from = to;
+            }
+            exported.overwritten += looked_at.start;
+            exported.torn += looked_at.end - looked_at.start - read;
+            exported.spans += spans.len() as u64;
+            events.track(*track, name)?;
+            if complete_from > from {
+                events.gap(*track, complete_from, None)?;
+                exported.complete_from = exported.complete_from.max(complete_from);
+            }
+            spans.sort_unstable_by_key(Span::order);
+            for span in &spans {
+                events.span(*track, labels.of(self, span.label), span)?;
+            }
+        }
+        events.end()?;
+        Ok(exported)
+    }
+}
+
+impl Track {
+    fn new(ring: Arc<Ring>) -> Self {
+        Self { ring, unshared: PhantomData }
+    }
+
+    /// Records a span when it has ended.
+    #[inline]
+    pub fn record(&self, span: Span) {
+        self.ring.write([u64::from(span.label.0), span.start, span.duration, span.cycle]);
+    }
+}
+
+impl Drop for Track {
+    fn drop(&mut self) {
+        self.ring.release();
+    }
+}
+
+impl Span {
+    pub(super) fn from_words([label, start, duration, cycle]: [u64; 4]) -> Self {
+        Self { label: Label(label as u32), start, duration, cycle }
+    }
+
+    pub(super) fn end(&self) -> u64 {
+        self.start.saturating_add(self.duration)
+    }
+
+    /// What began first stands first, and around what began with it.
+    pub(super) fn order(&self) -> (u64, Reverse<u64>) {
+        (self.start, Reverse(self.duration))
+    }
+
+    fn is_within(&self, from: u64, to: u64) -> bool {
+        self.start < to && (self.end() > from || self.start >= from)
+    }
+}
+
+/// The labels as JSON strings.
+#[derive(Debug, Default)]
+pub(super) struct Labels(Vec<String>);
+
+impl Labels {
+    /// That of a span. It was made before the span was recorded, so it is there.
+    pub fn of(&mut self, trace: &Trace, label: Label) -> &str {
+        let index = label.0 as usize;
+        if index >= self.0.len() {
+            let labels = lock(&trace.labels);
+            self.0.extend(labels.iter().skip(self.0.len()).map(|label| Quoted(label).to_string()));
+        }
+        self.0.get(index).map_or("\"\"", String::as_str)
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
