@@ -80,8 +80,8 @@ pub fn log(options: &LogOptions) -> Result<bool, Failure> {
     if let Some(lines) = options.lines {
         let wanted: Vec<_> = (0..kept.len()).filter(|place| options.wants(&kept[*place])).collect();
         let first = wanted.len().checked_sub(lines).map_or(Some(0), |before| wanted.get(before).copied());
-        let skipped = kept.drain(..first.unwrap_or(kept.len()));
-        last = skipped.last().map_or(0, |reading| reading.sequence);
+        let mut skipped = kept.drain(..first.unwrap_or(kept.len()));
+        last = skipped.next_back().map_or(0, |reading| reading.sequence);
     }
     loop {
         for reading in &kept {
