@@ -317,7 +317,10 @@ fn repeated_request_is_in_the_log_once() {
         developer.send("PATCH", &run.at("sensor/params"), Some(&body)).json();
     }
     developer.send("PUT", "/modules/sensor", Some(&json!({ "enabled": false }))).json();
+    // The log has a thread of its own.
+    run.wait_for("the last request", || {
+        run.get("/log").text().contains("PUT /api/v1/modules/sensor is done")
+    });
     let lines = run.get("/log").text();
     assert_eq!(lines.matches("/sensor/params is done").count(), 1, "{lines}");
-    assert!(lines.contains("PUT /api/v1/modules/sensor is done"), "{lines}");
 }
