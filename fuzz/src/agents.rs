@@ -78,7 +78,7 @@ impl Agent {
 
     /// Writes a number to all that others may read.
     pub fn write(&mut self, number: u64, time: u64) {
-        self.value.write(View::of(&Number { value: number }).bytes(), 0, time).expect("it fits");
+        self.value.write(View::of(&mut Number { value: number }).bytes(), 0, time).expect("it fits");
         let mut blob = number.to_ne_bytes().to_vec();
         blob.resize(8 + 2048, number as u8);
         self.blob.write(&blob, 2048, time).expect("it fits");

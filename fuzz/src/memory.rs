@@ -1,4 +1,6 @@
 //! Counts what is allocated, as the limits that the code states are limits of memory.
+//!
+//! Own code: `allocation-counter` counts one thread, and what is fuzzed starts threads.
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};

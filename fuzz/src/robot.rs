@@ -67,8 +67,9 @@ impl Module for Relay {
     fn tick(state: &mut Vec<u64>, io: &RelayIo, (): &(), _: &Tick) -> Outcome {
         state.clear();
         state.extend(io.all.iter().map(|number| number.value));
-        io.output.set(Number { value: io.input.value });
-        io.wheel.send(Number { value: io.input.value }, Priority::Plan);
+        let input = io.input.get().copied().unwrap_or_default();
+        io.output.set(Number { value: input.value });
+        io.wheel.send(Number { value: input.value }, Priority::Plan);
         Outcome::Ok
     }
 }

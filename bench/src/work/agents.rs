@@ -20,7 +20,7 @@ pub struct Number {
 /// The ports of a segment.
 #[ports]
 pub struct SegmentIo {
-    input: Input<Number>,
+    input: Required<Number>,
     output: Output<Number>,
 }
 

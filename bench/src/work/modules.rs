@@ -91,7 +91,7 @@ impl Module for Source {
 /// The ports of a sink.
 #[ports]
 pub struct SinkIo {
-    blob: Input<Blob>,
+    blob: Required<Blob>,
 }
 
 /// Notes how long ago its input was written.

@@ -11,7 +11,6 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 use slate::interfaces::{Clearance, WheelSpeeds};
-use slate::mapek::prelude::*;
 use slate::module::Plugin;
 use slate::prelude::*;
 use slate::runtime::{Agent, Control, Mode, Options};
@@ -65,7 +64,7 @@ impl Module for Driver {
     type State = ();
 
     fn tick(_: &mut (), io: &DriverIo, _: &(), _: &Tick) -> Outcome {
-        if io.command.left != 0.0 {
+        if io.command.get().is_some_and(|command| command.left != 0.0) {
             let sensed = SENSED.swap(0, Ordering::AcqRel);
             if let (true, Ok(mut times)) = (sensed > 0, TIMES.lock()) {
                 times.push(now() - sensed);
@@ -91,7 +90,7 @@ impl ReactiveModel for Avoid {
     type State = ();
 
     fn run(_: &mut (), sensors: &Near, _: &(), _: &Tick) -> Option<ActionRequest> {
-        (sensors.range.new()?.distance < 0.3).then(|| Turn::request(()))
+        (sensors.range.updated()?.distance < 0.3).then(|| Turn::request(()))
     }
 }
 
@@ -106,7 +105,7 @@ impl Monitor for RangeMonitor {
     type Value = Clearance;
 
     fn interpret(_: &mut (), sensors: &Near, _: &(), _: &Tick) -> Option<Clearance> {
-        sensors.range.new().copied()
+        sensors.range.updated().copied()
     }
 }
 
@@ -127,7 +126,7 @@ impl Analyze for Nearness {
     type Value = Clearance;
 
     fn process(_: &mut (), observed: &ObservedRange, _: &(), _: &Tick) -> Option<Clearance> {
-        observed.range.new().copied()
+        observed.range.updated().copied()
     }
 }
 

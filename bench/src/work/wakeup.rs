@@ -199,7 +199,7 @@ impl Module for Stimulus {
 /// The ports of a reaction.
 #[ports]
 pub struct ReactionIo {
-    moment: Input<Moment>,
+    moment: Required<Moment>,
 }
 
 /// Notes how long ago its input was written.

@@ -1,45 +1,17 @@
 //! In steady state nothing is allocated.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(unsafe_code, reason = "a global allocator that counts")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use allocation_counter::measure;
 use slate_blackboard::Shape;
 use slate_blackboard::channel::{Budget, Channel, Policy, Start};
 use slate_blackboard::commit::{CommitWord, Pin, pin};
 use slate_blackboard::message::{Answer, Mailbox};
 use slate_blackboard::wake::Wake;
 
-struct Counting;
-
-thread_local! {
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: passes everything on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, memory: *mut u8, layout: Layout) {
-        COUNT.with(|count| count.set(count.get() + 1));
-        // SAFETY: passed on.
-        unsafe { System.dealloc(memory, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 /// How often this thread allocated or freed during `run`.
-fn allocations(run: impl FnOnce()) -> usize {
-    let before = COUNT.get();
-    run();
-    COUNT.get() - before
+fn allocations(run: impl FnOnce()) -> i64 {
+    let made = measure(run);
+    2 * made.count_total as i64 - made.count_current
 }
 
 #[test]

@@ -111,6 +111,18 @@ fn an_unknown_path_names_the_nearest() {
 }
 
 #[test]
+fn a_former_name_leads_to_the_present_one() {
+    let parameters = ["robot_radius", "inflation_margin", "bertha"];
+    assert_eq!(nearest_names("berth", parameters.into_iter()), ["inflation_margin"]);
+    assert_eq!(nearest_names("berth", ["bertha"].into_iter()), ["bertha"], "of another module");
+    let ports = ["r2/pose_estimator/initial_pose", "r2/pose_estimator/pose"];
+    assert_eq!(
+        nearest_names("r2/pose_estimator/place", ports.into_iter()),
+        ["r2/pose_estimator/initial_pose"]
+    );
+}
+
+#[test]
 fn an_unknown_field_names_those_there_are() {
     let error = board().read("drive/limits/point/w").unwrap_err();
     assert_eq!(error.to_string(), "/drive/limits: Point has no field `w`; it has x, y, z");

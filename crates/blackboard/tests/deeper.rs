@@ -1,11 +1,9 @@
 //! A channel that gets a deeper one while it is written and read.
 #![allow(clippy::unwrap_used, reason = "tests stop at the first surprise")]
-#![allow(unsafe_code, reason = "an allocator that counts")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::sync::Arc;
 
+use allocation_counter::measure;
 use proptest::prelude::*;
 use slate_blackboard::Shape;
 use slate_blackboard::channel::{Budget, Channel, Policy, QueueReader, Start};
@@ -15,31 +13,6 @@ const BUDGET: Budget = Budget { latest: 4, queues: 2, window: 8 };
 fn channel(depth: usize) -> Arc<Channel> {
     Channel::new(Shape { size: 8, item: 0, align: 8, capacity: 0 }, depth, BUDGET)
 }
-
-struct Counting;
-
-thread_local! {
-    /// The bytes that this thread has allocated and not given back.
-    static IN_USE: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: passed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        IN_USE.set(IN_USE.get().wrapping_add(layout.size()));
-        // SAFETY: passed on to the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        IN_USE.set(IN_USE.get().wrapping_sub(layout.size()));
-        // SAFETY: passed on to the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 fn pulled(reader: &mut QueueReader) -> Vec<(u64, u64, u64)> {
     let _ = reader.pull();
@@ -91,17 +64,18 @@ fn deeper_channels_that_nobody_reads_any_more_are_given_back() {
     let channel = channel(1);
     let mut writer = channel.writer().unwrap();
     let mut reader = channel.queue(Policy::Skip, Start::Next).unwrap();
-    let mut in_use = [0; 20];
-    for (time, in_use) in (1_u64..).zip(&mut in_use) {
+    let mut deepen = |time: u64| {
         writer.deepen(channel.deeper(64, BUDGET).unwrap());
         // The former reader goes when the new one is there.
         reader = channel.queue(Policy::Skip, Start::Next).unwrap();
         writer.write(&time.to_le_bytes(), 0, time).unwrap();
         assert_eq!(pulled(&mut reader), [(time, time, 1)]);
         assert_eq!(channel.readers(), 1);
-        *in_use = IN_USE.get();
+    };
+    (1..=6).for_each(&mut deepen);
+    for time in 7..=20 {
+        assert_eq!(measure(|| deepen(time)).bytes_current, 0, "{time}");
     }
-    assert!(in_use[5..].iter().all(|bytes| *bytes == in_use[5]), "{in_use:?}");
     // One that is read stays, whatever comes beyond it.
     let mut other = channel.queue(Policy::Skip, Start::Next).unwrap();
     for _ in 0..3 {

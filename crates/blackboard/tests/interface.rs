@@ -8,8 +8,8 @@ use proptest::prelude::*;
 use sample::{FIELDS, MODE, POINT, SAMPLE, SIZE};
 use serde_json::json;
 use slate_blackboard::interface::{
-    AccessError, Bool, Constant, Enumeration, Field, FloatMap, Kind, Optional, Sequence, Text, Value, View,
-    edit, find, schema_hash,
+    AccessError, Bool, CanonicalForm, Constant, Enumeration, Field, Kind, Optional, Sequence, Text, Value,
+    View, edit, find, schema_hash,
 };
 
 fn text(text: &str) -> Value {
@@ -242,7 +242,7 @@ fn the_hash_tells_every_difference_but_documentation() {
 #[test]
 fn every_nan_gets_the_same_bits() {
     let (mut bytes, items) = value_with(&[("wide", Value::Float(1.0)), ("maybe", Value::Float(2.0))]);
-    let floats = FloatMap::new(&SAMPLE);
+    let floats = CanonicalForm::new(&SAMPLE);
     let before = bytes.clone();
     assert!(floats.canonicalize(&mut bytes, items));
     assert_eq!(bytes, before, "finite numbers stay");
@@ -313,9 +313,9 @@ proptest! {
             prop_assert!(value.to_string().contains(char::REPLACEMENT_CHARACTER), "{}", value);
         }
         let mut canonical = bytes.clone();
-        FloatMap::new(&SAMPLE).canonicalize(&mut canonical, items);
-        prop_assert_eq!(FloatMap::new(&SAMPLE).canonicalize(&mut canonical.clone(), items),
-            FloatMap::new(&SAMPLE).canonicalize(&mut canonical, items));
+        CanonicalForm::new(&SAMPLE).canonicalize(&mut canonical, items);
+        prop_assert_eq!(CanonicalForm::new(&SAMPLE).canonicalize(&mut canonical.clone(), items),
+            CanonicalForm::new(&SAMPLE).canonicalize(&mut canonical, items));
     }
 
     #[test]

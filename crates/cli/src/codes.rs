@@ -46,7 +46,8 @@ fn meaning(mistake: Mistake) -> (&'static str, &'static str) {
         Mistake::Circle => (
             "a circle of modules that wait for each other",
             "Modules of a stage run in the order of their links, a writer before its readers. In a circle nobody is first: let one \
-             link read the value of the last cycle, `previous = true`, or put a module into a later stage.",
+             link read the value of the last cycle, `previous = true`, or put a module into a later stage. Modules that wait for each \
+             other's first value never run: let one of them take an `Input<T>` instead of a `Required<T>`.",
         ),
         Mistake::TwoSources => (
             "an input has two sources",

@@ -7,7 +7,7 @@ use common::Running;
 use serde_json::Value;
 
 #[test]
-fn a_new_interface_has_no_gaps_and_a_later_version_is_compared_with_it() {
+fn new_interface_is_compared_with_a_later_version() {
     let running = Running::new("interface");
     let fields = ["voltage:f32:V:At the poles.", "charge:f64::From 0 to 1.", "charging:Bool"];
     let fields = fields.iter().flat_map(|field| ["--field", field]);
@@ -18,11 +18,10 @@ fn a_new_interface_has_no_gaps_and_a_later_version_is_compared_with_it() {
             .collect();
     running.done(&arguments);
     let source = std::fs::read_to_string(running.folder().join("battery.rs")).unwrap();
-    for line in
-        ["/// How full a battery is.", "#[unit(\"V\")]", "pub reserved: [u8; 4],", "pub reserved_2: [u8; 7],"]
-    {
+    for line in ["/// How full a battery is.", "#[unit(\"V\")]", "pub voltage: f32,", "pub charging: Bool,"] {
         assert!(source.contains(line), "{line}: {source}");
     }
+    assert!(!source.contains("reserved"), "{source}");
     running.fails(2, &arguments, &["it is there already"]);
 
     let said = running.done(&["interface", "check", "battery.rs", "--json"]);
@@ -48,18 +47,12 @@ fn a_new_interface_has_no_gaps_and_a_later_version_is_compared_with_it() {
     assert_eq!(output.status.code(), Some(7), "{output:?}");
     let differences: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert!(differences["interfaces"][0]["changes"].to_string().contains("V -> mV"), "{differences}");
-    version("field.rs", "pub reserved: [u8; 4],", "pub current: f32,");
+    version("field.rs", "pub charging: Bool,", "pub current: f32,");
     let output = running.call(&["interface", "diff", "battery.rs", "field.rs"]);
     let said = common::text(&output.stdout);
-    for words in ["INCOMPATIBLE", "- reserved", "+ current (f32) is new", "built against the new one"] {
+    for words in ["INCOMPATIBLE", "- charging", "+ current (f32) is new", "built against the new one"] {
         assert!(said.contains(words), "{words}: {said}");
     }
-    version("gap.rs", "    pub reserved: [u8; 4],\n", "");
-    running.fails(
-        7,
-        &["interface", "check", "gap.rs"],
-        &["gap.rs:", "`charge` begins at byte 8", "reserved: [u8; 4]"],
-    );
 }
 
 #[test]

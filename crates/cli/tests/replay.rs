@@ -130,7 +130,7 @@ fn a_module_is_tried_on_a_recording() {
         "--bag",
         "here/run.mcap",
         "--set",
-        "modules.\"r2/pass_position\".params.step=0.3",
+        "modules.\"r2/pass_position\".params.min_displacement=0.3",
     ];
     assert!(printed(&folder, 1, &sets).contains("first difference"));
     let link = [
@@ -183,7 +183,7 @@ fn what_a_module_sends_is_compared_beside_what_others_send_to_the_same_mailbox()
     let tried = ["try", "r2/avoid_obstacle", "--bag", "here/run.mcap"];
     let said = printed(&folder, 0, &tried);
     assert!(reflexes(&said).ends_with(" the same") && said.ends_with("identical\n"), "{said}");
-    let slower = ["--set", "modules.\"r2/avoid_obstacle\".params.speed=0.1"];
+    let slower = ["--set", "modules.\"r2/avoid_obstacle\".params.max_linear_velocity=0.1"];
     let said = printed(&folder, 1, &[&tried[..], &slower].concat());
     assert!(reflexes(&said).contains("different") && said.contains("first difference at "), "{said}");
     // One that sent nothing sends nothing.

@@ -11,8 +11,8 @@ pub struct ModuleState {
     pub panics: u64,
     /// How it is.
     pub condition: ModuleCondition,
-    /// Not used.
-    pub reserved: [u8; 7],
+    /// The port that it waits for while it is `WAITING`: a required input without a value, or a service.
+    pub waiting_for: Text<56>,
 }
 
 /// The condition of a module, as others see it.
@@ -32,8 +32,16 @@ pub enum ModuleCondition {
     Faulted,
     /// Its plugin is not loaded.
     Unloaded,
-    /// A service that it needs is not provided.
+    /// A required input has no value yet, or a service that it needs is not provided.
     Waiting,
+}
+
+impl ModuleCondition {
+    /// Returns whether the outputs are those of the module.
+    #[inline]
+    pub fn is_working(self) -> bool {
+        matches!(self, Self::WORKING | Self::DEGRADED)
+    }
 }
 
 /// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
@@ -108,8 +116,6 @@ pub struct LogLine {
     pub dropped: u64,
     /// How important.
     pub level: LogLevel,
-    /// Not used.
-    pub reserved: [u8; 7],
     /// Which module, or `agent`.
     pub module: Text<64>,
     /// What happened, with its fields.

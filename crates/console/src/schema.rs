@@ -1,7 +1,7 @@
 //! What values look like, as JSON Schema 2020-12.
 
 use serde_json::{Value as Json, json};
-use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use crate::problem::Problem;
 
@@ -55,18 +55,18 @@ fn of_fields(descriptor: &Descriptor) -> Json {
 
 fn of_kind(kind: &Kind) -> Json {
     match kind {
-        Kind::Bool => json!({ "type": "boolean" }),
-        Kind::U8 => whole(0, u8::MAX.into()),
-        Kind::U16 => whole(0, u16::MAX.into()),
-        Kind::U32 => whole(0, u32::MAX.into()),
-        Kind::U64 => json!({ "type": "integer", "minimum": 0, "maximum": u64::MAX }),
-        Kind::I8 => whole(i8::MIN.into(), i8::MAX.into()),
-        Kind::I16 => whole(i16::MIN.into(), i16::MAX.into()),
-        Kind::I32 => whole(i32::MIN.into(), i32::MAX.into()),
-        Kind::I64 => whole(i64::MIN, i64::MAX),
+        Kind::Primitive(Primitive::Bool) => json!({ "type": "boolean" }),
+        Kind::Primitive(Primitive::U8) => whole(0, u8::MAX.into()),
+        Kind::Primitive(Primitive::U16) => whole(0, u16::MAX.into()),
+        Kind::Primitive(Primitive::U32) => whole(0, u32::MAX.into()),
+        Kind::Primitive(Primitive::U64) => json!({ "type": "integer", "minimum": 0, "maximum": u64::MAX }),
+        Kind::Primitive(Primitive::I8) => whole(i8::MIN.into(), i8::MAX.into()),
+        Kind::Primitive(Primitive::I16) => whole(i16::MIN.into(), i16::MAX.into()),
+        Kind::Primitive(Primitive::I32) => whole(i32::MIN.into(), i32::MAX.into()),
+        Kind::Primitive(Primitive::I64) => whole(i64::MIN, i64::MAX),
         // What is infinite or no number is null, as JSON has neither.
-        Kind::F32 => json!({ "type": ["number", "null"], "format": "float" }),
-        Kind::F64 => json!({ "type": ["number", "null"], "format": "double" }),
+        Kind::Primitive(Primitive::F32) => json!({ "type": ["number", "null"], "format": "float" }),
+        Kind::Primitive(Primitive::F64) => json!({ "type": ["number", "null"], "format": "double" }),
         Kind::Enumeration(enumeration) => {
             let names: Vec<_> = enumeration.constants.iter().map(|constant| constant.name).collect();
             json!({ "anyOf": [{ "enum": names }, of_kind(&enumeration.carrier)], "title": enumeration.name })

@@ -1,42 +1,35 @@
-//! Parts of a value: by JSON Pointer (RFC 6901), and by JSONPath (RFC 9535, without its filters and functions).
+//! Parts of a value: by JSON Pointer (RFC 6901) and by JSONPath (RFC 9535).
+//!
+//! `serde_json_path` parses and evaluates paths, but bounds neither: nested filters take exponential time to parse, and
+//! `$[*,*][*,*]…` selects exponentially many values. [`Effort`] is this bound.
 
 use serde_json::Value as Json;
+use serde_json_path::JsonPath;
 
 use crate::problem::Problem;
 
-/// Which parts of a value are meant.
+/// The parts of a value that a client selects.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Selection {
-    /// All of it.
+    /// The whole value.
     Whole,
-    /// The one that a pointer leads to.
+    /// The one part that a pointer leads to.
     Pointer(String),
-    /// All that a path leads to.
-    Path(Vec<Segment>),
+    /// All parts that a path selects.
+    Path(Box<JsonPath>, Effort),
 }
 
-/// A step of a path.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Segment {
-    /// Whether it is looked for at any depth.
-    deep: bool,
-    selectors: Vec<Selector>,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Selector {
-    Name(String),
-    Any,
-    Index(i64),
-    Slice { start: Option<i64>, end: Option<i64>, step: i64 },
-}
-
-/// The longest path, bytes; and the most values that one gives.
+/// The longest path, bytes.
 const LONGEST: usize = 1024;
+/// The deepest nesting of brackets and parentheses in a path.
+const DEEPEST: usize = 5;
+/// The most values that a path selects.
 const MOST: usize = 100_000;
+/// The most values that the evaluation of a path visits.
+const MOST_VISITS: f64 = 1e7;
 
 impl Selection {
-    /// What `pointer` and `select` of a query say.
+    /// Parses `pointer` and `select` of a query.
     pub fn parse(pointer: Option<&str>, path: Option<&str>) -> Result<Self, Problem> {
         match (pointer, path) {
             (None, None) => Ok(Self::Whole),
@@ -49,15 +42,14 @@ impl Selection {
                 let help = "a JSON Pointer begins with a slash, such as /ranges/0";
                 Err(Problem::bad(format!("`{pointer}` is no JSON Pointer"), help))
             }
-            (None, Some(path)) => parse(path).map(Self::Path).map_err(|reason| {
-                let help =
-                    "a JSONPath is such as $.ranges[0:10] or $..x; filters and functions are not known";
+            (None, Some(path)) => parse(path).map_err(|reason| {
+                let help = "a JSONPath is such as $.ranges[0:10], $..x or $.list[?@.range < 1]";
                 Problem::bad(format!("`{path}` is no JSONPath: {reason}"), help)
             }),
         }
     }
 
-    /// The parts of a value; a path gives a list.
+    /// Returns the selected parts of a value; a path gives a list.
     pub fn of(&self, value: &Json) -> Result<Json, Problem> {
         match self {
             Self::Whole => Ok(value.clone()),
@@ -67,14 +59,15 @@ impl Selection {
                     "GET it without `pointer`",
                 )
             }),
-            Self::Path(segments) => {
-                let mut found = vec![value];
-                for segment in segments {
-                    found = segment.of(&found);
-                    if found.len() > MOST {
-                        let message = format!("the path leads to more than {MOST} values");
-                        return Err(Problem::unfit(message, "select less"));
-                    }
+            Self::Path(path, effort) => {
+                if effort.visits(value) > MOST_VISITS {
+                    let message = "the path visits too many values";
+                    return Err(Problem::unfit(message, "use fewer `..`, lists and filters"));
+                }
+                let found = path.query(value);
+                if found.len() > MOST {
+                    let message = format!("the path leads to more than {MOST} values");
+                    return Err(Problem::unfit(message, "select less"));
                 }
                 Ok(found.into_iter().cloned().collect())
             }
@@ -82,216 +75,97 @@ impl Selection {
     }
 }
 
-impl Segment {
-    fn of<'v>(&self, values: &[&'v Json]) -> Vec<&'v Json> {
-        let mut found = Vec::new();
-        for value in values {
-            self.visit(value, &mut found);
-        }
-        found
-    }
-
-    fn visit<'v>(&self, value: &'v Json, found: &mut Vec<&'v Json>) {
-        if found.len() > MOST {
-            return;
-        }
-        self.selectors.iter().for_each(|selector| selector.of(value, found));
-        if self.deep {
-            // A value is as deep as its interface, which was compiled.
-            children(value).for_each(|child| self.visit(child, found));
-        }
-    }
-}
-
-fn children(value: &Json) -> Box<dyn Iterator<Item = &Json> + '_> {
-    match value {
-        Json::Array(items) => Box::new(items.iter()),
-        Json::Object(entries) => Box::new(entries.values()),
-        _ => Box::new(std::iter::empty()),
-    }
-}
-
-impl Selector {
-    fn of<'v>(&self, value: &'v Json, found: &mut Vec<&'v Json>) {
-        match (self, value) {
-            (Self::Any, value) => found.extend(children(value)),
-            (Self::Name(name), Json::Object(entries)) => found.extend(entries.get(name)),
-            (Self::Index(index), Json::Array(items)) => {
-                let from_end = || index.checked_add(items.len() as i64);
-                let index = if *index < 0 { from_end() } else { Some(*index) };
-                found.extend(index.and_then(|index| items.get(usize::try_from(index).ok()?)));
-            }
-            (Self::Slice { start, end, step }, Json::Array(items)) => {
-                slice(items, *start, *end, *step, found);
-            }
-            _ => {}
-        }
-    }
-}
-
-/// As the RFC has it.
-fn slice<'v>(items: &'v [Json], start: Option<i64>, end: Option<i64>, step: i64, found: &mut Vec<&'v Json>) {
-    let length = items.len() as i64;
-    let normal = |index: i64| if index >= 0 { index } else { index.saturating_add(length) };
-    let step_size = step.unsigned_abs() as usize;
-    match step {
-        0 => {}
-        1.. => {
-            let lower = start.map_or(0, normal).clamp(0, length);
-            let upper = end.map_or(length, normal).clamp(0, length);
-            if lower < upper {
-                found.extend(items[lower as usize..upper as usize].iter().step_by(step_size));
-            }
-        }
-        _ => {
-            let upper = start.map_or(length - 1, normal).clamp(-1, length - 1);
-            let lower = end.map_or(-1, normal).clamp(-1, length - 1);
-            if lower < upper {
-                found.extend(items[(lower + 1) as usize..=upper as usize].iter().rev().step_by(step_size));
-            }
-        }
-    }
-}
-
-fn parse(text: &str) -> Result<Vec<Segment>, String> {
+fn parse(text: &str) -> Result<Selection, String> {
     if text.len() > LONGEST {
         return Err(format!("it is longer than {LONGEST} bytes"));
     }
-    let rest = text.strip_prefix('$').ok_or("it does not begin with $")?;
-    let mut reader = Reader { rest };
-    let mut segments = Vec::new();
-    while !reader.rest.is_empty() {
-        segments.push(reader.segment()?);
+    let effort = Effort::of(text)?;
+    match JsonPath::parse(text) {
+        Ok(path) => Ok(Selection::Path(Box::new(path), effort)),
+        Err(error) => Err(error.to_string().replace("parser error", "unexpected input")),
     }
-    Ok(segments)
 }
 
-struct Reader<'t> {
-    rest: &'t str,
+/// Upper bound of the work that a path takes, read from its signs outside of quotes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Effort {
+    /// The product of the numbers of selectors in each bracket: how often a value can be visited twice.
+    repeats: u64,
+    /// Number of descendant segments `..`.
+    descents: u32,
+    /// Number of filters that search in what they test.
+    searches: u32,
 }
 
-impl Reader<'_> {
-    fn takes(&mut self, prefix: &str) -> bool {
-        let rest = self.rest.strip_prefix(prefix);
-        self.rest = rest.unwrap_or(self.rest);
-        rest.is_some()
-    }
+/// A bracket or parenthesis that is open.
+struct Open {
+    selectors: u64,
+    is_filter: bool,
+    searches: bool,
+}
 
-    /// Says what stands at this place in no path.
-    fn expected(&self, what: &str) -> String {
-        match self.rest {
-            "" => format!("{what} is expected at its end"),
-            rest => format!("{what} is expected at `{rest}`"),
-        }
-    }
-
-    fn blanks(&mut self) {
-        self.rest = self.rest.trim_start_matches([' ', '\t', '\n', '\r']);
-    }
-
-    fn segment(&mut self) -> Result<Segment, String> {
-        let deep = self.takes("..");
-        if !deep && !self.takes(".") {
-            return match self.takes("[") {
-                true => Ok(Segment { deep: false, selectors: self.selectors()? }),
-                false => Err(self.expected("`.` or `[`")),
-            };
-        }
-        if deep && self.takes("[") {
-            return Ok(Segment { deep, selectors: self.selectors()? });
-        }
-        let selector = if self.takes("*") { Selector::Any } else { Selector::Name(self.name()?) };
-        Ok(Segment { deep, selectors: vec![selector] })
-    }
-
-    fn name(&mut self) -> Result<String, String> {
-        let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_' || !c.is_ascii();
-        let end = self.rest.find(|c| !is_name(c)).unwrap_or(self.rest.len());
-        let (name, rest) = self.rest.split_at(end);
-        if name.is_empty() || name.starts_with(|c: char| c.is_ascii_digit()) {
-            return Err(self.expected("a name"));
-        }
-        self.rest = rest;
-        Ok(name.into())
-    }
-
-    fn selectors(&mut self) -> Result<Vec<Selector>, String> {
-        let mut selectors = Vec::new();
-        loop {
-            self.blanks();
-            selectors.push(self.selector()?);
-            self.blanks();
-            if self.takes("]") {
-                return Ok(selectors);
-            }
-            if !self.takes(",") {
-                return Err(self.expected("`]` or `,`"));
-            }
-        }
-    }
-
-    fn selector(&mut self) -> Result<Selector, String> {
-        if self.takes("*") {
-            return Ok(Selector::Any);
-        }
-        for quote in ['\'', '"'] {
-            if self.takes(quote.encode_utf8(&mut [0; 4])) {
-                return self.quoted(quote).map(Selector::Name);
-            }
-        }
-        let start = self.number()?;
-        self.blanks();
-        if !self.takes(":") {
-            return start.map(Selector::Index).ok_or_else(|| self.expected("a name or an index"));
-        }
-        self.blanks();
-        let end = self.number()?;
-        self.blanks();
-        let step = if self.takes(":") {
-            self.blanks();
-            self.number()?
-        } else {
-            None
-        };
-        Ok(Selector::Slice { start, end, step: step.unwrap_or(1) })
-    }
-
-    fn number(&mut self) -> Result<Option<i64>, String> {
-        let end = self.rest.find(|c: char| !c.is_ascii_digit() && c != '-').unwrap_or(self.rest.len());
-        let (number, rest) = self.rest.split_at(end);
-        if number.is_empty() {
-            return Ok(None);
-        }
-        let digits = number.strip_prefix('-').unwrap_or(number);
-        if (digits.starts_with('0') && number != "0") || digits.is_empty() {
-            return Err(format!("`{number}` is no index"));
-        }
-        // What JavaScript counts exactly, says the RFC.
-        let limit = 1 << 53;
-        let parsed = number.parse::<i64>().ok().filter(|parsed| (1 - limit..limit).contains(parsed));
-        self.rest = rest;
-        parsed.map(Some).ok_or(format!("`{number}` is no index"))
-    }
-
-    fn quoted(&mut self, quote: char) -> Result<String, String> {
-        let mut text = String::new();
-        let mut letters = self.rest.char_indices();
-        while let Some((at, letter)) = letters.next() {
-            match letter {
-                _ if letter == quote => {
-                    self.rest = &self.rest[at + letter.len_utf8()..];
-                    return Ok(text);
-                }
-                '\\' => match letters.next() {
-                    Some((_, escaped)) if escaped == quote || escaped == '\\' || escaped == '/' => {
-                        text.push(escaped)
+impl Effort {
+    fn of(text: &str) -> Result<Self, String> {
+        let mut effort = Self { repeats: 1, descents: 0, searches: 0 };
+        let mut open: Vec<Open> = Vec::new();
+        let mut signs = text.chars().peekable();
+        while let Some(sign) = signs.next() {
+            match sign {
+                '\'' | '"' => {
+                    while let Some(letter) = signs.next().filter(|letter| *letter != sign) {
+                        if letter == '\\' {
+                            signs.next();
+                        }
                     }
-                    _ => return Err("of escapes, only those of quotes and backslashes are known".into()),
-                },
-                _ => text.push(letter),
+                }
+                '[' | '(' => {
+                    open.push(Open { selectors: 1, is_filter: false, searches: false });
+                    if open.len() > DEEPEST {
+                        return Err(format!("it is nested deeper than {DEEPEST} brackets"));
+                    }
+                }
+                ']' | ')' => {
+                    let closed = open.pop();
+                    if let Some(Open { selectors, is_filter, searches }) = closed {
+                        effort.repeats = effort.repeats.saturating_mul(selectors);
+                        effort.searches += u32::from(is_filter && searches);
+                    }
+                }
+                '*' | ':' | '?' | ',' | '.' => {
+                    let descends = sign == '.' && signs.next_if_eq(&'.').is_some();
+                    effort.descents += u32::from(descends);
+                    if sign != '.' || descends {
+                        open.iter_mut().for_each(|open| open.searches |= open.is_filter);
+                    }
+                    if let Some(last) = open.last_mut() {
+                        last.selectors += u64::from(sign == ',');
+                        last.is_filter |= sign == '?';
+                    }
+                }
+                _ => {}
             }
         }
-        Err("a text has no end".into())
+        Ok(effort)
+    }
+
+    /// The most values that are visited in `value`.
+    fn visits(self, value: &Json) -> f64 {
+        let (mut nodes, mut depth) = (0.0, 0);
+        extent(value, 1, &mut nodes, &mut depth);
+        let descents = (0..self.descents).fold(1.0, |product, _| product * f64::from(depth));
+        // A filter that searches visits up to all values for each value that it tests.
+        (0..self.searches).fold(nodes * self.repeats as f64 * descents, |product, _| product * nodes)
+    }
+}
+
+/// Counts the values in a value, and how deep it is: as deep as its interface, which the compiler has bounded.
+fn extent(value: &Json, level: u32, nodes: &mut f64, depth: &mut u32) {
+    *nodes += 1.0;
+    *depth = level.max(*depth);
+    match value {
+        Json::Array(items) => items.iter().for_each(|item| extent(item, level + 1, nodes, depth)),
+        Json::Object(entries) => entries.values().for_each(|entry| extent(entry, level + 1, nodes, depth)),
+        _ => {}
     }
 }
 
@@ -329,6 +203,9 @@ mod tests {
         assert_eq!(select("$.poses[*].x"), json!([1, 2]));
         assert_eq!(select("$..x"), json!([1.5, 1, 2]));
         assert_eq!(select("$.ranges[0, 2]"), json!([0, 2]));
+        assert_eq!(select("$.ranges[?@ > 4]"), json!([5, 6]));
+        assert_eq!(select("$.poses[?@.x == 2].x"), json!([2]));
+        assert_eq!(select("$[?length(@) > 3][0]"), json!([0]));
     }
 
     #[test]
@@ -342,7 +219,8 @@ mod tests {
             "$[",
             "$[1",
             "$['a",
-            "$[?(@.x)]",
+            "$[?@.x =~ 1]",
+            "$[?unknown(@.x)]",
             "$[01]",
             "$[-0]",
             "$[9007199254740992]",
@@ -351,10 +229,28 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_path_that_takes_too_long_is_refused() {
+        let value = json!({ "a": vec![vec![1; 100]; 100] });
+        let nested = format!("${}{}", "[?@".repeat(200), "]".repeat(200));
+        assert!(Selection::parse(None, Some(&nested)).is_err());
+        for path in [
+            "$.a".to_owned() + &"[*,*]".repeat(100),
+            "$".to_owned() + &"..*".repeat(100),
+            "$..[?$..[?$..a]]".to_owned(),
+            "$.a[?@[?$..*]]".to_owned(),
+        ] {
+            assert!(Selection::parse(None, Some(&path)).unwrap().of(&value).is_err(), "{path}");
+        }
+        // Signs in quotes cost nothing.
+        let quoted = format!("$['{}']", "[*,*]..".repeat(100));
+        assert_eq!(Selection::parse(None, Some(&quoted)).unwrap().of(&value).unwrap(), json!([]));
+    }
+
     proptest! {
         /// Whatever comes, it is read or refused, and what is read gives a list.
         #[test]
-        fn any_path_is_read_or_refused(path in "\\$[$.\\[\\]'\"a-c0-9:,*? -]{0,20}") {
+        fn any_path_is_read_or_refused(path in "\\$[$.\\[\\]'\"a-c0-9:,*?@()!<&| -]{0,20}") {
             if let Ok(selection) = Selection::parse(None, Some(&path)) {
                 let found = selection.of(&json!({ "a": [1, [2], { "b": 3 }], "c": "x" })).unwrap();
                 prop_assert!(found.is_array());

@@ -230,7 +230,7 @@ impl Actuator {
             commanders: self.commanders.clone(),
             index: inner.index,
             gate: inner.gate.freeze(),
-            shown: inner.last_state.as_ref().map(|state| Bytes(View::of(state).bytes().to_vec())),
+            shown: inner.last_state.map(|mut state| Bytes(View::of(&mut state).bytes().to_vec())),
             fresh: inner.fresh,
         }
     }
@@ -330,9 +330,9 @@ impl Inner {
             command.clear();
             command.extend_from_slice(output.command);
         }
-        let state = output.state;
+        let mut state = output.state;
         if self.last_state != Some(state) {
-            let _ = self.state.write(View::of(&state).bytes(), 0, now);
+            let _ = self.state.write(View::of(&mut state).bytes(), 0, now);
             self.last_state = Some(state);
         }
         if std::mem::take(&mut self.fresh) {

@@ -8,7 +8,7 @@ use slate_module::ModuleKind;
 use slate_module::aspect::ProviderTable;
 
 use crate::digest::Digest;
-use crate::runner::Memory;
+use crate::runner::{Memory, PortName};
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub trait HostService: Send {
@@ -121,6 +121,8 @@ impl ServicePlace {
 pub struct AspectPort {
     /// Its slot in the frame.
     pub slot: usize,
+    /// Its name.
+    pub name: PortName,
     place: Arc<ServicePlace>,
     seen: u64,
     held: Option<Arc<Provided>>,
@@ -128,13 +130,13 @@ pub struct AspectPort {
 
 impl AspectPort {
     /// A port that finds the service there, and whose thread wakes when that changes.
-    pub fn new(slot: usize, place: Arc<ServicePlace>, wake: &Arc<Wake>) -> Self {
+    pub fn new(slot: usize, name: &str, place: Arc<ServicePlace>, wake: &Arc<Wake>) -> Self {
         let mut wakes = place.wakes();
         if !wakes.iter().any(|other| Arc::ptr_eq(other, wake)) {
             wakes.push(Arc::clone(wake));
         }
         drop(wakes);
-        Self { slot, place, seen: 0, held: None }
+        Self { slot, name: PortName::new(name), place, seen: 0, held: None }
     }
 
     /// The table of the service, while it is provided.

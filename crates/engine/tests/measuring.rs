@@ -2,57 +2,18 @@
 #![cfg(not(feature = "shuttle"))]
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::hint::black_box;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
+use allocation_counter::measure;
 use slate_engine::synchronization::{Count, Synchronization};
 use slate_engine::timing::{Histogram, Span, Trace};
 
-/// Counts what this thread allocates.
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-fn count() {
-    // A thread that ends may allocate when its counter is gone.
-    let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
-}
-
-#[allow(unsafe_code, reason = "an allocator that counts")]
-// SAFETY: everything is passed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: passed on.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: passed on.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: passed on.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
 #[test]
 fn the_allocator_counts() {
-    let before = ALLOCATIONS.get();
-    drop(black_box(Box::new(7)));
-    assert_eq!(ALLOCATIONS.get(), before + 1);
+    assert_eq!(measure(|| drop(black_box(Box::new(7)))).count_total, 1);
 }
 
 #[test]
@@ -61,13 +22,14 @@ fn durations_and_spans_allocate_nothing() {
     let label = trace.label("step").unwrap();
     let track = trace.track("loop").unwrap();
     let mut histogram = Histogram::default();
-    let before = ALLOCATIONS.get();
-    for cycle in 0..1000 {
-        track.record(Span { label, start: cycle * 10, duration: cycle, cycle });
-        histogram.record(cycle);
-    }
-    black_box(histogram.summary());
-    assert_eq!(ALLOCATIONS.get(), before);
+    let allocated = measure(|| {
+        for cycle in 0..1000 {
+            track.record(Span { label, start: cycle * 10, duration: cycle, cycle });
+            histogram.record(cycle);
+        }
+        black_box(histogram.summary());
+    });
+    assert_eq!(allocated.count_total, 0);
 }
 
 #[test]
@@ -82,8 +44,7 @@ fn to_emit_allocates_nothing_also_when_somebody_waits() {
             seen = point.wait(seen, Duration::from_secs(60)).unwrap();
         }
     });
-    let before = ALLOCATIONS.get();
-    (0..EMITS).for_each(|_| emitter.emit());
-    assert_eq!(ALLOCATIONS.get(), before);
+    let allocated = measure(|| (0..EMITS).for_each(|_| emitter.emit()));
+    assert_eq!(allocated.count_total, 0);
     waiter.join().unwrap();
 }

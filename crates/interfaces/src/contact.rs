@@ -1,42 +1,40 @@
 use slate_module::{Bool, Sequence, Text, interface};
 
-/// Two bodies that began to touch.
+/// Begin of a contact between two bodies.
 #[interface]
 pub struct Contact {
     /// Virtual time.
     #[unit("ns")]
     pub time: u64,
-    /// The robot.
+    /// Name of the robot.
     pub robot: Text<24>,
-    /// What it touched.
+    /// Name of the other body.
     pub other: Text<24>,
-    /// Whether the robot moved in.
+    /// Whether the robot's motion caused the contact.
     pub caused: Bool,
-    /// Whether the other moved in.
+    /// Whether the other body's motion caused it.
     pub caused_by_other: Bool,
-    /// Not used.
-    pub reserved: [u8; 6],
 }
 
-/// The contacts that began in a cycle.
+/// Contacts that began in a cycle.
 #[interface]
 pub struct Contacts {
-    /// One after the other.
+    /// Contacts in their order.
     pub list: Sequence<Contact, 8>,
 }
 
-/// What a robot's bumpers feel now.
+/// State of the bumpers.
 #[interface]
 #[derive(PartialEq)]
 pub struct Bumper {
-    /// Whether something presses on the front half.
+    /// Whether the front is pressed.
     pub front: Bool,
-    /// Whether something presses on the back half.
+    /// Whether the back is pressed.
     pub back: Bool,
 }
 
 impl Bumper {
-    /// Whether anything presses anywhere.
+    /// Returns whether any bumper is pressed.
     pub fn pressed(&self) -> bool {
         self.front.get() || self.back.get()
     }

@@ -1,23 +1,23 @@
 use slate_module::interface;
 
-/// A motion in the plane, in the robot's own frame.
+/// Planar twist in the robot's frame.
 #[interface(ros = "geometry_msgs/msg/Twist")]
 #[derive(PartialEq)]
 pub struct Twist2 {
-    /// Forward.
+    /// Linear velocity, forward.
     #[unit("m/s")]
     pub linear: f64,
-    /// Turning, counter-clockwise.
+    /// Angular velocity, counter-clockwise.
     #[unit("rad/s")]
     pub angular: f64,
 }
 
 impl Twist2 {
-    /// Standing still.
+    /// No motion.
     pub const ZERO: Self = Self { linear: 0.0, angular: 0.0 };
 }
 
-/// The speeds of the wheels of a robot that steers by driving its sides differently.
+/// Wheel speeds of differential or skid steering.
 #[interface(ros = "sensor_msgs/msg/JointState")]
 #[derive(PartialEq)]
 pub struct WheelSpeeds {
@@ -30,11 +30,11 @@ pub struct WheelSpeeds {
 }
 
 impl WheelSpeeds {
-    /// Standing still.
+    /// No motion.
     pub const ZERO: Self = Self { left: 0.0, right: 0.0 };
 }
 
-/// The speeds of the wheels of a robot with four driven wheels, such as one that steers by skidding.
+/// Wheel speeds of four driven wheels, such as of skid steering.
 #[interface(ros = "sensor_msgs/msg/JointState")]
 #[derive(PartialEq)]
 pub struct FourWheelSpeeds {
@@ -53,6 +53,6 @@ pub struct FourWheelSpeeds {
 }
 
 impl FourWheelSpeeds {
-    /// Standing still.
+    /// No motion.
     pub const ZERO: Self = Self { front_left: 0.0, front_right: 0.0, back_left: 0.0, back_right: 0.0 };
 }

@@ -1,16 +1,16 @@
 use slate_module::interface;
 
-/// How the pixels of an image lie in memory.
+/// Pixel format of an image.
 #[interface]
 pub enum ImageFormat {
-    /// A byte of brightness.
+    /// One byte of brightness.
     Mono8,
-    /// A byte each of red, green and blue.
+    /// One byte each of red, green and blue.
     Rgb8,
 }
 
 impl ImageFormat {
-    /// How many bytes a pixel has; 0 for a format that is not known.
+    /// Returns the bytes of a pixel; 0 for an unknown format.
     pub fn pixel_size(self) -> usize {
         match self {
             Self::MONO8 => 1,
@@ -20,26 +20,24 @@ impl ImageFormat {
     }
 }
 
-/// What a camera saw.
+/// Image of a camera.
 #[interface(ros = "sensor_msgs/msg/Image")]
 pub struct Image {
-    /// How many pixels a row has.
+    /// Pixels of a row.
     pub width: u32,
-    /// How many rows there are.
+    /// Number of rows.
     pub height: u32,
-    /// From the beginning of a row to that of the next.
+    /// Bytes of a row, with padding.
     #[unit("byte")]
     pub step: u32,
-    /// How the pixels lie in a row.
+    /// Pixel format.
     pub format: ImageFormat,
-    /// Not used.
-    pub reserved: [u8; 3],
-    /// The rows, from the top; pixels from the left.
+    /// Rows from the top; pixels from the left.
     pub data: [u8],
 }
 
 impl Image {
-    /// The pixels of a row; fewer than it should have, down to none, when the image says more than it holds.
+    /// Returns the pixels of a row; fewer, down to none, if `data` is too short.
     pub fn row(&self, y: u32) -> &[u8] {
         let start = (y as usize).saturating_mul(self.step as usize).min(self.data.len());
         let length = (self.width as usize).saturating_mul(self.format.pixel_size());

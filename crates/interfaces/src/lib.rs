@@ -1,7 +1,7 @@
 //! The well-known interfaces of robotics: laid out like their ROS messages where there is one, with bounds.
 //!
 //! SI units and the frames of ROS's REP-103: metres, radians, x forward, y left, counter-clockwise.
-//! A module that speaks these can be linked to any other that does.
+//! Modules with these interfaces can be linked to each other.
 
 mod chassis;
 mod contact;
@@ -29,7 +29,16 @@ pub use transform::{FrameName, Quaternion, Transform};
 
 use slate_module::blackboard::interface::{Descriptor, Interface};
 
-/// All that are values by themselves, in the order of their names.
+/// The interfaces that most robots speak.
+pub mod prelude {
+    pub use crate::{
+        Bumper, Chassis, Clearance, Echo, FourWheelSpeeds, Image, LaserScan, MissionState, OccupancyGrid,
+        Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position, Quaternion, Sighting, Sightings,
+        SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
+    };
+}
+
+/// All interfaces, in the order of their names.
 pub const ALL: &[&Descriptor] = &[
     Bumper::DESCRIPTOR,
     Chassis::DESCRIPTOR,

@@ -2,65 +2,63 @@ use slate_module::{Sequence, interface};
 
 use crate::{Point2, Pose2};
 
-/// What is where in the plane, in square cells.
+/// 2D occupancy grid.
 #[interface(ros = "nav_msgs/msg/OccupancyGrid")]
 pub struct OccupancyGrid {
-    /// The corner of the first cell, where x and y of the grid begin.
+    /// Pose of the first cell's corner.
     pub origin: Pose2,
-    /// Side of a cell.
+    /// Edge length of a cell.
     #[unit("m")]
     pub resolution: f64,
-    /// Cells along x.
+    /// Number of cells along x.
     pub width: u32,
-    /// Cells along y.
+    /// Number of cells along y.
     pub height: u32,
-    /// Row after row from the lowest y: 0 is free, 100 is occupied, -1 is not known.
+    /// Occupancy in percent, row by row from the lowest y; -1 if unknown.
     pub data: [i8],
 }
 
-/// A way through the plane, from where the robot is.
+/// Planar path from the robot's position.
 #[interface(ros = "nav_msgs/msg/Path")]
 pub struct Path {
-    /// From its first point to its last; 0 without points.
+    /// Length of the path; 0 if empty.
     #[unit("m")]
     pub length: f64,
-    /// Straight from each to the next; none when there is no way.
+    /// Points joined by line segments; empty if the goal is unreachable.
     pub points: [Point2],
 }
 
-/// What a person paints on a map.
+/// Mark of a manual stroke on a map.
 #[interface]
 pub enum MapMark {
-    /// Something stands there.
+    /// Occupied cells.
     Occupied,
-    /// Nothing stands there.
+    /// Free cells.
     Free,
-    /// As it is measured: what was painted there before is gone.
+    /// Measured cells: removes earlier marks.
     Measured,
-    /// Takes the last stroke back; where it says to be does not matter.
+    /// Undoes the newest stroke; its points are ignored.
     Undo,
 }
 
-/// A stroke of a person's brush on a map: it goes over what is measured.
+/// Manual stroke on a map, which overrides measured cells.
 #[interface]
 #[derive(PartialEq)]
 pub struct MapStroke {
-    /// How wide the brush is.
+    /// Width of the brush.
     #[unit("m")]
     pub width: f64,
-    /// What it paints.
+    /// Mark to paint.
     pub mark: MapMark,
-    /// Not used.
-    pub reserved: [u8; 7],
-    /// Where it goes: straight from each to the next.
+    /// Points joined by line segments.
     pub points: Sequence<Point2, 32>,
 }
 
 impl MapStroke {
-    /// Why a stroke was refused: the map has no room for more of them.
+    /// Refusal: too many strokes.
     pub const FULL: u16 = 1;
-    /// Why a stroke was refused: it is nowhere, or its brush has no width.
+    /// Refusal: no points, or no width.
     pub const NOWHERE: u16 = 2;
-    /// Why a stroke was refused: there is none to take back.
+    /// Refusal: no stroke to undo.
     pub const NOTHING: u16 = 3;
 }

@@ -1,23 +1,21 @@
 use slate_module::{Text, interface};
 
-/// How a mission stands.
+/// State of a mission.
 #[interface]
 pub enum MissionState {
-    /// Not decided.
+    /// In progress.
     Running,
-    /// It did what it should.
+    /// Succeeded.
     Succeeded,
-    /// It can't succeed any more.
+    /// Failed.
     Failed,
 }
 
-/// The judgement of a mission.
+/// Verdict on a mission.
 #[interface(ros = "diagnostic_msgs/msg/DiagnosticStatus")]
 pub struct Verdict {
-    /// How it stands.
+    /// State of the mission.
     pub state: MissionState,
-    /// Not used.
-    pub reserved: [u8; 3],
-    /// What happened, such as `goal reached` or `time is up`.
+    /// Reason, such as `goal reached`.
     pub reason: Text<64>,
 }

@@ -6,22 +6,22 @@ use crate::Twist2;
 #[interface(ros = "geometry_msgs/msg/Point")]
 #[derive(PartialEq)]
 pub struct Point2 {
-    /// To the front, or east in a map.
+    /// x: forward, or east in a map.
     #[unit("m")]
     pub x: f64,
-    /// To the left, or north in a map.
+    /// y: left, or north in a map.
     #[unit("m")]
     pub y: f64,
 }
 
-/// A place and a heading in the plane.
+/// Planar pose.
 #[interface(ros = "geometry_msgs/msg/Pose2D")]
 #[derive(PartialEq)]
 pub struct Pose2 {
-    /// To the front, or east in a map.
+    /// x: forward, or east in a map.
     #[unit("m")]
     pub x: f64,
-    /// To the left, or north in a map.
+    /// y: left, or north in a map.
     #[unit("m")]
     pub y: f64,
     /// Heading, counter-clockwise from x.
@@ -29,24 +29,24 @@ pub struct Pose2 {
     pub theta: f64,
 }
 
-/// Where something is believed to be, and how sure that is.
+/// Pose estimate with covariance.
 #[interface(ros = "geometry_msgs/msg/PoseWithCovarianceStamped")]
 #[derive(PartialEq)]
 pub struct PoseEstimate {
-    /// The most likely place and heading.
+    /// Mean.
     pub pose: Pose2,
-    /// Covariance of x, y and theta, row after row: squares and products of metres and radians.
+    /// Covariance of x, y and theta, row by row; m², m rad and rad².
     pub covariance: [f64; 9],
 }
 
-/// A place in space, as a positioning system gives it.
+/// Position in space, as of a positioning system.
 #[interface(ros = "geometry_msgs/msg/Point")]
 #[derive(PartialEq)]
 pub struct Position {
-    /// To the front, or east in a map.
+    /// x: forward, or east in a map.
     #[unit("m")]
     pub x: f64,
-    /// To the left, or north in a map.
+    /// y: left, or north in a map.
     #[unit("m")]
     pub y: f64,
     /// Up.
@@ -54,7 +54,7 @@ pub struct Position {
     pub z: f64,
 }
 
-/// A heading in the plane, as a compass gives it.
+/// Heading in the plane, as of a compass.
 #[interface(ros = "geometry_msgs/msg/Quaternion")]
 #[derive(PartialEq)]
 pub struct Orientation {
@@ -63,12 +63,12 @@ pub struct Orientation {
     pub theta: f64,
 }
 
-/// Where a robot believes to be from the turns of its wheels, and how it moves.
+/// Wheel odometry.
 #[interface(ros = "nav_msgs/msg/Odometry")]
 #[derive(PartialEq)]
 pub struct Odometry {
-    /// Since the start, in the frame in which it began.
+    /// Pose in the odometry frame, which is the pose at the start.
     pub pose: Pose2,
-    /// In the robot's own frame.
+    /// Twist in the robot's frame.
     pub twist: Twist2,
 }

@@ -1,13 +1,13 @@
 use slate_module::{Bool, Sequence, interface};
 
-/// Where a sonar sits on its robot, and what it can see.
+/// Mount of a sonar on its robot.
 #[interface(ros = "geometry_msgs/msg/Pose2D")]
 #[derive(PartialEq)]
 pub struct SonarPlacement {
-    /// In front of the robot's reference point.
+    /// x in the robot's frame.
     #[unit("m")]
     pub x: f64,
-    /// Left of the robot's reference point.
+    /// y in the robot's frame.
     #[unit("m")]
     pub y: f64,
     /// Direction of the beam's axis, counter-clockwise from the robot's front.
@@ -15,63 +15,61 @@ pub struct SonarPlacement {
     pub theta: f64,
 }
 
-/// What one sonar heard.
+/// Measurement of one sonar.
 #[interface(ros = "sensor_msgs/msg/Range")]
 #[derive(PartialEq)]
 pub struct Echo {
-    /// Distance to the nearest thing in the cone; the greatest range when nothing was heard.
+    /// Distance of the nearest obstacle in the cone; the maximum range without an echo.
     #[unit("m")]
     pub range: f64,
-    /// Whether anything was heard.
+    /// Whether an echo was received.
     pub heard: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
-/// What a ring of sonars heard at one time.
+/// Scan of a ring of sonars.
 #[interface(ros = "sensor_msgs/msg/PointCloud2")]
 #[derive(PartialEq)]
 pub struct SonarScan {
     /// Full opening angle of each cone.
     #[unit("rad")]
     pub field_of_view: f64,
-    /// What is nearer can't be measured.
+    /// Minimum range.
     #[unit("m")]
     pub range_min: f64,
-    /// What is farther can't be heard.
+    /// Maximum range.
     #[unit("m")]
     pub range_max: f64,
-    /// Where the sonars sit, in the order of the echoes.
+    /// Mounts, in the order of the echoes.
     pub placements: Sequence<SonarPlacement, 16>,
-    /// What they heard.
+    /// Measurements.
     pub echoes: Sequence<Echo, 16>,
 }
 
-/// One sweep of a laser range finder.
+/// Scan of a laser range finder.
 #[interface(ros = "sensor_msgs/msg/LaserScan")]
 pub struct LaserScan {
     /// Direction of the first beam.
     #[unit("rad")]
     pub angle_min: f64,
-    /// Angle from beam to beam.
+    /// Angle between beams.
     #[unit("rad")]
     pub angle_increment: f64,
-    /// What is nearer can't be measured.
+    /// Minimum range.
     #[unit("m")]
     pub range_min: f64,
-    /// What is farther can't be seen.
+    /// Maximum range.
     #[unit("m")]
     pub range_max: f64,
-    /// Distances, counter-clockwise; infinite for none.
+    /// Ranges, counter-clockwise; infinite without an echo.
     #[unit("m")]
     pub ranges: [f32],
 }
 
-/// How far the nearest other body is.
+/// Distance to the nearest other body.
 #[interface(ros = "std_msgs/msg/Float64")]
 #[derive(PartialEq)]
 pub struct Clearance {
-    /// From hull to hull.
+    /// Distance from hull to hull.
     #[unit("m")]
     pub distance: f64,
 }

@@ -1,26 +1,25 @@
 use slate_module::{Sequence, Text, interface};
 
-/// Another robot that a sensor sees.
+/// Detection of another robot.
 ///
-/// Range and bearing are told in the robot's own frame and not the sensor's: from the robot's reference point to the
-/// reference point of the other, as the sensor believes it to be.
+/// Range and bearing are in the robot's frame, not the sensor's: between the reference points of both robots.
 #[interface(ros = "geometry_msgs/msg/PointStamped")]
 #[derive(PartialEq)]
 pub struct Sighting {
-    /// From reference point to reference point.
+    /// Distance of the reference points.
     #[unit("m")]
     pub range: f64,
-    /// Direction to the other, counter-clockwise from the robot's front, in (-pi, pi].
+    /// Bearing, counter-clockwise from the robot's front, in (-pi, pi].
     #[unit("rad")]
     pub bearing: f64,
-    /// Which robot it is.
+    /// Name of the robot.
     pub name: Text<28>,
 }
 
-/// The other robots that a sensor sees at one time; none is one of the things that it can say.
+/// Detections of other robots at one time; possibly none.
 #[interface(ros = "geometry_msgs/msg/PoseArray")]
 #[derive(PartialEq)]
 pub struct Sightings {
-    /// The nearest first; when more are seen than have room, those farthest away are left out.
+    /// Nearest first; the farthest are left out beyond the capacity.
     pub list: Sequence<Sighting, 8>,
 }

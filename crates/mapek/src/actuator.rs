@@ -6,26 +6,24 @@ use slate_module::{
 
 use crate::block::{BlockState, RENEWAL, distinct};
 
-/// A device that acts on the world. Sensors and Actuators are what differs between a simulated and a real robot;
-/// nothing else does.
+/// Device that acts on the world. Only Sensors and Actuators differ between a simulated and a real robot.
 pub trait Actuator: 'static {
-    /// The name by which configuration finds it, in snake case.
+    /// Kind in the configuration, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description.
     const DOC: &'static str = "";
-    /// What else it reads and writes; nothing for one that only drives a device.
+    /// Further ports; `()` for a device.
     type Io: Ports;
-    /// What users may tune.
+    /// Parameters.
     type Params: Params;
-    /// What it remembers; a connection to a device is skipped when it is saved.
+    /// State; skip a connection to a device when it is saved.
     type State: BlockState;
-    /// What it is told.
+    /// Command.
     type Command: Interface + Copy;
-    /// What it does without a fresh command, such as standing still.
+    /// Safe command, without a valid command, such as zero velocity.
     const SAFE: Self::Command;
 
-    /// Does what is commanded. The command has passed the gate: it is within limits, and the safe one if nobody
-    /// commands. It must not wait.
+    /// Applies a command that has passed the gate: within limits, or the safe command. Must not block.
     fn apply(
         state: &mut Self::State,
         command: &Self::Command,
@@ -35,10 +33,10 @@ pub trait Actuator: 'static {
     ) -> Outcome;
 }
 
-/// What the framework adds to an Actuator's ports.
+/// Additional ports of an Actuator.
 #[ports]
 pub struct ActuatorPorts<T: Interface> {
-    /// What passed the gate.
+    /// Command from the gate.
     #[stale(after = "100ms")]
     command: Input<T>,
 }

@@ -5,23 +5,24 @@ use slate_module::{Interface, Module, Outcome, Params, Ports, Refusal, Setup, Sp
 use crate::block::{BlockState, distinct, on};
 use crate::port::{Change, role};
 
-/// Filters, processes and aggregates what Monitors tell, and notifies the Plan when something relevant changed
-/// (RoCS, 4.2). It is woken by the Monitors that it observes.
+/// Filters, processes and aggregates percepts, and notifies the Plan of relevant changes (RoCS, 4.2).
+///
+/// The observed Monitors trigger it.
 pub trait Analyze: 'static {
-    /// The name by which configuration finds it, in snake case.
+    /// Kind in the configuration, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description.
     const DOC: &'static str = "";
-    /// What it observes: an [`Observed`](crate::Observed) port for each Monitor, and plain inputs for knowledge.
+    /// Ports: [`Observed`](crate::Observed) for each Monitor, and plain inputs for knowledge.
     type Observed: Ports;
-    /// What users may tune.
+    /// Parameters.
     type Params: Params;
-    /// What it remembers.
+    /// State.
     type State: BlockState;
-    /// What it publishes.
+    /// Published value.
     type Value: Interface + Copy;
 
-    /// Processes what was observed; a change that is relevant is returned and published, else nothing is.
+    /// Processes percepts; returns a relevant change, which is published.
     fn process(
         state: &mut Self::State,
         observed: &Self::Observed,
@@ -30,10 +31,10 @@ pub trait Analyze: 'static {
     ) -> Option<Self::Value>;
 }
 
-/// What the framework adds to an Analyze's ports.
+/// Additional ports of an Analyze.
 #[ports]
 pub struct AnalyzePorts<T: Interface> {
-    /// What changed.
+    /// Relevant change.
     change: Change<T>,
 }
 

@@ -1,18 +1,17 @@
-//! What all blocks have in common.
+//! Common parts of all blocks.
 
 use serde::{Serialize, de::DeserializeOwned};
 use slate_module::{Direction, PortDescription, Ports, Refusal, Trigger};
 
-/// What a block remembers from step to step; the host saves, restores and forks it.
+/// State of a block between steps; the host saves, restores and forks it.
 pub trait BlockState: Default + Serialize + DeserializeOwned + Send + 'static {}
 
 impl<T: Default + Serialize + DeserializeOwned + Send + 'static> BlockState for T {}
 
-/// How often a block that commands something runs at least, nanoseconds.
+/// Maximum period of a block that sends commands, nanoseconds.
 pub(crate) const RENEWAL: u64 = 20_000_000;
 
-/// Runs when one of the chosen ports has something new, and so often that a value is noticed to be stale; in every
-/// cycle when there are none.
+/// Trigger: new data at one of the chosen ports, and the expiry of their values; every cycle without such ports.
 pub(crate) fn on(ports: &[PortDescription], chosen: impl Fn(&PortDescription) -> bool) -> Trigger {
     let chosen: Vec<_> = ports
         .iter()

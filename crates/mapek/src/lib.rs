@@ -37,7 +37,7 @@
 //!     type Value = Nearest;
 //!
 //!     fn get_data(_: &mut (), io: &SonarIo, _: &(), _: &Tick) -> Option<Nearest> {
-//!         let scan = io.scan.new()?;
+//!         let scan = io.scan.updated()?;
 //!         let ranges = scan.echoes.iter().map(|echo| echo.range);
 //!         Some(Nearest { distance: ranges.fold(scan.range_max, math::min) })
 //!     }
@@ -71,7 +71,7 @@
 //! /// What actions act on.
 //! #[ports]
 //! pub struct Body {
-//!     pose: Input<Pose2>,
+//!     pose: Required<Pose2>,
 //!     wheels: Command<Twist2>,
 //! }
 //!
@@ -234,7 +234,7 @@
 //!     type Value = AtOrigin;
 //!
 //!     fn process(last: &mut Option<bool>, observed: &ObservedPose, _: &(), _: &Tick) -> Option<AtOrigin> {
-//!         let pose = observed.pose.new()?;
+//!         let pose = observed.pose.updated()?;
 //!         let there = math::hypot(pose.x, pose.y) < 0.1;
 //!         (last.replace(there) != Some(there)).then_some(AtOrigin { there: there.into() })
 //!     }
@@ -378,11 +378,16 @@ pub use sensor::{Sensor, SensorBlock, SensorPorts};
 pub use serde;
 pub use status::{Ended, Ending, ExecuteStatus, Route};
 
-/// What a robot's file imports, beside slate-module's own prelude.
+/// Imports of a robot's file, beside the preludes of slate-module and slate-interfaces.
+///
+/// The blocks and what they exchange, the builder, actions, the pipeline and the parts of Knowledge.
 pub mod prelude {
     pub use crate::{
-        Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, Agenda, Analyze, Ending, InParallel,
-        InSequence, Knowledge, Monitor, Noticed, Observed, Plan, ReactiveModel, Repeat, Robot, Route, Sensor,
-        Situation, Step, Telling, arguments, repertoire,
+        Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, ActuatorBlock, Admission, Agenda,
+        Analyze, AnalyzeBlock, BlockState, Ended, Ending, ExecuteBlock, ExecuteStatus, Fact, FactTable,
+        Facts, InParallel, InSequence, Knowledge, KnowledgeBlock, Monitor, MonitorBlock, Noticed, Observed,
+        Origin, Pipeline, Plan, PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex,
+        Repeat, Repertoire, Robot, RobotModel, Route, Sensor, SensorBlock, Situation, Step, StrategyModel,
+        Telling, WorldModel, arguments, repertoire,
     };
 }

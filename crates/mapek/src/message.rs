@@ -7,7 +7,7 @@ pub const KIND_LENGTH: usize = 44;
 /// The most arguments that an action takes.
 pub const ARGUMENTS: usize = 8;
 
-/// An action as it travels: a registered kind and its arguments. Execute owns the behaviour.
+/// Request of an action: a registered kind and its arguments. Execute owns the behaviour.
 #[interface]
 #[derive(PartialEq)]
 pub struct ActionRequest {
@@ -17,44 +17,40 @@ pub struct ActionRequest {
     pub kind: Text<44>,
 }
 
-/// What Plan tells Execute to do with its action.
+/// Change of the plan by an action.
 #[interface]
 pub enum PlanStep {
     /// Queue the action behind the others.
     Append,
     /// Cancel the running planned action and those that wait, then queue this one.
     Replace,
-    /// Cancel the running planned action and those that wait; the action of this message is none.
+    /// Cancel the running planned action and those that wait; without an action.
     Clear,
 }
 
-/// A planned action on its way to Execute.
+/// Message of a planned action to Execute.
 #[interface]
 pub struct Planned {
-    /// The epoch that the Plan saw; Execute drops what was planned before its latest reflex.
+    /// Epoch at the Plan; Execute drops plans from before its newest reflex.
     pub epoch: u64,
-    /// Counts the Plan's messages from 1; Execute reports how it ended by this number.
+    /// Number of the message, from 1; Execute reports its ending by this number.
     pub ticket: u64,
     /// The action.
     pub action: ActionRequest,
-    /// What to do with it.
+    /// Change of the plan.
     pub step: PlanStep,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
-/// A reactive action on its way to Execute.
+/// Message of a reflex to Execute.
 #[interface]
 pub struct Reflex {
     /// The action.
     pub action: ActionRequest,
-    /// The rank of the model that sends it; a higher one comes first.
+    /// Rank of the sending model; the highest first.
     pub rank: i32,
-    /// Not used.
-    pub reserved: u32,
 }
 
-/// A ReactiveModel's place in the order of models.
+/// Rank of a ReactiveModel.
 #[interface]
 #[derive(PartialEq)]
 pub struct Rank {
@@ -62,13 +58,13 @@ pub struct Rank {
     pub rank: i32,
 }
 
-/// Why Execute refused a message; the answer that its sender sees.
+/// Reason of a refused message, as answered to its sender.
 #[interface]
 #[repr(u16)]
 pub enum RefusalReason {
-    /// It was not refused.
+    /// Not refused.
     None,
-    /// The robot has no action of that kind.
+    /// Unknown kind of action.
     UnknownKind,
     /// Too many or too few arguments, or one is not a finite number.
     BadArguments,

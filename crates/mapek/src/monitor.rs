@@ -5,22 +5,22 @@ use slate_module::{Interface, Module, Outcome, Params, Ports, Refusal, Setup, Sp
 use crate::block::{BlockState, distinct, on};
 use crate::port::Percept;
 
-/// Organises and interprets the data of sensors and forwards them to Analyzes (RoCS, 4.2). It is woken by its sensors.
+/// Interprets the data of sensors for Analyzes (RoCS, 4.2). Its sensors trigger it.
 pub trait Monitor: 'static {
-    /// The name by which configuration finds it, in snake case.
+    /// Kind in the configuration, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description.
     const DOC: &'static str = "";
-    /// The sensors it watches.
+    /// Ports of its sensors.
     type Sensors: Ports;
-    /// What users may tune.
+    /// Parameters.
     type Params: Params;
-    /// What it remembers.
+    /// State.
     type State: BlockState;
-    /// What it publishes.
+    /// Published value.
     type Value: Interface + Copy;
 
-    /// Interprets the sensors' data; what it returns is published.
+    /// Interprets the sensors' data; returns the percept to publish.
     fn interpret(
         state: &mut Self::State,
         sensors: &Self::Sensors,
@@ -29,10 +29,10 @@ pub trait Monitor: 'static {
     ) -> Option<Self::Value>;
 }
 
-/// What the framework adds to a Monitor's ports.
+/// Additional ports of a Monitor.
 #[ports]
 pub struct MonitorPorts<T: Interface> {
-    /// What the Monitor makes of its sensors.
+    /// Percept of the Monitor.
     percept: Percept<T>,
 }
 

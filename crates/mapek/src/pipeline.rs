@@ -7,7 +7,7 @@ use crate::{ActionRequest, PlanStep, Route};
 /// An action in the pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Entry {
-    /// What to do.
+    /// The action.
     pub action: ActionRequest,
     /// Whose it is.
     pub origin: Origin,
@@ -57,27 +57,26 @@ impl Entry {
     }
 }
 
-/// What became of an action that was offered.
+/// Result of an offered action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Admission {
-    /// It waits for its turn.
+    /// It is queued.
     Waiting,
-    /// It is the reflex that runs already, with newer arguments.
+    /// It renews the arguments of the running reflex.
     Renewed,
     /// It was planned before the latest reflex.
     OldEpoch,
-    /// There is no room.
+    /// The queue is full.
     Full,
 }
 
-/// The actions that wait, and the one that runs (RoCS, 5.1), with two levels of priority.
+/// Queued actions and the running one (RoCS, 5.1), with two levels of priority.
 ///
-/// The first high-priority action is next, the highest rank first, else in the order of arrival; if there is none,
-/// the first normal one. A reflex clears the normal actions, interrupts a planned action or a reflex of lower rank,
-/// and raises the epoch, so that nothing planned before it is taken after it. What the Plan sends only ever touches
-/// normal actions: it can neither remove nor delay a reflex.
+/// High-priority actions are first, by rank, then by arrival; then normal ones. A reflex clears the normal actions, preempts a planned
+/// action or a reflex of lower rank, and raises the epoch, so that plans of an earlier epoch are refused. Planned actions change normal
+/// actions only: they neither remove nor delay a reflex.
 ///
-/// Holds a bounded number of actions of each level, and allocates only when it is made.
+/// The number of actions of each level is bounded; only construction allocates.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Saved")]
 pub struct Pipeline {
@@ -117,10 +116,10 @@ impl Default for Pipeline {
 }
 
 impl Pipeline {
-    /// How many actions of each level can wait.
+    /// Capacity of each level.
     pub const CAPACITY: usize = 64;
 
-    /// Offers a reflex. What it clears is told to `cleared`; what it interrupts waits in
+    /// Offers a reflex. Passes cleared actions to `cleared`; a preempted one is in
     /// [`take_interrupted`](Pipeline::take_interrupted).
     pub fn reflex(
         &mut self,
@@ -163,7 +162,7 @@ impl Pipeline {
         Admission::Waiting
     }
 
-    /// Offers a planned action, or clears what is planned. What it clears is told to `cleared`.
+    /// Offers a planned action, or clears the plan. Passes cleared actions to `cleared`.
     pub fn planned(
         &mut self,
         action: ActionRequest,
@@ -188,7 +187,7 @@ impl Pipeline {
         Admission::Waiting
     }
 
-    /// Gives up the plan: its waiting actions are cleared, nothing sent before is taken, and a new one is wanted.
+    /// Abandons the plan: clears its actions, refuses those of its epoch, and requests a new plan.
     pub fn abandon_plan(&mut self, mut cleared: impl FnMut(Entry)) {
         self.clear_planned(&mut cleared);
         self.epoch += 1;
@@ -241,7 +240,7 @@ impl Pipeline {
         self.replan
     }
 
-    /// How many reflexes and how many planned actions wait.
+    /// Returns the numbers of queued reflexes and planned actions.
     pub fn waiting(&self) -> (usize, usize) {
         (self.high.len(), self.normal.len())
     }

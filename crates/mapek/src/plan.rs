@@ -10,21 +10,22 @@ use crate::block::{BlockState, distinct, on};
 use crate::port::{PlanOut, role};
 use crate::{ActionRequest, Ended, ExecuteStatus, PlanStep, Planned, Route};
 
-/// Decides on the robot's behaviour and sends its actions to Execute (RoCS, 4.2). It is woken by the Analyzes that
-/// it notices, and by Execute when its status changes. A robot has one.
+/// Decides on the robot's behaviour and sends its actions to Execute (RoCS, 4.2). A robot has one.
+///
+/// Analyzes and changes of Execute's status trigger it.
 pub trait Plan: 'static {
-    /// The name by which configuration finds it, in snake case.
+    /// Kind in the configuration, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description.
     const DOC: &'static str = "";
-    /// What it notices: a [`Noticed`](crate::Noticed) port for each Analyze, and plain inputs for knowledge.
+    /// Ports: [`Noticed`](crate::Noticed) for each Analyze, and plain inputs for knowledge.
     type Noticed: Ports;
-    /// What users may tune.
+    /// Parameters.
     type Params: Params;
-    /// What it remembers.
+    /// State.
     type State: BlockState;
 
-    /// Plans: puts the actions into the agenda, which goes to Execute when this returns.
+    /// Plans: adds actions to the agenda, which is sent to Execute afterwards.
     fn run(
         state: &mut Self::State,
         noticed: &Self::Noticed,
@@ -35,38 +36,38 @@ pub trait Plan: 'static {
     );
 }
 
-/// What Execute is doing, as the Plan sees it.
+/// Status of Execute at the Plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Situation<'a> {
     status: &'a ExecuteStatus,
-    /// Endings up to this number were seen by an earlier run.
+    /// Number of the newest ending of earlier runs.
     seen: u64,
-    /// Whether Execute has not yet taken what the Plan sent.
+    /// Whether messages to Execute are pending.
     pending: bool,
 }
 
 impl Situation<'_> {
-    /// Whether Execute does nothing and nothing waits.
+    /// Returns whether no action runs or is queued.
     pub fn is_idle(&self) -> bool {
         self.status.route == Route::IDLE && self.status.high == 0 && self.status.normal == 0
     }
 
-    /// Whether a reflex or a failure cleared the plan, and no new one reached Execute since.
+    /// Returns whether a reflex or a failure has cleared the plan, and no new one has reached Execute.
     pub fn must_replan(&self) -> bool {
         self.status.replan.get()
     }
 
-    /// Whether a reflex has the robot.
+    /// Returns whether a reflex runs.
     pub fn is_reactive(&self) -> bool {
         self.status.route == Route::REACTIVE
     }
 
-    /// Whether Execute has no plan, and none is on its way: idle or to be planned anew.
+    /// Returns whether Execute has no plan, and none is pending: idle, or replanning.
     pub fn needs_plan(&self) -> bool {
         !self.pending && (self.is_idle() || self.must_replan())
     }
 
-    /// The actions that ended since the last run, at most the latest eight, oldest first.
+    /// Iterates over the actions that ended since the previous run, at most the newest eight, oldest first.
     pub fn ended(&self) -> impl Iterator<Item = &Ended> {
         self.status.ended.iter().filter(|ended| ended.number > self.seen)
     }
@@ -80,7 +81,7 @@ impl Deref for Situation<'_> {
     }
 }
 
-/// Collects the actions of a plan.
+/// Actions of a plan.
 #[derive(Debug)]
 pub struct Agenda<'a> {
     outbox: &'a Outbox<Planned>,
@@ -89,25 +90,25 @@ pub struct Agenda<'a> {
 }
 
 impl Agenda<'_> {
-    /// Puts an action behind those that wait. Its number comes back when it ended
-    /// ([`Ended::ticket`]); nothing when no more fit in this run.
+    /// Queues an action. Returns its number, which is reported at its end
+    /// ([`Ended::ticket`]); `None` if no more fit in this run.
     pub fn append(&mut self, action: ActionRequest) -> Option<u64> {
         self.send(action, PlanStep::APPEND)
     }
 
-    /// Cancels what is planned, the running action too, and begins with this action instead.
+    /// Replaces the plan, with its running action, by this action.
     pub fn replace(&mut self, action: ActionRequest) -> Option<u64> {
         self.send(action, PlanStep::REPLACE)
     }
 
-    /// Cancels what is planned, the running action too.
+    /// Cancels the plan, with its running action.
     pub fn clear(&mut self) -> Option<u64> {
         self.send(ActionRequest::default(), PlanStep::CLEAR)
     }
 
     fn send(&mut self, action: ActionRequest, step: PlanStep) -> Option<u64> {
         let ticket = *self.ticket + 1;
-        let sent = self.outbox.send(Planned { epoch: self.epoch, ticket, action, step, reserved: [0; 7] });
+        let sent = self.outbox.send(Planned { epoch: self.epoch, ticket, action, step });
         sent.then(|| {
             *self.ticket = ticket;
             ticket
@@ -115,23 +116,23 @@ impl Agenda<'_> {
     }
 }
 
-/// What the framework adds to a Plan's ports.
+/// Additional ports of a Plan.
 #[ports]
 pub struct PlanPorts {
-    /// What Execute is doing.
+    /// Status of Execute.
     situation: Input<ExecuteStatus>,
-    /// The actions for Execute.
+    /// Actions for Execute.
     #[window(64)]
     plan: PlanOut,
 }
 
-/// What a Plan and the framework remember of it.
+/// State of a Plan and of the framework for it.
 #[derive(Default, Serialize, Deserialize)]
 #[serde(bound = "S: BlockState")]
 pub struct PlanMemory<S> {
     state: S,
     ticket: u64,
-    /// When the last message was sent, nanoseconds.
+    /// Time of the newest message, nanoseconds.
     sent: u64,
     /// The last ending that a run saw.
     seen: u64,
@@ -140,7 +141,7 @@ pub struct PlanMemory<S> {
 /// How long a message may be on its way before the Plan takes it for lost, nanoseconds.
 const LOST: u64 = 100_000_000;
 
-/// A Plan that nobody tells anything runs after so long, nanoseconds.
+/// Maximum period of a Plan without a trigger, nanoseconds.
 const LOOK: u64 = 200_000_000;
 
 /// A [`Plan`] as a module.
@@ -171,7 +172,15 @@ impl<P: Plan> Module for PlanBlock<P> {
     }
 
     fn tick(memory: &mut Self::State, (noticed, own): &Self::Io, params: &P::Params, now: &Tick) -> Outcome {
-        let status = &*own.situation;
+        let idle;
+        let status = match own.situation.get() {
+            Some(status) => status,
+            None => {
+                // Execute has not run yet.
+                idle = ExecuteStatus::default();
+                &idle
+            }
+        };
         let pending = status.ticket < memory.ticket && now.now().saturating_sub(memory.sent) < LOST;
         let situation = Situation { status, seen: memory.seen, pending };
         let before = memory.ticket;

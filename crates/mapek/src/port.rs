@@ -10,15 +10,15 @@ use slate_module::{
 
 use crate::{Planned, Reflex};
 
-/// Roles of ports: both ends of a link have the same.
+/// Roles of ports; both ends of a link have the same role.
 pub mod role {
-    /// What a Monitor tells Analyzes.
+    /// Percepts, from Monitor to Analyze.
     pub const PERCEPT: &str = "percept";
-    /// What an Analyze tells the Plan.
+    /// Changes, from Analyze to Plan.
     pub const CHANGE: &str = "change";
-    /// What the Plan sends to Execute.
+    /// Planned actions, from Plan to Execute.
     pub const PLAN: &str = "plan";
-    /// What a ReactiveModel sends to Execute.
+    /// Reflexes, from ReactiveModel to Execute.
     pub const REFLEX: &str = "reflex";
 }
 
@@ -44,15 +44,15 @@ macro_rules! carrying {
 }
 
 carrying!(
-    /// What a Monitor publishes; the framework writes it.
+    /// Percept of a Monitor; the framework writes it.
     Percept,
     Output,
     role::PERCEPT
 );
 carrying!(
-    /// What an Analyze observes of a Monitor: an [`Input`] that only a Monitor can be attached to.
+    /// Percept of a Monitor at an Analyze: an [`Input`] for Monitors only.
     ///
-    /// It is the same during a whole step, and belongs to the step's thread:
+    /// It is constant during a step, and belongs to the step's thread:
     ///
     /// ```compile_fail,E0277
     /// use slate_interfaces::Pose2;
@@ -69,13 +69,13 @@ carrying!(
     role::PERCEPT
 );
 carrying!(
-    /// What an Analyze publishes; the framework writes it.
+    /// Change of an Analyze; the framework writes it.
     Change,
     Output,
     role::CHANGE
 );
 carrying!(
-    /// What the Plan notices of an Analyze: every change, in order.
+    /// Changes of an Analyze at the Plan, in order.
     Noticed,
     Queue,
     role::CHANGE
@@ -90,17 +90,17 @@ impl<T: Interface> Deref for Observed<T> {
 }
 
 impl<T: Interface> Noticed<T> {
-    /// The changes since the last run, oldest first.
+    /// Iterates over changes since the previous run, oldest first.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Received<'_, T>> {
         self.0.iter()
     }
 
-    /// The latest change since the last run; nothing if there was none.
+    /// Returns the newest change since the previous run, if any.
     pub fn newest(&self) -> Option<Received<'_, T>> {
         self.iter().last()
     }
 
-    /// How many changes this Plan lost because it lagged.
+    /// Returns the number of changes lost by lag.
     pub fn missed(&self) -> u64 {
         self.0.missed()
     }

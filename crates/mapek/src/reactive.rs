@@ -6,24 +6,24 @@ use crate::block::{BlockState, distinct, on};
 use crate::port::ReflexOut;
 use crate::{ActionRequest, Rank, Reflex};
 
-/// A reflex: a known mapping from what sensors say to an action (RoCS, 5.1). It is woken by its sensors and goes
-/// straight to Execute; the deliberative route is not involved.
+/// Reflex: a known mapping from sensors to an action (RoCS, 5.1). Its sensors trigger it; its actions go straight to Execute, without the
+/// deliberative route.
 pub trait ReactiveModel: 'static {
-    /// The name by which configuration finds it, in snake case.
+    /// Kind in the configuration, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description.
     const DOC: &'static str = "";
-    /// Its place among the robot's models, unless the block's input `rank` is set: a higher one inhibits and preempts
+    /// Rank among the robot's models, unless the input `rank` is set: a higher one inhibits and preempts
     /// a lower one.
     const RANK: i32 = 0;
-    /// The sensors and the knowledge it reacts to.
+    /// Ports of sensors and knowledge.
     type Sensors: Ports;
-    /// What users may tune.
+    /// Parameters.
     type Params: Params;
-    /// What it remembers.
+    /// State.
     type State: BlockState;
 
-    /// Reacts: an action that is returned comes before all that is planned. While it waits or runs, the same kind of
+    /// Reacts: a returned action precedes all planned ones. While it is queued or runs, the same kind of
     /// action renews it.
     fn run(
         state: &mut Self::State,
@@ -33,12 +33,12 @@ pub trait ReactiveModel: 'static {
     ) -> Option<ActionRequest>;
 }
 
-/// What the framework adds to a ReactiveModel's ports.
+/// Additional ports of a ReactiveModel.
 #[ports]
 pub struct ReactivePorts {
     /// Replaces the model's own rank when it is set.
     rank: Input<Rank>,
-    /// The actions for Execute.
+    /// Actions for Execute.
     reflex: ReflexOut,
 }
 
@@ -65,8 +65,8 @@ impl<R: ReactiveModel> Module for ReactiveBlock<R> {
 
     fn tick(state: &mut R::State, (sensors, own): &Self::Io, params: &R::Params, now: &Tick) -> Outcome {
         let Some(action) = R::run(state, sensors, params, now) else { return Outcome::Ok };
-        let rank = if own.rank.stamp().sequence > 0 { own.rank.rank } else { R::RANK };
-        if own.reflex.0.send(Reflex { action, rank, reserved: 0 }) {
+        let rank = own.rank.get().map_or(R::RANK, |rank| rank.rank);
+        if own.reflex.0.send(Reflex { action, rank }) {
             Outcome::Ok
         } else {
             now.error(format_args!("no room for the reflex {}", action.kind.as_str()));

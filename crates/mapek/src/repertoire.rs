@@ -5,52 +5,52 @@ use slate_module::Ports;
 
 use crate::{Acting, ActionRequest, ActionTree, Arguments, Step};
 
-/// All actions that a robot knows, made by [`repertoire!`](crate::repertoire): an action of any of these kinds.
+/// Repertoire of a robot's actions, made by [`repertoire!`](crate::repertoire): an action of any of its kinds.
 pub trait Repertoire: Serialize + DeserializeOwned + Send + 'static {
-    /// The plugin name of the Execute that performs them.
+    /// Kind of the Execute block.
     const NAME: &'static str;
-    /// What they act on.
+    /// Body of the actions.
     type Body: Ports;
-    /// The names of the kinds.
+    /// Names of the kinds.
     const KINDS: &'static [&'static str];
 
-    /// The action that is asked for, before its first step.
+    /// Makes a requested action, before its first step.
     ///
     /// # Errors
-    /// When the kind is unknown or the arguments don't fit.
+    /// If the kind is unknown or the arguments don't fit.
     fn start(request: &ActionRequest) -> Result<Self, RequestError>;
 
-    /// Takes newer arguments.
+    /// Renews the arguments.
     ///
     /// # Errors
-    /// When it is another kind or the arguments don't fit; nothing changes then.
+    /// If it is another kind or the arguments don't fit; without a change.
     fn renew(&mut self, request: &ActionRequest) -> Result<(), RequestError>;
 
-    /// One step.
+    /// Performs a step.
     fn act(&mut self, acting: &Acting<'_, Self::Body>) -> Step;
 
-    /// Ends an action that was stepped before and will not be any more.
+    /// Ends an action that was stepped, and is not any more.
     fn cancel(&mut self, acting: &Acting<'_, Self::Body>);
 
-    /// Writes the action and those inside it.
+    /// Writes the action and its children.
     fn describe(&self, tree: &mut ActionTree);
 }
 
-/// Why an action can't be started.
+/// Error of starting an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RequestError {
     /// The robot has no such action.
     #[error("unknown action, known are {}", List(.known))]
     UnknownKind {
-        /// The kinds that there are.
+        /// Known kinds.
         known: &'static [&'static str],
     },
     /// Too many or too few arguments.
     #[error("{given} arguments, expected {expected}")]
     Count {
-        /// How many there are.
+        /// Number of arguments.
         given: usize,
-        /// How many it takes.
+        /// Expected number.
         expected: usize,
     },
     /// An argument is infinite or not a number.
@@ -69,10 +69,10 @@ impl fmt::Display for List<'_> {
     }
 }
 
-/// The arguments of a request, if there are as many as the kind takes and all are finite.
+/// Returns the arguments of a request, if number and values are valid.
 ///
 /// # Errors
-/// What is wrong with them.
+/// If number or values are invalid.
 pub fn read_arguments<A: Arguments>(request: &ActionRequest) -> Result<A, RequestError> {
     let given = request.arguments.len();
     if given != A::LENGTH {

@@ -8,10 +8,10 @@ use crate::{
     Actuator, Analyze, Knowledge, Monitor, Noticed, Observed, Plan, ReactiveModel, Repertoire, Sensor, kind,
 };
 
-/// Puts a robot together: its blocks and what is attached to what.
+/// Builder of a robot: its blocks and their attachments.
 ///
-/// Only a Monitor can be attached to an Analyze, and only an Analyze to the Plan; anything else does not compile. The
-/// result says what the links of a configuration say, so both ways make the same robot.
+/// Only Monitors attach to an Analyze, and only Analyzes to the Plan; others do not compile. The result equals the links of a
+/// configuration.
 #[derive(Debug)]
 pub struct Robot {
     parts: Rc<RefCell<Parts>>,
@@ -37,7 +37,7 @@ pub struct Wiring {
     pub name: String,
     /// Each module's name and kind.
     pub modules: Vec<(String, ModuleKind)>,
-    /// Each link: the reader's or sender's port, and what it reads or where it sends, such as
+    /// Links: the port of the reader or sender, and its source or receiver, such as
     /// `("pass_range/range", "range_monitor/percept")`.
     pub links: Vec<(String, String)>,
 }
@@ -50,7 +50,7 @@ pub enum BuildError {
     Second {
         /// The robot.
         robot: String,
-        /// What it has twice.
+        /// Duplicate block.
         part: &'static str,
         /// The first one.
         first: String,
@@ -72,17 +72,17 @@ pub enum BuildError {
         robot: String,
         /// The input.
         port: String,
-        /// What it reads.
+        /// Present source.
         first: String,
-        /// What it should read too.
+        /// Second source.
         second: String,
     },
-    /// A Plan or a ReactiveModel needs somebody to perform its actions.
+    /// A Plan or a ReactiveModel needs an Execute.
     #[error("robot `{robot}` has no Execute, which `{block}` needs")]
     NoExecute {
         /// The robot.
         robot: String,
-        /// Who sends actions.
+        /// Block that sends actions.
         block: String,
     },
 }
@@ -128,7 +128,7 @@ impl<B> BlockHandle<B> {
         &self.name
     }
 
-    /// Lets an input read a property: a sensor, knowledge, or what another block made visible. The URL is relative to
+    /// Links an input to a property of a sensor, of knowledge or of another block. The URL is relative to
     /// the robot, such as `sonar/value`, or absolute.
     pub fn watch(&self, port: &str, url: &str) {
         self.parts.borrow_mut().link(format!("{}/{port}", self.name), url.to_owned());

@@ -6,22 +6,22 @@ use slate_module::{
 
 use crate::block::{BlockState, distinct, on};
 
-/// A source of data. Sensors and Actuators are what differs between a simulated and a real robot; nothing else does.
+/// Source of data. Only Sensors and Actuators differ between a simulated and a real robot.
 pub trait Sensor: 'static {
-    /// The name by which configuration finds it, in snake case.
+    /// Kind in the configuration, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description.
     const DOC: &'static str = "";
-    /// What it reads, such as a simulator's output; nothing for one that asks a device.
+    /// Ports, such as the input of a simulator's output; `()` for a device.
     type Io: Ports;
-    /// What users may tune.
+    /// Parameters.
     type Params: Params;
-    /// What it remembers; a connection to a device is skipped when it is saved.
+    /// State; skip a connection to a device when it is saved.
     type State: BlockState;
-    /// What it measures.
+    /// Measured value.
     type Value: Interface + Copy;
 
-    /// The newest data; nothing if there is none since the last call. It must not wait.
+    /// Returns new data since the previous call, if any. Must not block.
     fn get_data(
         state: &mut Self::State,
         io: &Self::Io,
@@ -30,10 +30,10 @@ pub trait Sensor: 'static {
     ) -> Option<Self::Value>;
 }
 
-/// What the framework adds to a Sensor's ports.
+/// Additional ports of a Sensor.
 #[ports]
 pub struct SensorPorts<T: Interface> {
-    /// What the sensor measures.
+    /// Measurement of the sensor.
     value: Output<T>,
 }
 

@@ -1,10 +1,10 @@
 use slate_module::{Bool, Sequence, Text, interface};
 
-/// Who decides what the robot does.
+/// Route that controls the robot.
 #[interface]
 #[derive(serde::Serialize, serde::Deserialize)]
 pub enum Route {
-    /// Nobody: the pipeline is empty and the actuators are safe.
+    /// No action: the pipeline is empty and the actuators are safe.
     Idle,
     /// The Plan.
     Deliberative,
@@ -12,74 +12,70 @@ pub enum Route {
     Reactive,
 }
 
-/// How an action ended.
+/// Ending of an action.
 #[interface]
 #[derive(serde::Serialize, serde::Deserialize)]
 pub enum Ending {
-    /// It did what it should.
+    /// Completed.
     Completed,
-    /// It could not.
+    /// Failed.
     Failed,
-    /// It was running or waiting when a reflex, a failure or a new plan took its place.
+    /// Cancelled by a reflex, a failure or a new plan.
     Cancelled,
-    /// It was planned before the latest reflex and never began.
+    /// Dropped: planned before the newest reflex.
     Dropped,
-    /// Execute does not know it, its arguments are wrong, or the pipeline is full.
+    /// Refused: unknown kind, invalid arguments or full pipeline.
     Refused,
 }
 
 /// An action that ended.
 #[interface]
 pub struct Ended {
-    /// Counts the endings from 1.
+    /// Number of the ending, from 1.
     pub number: u64,
-    /// The Plan's number of the action; 0 for a reflex.
+    /// Number of the action at the Plan; 0 for a reflex.
     pub ticket: u64,
-    /// Its kind.
+    /// Kind of the action.
     pub kind: Text<44>,
-    /// How it ended.
+    /// Ending.
     pub ending: Ending,
-    /// Who had sent it.
+    /// Route that sent it.
     pub route: Route,
-    /// Not used.
-    pub reserved: [u8; 6],
 }
 
-/// What Execute is doing, written when it changes.
+/// Status of Execute, written when it changes.
 #[interface]
 pub struct ExecuteStatus {
-    /// Raised by each reflex and each failure; what was planned in an earlier epoch is dropped.
+    /// Raised by each reflex and failure; plans of an earlier epoch are dropped.
     pub epoch: u64,
-    /// The Plan's latest message that Execute took.
+    /// Newest message of the Plan that Execute has taken.
     pub ticket: u64,
-    /// Actions that did what they should.
+    /// Number of completed actions.
     pub completed: u64,
-    /// Actions that could not.
+    /// Number of failed actions.
     pub failed: u64,
-    /// Actions cancelled while they ran or waited.
+    /// Number of cancelled actions.
     pub cancelled: u64,
-    /// Planned actions that came too late.
+    /// Number of planned actions of an earlier epoch.
     pub dropped: u64,
-    /// Messages refused.
+    /// Number of refused messages.
     pub refused: u64,
-    /// Reflexes taken, with those that renewed another.
+    /// Number of accepted reflexes, with renewals.
     pub reflexes: u64,
-    /// Changes between the deliberative and the reactive route.
+    /// Number of route switches.
     pub route_switches: u64,
-    /// Reflexes that wait.
+    /// Queued reflexes.
     pub high: u32,
-    /// Planned actions that wait.
+    /// Queued planned actions.
     pub normal: u32,
-    /// Who decides now.
+    /// Present route.
     pub route: Route,
-    /// Whether the Plan must make a new plan: its last one was cleared and nothing came since.
+    /// Whether the Plan must replan: its plan was cleared, and no new one has arrived.
     pub replan: Bool,
-    /// Not used.
-    pub reserved: [u8; 6],
     /// Kind of the running action; empty for none.
     pub running: Text<44>,
-    /// The running action with the actions inside it, such as `GoToOrigin > TurnToOrigin > TurnAngle`.
+    /// Running action with its children, such as `GoToOrigin > TurnToOrigin > TurnAngle`.
     pub tree: Text<252>,
-    /// The latest actions that ended, oldest first.
+    /// Newest endings, oldest first.
     pub ended: Sequence<Ended, 8>,
 }

@@ -179,7 +179,7 @@ fn a_plan_sees_every_change_and_every_ending_once() {
 }
 
 #[test]
-fn a_reflex_is_sent_with_the_rank_of_its_model_or_the_one_that_was_set() {
+fn a_reflex_has_the_rank_of_its_model_or_its_input() {
     let mut model = Fixture::<ReactiveBlock<AvoidNear>>::new();
     model.set("range", near(0.1));
     model.tick();
@@ -272,7 +272,7 @@ impl Knowledge for Memory {
     type State = Option<f64>;
 
     fn update(least: &mut Option<f64>, models: &Models, (): &(), _: &Tick) {
-        if let Some(seen) = models.seen.new() {
+        if let Some(seen) = models.seen.updated() {
             let known = least.map_or(seen.distance, |least| math::min(least, seen.distance));
             *least = Some(known);
             models.known.set(near(known));

@@ -106,7 +106,7 @@ fn a_reflex_takes_over_in_the_cycle_in_which_it_comes() {
 }
 
 #[test]
-fn a_plan_made_before_the_reflex_is_dropped_even_in_the_same_cycle() {
+fn a_plan_from_before_a_reflex_is_dropped_in_any_cycle() {
     let mut execute = Execute::new();
     execute.push("plan", planned(Drive::request((1.0, 9.0)), 1, 0));
     execute.push("reflexes", reflex(Swerve::request((-1.0, 1.0)), 0));
@@ -144,7 +144,7 @@ fn when_a_planned_action_fails_the_plan_is_given_up() {
 }
 
 #[test]
-fn replacing_a_plan_cancels_the_running_action_before_the_new_one_acts() {
+fn replacing_a_plan_first_cancels_the_running_action() {
     let mut execute = Execute::new();
     execute.push("plan", planned(Drive::request((1.0, 9.0)), 1, 0));
     step(&mut execute);

@@ -178,7 +178,8 @@ impl Module for Warden {
             }
         }
         let written = f64::from(u8::from(own.write(now.now(), &io.stated)));
-        io.changes.set(Point2 { x: world.learn(&io.rooms).len() as f64, y: written });
+        let changes = io.rooms.get().map_or(0, |rooms| world.learn(rooms).len());
+        io.changes.set(Point2 { x: changes as f64, y: written });
         Outcome::Ok
     }
 }
@@ -229,7 +230,7 @@ fn a_block_is_told_what_changes_in_a_table() {
 }
 
 #[test]
-fn what_is_stated_is_written_when_it_changes_and_when_it_has_room() {
+fn statements_are_written_on_change_and_when_they_fit() {
     let mut warden = Fixture::<Warden>::new();
     let wrote = |warden: &Fixture<Warden>| warden.wrote("stated");
     assert_eq!(told(&mut warden, &[(1.0, 20.0), (2.0, 21.0)]).y, 1.0);

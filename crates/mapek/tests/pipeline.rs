@@ -41,7 +41,7 @@ fn planned_actions_run_in_the_order_in_which_they_were_planned() {
 }
 
 #[test]
-fn a_reflex_clears_the_plan_raises_the_epoch_and_wants_a_new_plan() {
+fn a_reflex_clears_the_plan_and_requests_a_new_one() {
     let mut pipeline = Pipeline::default();
     append(&mut pipeline, 1);
     append(&mut pipeline, 2);
@@ -98,7 +98,7 @@ fn a_repeated_reflex_takes_the_place_of_the_first() {
 }
 
 #[test]
-fn a_running_reflex_that_is_repeated_goes_on_with_newer_arguments() {
+fn a_repeated_reflex_renews_its_arguments() {
     let mut pipeline = Pipeline::default();
     pipeline.reflex(request(1), 1, 0, |_| {});
     pipeline.advance();
@@ -111,7 +111,7 @@ fn a_running_reflex_that_is_repeated_goes_on_with_newer_arguments() {
 }
 
 #[test]
-fn a_full_pipeline_refuses_actions_but_finds_room_for_a_higher_rank() {
+fn a_full_pipeline_accepts_only_higher_ranks() {
     let mut pipeline = Pipeline::default();
     for value in 0..Pipeline::CAPACITY as u32 {
         assert_eq!(append(&mut pipeline, value), Admission::Waiting);

@@ -65,7 +65,7 @@ type Execute = Fixture<ExecuteBlock<Actions>>;
 
 fn planned(x: f64, ticket: u64) -> Planned {
     let action = SendThere::request((x, 0.0));
-    Planned { epoch: 0, ticket, action, step: PlanStep::APPEND, reserved: [0; 7] }
+    Planned { epoch: 0, ticket, action, step: PlanStep::APPEND }
 }
 
 /// Ticks, and says what was sent and how the last action ended, if one did.
@@ -88,7 +88,7 @@ fn it_is_done_when_the_message_was_taken() {
 }
 
 #[test]
-fn it_fails_when_the_message_was_refused_lost_or_not_answered_in_time() {
+fn it_fails_if_the_message_is_refused_lost_or_timed_out() {
     for (number, answer) in [(1, Some(Delivery::Refused(7))), (1, Some(Delivery::Lost)), (1, None)] {
         let mut execute = Execute::new();
         execute.push("plan", planned(1.0, 1));

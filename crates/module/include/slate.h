@@ -19,7 +19,7 @@
 
 // What the library offers and needs, as JSON; hosts read it from the file before they open the library:
 //
-//     SLATE_OUTLINE("{\"abi\":1,\"symbol\":\"slate_plugin_smoother\",\"name\":\"smoother\",\"version\":\"1.0.0\","
+//     SLATE_OUTLINE("{\"abi\":2,\"symbol\":\"slate_plugin_smoother\",\"name\":\"smoother\",\"version\":\"1.0.0\","
 //                   "\"depends\":[],\"modules\":[{\"name\":\"smoother\",\"stage\":\"Think\"}]}");
 #define SLATE_OUTLINE(json) __attribute__((used, section(".slate"))) static const char slate_outline[] = json
 
@@ -323,10 +323,11 @@ static inline SlatePortSlot *slate_port(const SlateFrame *frame, size_t port) {
     return port < frame->port_count ? &frame->ports[port] : NULL;
 }
 
-// The value of an input; all zero before the first write.
+// The newest value of an input; null before the first write. An input that the description calls required has one in
+// every tick.
 static inline const void *slate_input(const SlateFrame *frame, size_t port) {
     const SlatePortSlot *slot = slate_port(frame, port);
-    return slot ? slot->data : NULL;
+    return slot && slot->stamp.sequence > 0 ? slot->data : NULL;
 }
 
 // Whether an input was written since this module's last tick.

@@ -33,6 +33,8 @@ pub struct PortDescription {
     pub direction: Direction,
     /// What it carries.
     pub descriptor: &'static Descriptor,
+    /// Input: whether the module does not run before it has a value.
+    pub required: bool,
     /// The part it plays in an architecture; only matching roles may be linked. Empty for none.
     pub role: String,
     /// Input: nanoseconds after which the value counts as stale.

@@ -30,7 +30,7 @@
 //!
 //! #[ports]
 //! pub struct Io {
-//!     pose: Input<Pose>,
+//!     pose: Required<Pose>,
 //!     #[stale(after = "200ms")] target: Input<Pose>,
 //!     #[safe(Twist { linear: 0.0, angular: 0.0 })] velocity: Output<Twist>,
 //! }
@@ -51,7 +51,9 @@
 //!     type State = ();
 //!
 //!     fn tick(_: &mut (), io: &Io, params: &Params, _: &Tick) -> Outcome {
-//!         let distance = io.target.x - io.pose.x;
+//!         // Without a target it commands nothing.
+//!         let Some(target) = io.target.fresh() else { return Outcome::Degraded };
+//!         let distance = target.x - io.pose.x;
 //!         io.velocity.set(Twist { linear: params.gain * distance, angular: 0.0 });
 //!         Outcome::Ok
 //!     }
@@ -64,7 +66,9 @@
 //! // No agent and no thread is needed to test it.
 //! let mut follower = slate_module::testing::Fixture::<Follower>::new();
 //! follower.set("target", Pose { x: 2.0, y: 0.0, theta: 0.0 });
-//! follower.tick();
+//! assert_eq!(follower.tick().waiting_for(), Some("pose"));
+//! follower.set("pose", Pose { x: 0.0, y: 0.0, theta: 0.0 });
+//! assert_eq!(follower.tick(), Outcome::Ok);
 //! assert_eq!(follower.output::<Twist>("velocity"), Some(Twist { linear: 1.6, angular: 0.0 }));
 //! ```
 #![allow(unsafe_code, reason = "the plugin table hands memory of the host to the module")]
@@ -98,7 +102,7 @@ pub use parameters::{Parameter, Params};
 pub use plugin::{Maker, ModuleKind, Plugin};
 pub use port::{
     Command, Debug, Delivery, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority,
-    Queue, Received,
+    Queue, Received, Required,
 };
 pub use portable::{PortableDescription, decode_interface, encode_interface};
 pub use random::Random;
@@ -113,8 +117,8 @@ pub use tick::{FieldValue, Tick};
 pub mod prelude {
     pub use crate::{
         Bool, Command, Debug, Inbox, Input, Interface, Module, Optional, Outbox, Outcome, Output, Ports,
-        Priority, Queue, Refusal, Sequence, Setup, Text, Tick, interface, math, module, params, plugin,
-        ports,
+        Priority, Queue, Refusal, Required, Sequence, Setup, Text, Tick, interface, math, module, params,
+        plugin, ports,
     };
 }
 

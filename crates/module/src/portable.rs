@@ -5,7 +5,9 @@ use std::collections::BTreeMap;
 use std::sync::{Mutex, PoisonError};
 
 use serde::{Deserialize, Serialize};
-use slate_blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Value, schema_hash};
+use slate_blackboard::interface::{
+    Constant, Descriptor, Enumeration, Field, Kind, Primitive, Value, schema_hash,
+};
 
 use crate::{Description, Direction, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode};
 
@@ -36,6 +38,8 @@ struct PortablePort {
     doc: String,
     direction: Direction,
     interface: PortableInterface,
+    #[serde(default)]
+    required: bool,
     #[serde(default)]
     role: String,
     #[serde(default)]
@@ -85,24 +89,20 @@ struct PortableField {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum PortableKind {
-    Bool,
-    U8,
-    U16,
-    U32,
-    U64,
-    I8,
-    I16,
-    I32,
-    I64,
-    F32,
-    F64,
-    Enumeration { name: String, carrier: Box<PortableKind>, constants: Vec<(String, i64, String)> },
+    Enumeration {
+        name: String,
+        carrier: Box<PortableKind>,
+        constants: Vec<(String, i64, String)>,
+    },
     Text(usize),
     Optional(Box<PortableKind>),
     Array(Box<PortableKind>, usize),
     Sequence(Box<PortableKind>, usize),
     Nested(PortableInterface),
     Tail(Box<PortableKind>),
+    /// Its name alone.
+    #[serde(untagged)]
+    Primitive(Primitive),
 }
 
 /// A description as CBOR.
@@ -159,6 +159,7 @@ fn portable_port(port: &PortDescription) -> PortablePort {
         doc: port.doc.clone(),
         direction: port.direction,
         interface: portable_interface(port.descriptor),
+        required: port.required,
         role: port.role.clone(),
         stale_after: port.stale_after,
         safe: port.safe.clone(),
@@ -186,17 +187,7 @@ fn portable_interface(descriptor: &Descriptor) -> PortableInterface {
 fn portable_kind(kind: &Kind) -> PortableKind {
     let item = |kind: &Kind| Box::new(portable_kind(kind));
     match kind {
-        Kind::Bool => PortableKind::Bool,
-        Kind::U8 => PortableKind::U8,
-        Kind::U16 => PortableKind::U16,
-        Kind::U32 => PortableKind::U32,
-        Kind::U64 => PortableKind::U64,
-        Kind::I8 => PortableKind::I8,
-        Kind::I16 => PortableKind::I16,
-        Kind::I32 => PortableKind::I32,
-        Kind::I64 => PortableKind::I64,
-        Kind::F32 => PortableKind::F32,
-        Kind::F64 => PortableKind::F64,
+        Kind::Primitive(primitive) => PortableKind::Primitive(*primitive),
         Kind::Enumeration(enumeration) => PortableKind::Enumeration {
             name: enumeration.name.into(),
             carrier: item(&enumeration.carrier),
@@ -277,6 +268,14 @@ fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
     if port.safe.as_ref().is_some_and(|safe| safe.len() != descriptor.size) {
         return Err(format!("the safe value of `{}` is not {} bytes long", port.name, descriptor.size).into());
     }
+    if port.required && port.direction != Direction::Input {
+        return Err(format!(
+            "`{}` is required and goes the way {}: only an Input can be required",
+            port.name,
+            port.direction.name()
+        )
+        .into());
+    }
     let window = port.window.unwrap_or(16);
     if !(1..=LARGEST_WINDOW).contains(&window) {
         return Err(format!("the window of `{}` is {window}, not 1 to {LARGEST_WINDOW}", port.name).into());
@@ -287,6 +286,7 @@ fn port(port: PortablePort) -> Result<PortDescription, Refusal> {
         doc: port.doc,
         direction: port.direction,
         descriptor,
+        required: port.required,
         role: port.role,
         stale_after: port.stale_after,
         safe: port.safe,
@@ -311,7 +311,7 @@ fn leaked(text: &str) -> &'static str {
     if text.is_empty() { "" } else { Box::leak(text.into()) }
 }
 
-/// Lays the interface out, as the compiler does: fields in order, each at its alignment, without padding.
+/// Lays the interface out, as the compiler does: fields in order, each at its alignment, a tail behind all of them.
 fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
     let name = &interface.name;
     let mut fields = Vec::new();
@@ -328,11 +328,9 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
         if matches!(kind, Kind::Tail(_)) && i + 1 < interface.fields.len() {
             return Err(wrong("only the last field may be a tail"));
         }
-        if !size.is_multiple_of(kind.align()) {
-            return Err(wrong(
-                "it would need padding before it: order the fields by size or add reserved ones",
-            ));
-        }
+        align = align.max(kind.align());
+        // No size is near the end of the numbers.
+        size = size.next_multiple_of(if matches!(kind, Kind::Tail(_)) { align } else { kind.align() });
         let own = Field {
             name: leaked(&field.name),
             doc: leaked(&field.doc),
@@ -344,12 +342,9 @@ fn descriptor(interface: &PortableInterface) -> Result<Descriptor, Refusal> {
             .checked_add(kind.size())
             .filter(|size| *size <= LARGEST)
             .ok_or_else(|| wrong("too large"))?;
-        align = align.max(kind.align());
         fields.push(own);
     }
-    if !size.is_multiple_of(align) {
-        return Err(format!("{name} would need padding at its end: add a reserved field").into());
-    }
+    size = size.next_multiple_of(align);
     let fields: &'static [Field] = Box::leak(fields.into_boxed_slice());
     let hash = schema_hash(name, fields);
     if let Some(claimed) = interface.hash.filter(|claimed| *claimed != hash) {
@@ -388,27 +383,10 @@ fn kind(portable: &PortableKind) -> Result<Kind, Refusal> {
         }
     };
     Ok(match portable {
-        PortableKind::Bool => Kind::Bool,
-        PortableKind::U8 => Kind::U8,
-        PortableKind::U16 => Kind::U16,
-        PortableKind::U32 => Kind::U32,
-        PortableKind::U64 => Kind::U64,
-        PortableKind::I8 => Kind::I8,
-        PortableKind::I16 => Kind::I16,
-        PortableKind::I32 => Kind::I32,
-        PortableKind::I64 => Kind::I64,
-        PortableKind::F32 => Kind::F32,
-        PortableKind::F64 => Kind::F64,
+        PortableKind::Primitive(primitive) => Kind::Primitive(*primitive),
         PortableKind::Enumeration { name, carrier, constants } => {
             let carrier = match kind(carrier)? {
-                integer @ (Kind::U8
-                | Kind::U16
-                | Kind::U32
-                | Kind::U64
-                | Kind::I8
-                | Kind::I16
-                | Kind::I32
-                | Kind::I64) => integer,
+                integer @ Kind::Primitive(primitive) if primitive.integers().is_some() => integer,
                 _ => return Err(format!("the enumeration {name} is carried by no integer").into()),
             };
             let constants = constants
@@ -465,6 +443,7 @@ mod tests {
         );
         let [input, mean] = &description.ports[..] else { unreachable!() };
         assert_eq!((input.direction, input.stale_after), (Direction::Input, Some(200_000_000)));
+        assert_eq!((input.required, mean.required), (true, false));
         assert_eq!((mean.descriptor.size, mean.descriptor.fields[0].unit), (8, "ticks"));
         assert_eq!(description.parameters[0].range, Some((0.0, 1.0)));
         for kind in [

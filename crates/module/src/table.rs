@@ -4,7 +4,9 @@
 use crate::Frame;
 
 /// The version of this interface; a host refuses what was built for another one.
-pub const ABI: u32 = 1;
+///
+/// 2: a description says which inputs are required, and an interface may have padding.
+pub const ABI: u32 = 2;
 
 /// Bytes that stay as they are during a call; those of a table, as long as its library is open.
 #[repr(C)]

@@ -1,19 +1,21 @@
 //! Ticks a module without an agent and without a thread.
 
 mod services;
+mod ticked;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
 
 use slate_blackboard::Stamp;
-use slate_blackboard::interface::Interface;
+use slate_blackboard::interface::{Interface, View};
 
 use crate::instance::Authored;
 use crate::{
-    Delivery, Description, Direction, Entry, Flags, Frame, Host, Instance, Module, Outcome, PortCursor,
-    PortSlot, Random, Refusal, Setup, Tick,
+    Delivery, Description, Direction, Entry, Flags, Frame, Host, Instance, Module, PortCursor, PortSlot,
+    Random, Refusal, Setup, Tick,
 };
 use services::Provision;
+pub use ticked::Ticked;
 
 /// A module with its ports, for tests: set inputs, tick, look at outputs.
 pub struct Fixture<M: Module> {
@@ -65,12 +67,8 @@ impl<M: Module> Fixture<M> {
     ///
     /// # Errors
     /// The module's refusal.
-    pub fn with(params: M::Params) -> Result<Self, Refusal> {
+    pub fn with(mut params: M::Params) -> Result<Self, Refusal> {
         let setup = Setup { name: M::NAME, seed: 0, period: 20_000_000, section: None };
-        // SAFETY: parameters are an interface: plain memory without padding.
-        let bytes = unsafe {
-            std::slice::from_raw_parts(std::ptr::from_ref(&params).cast::<u8>(), size_of::<M::Params>())
-        };
         let description = Authored::<M>::describe(&setup)?;
         let memory = description
             .ports
@@ -94,7 +92,7 @@ impl<M: Module> Fixture<M> {
             })
             .collect();
         let random = Cell::new(Random::new(0, setup.name));
-        let instance = Authored::<M>::create(&setup, bytes)?;
+        let instance = Authored::<M>::create(&setup, View::of(&mut params).bytes())?;
         Ok(Self { instance, description, memory, params, now: 0, last: 0, number: 0, random })
     }
 
@@ -206,12 +204,18 @@ impl<M: Module> Fixture<M> {
         self.now += nanoseconds;
     }
 
-    /// One step.
+    /// One step, or what the module waits for: as in an agent, it does not run before each required input has a value.
     ///
     /// # Panics
     /// When a service that the module needs was not [provided](Fixture::provide).
-    pub fn tick(&mut self) -> Outcome {
+    pub fn tick(&mut self) -> Ticked {
         self.check_services();
+        self.memory.iter_mut().for_each(|memory| memory.set = false);
+        let ports = self.description.ports.iter().zip(&self.memory);
+        let mut missing = ports.filter(|(port, memory)| port.required && memory.sequence == 0);
+        if let Some((port, _)) = missing.next() {
+            return Ticked::Waiting(port.name.clone());
+        }
         self.number += 1;
         let mut entries: Vec<Vec<Entry>> = Vec::new();
         for (port, memory) in self.description.ports.iter().zip(&mut self.memory) {
@@ -219,7 +223,6 @@ impl<M: Module> Fixture<M> {
                 let words = port.descriptor.size.div_ceil(16).max(1);
                 memory.messages = vec![vec![0; words]; port.window];
             }
-            memory.set = false;
             let mut lent: Vec<Entry> =
                 memory.messages.iter_mut().enumerate().map(|(i, words)| entry(words, i)).collect();
             if port.direction == Direction::Outbox {
@@ -279,7 +282,7 @@ impl<M: Module> Fixture<M> {
                 _ => memory.messages.clear(),
             }
         }
-        outcome
+        Ticked::Ran(outcome)
     }
 
     /// What the last tick wrote to an output, or nothing if it left it alone.

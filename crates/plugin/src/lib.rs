@@ -20,7 +20,7 @@
 //!
 //! #[ports]
 //! pub struct Io {
-//!     input: Input<Number>,
+//!     input: Required<Number>,
 //!     doubled: Output<Number>,
 //! }
 //!
@@ -47,7 +47,10 @@ pub use slate_interfaces as interfaces;
 pub use slate_mapek as mapek;
 pub use slate_module as module;
 
-/// What a module's file imports.
+/// What the file of a module or of a robot in MAPE-K imports: ports and macros, the blocks of MAPE-K with their
+/// actions, builder and pipeline, the common interfaces, and mathematics.
 pub mod prelude {
+    pub use slate_interfaces::prelude::*;
+    pub use slate_mapek::prelude::*;
     pub use slate_module::prelude::*;
 }

@@ -24,7 +24,7 @@ pub struct Number {
 
 #[ports]
 pub struct SegmentIo {
-    input: Input<Number>,
+    input: Required<Number>,
     output: Output<Number>,
 }
 

@@ -46,10 +46,10 @@ impl File {
     }
 
     /// A value as recordings have it.
-    fn value<T: Interface>(&mut self, topic: &str, time: u64, value: &T) {
+    fn value<T: Interface + Copy>(&mut self, topic: &str, time: u64, value: &T) {
         let definition = ros::definition(T::DESCRIPTOR);
         let mut data = Vec::new();
-        ros::encode(T::DESCRIPTOR, View::of(value).bytes(), &mut data).unwrap();
+        ros::encode(T::DESCRIPTOR, View::of(&mut { *value }).bytes(), &mut data).unwrap();
         self.message(topic, time, &definition.name, &definition.text, "cdr", &data);
     }
 

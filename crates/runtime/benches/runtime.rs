@@ -35,7 +35,7 @@ pub struct Moment {
 
 #[ports]
 pub struct LinkIo {
-    input: Input<Number>,
+    input: Required<Number>,
     output: Output<Number>,
 }
 
@@ -110,7 +110,7 @@ impl Module for Stimulus {
 
 #[ports]
 pub struct ReactionIo {
-    moment: Input<Moment>,
+    moment: Required<Moment>,
 }
 
 /// Notes how long ago its input was written.

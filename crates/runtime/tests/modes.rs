@@ -58,7 +58,9 @@ impl Module for Mixer {
     type State = f64;
 
     fn tick(state: &mut f64, io: &MixerIo, _: &(), now: &Tick) -> Outcome {
-        *state = 0.5 * *state + io.a.value - 0.25 * io.b.value + now.random(|random| random.normal());
+        *state = 0.5 * *state + io.a.get().copied().unwrap_or_default().value
+            - 0.25 * io.b.get().copied().unwrap_or_default().value
+            + now.random(|random| random.normal());
         io.output.set(Number { value: *state });
         Outcome::Ok
     }

@@ -120,7 +120,7 @@ impl Module for Plan {
     }
 
     fn tick(_: &mut (), io: &PlanIo, _: &(), _: &Tick) -> Outcome {
-        io.output.set(*io.situation.0);
+        io.output.set(io.situation.0.get().copied().unwrap_or_default());
         Outcome::Ok
     }
 }
@@ -150,7 +150,11 @@ impl Module for Tuned {
     type State = ();
 
     fn tick(_: &mut (), io: &TunedIo, params: &TunedParams, _: &Tick) -> Outcome {
-        if io.goal.value > params.gain && params.steps > 0 { Outcome::Ok } else { Outcome::Degraded }
+        if io.goal.get().copied().unwrap_or_default().value > params.gain && params.steps > 0 {
+            Outcome::Ok
+        } else {
+            Outcome::Degraded
+        }
     }
 }
 

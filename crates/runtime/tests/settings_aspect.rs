@@ -72,7 +72,7 @@ impl Module for Gauge {
     type State = ();
 
     fn tick(_: &mut (), io: &GaugeIo, params: &GaugeParams, _: &Tick) -> Outcome {
-        io.product.set(Number { value: params.gain * io.input.value });
+        io.product.set(Number { value: params.gain * io.input.get().copied().unwrap_or_default().value });
         Outcome::Ok
     }
 }

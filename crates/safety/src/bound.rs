@@ -1,23 +1,22 @@
-use slate_module::blackboard::interface::Kind;
+use slate_module::blackboard::interface::{Kind, Primitive};
 use slate_module::math;
 
-/// What holds one number of a command.
+/// Limits of one number of a command.
 #[derive(Clone, Debug)]
 pub(crate) struct Bound {
-    /// Bytes from the beginning of the command.
+    /// Offset in the command, bytes.
     offset: usize,
     kind: Kind,
     range: Range,
-    /// Greatest change per second.
+    /// Rate limit, per second.
     rate: Option<f64>,
-    /// The value in the command that passed last. Of an integer it keeps the fraction, without which a slow ramp
-    /// would never leave its first step.
+    /// Value of the newest passed command, with the fraction of an integer: a slow ramp needs it.
     passed: f64,
-    /// The value that the actuator got last.
+    /// Newest value of the actuator.
     given: f64,
 }
 
-/// A closed interval, exact for its type: 64-bit integers don't fit into an `f64`.
+/// Closed interval, exact for its type: 64-bit integers don't fit into an `f64`.
 #[derive(Clone, Copy, Debug)]
 enum Range {
     Float(f64, f64),
@@ -31,18 +30,20 @@ enum Number {
 }
 
 impl Bound {
-    /// A bound that holds nothing yet, or nothing if that type is no number.
+    /// Makes a bound without limits; `None` if the type is no number.
     pub fn new(kind: Kind, offset: usize) -> Option<Self> {
         let range = match kind {
-            Kind::F32 | Kind::F64 => Range::Float(f64::NEG_INFINITY, f64::INFINITY),
-            Kind::U8 => Range::Integer(0, u8::MAX.into()),
-            Kind::U16 => Range::Integer(0, u16::MAX.into()),
-            Kind::U32 => Range::Integer(0, u32::MAX.into()),
-            Kind::U64 => Range::Integer(0, u64::MAX.into()),
-            Kind::I8 => Range::Integer(i8::MIN.into(), i8::MAX.into()),
-            Kind::I16 => Range::Integer(i16::MIN.into(), i16::MAX.into()),
-            Kind::I32 => Range::Integer(i32::MIN.into(), i32::MAX.into()),
-            Kind::I64 => Range::Integer(i64::MIN.into(), i64::MAX.into()),
+            Kind::Primitive(Primitive::F32) | Kind::Primitive(Primitive::F64) => {
+                Range::Float(f64::NEG_INFINITY, f64::INFINITY)
+            }
+            Kind::Primitive(Primitive::U8) => Range::Integer(0, u8::MAX.into()),
+            Kind::Primitive(Primitive::U16) => Range::Integer(0, u16::MAX.into()),
+            Kind::Primitive(Primitive::U32) => Range::Integer(0, u32::MAX.into()),
+            Kind::Primitive(Primitive::U64) => Range::Integer(0, u64::MAX.into()),
+            Kind::Primitive(Primitive::I8) => Range::Integer(i8::MIN.into(), i8::MAX.into()),
+            Kind::Primitive(Primitive::I16) => Range::Integer(i16::MIN.into(), i16::MAX.into()),
+            Kind::Primitive(Primitive::I32) => Range::Integer(i32::MIN.into(), i32::MAX.into()),
+            Kind::Primitive(Primitive::I64) => Range::Integer(i64::MIN.into(), i64::MAX.into()),
             _ => return None,
         };
         Some(Self { offset, kind, range, rate: None, passed: 0.0, given: 0.0 })
@@ -52,12 +53,12 @@ impl Bound {
         self.offset
     }
 
-    /// Holds the value in a closed interval; false if the type has no value in it.
+    /// Sets limits; returns false if the type has no value between.
     pub fn limit(&mut self, low: f64, high: f64) -> bool {
         let Some(fresh) = Self::new(self.kind, self.offset) else { return false };
         self.range = match (fresh.range, self.kind) {
             (Range::Float(..), kind) => {
-                let narrow = matches!(kind, Kind::F32);
+                let narrow = matches!(kind, Kind::Primitive(Primitive::F32));
                 // Decimal text such as 0.1 means the nearest number of the field's own width.
                 let nearest = |limit: f64| if narrow { f64::from(limit as f32) } else { limit };
                 let (low, high) = (nearest(low), nearest(high));
@@ -82,22 +83,22 @@ impl Bound {
         self.rate = Some(per_second);
     }
 
-    /// The value in the command that passed last, and the one that the actuator got last.
+    /// Returns the values of the newest passed command and of the actuator.
     pub fn memory(&self) -> (f64, f64) {
         (self.passed, self.given)
     }
 
-    /// Goes on from those.
+    /// Restores these values.
     pub fn remember(&mut self, (passed, given): (f64, f64)) {
         (self.passed, self.given) = (passed, given);
     }
 
-    /// The actuator got the command that passed last.
+    /// Notes that the actuator got the newest passed command.
     pub fn give_passed(&mut self) {
         self.given = self.passed;
     }
 
-    /// The actuator got its safe command.
+    /// Notes that the actuator got its safe command.
     pub fn give(&mut self, safe: &[u8]) {
         self.given = match self.read(safe) {
             Some(Number::Float(value)) => value,
@@ -106,8 +107,9 @@ impl Bound {
         };
     }
 
-    /// Holds the number in a command whose numbers are finite; says whether that changed it. A rate-limited value
-    /// moves by as much as `seconds` allow, but always into its limits: they stand above the rate.
+    /// Limits the number of a finite command; returns whether it was changed.
+    ///
+    /// A rate-limited value moves by as much as `seconds` allow, but always into its limits: they take precedence over the rate.
     pub fn apply(&mut self, command: &mut [u8], seconds: f64) -> bool {
         let Some(number) = self.read(command) else { return false };
         let moved = |wanted: f64| match self.rate {
@@ -148,16 +150,16 @@ impl Bound {
             };
         }
         Some(match self.kind {
-            Kind::F64 => read!(f64, Float),
-            Kind::F32 => read!(f32, Float),
-            Kind::U8 => read!(u8, Integer),
-            Kind::U16 => read!(u16, Integer),
-            Kind::U32 => read!(u32, Integer),
-            Kind::U64 => read!(u64, Integer),
-            Kind::I8 => read!(i8, Integer),
-            Kind::I16 => read!(i16, Integer),
-            Kind::I32 => read!(i32, Integer),
-            Kind::I64 => read!(i64, Integer),
+            Kind::Primitive(Primitive::F64) => read!(f64, Float),
+            Kind::Primitive(Primitive::F32) => read!(f32, Float),
+            Kind::Primitive(Primitive::U8) => read!(u8, Integer),
+            Kind::Primitive(Primitive::U16) => read!(u16, Integer),
+            Kind::Primitive(Primitive::U32) => read!(u32, Integer),
+            Kind::Primitive(Primitive::U64) => read!(u64, Integer),
+            Kind::Primitive(Primitive::I8) => read!(i8, Integer),
+            Kind::Primitive(Primitive::I16) => read!(i16, Integer),
+            Kind::Primitive(Primitive::I32) => read!(i32, Integer),
+            Kind::Primitive(Primitive::I64) => read!(i64, Integer),
             _ => return None,
         })
     }
@@ -172,16 +174,16 @@ impl Bound {
             };
         }
         match (number, self.kind) {
-            (Number::Float(value), Kind::F64) => write!(value, f64),
-            (Number::Float(value), Kind::F32) => write!(value, f32),
-            (Number::Integer(value), Kind::U8) => write!(value, u8),
-            (Number::Integer(value), Kind::U16) => write!(value, u16),
-            (Number::Integer(value), Kind::U32) => write!(value, u32),
-            (Number::Integer(value), Kind::U64) => write!(value, u64),
-            (Number::Integer(value), Kind::I8) => write!(value, i8),
-            (Number::Integer(value), Kind::I16) => write!(value, i16),
-            (Number::Integer(value), Kind::I32) => write!(value, i32),
-            (Number::Integer(value), Kind::I64) => write!(value, i64),
+            (Number::Float(value), Kind::Primitive(Primitive::F64)) => write!(value, f64),
+            (Number::Float(value), Kind::Primitive(Primitive::F32)) => write!(value, f32),
+            (Number::Integer(value), Kind::Primitive(Primitive::U8)) => write!(value, u8),
+            (Number::Integer(value), Kind::Primitive(Primitive::U16)) => write!(value, u16),
+            (Number::Integer(value), Kind::Primitive(Primitive::U32)) => write!(value, u32),
+            (Number::Integer(value), Kind::Primitive(Primitive::U64)) => write!(value, u64),
+            (Number::Integer(value), Kind::Primitive(Primitive::I8)) => write!(value, i8),
+            (Number::Integer(value), Kind::Primitive(Primitive::I16)) => write!(value, i16),
+            (Number::Integer(value), Kind::Primitive(Primitive::I32)) => write!(value, i32),
+            (Number::Integer(value), Kind::Primitive(Primitive::I64)) => write!(value, i64),
             _ => {}
         }
     }

@@ -1,9 +1,9 @@
-use slate_module::blackboard::interface::{AccessError, Descriptor, FloatMap, View, find};
+use slate_module::blackboard::interface::{AccessError, CanonicalForm, Descriptor, View, find};
 
 use crate::StopLatch;
 use crate::bound::Bound;
 
-/// What a gate guards, and how.
+/// Configuration of a gate.
 #[derive(Clone, Debug)]
 pub struct GateConfiguration {
     pub(crate) name: String,
@@ -14,7 +14,7 @@ pub struct GateConfiguration {
     pub(crate) stop_latch: StopLatch,
 }
 
-/// Why a gate can't be configured so.
+/// Error of a gate's configuration.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ConfigurationError {
     /// The actuator's interface has no such field.
@@ -22,17 +22,17 @@ pub enum ConfigurationError {
     UnknownField {
         /// Name of the gate.
         gate: String,
-        /// What was looked for, and what there is.
+        /// Missing field, and the fields of the interface.
         error: AccessError,
     },
-    /// The field is no single number.
+    /// The field is not a single number.
     #[error("gate `{gate}`: `{field}` is {kind}; only a single number can be limited")]
     NotNumeric {
         /// Name of the gate.
         gate: String,
         /// Path of the field.
         field: String,
-        /// What it is.
+        /// Its type.
         kind: String,
     },
     /// The field is an item of a sequence or of a tail, which a command may leave out.
@@ -52,9 +52,9 @@ pub enum ConfigurationError {
         gate: String,
         /// Path of the field.
         field: String,
-        /// The lower limit.
+        /// Lower limit.
         low: f64,
-        /// The upper limit.
+        /// Upper limit.
         high: f64,
     },
     /// The rate is not a finite number above zero.
@@ -64,19 +64,19 @@ pub enum ConfigurationError {
         gate: String,
         /// Path of the field.
         field: String,
-        /// The rate that was given.
+        /// Invalid rate.
         per_second: f64,
     },
-    /// The safe command is no value of the actuator's interface.
+    /// The safe command is not a value of the actuator's interface.
     #[error("gate `{gate}`: the safe command has {found} bytes, but {interface} has {expected}")]
     WrongSize {
         /// Name of the gate.
         gate: String,
         /// Name of the actuator's interface.
         interface: &'static str,
-        /// Its bytes.
+        /// Size of the interface, bytes.
         expected: usize,
-        /// Those of the safe command.
+        /// Size of the safe command, bytes.
         found: usize,
     },
     /// The safe command has a number that is infinite or not a number.
@@ -88,11 +88,12 @@ pub enum ConfigurationError {
 }
 
 impl GateConfiguration {
-    /// How long a command takes effect if nothing else is said, nanoseconds.
+    /// Default time to live of a command, nanoseconds.
     pub const DEFAULT_TIME_TO_LIVE: u64 = 100_000_000;
 
-    /// A gate for commands of that interface (without a tail, if it has one): no limits, a time to live of 100 ms,
-    /// all zero as the safe command, and a stop latch of its own.
+    /// Configures a gate for commands of an interface, without its tail.
+    ///
+    /// Defaults: no limits, a time to live of 100 ms, a safe command of zeros, and its own stop latch.
     pub fn new(name: &str, descriptor: &'static Descriptor) -> Self {
         Self {
             name: name.into(),
@@ -104,11 +105,12 @@ impl GateConfiguration {
         }
     }
 
-    /// Holds a number (`left`, `arm/joints/3`) in the closed interval from `low` to `high`, in the field's unit.
-    /// Limits said before for the same field are replaced. The safe command is not limited.
+    /// Limits a number (`left`, `arm/joints/3`) to `low..=high`, in the field's unit.
+    ///
+    /// Replaces earlier limits of the field. The safe command is not limited.
     ///
     /// # Errors
-    /// [`ConfigurationError`] when there is no such number, or the interval leaves it no value.
+    /// [`ConfigurationError`] if the field is not a number, or the interval has no value of its type.
     pub fn limit(mut self, field: &str, low: f64, high: f64) -> Result<Self, ConfigurationError> {
         let ordered = low.is_finite() && high.is_finite() && low <= high;
         if !self.bound(field)?.limit(low, high) || !ordered {
@@ -117,16 +119,14 @@ impl GateConfiguration {
         Ok(self)
     }
 
-    /// Lets a number change by at most `per_second`, in the field's unit per second.
+    /// Limits the rate of a number to `per_second`, in the field's unit per second.
     ///
-    /// A command may differ from what the actuator got last by the rate times the time from the one command's offer
-    /// to the other's, of which at most the time to live counts; from the safe command the time counts since the
-    /// actuator got it last. So a rate needs commands that are renewed, and bounds every step even after a pause.
-    /// It is for moving values only: the safe command takes effect at once, whatever the rate, and so do the limits
-    /// of [`limit`](Self::limit). An integer's value is rounded, and may be off by that.
+    /// A command differs from the actuator's newest value by at most the rate times the time between both offers, at most the time to
+    /// live; after the safe command, the time since it took effect. So the rate bounds each step even after a pause, and needs renewed
+    /// commands. The safe command and the limits of [`limit`](Self::limit) take effect at once. An integer is rounded.
     ///
     /// # Errors
-    /// [`ConfigurationError`] when there is no such number, or the rate is not a finite number above zero.
+    /// [`ConfigurationError`] if the field is not a number, or the rate is not finite and greater than zero.
     pub fn rate_limit(mut self, field: &str, per_second: f64) -> Result<Self, ConfigurationError> {
         if !(per_second.is_finite() && per_second > 0.0) {
             return Err(ConfigurationError::WrongRate { gate: self.name, field: field.into(), per_second });
@@ -135,18 +135,19 @@ impl GateConfiguration {
         Ok(self)
     }
 
-    /// How long a command takes effect and its lease lasts without being renewed, nanoseconds. Exactly that long
-    /// after its offer it is over; with 0 no command ever takes effect.
+    /// Sets the time to live of a command and its lease, nanoseconds.
+    ///
+    /// It ends exactly this long after its offer; with 0 no command takes effect.
     #[must_use]
     pub fn time_to_live(mut self, nanoseconds: u64) -> Self {
         self.time_to_live = nanoseconds;
         self
     }
 
-    /// What the actuator gets whenever there is no command to pass: a value of its interface.
+    /// Sets the safe command, a value of the actuator's interface: its output without a valid command.
     ///
     /// # Errors
-    /// [`ConfigurationError`] when it has another size or a number that is not finite.
+    /// [`ConfigurationError`] if it has another size or a number that is not finite.
     pub fn safe(mut self, command: &[u8]) -> Result<Self, ConfigurationError> {
         if command.len() != self.descriptor.size {
             return Err(ConfigurationError::WrongSize {
@@ -157,13 +158,13 @@ impl GateConfiguration {
             });
         }
         self.safe.copy_from_slice(command);
-        if !FloatMap::new(self.descriptor).canonicalize(&mut self.safe, 0) {
+        if !CanonicalForm::new(self.descriptor).canonicalize(&mut self.safe, 0) {
             return Err(ConfigurationError::SafeNotFinite { gate: self.name });
         }
         Ok(self)
     }
 
-    /// The software stop of the agent, which its gates share.
+    /// Sets the software stop, which the gates of an agent share.
     #[must_use]
     pub fn stop_latch(mut self, latch: &StopLatch) -> Self {
         self.stop_latch = latch.clone();

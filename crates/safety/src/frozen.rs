@@ -7,49 +7,49 @@ use crate::gate::Lease;
 use crate::stop::stopped;
 use crate::{Gate, RefusalReason};
 
-/// How a gate stands, without its configuration.
+/// State of a gate, without its configuration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrozenGate {
-    /// What the holder of the lease commands, within limits.
+    /// Command of the lease's holder, within limits.
     #[serde(with = "bytes")]
     pub command: Vec<u8>,
-    /// Who has the actuator.
+    /// Lease on the actuator.
     pub lease: Option<FrozenLease>,
-    /// The host's time from which rate limits count, nanoseconds.
+    /// Start time of rate limits, nanoseconds.
     pub given_at: Option<u64>,
-    /// Whether commands pass.
+    /// Whether the gate is armed.
     pub armed: bool,
-    /// Why this gate, or the agent, is stopped.
+    /// Reason of a stop of the gate or the agent.
     pub stop: Option<String>,
-    /// Commands that took effect unchanged.
+    /// Number of commands passed unchanged.
     pub passed: u64,
-    /// Commands that took effect with a value changed.
+    /// Number of commands passed with a limited value.
     pub limited: u64,
-    /// Commands that took no effect.
+    /// Number of refused commands.
     pub refused: u64,
-    /// Commands whose time to live ended before another one came.
+    /// Number of commands whose time to live ended.
     pub expired: u64,
-    /// Why the last refused command was refused, as its number.
+    /// Reason of the newest refusal, as its number.
     pub last_refusal: u8,
-    /// For each limit, the value in the command that passed last, and the one that the actuator got last.
+    /// For each limit, the values of the newest passed command and of the actuator.
     pub limits: Vec<(f64, f64)>,
 }
 
-/// Who has an actuator.
+/// Lease on an actuator.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FrozenLease {
-    /// The number of the commander.
+    /// Number of the commander.
     pub commander: u32,
-    /// The priority of its last offer, as its number.
+    /// Priority of its newest offer, as its number.
     pub priority: u32,
-    /// When the last offer came, nanoseconds.
+    /// Time of the newest offer, nanoseconds.
     pub renewed: u64,
-    /// Whether that offer could be used.
+    /// Whether this offer was usable.
     pub commanding: bool,
 }
 
 impl Gate {
-    /// How the gate stands now.
+    /// Returns the present state.
     pub fn freeze(&self) -> FrozenGate {
         let lease = self.lease.as_ref().map(|lease| FrozenLease {
             commander: lease.commander,
@@ -72,14 +72,15 @@ impl Gate {
         }
     }
 
-    /// Whether a gate of this configuration can go on from there.
+    /// Returns whether the state fits this gate's configuration.
     pub fn fits(&self, frozen: &FrozenGate) -> bool {
         frozen.command.len() == self.command.len() && frozen.limits.len() == self.configuration.bounds.len()
     }
 
-    /// Goes on from there; false, and nothing is changed, when that does not fit. What was stopped is stopped, and what is
-    /// stopped now stays so. The gate is disarmed, unless it was armed, is not stopped, and `rearm` says that no person has
-    /// to do it: then it has its lease again.
+    /// Restores a state; returns false, without a change, if it does not fit.
+    ///
+    /// Stops of both states hold. The gate is disarmed, unless it was armed, is not stopped, and `rearm` permits it; then it has its lease
+    /// again.
     pub fn thaw(&mut self, frozen: &FrozenGate, rearm: bool) -> bool {
         if !self.fits(frozen) {
             return false;

@@ -1,28 +1,26 @@
-use slate_module::blackboard::interface::{Descriptor, FloatMap};
+use slate_module::blackboard::interface::{CanonicalForm, Descriptor};
 use slate_module::{Optional, Priority};
 
 use crate::stop::stopped;
 use crate::{GateConfiguration, GateMode, GateState, LeasePriority, Reason, RefusalReason, Verdict};
 
-/// Guards one actuator; it begins disarmed.
+/// Gate of one actuator; initially disarmed.
 ///
-/// The commander of the highest priority has the actuator: plan below teleoperation below reflex below stop, which
-/// is no priority of a command but a state of the gate. Among equals the first one keeps it. A lease is renewed by
-/// each offer of its holder, with the priority of that offer, and ends when the holder withdraws or its time to
-/// live ends.
+/// The commander with the highest priority holds the lease: plan, teleoperation, reflex, in ascending order; a stop is a state of the gate.
+/// Among equals the first keeps it. Each offer of the holder renews the lease, with its priority; it ends by withdrawal or after the time
+/// to live.
 #[derive(Debug)]
 pub struct Gate {
     pub(crate) configuration: GateConfiguration,
-    floats: FloatMap,
-    /// What the holder of the lease commands, within limits.
+    form: CanonicalForm,
+    /// Command of the lease's holder, within limits.
     pub(crate) command: Vec<u8>,
     pub(crate) lease: Option<Lease>,
-    /// The host's time from which rate limits count: of the offer that the actuator got last, or when it got its
-    /// safe command.
+    /// Start time of rate limits: of the actuator's newest offer, or of its safe command.
     pub(crate) given_at: Option<u64>,
-    /// The state of the agent's stop latch in which the gate was armed.
+    /// State of the stop latch when the gate was armed.
     pub(crate) armed: Option<u64>,
-    /// Why this gate alone is stopped.
+    /// Reason of this gate's own stop.
     pub(crate) stop: Option<String>,
     pub(crate) passed: u64,
     pub(crate) limited: u64,
@@ -35,36 +33,36 @@ pub struct Gate {
 pub(crate) struct Lease {
     pub(crate) commander: u32,
     pub(crate) priority: Priority,
-    /// When the last offer came, nanoseconds.
+    /// Time of the newest offer, nanoseconds.
     pub(crate) renewed: u64,
-    /// Whether that offer could be used; else the holder keeps the actuator at its safe command.
+    /// Whether this offer was usable; else the actuator gets its safe command.
     pub(crate) commanding: bool,
 }
 
-/// What an actuator gets.
+/// Output to an actuator.
 #[derive(Debug)]
 pub struct Output<'a> {
-    /// A value of the actuator's interface: the passed command, or the safe one.
+    /// Passed or safe command, a value of the actuator's interface.
     pub command: &'a [u8],
-    /// How the gate stands.
+    /// State of the gate.
     pub state: GateState,
 }
 
-/// A gate that is stopped can't be armed.
+/// Error of arming a stopped gate.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("gate `{gate}` is stopped ({reason}): reset the stop first")]
 pub struct StillStopped {
     /// Name of the gate.
     pub gate: String,
-    /// Why it is stopped.
+    /// Reason of the stop.
     pub reason: String,
 }
 
 impl Gate {
-    /// A disarmed gate.
+    /// Makes a disarmed gate.
     pub fn new(configuration: GateConfiguration) -> Self {
         let mut gate = Self {
-            floats: FloatMap::new(configuration.descriptor),
+            form: CanonicalForm::new(configuration.descriptor),
             command: configuration.safe.clone(),
             lease: None,
             given_at: None,
@@ -92,11 +90,10 @@ impl Gate {
         self.configuration.descriptor
     }
 
-    /// Takes a command at the host's time `now` (nanoseconds).
+    /// Offers a command at the host's time `now` (nanoseconds).
     ///
-    /// A commander with a higher priority than the lease's holder takes the lease, even when its command is then
-    /// refused as unusable (not finite, or of the wrong size): the actuator gets its safe command rather than
-    /// something else than what the more urgent one wanted.
+    /// A commander with a higher priority takes the lease, even if its command is invalid (not finite, or of the wrong size): then the
+    /// actuator gets its safe command, not a less urgent one.
     pub fn offer(&mut self, commander: u32, priority: Priority, command: &[u8], now: u64) -> Verdict {
         let verdict = self.judge(commander, priority, command, now);
         let count = match verdict {
@@ -130,13 +127,13 @@ impl Gate {
         verdict
     }
 
-    /// Makes it the command, within limits.
+    /// Sets the command, within limits.
     fn take(&mut self, command: &[u8], now: u64) -> Verdict {
         if command.len() != self.command.len() {
             return Verdict::Refused(Reason::WrongSize);
         }
         self.command.copy_from_slice(command);
-        if !self.floats.canonicalize(&mut self.command, 0) {
+        if !self.form.canonicalize(&mut self.command, 0) {
             return Verdict::Refused(Reason::NotFinite);
         }
         let GateConfiguration { bounds, time_to_live, .. } = &mut self.configuration;
@@ -149,7 +146,7 @@ impl Gate {
         if limited { Verdict::Limited } else { Verdict::Passed }
     }
 
-    /// Ends the lease of that commander, if it has it: the actuator gets its safe command until another one comes.
+    /// Ends a commander's lease: the actuator gets its safe command until the next offer.
     pub fn withdraw(&mut self, commander: u32, now: u64) {
         self.settle(now);
         if self.lease.as_ref().is_some_and(|lease| lease.commander == commander) {
@@ -157,8 +154,9 @@ impl Gate {
         }
     }
 
-    /// What the actuator gets at the host's time `now` (nanoseconds): the command while it is fresh, else the safe
-    /// one, at once and without any rate limit.
+    /// Returns the actuator's output at the host's time `now` (nanoseconds).
+    ///
+    /// The command within its time to live; else the safe command, without rate limit.
     pub fn output(&mut self, now: u64) -> Output<'_> {
         let mode = self.settle(now);
         let GateConfiguration { bounds, safe, .. } = &mut self.configuration;
@@ -172,7 +170,6 @@ impl Gate {
             mode,
             priority: LeasePriority::NONE,
             last_refusal: self.last_refusal,
-            reserved: 0,
         };
         if let Some(lease) = &self.lease {
             state.holder = lease.commander;
@@ -189,7 +186,7 @@ impl Gate {
         Output { command: &self.command, state }
     }
 
-    /// Lets commands pass from now on, beginning with the next offer.
+    /// Arms the gate: commands pass from the next offer on.
     ///
     /// # Errors
     /// While this gate or the agent is stopped.
@@ -206,32 +203,31 @@ impl Gate {
         Ok(())
     }
 
-    /// Lets no command pass until the gate is armed again.
+    /// Disarms the gate: no command passes.
     pub fn disarm(&mut self) {
         self.armed = None;
         self.lease = None;
     }
 
-    /// Stops this gate: the actuator gets its safe command and all offers are refused, until [`reset`](Self::reset)
-    /// and then [`arm`](Self::arm). To stop the whole agent, use its [`StopLatch`](crate::StopLatch). The first
-    /// reason stays.
+    /// Stops this gate: safe command, and refusal of all offers, until [`reset`](Self::reset) and [`arm`](Self::arm).
+    ///
+    /// The first reason stays. A [`StopLatch`](crate::StopLatch) stops the whole agent.
     pub fn stop(&mut self, reason: &str) {
         self.disarm();
         self.stop.get_or_insert_with(|| reason.into());
     }
 
-    /// Ends this gate's own stop and leaves the gate disarmed. The agent's stop is reset at its
-    /// [`StopLatch`](crate::StopLatch).
+    /// Ends this gate's own stop; the gate stays disarmed. A [`StopLatch`](crate::StopLatch) has its own reset.
     pub fn reset(&mut self) {
         self.stop = None;
     }
 
-    /// Why this gate, or the agent, is stopped; nothing while it isn't. Not for the tick path, as it allocates.
+    /// Returns the reason of a stop of the gate or the agent. Allocates: not for the tick path.
     pub fn stop_reason(&self) -> Option<String> {
         self.stop.clone().or_else(|| self.configuration.stop_latch.reason())
     }
 
-    /// Notices stops, and the end of the time to live.
+    /// Applies stops and the end of the time to live.
     fn settle(&mut self, now: u64) -> GateMode {
         let word = self.configuration.stop_latch.word();
         if self.armed != Some(word) {

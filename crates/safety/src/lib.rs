@@ -1,12 +1,9 @@
-//! The actuator gate: every command to an actuator passes here, in the caller's thread.
+//! Actuator gate: checks each command to an actuator, in the caller's thread.
 //!
-//! A [`Gate`] lets one commander at a time through, checks that its command is finite, holds it within limits,
-//! forgets it when its time to live ends, and refuses everything while stopped or disarmed. Whenever there is no
-//! command to pass, the actuator gets its safe command. A [`StopLatch`] is the software stop that all gates of an
-//! agent share.
+//! A [`Gate`] passes the commands of one commander at a time: finite, within limits, within their time to live, and only while armed and not
+//! stopped. Without a valid command the actuator gets its safe command. A [`StopLatch`] is the software stop of all gates of an agent.
 //!
-//! Neither [`Gate::offer`] nor [`Gate::output`] allocates, locks, waits, or does input or output; the host tells
-//! them the time.
+//! [`Gate::offer`] and [`Gate::output`] neither allocate, lock, wait, nor do input or output; the host passes the time.
 //!
 //! **Slate makes no claim of certification.** The gate and the software stop are ordinary software on an ordinary
 //! operating system. They are no emergency stop in the sense of ISO 13850 and no safety function in the sense of
@@ -37,16 +34,16 @@
 //! let mut gate = Gate::new(configuration);
 //! gate.arm()?;
 //!
-//! let forward = Wheels { left: 4.0, right: 40.0 };
-//! let back = Wheels { left: -2.0, right: -2.0 };
-//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&forward).bytes(), 0), Verdict::Limited);
-//! assert_eq!(gate.offer(BUMPER, Priority::Reflex, View::of(&back).bytes(), 0), Verdict::Passed);
+//! let mut forward = Wheels { left: 4.0, right: 40.0 };
+//! let mut back = Wheels { left: -2.0, right: -2.0 };
+//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&mut forward).bytes(), 0), Verdict::Limited);
+//! assert_eq!(gate.offer(BUMPER, Priority::Reflex, View::of(&mut back).bytes(), 0), Verdict::Passed);
 //! let leased = Reason::Leased { by: BUMPER, priority: Priority::Reflex };
-//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&forward).bytes(), 0), Verdict::Refused(leased));
-//! assert_eq!(gate.output(99 * MILLISECOND).command, View::of(&back).bytes());
+//! assert_eq!(gate.offer(PLANNER, Priority::Plan, View::of(&mut forward).bytes(), 0), Verdict::Refused(leased));
+//! assert_eq!(gate.output(99 * MILLISECOND).command, View::of(&mut back).bytes());
 //!
 //! let late = gate.output(100 * MILLISECOND);
-//! assert_eq!(late.command, View::of(&Wheels::default()).bytes());
+//! assert_eq!(late.command, View::of(&mut Wheels::default()).bytes());
 //! assert_eq!(late.state.mode, GateMode::ARMED);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

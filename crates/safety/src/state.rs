@@ -2,7 +2,7 @@ use slate_module::{Optional, Priority, interface};
 
 use crate::Reason;
 
-/// Whether a gate passes commands.
+/// Mode of a gate.
 #[interface]
 pub enum GateMode {
     /// No command passes until the gate is armed.
@@ -13,16 +13,16 @@ pub enum GateMode {
     Stopped,
 }
 
-/// How urgent the commands of a lease's holder are.
+/// Priority of a lease's holder.
 #[interface]
 pub enum LeasePriority {
-    /// Nobody holds a lease.
+    /// No lease.
     None,
-    /// A planned action.
+    /// Planned action.
     Plan,
-    /// A person at the controls.
+    /// Teleoperation.
     Teleoperation,
-    /// A reflex.
+    /// Reflex.
     Reflex,
 }
 
@@ -36,18 +36,18 @@ impl From<Priority> for LeasePriority {
     }
 }
 
-/// Why a command was refused, as a value on the blackboard; see [`Reason`].
+/// Reason of a refused command, as a value on the blackboard; see [`Reason`].
 #[interface]
 pub enum RefusalReason {
-    /// None was refused yet.
+    /// No refusal yet.
     None,
     /// One of its numbers was infinite or not a number.
     NotFinite,
-    /// It had not as many bytes as the actuator's interface.
+    /// It had another size than the actuator's interface.
     WrongSize,
-    /// Another commander had the actuator.
+    /// Another commander held the lease.
     Leased,
-    /// The gate, or the whole agent, was stopped.
+    /// The gate or the agent was stopped.
     Stopped,
     /// The gate was not armed.
     Disarmed,
@@ -65,29 +65,27 @@ impl From<Reason> for RefusalReason {
     }
 }
 
-/// How a gate stands.
+/// State of a gate.
 #[interface]
 #[derive(PartialEq)]
 pub struct GateState {
-    /// Commands that took effect unchanged.
+    /// Number of commands passed unchanged.
     pub passed: u64,
-    /// Commands that took effect with a value changed.
+    /// Number of commands passed with a limited value.
     pub limited: u64,
-    /// Commands that took no effect.
+    /// Number of refused commands.
     pub refused: u64,
-    /// Commands whose time to live ended before another one came.
+    /// Number of commands whose time to live ended.
     pub expired: u64,
-    /// How old the command is that the actuator gets; nothing when that is the safe command.
+    /// Age of the passed command; none for the safe command.
     #[unit("ns")]
     pub age: Optional<u64>,
-    /// Who holds the lease, if its priority says that somebody does.
+    /// Holder of the lease, if any.
     pub holder: u32,
-    /// Whether commands pass.
+    /// Mode of the gate.
     pub mode: GateMode,
-    /// How urgent the holder's last command was.
+    /// Priority of the holder's newest command.
     pub priority: LeasePriority,
-    /// Why the last refused command was refused; later success doesn't clear it.
+    /// Reason of the newest refusal; later success does not clear it.
     pub last_refusal: RefusalReason,
-    /// Not used.
-    pub reserved: u8,
 }

@@ -4,14 +4,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// How much of a stop's reason is read back, bytes.
+/// Maximum length of a stop's reason in the file, bytes.
 const REASON_LENGTH: u64 = 1024;
 
-/// The software stop that all gates of an agent share.
+/// Software stop of all gates of an agent.
 ///
-/// A stop takes effect before any input or output, and so does not depend on a disk that is full or slow; then it
-/// is written to a file, so that it survives a restart. Only [`reset`](Self::reset) ends it, and arms nothing.
-/// Cloning gives another handle of the same latch.
+/// A stop takes effect before any input or output, then is written to a file, so that it survives a restart. Only
+/// [`reset`](Self::reset) ends it, and arms nothing. Clones are handles of the same latch.
 #[derive(Clone, Debug)]
 pub struct StopLatch {
     shared: Arc<Shared>,
@@ -34,16 +33,17 @@ struct Record {
 }
 
 impl StopLatch {
-    /// A latch that is forgotten with the process, for simulation and tests.
+    /// Makes a latch without a file, for simulation and tests.
     pub fn in_memory() -> Self {
         Self::with(Record { path: None, persisted: false, reason: None })
     }
 
-    /// A latch that is kept in a file, whose folder is created if need be. It begins stopped if the file exists,
-    /// whatever it holds: even a damaged one was written by a stop.
+    /// Makes a latch with a file; creates its folder.
+    ///
+    /// It is stopped initially if the file exists, even a damaged one.
     ///
     /// # Errors
-    /// When the folder can't be created, or it can't be told whether the file exists.
+    /// If the folder can't be created, or the file can't be examined.
     pub fn open(path: impl Into<PathBuf>) -> io::Result<Self> {
         let path = path.into();
         fs::create_dir_all(folder(&path))?;
@@ -61,11 +61,12 @@ impl StopLatch {
         Self { shared: Arc::new(Shared { word, record: Mutex::new(record) }) }
     }
 
-    /// Stops all gates, at once and first of all; then writes that to the file. While stopped, the first reason
-    /// stays, and a file that could not be written is tried again.
+    /// Stops all gates, then writes the file.
+    ///
+    /// While stopped, the first reason stays, and a failed write is retried.
     ///
     /// # Errors
-    /// When the file can't be written: the agent is stopped, but would not be after a restart.
+    /// If the file can't be written: the agent is stopped, but not after a restart.
     pub fn stop(&self, reason: &str) -> io::Result<()> {
         self.raise();
         let mut record = self.record();
@@ -78,10 +79,10 @@ impl StopLatch {
         Ok(())
     }
 
-    /// Ends the stop. The gates stay disarmed: each needs an arming of its own.
+    /// Ends the stop; the gates stay disarmed.
     ///
     /// # Errors
-    /// When the file can't be removed; the agent stays stopped then.
+    /// If the file can't be removed: the agent stays stopped.
     pub fn reset(&self) -> io::Result<()> {
         let mut record = self.record();
         let word = self.word();
@@ -102,17 +103,17 @@ impl StopLatch {
         Ok(())
     }
 
-    /// Whether the agent is stopped.
+    /// Returns whether the agent is stopped.
     pub fn is_stopped(&self) -> bool {
         stopped(self.word())
     }
 
-    /// Why the agent is stopped; nothing while it isn't. Waits for a stop or reset that is at work.
+    /// Returns the reason of the stop. Waits for a stop or reset in progress.
     pub fn reason(&self) -> Option<String> {
         self.record().reason.clone()
     }
 
-    /// The state for a gate: another one each time the agent is stopped or reset.
+    /// Returns a state that changes with each stop and reset.
     pub(crate) fn word(&self) -> u64 {
         self.shared.word.load(Ordering::Acquire)
     }
@@ -127,7 +128,7 @@ impl StopLatch {
     }
 }
 
-/// Whether a latch's word says stopped.
+/// Returns whether a latch's word means stopped.
 pub(crate) fn stopped(word: u64) -> bool {
     word & 1 == 1
 }

@@ -102,7 +102,7 @@ fn an_expired_lease_lets_a_lower_priority_in() {
 }
 
 #[test]
-fn a_withdrawn_lease_lets_a_lower_priority_in_but_revives_no_older_command() {
+fn a_withdrawn_lease_revives_no_older_command() {
     let mut gate = armed(configuration());
     gate.offer(PLANNER, Plan, bytes(&wheels(1.0, 1.0)), 0);
     gate.offer(BUMPER, Reflex, bytes(&wheels(-1.0, -1.0)), 1);

@@ -159,7 +159,7 @@ fn a_rate_limit_never_delays_the_safe_command() {
 }
 
 #[test]
-fn a_preempting_command_is_slowed_from_what_the_actuator_got_not_from_what_it_preempts() {
+fn rates_count_from_the_actuators_value_after_preemption() {
     let mut gate = armed(configuration().rate_limit("left", 10.0).unwrap());
     gate.output(0);
     let now = 20 * MILLISECOND;

@@ -115,7 +115,7 @@ fn a_reset_of_the_latch_alone_does_not_arm() {
 }
 
 #[test]
-fn a_stop_that_was_reset_before_the_gate_looked_still_disarms_it() {
+fn a_stop_reset_before_the_next_output_still_disarms() {
     let latch = StopLatch::in_memory();
     let mut gate = armed(configuration().stop_latch(&latch));
     offer(&mut gate);
@@ -257,7 +257,7 @@ fn a_folder_that_cannot_be_made_is_an_error() {
 }
 
 #[test]
-fn stops_and_resets_from_many_threads_leave_flag_and_file_agreed() {
+fn concurrent_stops_and_resets_keep_flag_and_file_equal() {
     let path = folder("threads").join("stop");
     let latch = StopLatch::open(&path).unwrap();
     for _ in 0..50 {
@@ -273,7 +273,7 @@ fn stops_and_resets_from_many_threads_leave_flag_and_file_agreed() {
 }
 
 #[test]
-fn a_stop_during_commands_from_another_thread_is_never_passed_over() {
+fn a_stop_holds_against_concurrent_commands() {
     let latch = StopLatch::in_memory();
     let mut gate = armed(configuration().stop_latch(&latch));
     std::thread::scope(|scope| {

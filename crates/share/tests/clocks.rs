@@ -23,7 +23,7 @@ fn a_value_has_its_time_from_the_first_one_on_however_far_the_clocks_are_apart()
         let ahead = Setup { clock: Arc::new(|| clock()() + HOURS), ..setup("arm") };
         let arm = Agent::start(ahead);
         let mut own = output(&arm.board, "out/number", 1);
-        own.write(View::of(&Number { value: round + 2 }).bytes(), 0, clock()() + HOURS).unwrap();
+        own.write(View::of(&mut Number { value: round + 2 }).bytes(), 0, clock()() + HOURS).unwrap();
         let own_time = own.last().time - HOURS;
         arm.peers.connect("base", &folder.endpoint("base")).unwrap();
         arm.peers.subscribe("base", Want::new("out/number", Options::default())).unwrap();

@@ -89,7 +89,7 @@ impl Module for Rescuer {
 
     fn tick(state: &mut Self::State, io: &RescuerIo, _: &(), now: &Tick) -> Outcome {
         let (world, changes) = state;
-        *changes += world.learn(&io.victims).len() as f64;
+        *changes += io.victims.get().map_or(0, |victims| world.learn(victims).len()) as f64;
         let facts = world.facts(&"3".to_owned());
         let x = |fact: Option<f64>| fact.unwrap_or(-1.0);
         io.seen.set(Seen {
@@ -97,7 +97,11 @@ impl Module for Rescuer {
             newest: x(facts.and_then(|facts| Some(facts.view::<Newest>()?.value?.x))),
             surest: x(facts.and_then(|facts| Some(facts.view::<MostCertain>()?.value?.x))),
             changes: *changes,
-            age: io.victims.first().map_or(-1.0, |fact| now.now().saturating_sub(fact.head.heard) as f64),
+            age: io
+                .victims
+                .get()
+                .and_then(|victims| victims.first())
+                .map_or(-1.0, |fact| now.now().saturating_sub(fact.head.heard) as f64),
         });
         Outcome::Ok
     }

@@ -64,11 +64,11 @@ impl Pair {
 
     fn write(&mut self) {
         self.written += 1;
-        let number = Number { value: self.written };
+        let mut number = Number { value: self.written };
         let mut blob = self.written.to_ne_bytes().to_vec();
         blob.resize(8 + 4096, self.written as u8);
         for i in [0, 1] {
-            self.values[i].write(View::of(&number).bytes(), 0, self.now).unwrap();
+            self.values[i].write(View::of(&mut number).bytes(), 0, self.now).unwrap();
             self.blobs[i].write(&blob, 4096, self.now).unwrap();
         }
     }

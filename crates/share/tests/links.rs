@@ -96,8 +96,8 @@ impl Module for Reader {
         }
         io.gaps.set(Number { value: if state.0 == 0.0 { -1.0 } else { state.1 } });
         io.last.set(Number { value: state.0 });
-        if io.other.value != state.3 {
-            (state.3, state.4) = (io.other.value, state.4 + 1.0);
+        if io.other.get().copied().unwrap_or_default().value != state.3 {
+            (state.3, state.4) = (io.other.get().copied().unwrap_or_default().value, state.4 + 1.0);
         }
         io.changes.set(Number { value: state.4 });
         if fresh > 0.0 && state.2 < 10 {

@@ -88,7 +88,7 @@ fn served_and_lost(options: Options) -> (Vec<u64>, u64) {
     let mut reader = line.reader("out/number");
     let mut times = Vec::new();
     for value in 1..=100 {
-        writer.write(View::of(&Number { value }).bytes(), 0, line.now).unwrap();
+        writer.write(View::of(&mut Number { value }).bytes(), 0, line.now).unwrap();
         line.run(MILLISECOND, 0);
         times.extend(numbers(&mut reader).iter().map(|_| value));
     }

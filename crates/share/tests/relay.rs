@@ -199,8 +199,8 @@ fn messages_arrive_once_each_and_in_order() {
     let mut receiver = mailbox.receiver().unwrap();
     for round in 0..10 {
         let send = |value| {
-            let number = Number { value: round * 10 + value };
-            let bytes = View::of(&number);
+            let mut number = Number { value: round * 10 + value };
+            let bytes = View::of(&mut number);
             arm.peers.send("base", "drive/commands", Number::DESCRIPTOR.hash, 0, bytes.bytes()).unwrap()
         };
         let answers: Vec<_> = (0..10).map(send).collect();

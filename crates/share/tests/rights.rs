@@ -55,9 +55,9 @@ fn an_agent_may_do_what_is_said_and_nothing_else() {
 
     let limit = Duration::from_secs(20);
     let send = |path: &str| {
-        let message = Number { value: 1 };
+        let mut message = Number { value: 1 };
         let hash = Number::DESCRIPTOR.hash;
-        arm.peers.send("base", path, hash, 0, View::of(&message).bytes()).unwrap().recv_timeout(limit)
+        arm.peers.send("base", path, hash, 0, View::of(&mut message).bytes()).unwrap().recv_timeout(limit)
     };
     assert_eq!(send("drive/commands"), Ok(Answer::Accepted));
     assert_eq!(send("vault/commands"), Ok(Answer::Denied));

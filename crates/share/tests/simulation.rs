@@ -82,7 +82,8 @@ fn name(agent: usize) -> String {
 }
 
 fn bytes(count: &Count) -> Vec<u8> {
-    View::of(count).bytes().to_vec()
+    let mut count = *count;
+    View::of(&mut count).bytes().to_vec()
 }
 
 impl Seen {

@@ -18,7 +18,6 @@ pub struct Say {
     pub retract: u32,
     /// Whether the step fails in the end.
     pub fail: Bool,
-    pub reserved: [u8; 3],
 }
 
 #[interface]
@@ -50,7 +49,7 @@ impl Module for Keeper {
     type State = Statements<Room>;
 
     fn tick(own: &mut Statements<Room>, io: &KeeperIo, _: &(), now: &Tick) -> Outcome {
-        let say = io.say.new().copied().unwrap_or_default();
+        let say = io.say.updated().copied().unwrap_or_default();
         for key in 0..say.state {
             assert!(own.state(now.now(), &key.to_string(), 1.0, Room { warmth: 20.0 }));
         }

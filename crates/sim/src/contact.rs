@@ -1,4 +1,4 @@
-//! Contacts, and who caused them.
+//! Contacts and their causes.
 
 use serde::{Deserialize, Serialize};
 
@@ -23,7 +23,7 @@ pub struct Contact {
     pub time: u64,
     /// The robot.
     pub robot: String,
-    /// What it touched: another robot or a static body.
+    /// Other body: a robot or a static one.
     pub other: String,
     /// Whether the robot moved in.
     pub caused: bool,
@@ -33,7 +33,7 @@ pub struct Contact {
     pub approach: f64,
 }
 
-/// How a body moves: its origin, its velocity there and its turn.
+/// Motion of a body: origin, its velocity, and angular velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Motion {
     /// The reference point, metres.

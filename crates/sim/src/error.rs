@@ -1,4 +1,4 @@
-//! What is wrong with a description, and where.
+//! Errors of descriptions, with their places.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use toml_edit::{Document, Item};
 pub struct DescriptionError {
     /// Which file.
     pub source_name: String,
-    /// What is wrong with it, and what was expected.
+    /// Error and expectation.
     pub message: String,
     /// Which bytes of the file are wrong, if it can be said.
     pub span: Option<Range<usize>>,

@@ -1,4 +1,4 @@
-//! What goes wrong with sensors that measure ranges, and when: by a script, so that each run is like the last.
+//! Scripted faults of range sensors, equal in all runs.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,16 @@ use toml_edit::Key;
 
 use crate::world::DescriptionError;
 
-/// How a sensor fails.
+/// Kind of a sensor's fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FaultKind {
-    /// It shows again and again what it measured last.
+    /// Repeats its newest measurement.
     Frozen,
     /// All that it shows is no number.
     Invalid,
-    /// What it shows was measured some time ago, and until it is shown nothing else is measured.
+    /// Delays a measurement, without others meanwhile.
     Late,
-    /// It shows nothing.
+    /// No measurements.
     Silent,
 }
 
@@ -139,21 +139,21 @@ pub(crate) fn read(
     Ok(faults.into_iter().map(plain).collect())
 }
 
-/// What a sensor measures at a time.
+/// Measurement at a time.
 pub(crate) trait Measurement: Clone {
-    /// Whether nothing was measured yet.
+    /// Returns whether it is empty.
     fn is_none(&self) -> bool;
 
     /// Makes everything no number.
     fn spoil(&mut self);
 }
 
-/// What stands between a sensor and those that read it: its faults.
+/// Faults between a sensor and its readers.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Display<M> {
     faults: Vec<Fault>,
     shown: M,
-    /// What is on its way while the sensor is late, and when it was measured.
+    /// Delayed measurement and its time.
     late: Option<(u64, M)>,
 }
 

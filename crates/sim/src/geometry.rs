@@ -202,7 +202,7 @@ impl Extent {
         Self { minimum: least(self.minimum, other.minimum), maximum: greatest(self.maximum, other.maximum) }
     }
 
-    /// How far a point is from it, metres; 0 inside.
+    /// Returns the distance of a point, metres; 0 inside.
     pub fn distance(&self, point: Point) -> f64 {
         let beyond = |low: f64, value: f64, high: f64| max(max(low - value, value - high), 0.0);
         let x = beyond(self.minimum.x, point.x, self.maximum.x);
@@ -216,9 +216,9 @@ impl Extent {
 pub struct Gap {
     /// Metres; 0 when they overlap.
     pub distance: f64,
-    /// Where it begins, on the first.
+    /// Start, on the first.
     pub from: Point,
-    /// Where it ends, on the second.
+    /// End, on the second.
     pub to: Point,
 }
 

@@ -1,16 +1,16 @@
-//! Finds what is near without a look at everything.
+//! Uniform grid for neighbour queries.
 
 use serde::{Deserialize, Serialize};
 use slate_module::math::{max, min};
 
 use crate::geometry::{Extent, Point};
 
-/// Up to so many items are in one cell, as a look at each is faster than any search.
+/// Number of items up to which a linear search is faster.
 const FEW: usize = 12;
 
 /// Items by the cells of a grid that their extents cover.
 ///
-/// What lies outside of the grid counts to the cells at its border, so nothing is ever missed.
+/// Items outside of the grid belong to the cells at its border.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Grid {
     minimum: Point,
@@ -115,7 +115,7 @@ impl Grid {
         }
     }
 
-    /// Whether [`near`](Self::near) tells everything there is.
+    /// Returns whether [`near`](Self::near) yields all items.
     pub fn covered_by(&self, extent: &Extent) -> bool {
         let all =
             Span { columns: (0, self.columns.saturating_sub(1)), rows: (0, self.rows.saturating_sub(1)) };

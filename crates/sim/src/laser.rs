@@ -9,7 +9,7 @@ use crate::rate::due;
 use crate::robot::LaserDescription;
 use crate::surroundings::{Nearby, Surroundings};
 
-/// A laser scanner with what does not change from scan to scan.
+/// Laser scanner, with its constants.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct LaserScanner {
     description: LaserDescription,
@@ -51,7 +51,7 @@ impl LaserScanner {
         self.last
     }
 
-    /// What it measured when it looked last, in the order of the beams: metres, infinite for nothing.
+    /// Newest ranges in the order of the beams, metres; infinite without a return.
     pub fn ranges(&self) -> &Vec<f32> {
         &self.ranges
     }
@@ -90,7 +90,7 @@ impl LaserScanner {
     }
 }
 
-/// How far the nearest edge is along a beam; infinite for none.
+/// Returns the range to the nearest edge along a beam; infinite for none.
 fn nearest_along(origin: Point, beam: Point, nearby: &Nearby) -> f64 {
     let mut nearest = f64::INFINITY;
     for (a, b) in nearby.bodies().flat_map(|(_, edges)| edges) {

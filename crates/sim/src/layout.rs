@@ -31,16 +31,16 @@ pub struct ObstructedWay {
     pub start_clearance: f64,
 }
 
-/// How often a layout is drawn before its rules count as impossible.
+/// Maximum number of attempts to draw a layout.
 const TRIES: usize = 10_000;
 
-/// Robots begin anywhere in areas of their own, apart from each other and from what stands.
+/// Random starts in areas of the robots, clear of each other and of static bodies.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Scattered {
     /// Where each robot begins: least x, greatest x, least y, greatest y, metres.
     pub robots: BTreeMap<String, [f64; 4]>,
-    /// Free space between a robot and what stands at the start, metres.
+    /// Clearance of a robot at the start, metres.
     pub clearance: f64,
     /// Free space between two robots at the start, metres.
     pub apart: f64,

@@ -9,7 +9,7 @@ use crate::rate::due;
 use crate::robot::RobotSensorDescription;
 use crate::surroundings::Surroundings;
 
-/// Another robot as a sensor sees it, told in the robot's own frame.
+/// Detection of another robot, in the robot's frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Sighting {
     /// Which robot it is.
@@ -20,7 +20,7 @@ pub struct Sighting {
     pub bearing: f64,
 }
 
-/// How many ways to another robot are looked at.
+/// Number of lines of sight to another robot.
 const RAYS: u32 = 16;
 
 /// Sees robots of which enough is in view.
@@ -45,7 +45,7 @@ impl RobotSensor {
         Self { description: description.clone(), random, last: None, sightings: Vec::new(), near: Vec::new() }
     }
 
-    /// What it saw when it looked last, the nearest first.
+    /// Newest detections, nearest first.
     pub fn sightings(&self) -> &[Sighting] {
         &self.sightings
     }
@@ -97,7 +97,7 @@ impl RobotSensor {
     }
 }
 
-/// The way from the sensor to another robot as it is measured; nothing when the robot is overlooked.
+/// Measures range and bearing of another robot; `None` if it is missed.
 fn measure(description: &RobotSensorDescription, random: &mut Random, way: Point) -> Option<Point> {
     let RobotSensorDescription { noise_constant, noise_proportional, noise_bearing, dropout, .. } =
         *description;

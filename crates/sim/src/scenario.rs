@@ -1,4 +1,4 @@
-//! What is simulated: the `[world]` table of a configuration, laid out by the seed.
+//! Scenario: the `[world]` table of a configuration, laid out by the seed.
 
 use std::collections::BTreeMap;
 
@@ -33,13 +33,13 @@ pub struct Section {
     /// sonars' name, or the only one.
     #[serde(default)]
     pub robot_sensor: Option<String>,
-    /// In how many threads the robots measure, which changes nothing but the time that it takes.
+    /// Number of measuring threads; results are the same.
     #[serde(default = "one")]
     pub threads: usize,
-    /// Where the robot shall go, metres.
+    /// Goal of the robot, metres.
     #[serde(default)]
     pub goal: [f64; 2],
-    /// Where single robots shall go instead, one place after the other, metres.
+    /// Goals of single robots instead, in sequence, metres.
     #[serde(default)]
     pub goals: BTreeMap<String, Vec<[f64; 2]>>,
     /// The robots, by name.
@@ -53,7 +53,7 @@ pub struct Section {
     /// How `scattered` places things.
     #[serde(default)]
     pub scattered: Option<layout::Scattered>,
-    /// What goes wrong with the robots' sensors, by a name for each fault.
+    /// Faults of the robots' sensors, by name.
     #[serde(default)]
     pub faults: BTreeMap<String, serde_json::Value>,
 }
@@ -104,23 +104,23 @@ pub struct Layout {
 /// A world that is laid out.
 #[derive(Clone, Debug)]
 pub struct Scenario {
-    /// The arena and what stands in it.
+    /// Arena with its static bodies.
     pub world: World,
     /// The robots where they begin.
     pub placements: Vec<Placement>,
-    /// Where robots shall go that have no goals of their own, metres.
+    /// Goal of robots without goals of their own, metres.
     pub goal: Point,
-    /// Where single robots shall go, one place after the other, metres.
+    /// Goals of single robots, in sequence, metres.
     pub goals: BTreeMap<String, Vec<Point>>,
     /// The physics step, nanoseconds.
     pub step: u64,
     /// Which sonar profile the robots have that have none of their own.
     pub sonar: String,
-    /// In how many threads the robots measure.
+    /// Number of measuring threads.
     pub threads: usize,
     /// The laser scanners of the robots that carry one.
     pub lasers: BTreeMap<String, LaserDescription>,
-    /// What goes wrong with the robots' sensors.
+    /// Faults of the robots' sensors.
     pub faults: BTreeMap<String, Vec<Fault>>,
 }
 
@@ -225,12 +225,12 @@ impl Scenario {
         })
     }
 
-    /// Where a robot shall go, one place after the other.
+    /// Returns the goals of a robot, in sequence.
     pub fn goals_of(&self, robot: &str) -> Vec<Point> {
         self.goals.get(robot).cloned().unwrap_or_else(|| vec![self.goal])
     }
 
-    /// The outlines of what does not move.
+    /// Returns the outlines of static bodies.
     pub fn static_outlines(&self) -> Vec<Polygon> {
         self.world.bodies.iter().filter_map(Body::polygon).collect()
     }

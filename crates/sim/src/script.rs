@@ -10,10 +10,10 @@ use crate::drive::Wheels;
 use crate::robot::SonarDescription;
 use crate::sonar::Echo;
 
-/// A sonar looks ahead when it looks at most so many degrees to the side.
+/// Maximum direction of a sonar that counts as ahead, degrees.
 const AHEAD: f64 = 60.0;
 
-/// Wanders: straight on, a new heading now and then, away from what its front sonars hear.
+/// Random walk: straight, with random new headings, away from obstacles ahead.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct RandomWalk {
@@ -21,7 +21,7 @@ pub struct RandomWalk {
     pub wheel_speed: f64,
     /// Seconds until it turns again, at least and at most.
     pub interval: [f64; 2],
-    /// It turns away from what is nearer than this, metres.
+    /// Clearance below which it turns away, metres.
     pub clearance: f64,
     /// Whether it does not listen to its sonars.
     pub blind: bool,
@@ -68,7 +68,7 @@ impl Wanderer {
         Ok(Self { walk, random, ahead, left: 0.0, turn: 0.0 })
     }
 
-    /// What it does for the next `step` seconds.
+    /// Returns the command of the next `step` seconds.
     pub fn decide(&mut self, sonar: &[Echo], step: f64) -> Wheels {
         let speed = self.walk.wheel_speed;
         let near = |mut sonars: u16| {

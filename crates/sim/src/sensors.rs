@@ -1,4 +1,4 @@
-//! The sensors of one robot that look at what is around it.
+//! Exteroceptive sensors of a robot.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,7 +8,7 @@ use crate::robot_sensor::RobotSensor;
 use crate::sonar::{Echo, SonarRing};
 use crate::surroundings::{Nearby, Surroundings};
 
-/// What a robot has of them, and what they measured.
+/// Sensors of a robot, with their measurements.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct Sensors {
     pub sonar: Option<SonarRing>,
@@ -16,10 +16,10 @@ pub(crate) struct Sensors {
     #[serde(default)]
     pub laser: Option<LaserScanner>,
     pub robot_sensor: Option<RobotSensor>,
-    /// What others see of the sonars' echoes.
+    /// Faults between the sonars and their readers.
     #[serde(default)]
     pub sonar_display: Display<Vec<Echo>>,
-    /// What others see of the laser's ranges.
+    /// Faults between the laser and its readers.
     #[serde(default)]
     pub laser_display: Display<Vec<f32>>,
 }

@@ -1,4 +1,4 @@
-//! The shortest way of a disc among convex bodies: what a run's path is measured against.
+//! Shortest path of a disc among convex bodies: the reference of a run's path length.
 
 use slate_module::math::{cos, sin};
 
@@ -7,7 +7,7 @@ use crate::geometry::{Point, Polygon, nearest_on};
 /// Corners of inflated bodies are rounded with that many points per full turn.
 const ROUNDING: usize = 24;
 
-/// The length of the shortest way of a disc of that radius, metres; nothing when there is none.
+/// Returns the length of the shortest path of a disc, metres; `None` if there is none.
 ///
 /// The bodies grow by the radius, with rounded corners, and the way goes along what then sees each other (visibility
 /// graph, searched with Dijkstra's algorithm).

@@ -17,63 +17,63 @@ use crate::robot::DriveKind;
 use crate::scenario::Scenario;
 use crate::simulation::{Placement, Simulation};
 
-/// What the two wheels of a robot of the world are told; each port's name begins with the robot's.
+/// Command of a robot's two wheels; names of ports begin with the robot's.
 #[ports]
 struct TwoWheelsIo {
-    /// What the wheels are told.
+    /// Wheel command.
     wheels: Input<WheelSpeeds>,
 }
 
-/// What the four wheels of a robot are told.
+/// Command of a robot's four wheels.
 #[ports]
 struct FourWheelsIo {
-    /// What the wheels are told.
+    /// Wheel command.
     wheels: Input<FourWheelSpeeds>,
 }
 
-/// What every robot of the world offers.
+/// Outputs of each robot.
 #[ports]
 struct RobotIo {
-    /// How it is made.
+    /// Geometry and limits.
     chassis: Output<Chassis>,
-    /// What the sonars heard.
+    /// Scan of the sonars.
     sonar: Output<SonarScan>,
-    /// What the positioning system says.
+    /// Position of the positioning system.
     position: Output<Position>,
-    /// What the compass says.
+    /// Heading of the compass.
     orientation: Output<Orientation>,
-    /// What the wheels' encoders say.
+    /// Odometry of the wheels.
     odometry: Output<Odometry>,
     /// Where the robot really is; for judges and reports, not for the robot.
     truth: Output<Pose2>,
-    /// How far the nearest other body really is; for judges and reports, not for the robot.
+    /// True clearance; for referees and reports, not for the robot.
     clearance: Output<Clearance>,
 }
 
-/// What a robot with bumpers offers.
+/// Outputs of a robot with bumpers.
 #[ports]
 struct BumperIo {
-    /// What presses on the robot.
+    /// State of the bumpers.
     bumper: Output<Bumper>,
 }
 
-/// What a robot with a laser scanner offers.
+/// Outputs of a robot with a laser scanner.
 #[ports]
 struct LaserIo {
-    /// What the laser scanner measured.
+    /// Scan of the laser scanner.
     laser: Output<LaserScan>,
     /// Where the laser scanner is mounted on the robot.
     laser_mount: Output<Transform>,
 }
 
-/// What a robot offers that sees others.
+/// Outputs of a robot with a detector of robots.
 #[ports]
 struct SightingsIo {
     /// The robots that it sees.
     sightings: Output<Sightings>,
 }
 
-/// What the world offers beside its robots.
+/// Outputs of the world.
 #[ports]
 struct WorldIo {
     /// The contacts that began in the last cycle.
@@ -198,8 +198,8 @@ impl Instance for Simulator {
             let Abilities { drive, bumper, laser, robot_sensor } = self.abilities[robot];
             // What the wheels are told now takes effect in the next cycle.
             let wheels = match drive {
-                DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(&io.wheels)),
-                DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(&io.wheels)),
+                DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(io.wheels.get())),
+                DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(io.wheels.get())),
             };
             self.simulation.command(robot, wheels);
             ports.with(|io: &RobotIo| self.show(robot, io));
@@ -250,7 +250,7 @@ impl Simulator {
         if let Some(echoes) = self.simulation.shown_sonar(robot) {
             let mut heard = [Echo::default(); 16];
             for (slot, echo) in heard.iter_mut().zip(echoes) {
-                *slot = Echo { range: echo.range, heard: echo.heard.into(), reserved: [0; 7] };
+                *slot = Echo { range: echo.range, heard: echo.heard.into() };
             }
             let scan = &mut self.rings[robot];
             scan.echoes = Sequence::new(&heard[..echoes.len().min(16)]);
@@ -312,12 +312,15 @@ impl Simulator {
     }
 }
 
-fn two_wheels(wheels: &WheelSpeeds) -> FourWheels {
-    Wheels { left: wheels.left, right: wheels.right }.into()
+/// The wheels stand before the first command.
+fn two_wheels(wheels: Option<&WheelSpeeds>) -> FourWheels {
+    let WheelSpeeds { left, right } = wheels.copied().unwrap_or(WheelSpeeds::ZERO);
+    Wheels { left, right }.into()
 }
 
-fn four_wheels(wheels: &FourWheelSpeeds) -> FourWheels {
-    let FourWheelSpeeds { front_left, front_right, back_left, back_right } = *wheels;
+fn four_wheels(wheels: Option<&FourWheelSpeeds>) -> FourWheels {
+    let wheels = wheels.copied().unwrap_or(FourWheelSpeeds::ZERO);
+    let FourWheelSpeeds { front_left, front_right, back_left, back_right } = wheels;
     FourWheels { front_left, front_right, back_left, back_right }
 }
 
@@ -332,7 +335,6 @@ fn report(contact: &crate::contact::Contact) -> Contact {
         other: Text::new(&contact.other),
         caused: contact.caused.into(),
         caused_by_other: contact.caused_by_other.into(),
-        reserved: [0; 6],
     }
 }
 

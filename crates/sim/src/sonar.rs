@@ -9,10 +9,10 @@ use crate::rate::due;
 use crate::robot::SonarDescription;
 use crate::surroundings::{NearBody, Nearby};
 
-/// What a sonar heard.
+/// Measurement of a sonar.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Echo {
-    /// Metres; the greatest range when nothing was heard.
+    /// Range, metres; the maximum range without an echo.
     pub range: f64,
     /// Whether anything was heard.
     pub heard: bool,
@@ -38,7 +38,7 @@ impl Cone {
     }
 }
 
-/// A ring of sonars with what does not change from sweep to sweep.
+/// Ring of sonars, with its constants.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct SonarRing {
     description: SonarDescription,
@@ -80,7 +80,7 @@ impl SonarRing {
         &self.description
     }
 
-    /// How far from the robot's reference point the sonars are at most, metres.
+    /// Maximum distance of the sonars from the reference point, metres.
     pub fn aside(&self) -> f64 {
         self.mounts.iter().map(|(place, _)| place.norm()).fold(0.0, max) + SLACK
     }
@@ -94,7 +94,7 @@ impl SonarRing {
         (0..count).filter(sounds).fold(0, |mask, sonar| mask | 1 << sonar)
     }
 
-    /// What the sonars of those bits hear from a robot there; the others keep what they heard.
+    /// Measures with the sonars of a bit mask from a pose; the others keep their echoes.
     pub fn sweep(&mut self, mask: u16, robot: &Frame, nearby: &Nearby, echoes: &mut Vec<Echo>) {
         let reach = self.description.range_max;
         echoes.resize(self.mounts.len(), Echo { range: reach, heard: false });

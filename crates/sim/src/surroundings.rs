@@ -1,4 +1,4 @@
-//! What stands where: static bodies and robots, and what of them is near.
+//! Static bodies and robots, with queries of those nearby.
 
 use std::ops::Range;
 
@@ -8,7 +8,7 @@ use slate_module::math::{max, min};
 use crate::geometry::{Extent, Frame, Point, Polygon};
 use crate::grid::Grid;
 
-/// The body of a robot where it is now.
+/// Body of a robot at its present pose.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Hull {
     /// In the robot's own frame.

@@ -79,7 +79,7 @@ impl Touching {
         });
     }
 
-    /// Gathers what presses on what, in order.
+    /// Collects the pressing contacts, in order.
     fn press(&mut self, physics: &PhysicsWorld, statics: usize) {
         self.pressing.clear();
         for pair in physics.narrow_phase.contact_pairs().filter(|pair| pair.has_any_active_contact()) {

@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-/// A thread takes so many items at a time. Fewer are done sooner than a thread begins.
+/// Items per batch of a thread; fewer take less time than a thread's start.
 const PART: usize = 64;
 
 /// Does work on each item, which has its number and memory that no other thread uses meanwhile. There are at most as many

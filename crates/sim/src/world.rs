@@ -12,11 +12,11 @@ use crate::geometry::{Point, Polygon};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct World {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// The area that is shown.
     pub bounds: Bounds,
-    /// What stands in it.
+    /// Static bodies.
     #[serde(default)]
     pub bodies: Vec<Body>,
 }
@@ -39,7 +39,7 @@ const CIRCLE_CORNERS: usize = 32;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Body {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Centre of a rectangle or circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -83,7 +83,7 @@ impl Body {
         }
     }
 
-    /// Its outline; nothing when it is not described as one of the three shapes.
+    /// Returns the outline; `None` without one of the three shapes.
     pub fn polygon(&self) -> Option<Polygon> {
         let polygon = match (self.center, self.size, self.radius, self.points.is_empty()) {
             (Some([x, y]), Some([width, height]), None, true) if width > 0.0 && height > 0.0 => {

@@ -1,38 +1,12 @@
 //! Robots and their sensors allocate nothing once everything is in motion. Alone in its file, as it counts for the whole process.
-#![allow(unsafe_code, reason = "an allocator that counts")]
 #![allow(clippy::unwrap_used)] // Tests say what went wrong by failing.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
+use allocation_counter::measure;
 use slate_sim::geometry::Pose;
 use slate_sim::robot::RobotDescription;
 use slate_sim::script::RandomWalk;
 use slate_sim::world::World;
 use slate_sim::{Placement, Simulation};
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-struct Counting;
-
-// SAFETY: passed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.set(ALLOCATIONS.get() + 1);
-        // SAFETY: as promised by the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as promised by the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
 
 #[test]
 fn nothing_is_allocated_for_robots_in_the_long_run() {
@@ -51,16 +25,15 @@ fn nothing_is_allocated_for_robots_in_the_long_run() {
     let mut go = |cycles: usize| {
         let (mut by_steps, mut by_others) = (0, 0);
         for _ in 0..cycles {
-            let before = ALLOCATIONS.get();
-            simulation.step();
-            let between = ALLOCATIONS.get();
-            simulation.sense();
-            for robot in 0..16 {
-                std::hint::black_box((simulation.clearance(robot), simulation.measured_pose(robot)));
-                std::hint::black_box(simulation.odometry(robot));
-            }
-            by_steps += between - before;
-            by_others += ALLOCATIONS.get() - between;
+            by_steps += measure(|| simulation.step()).count_total;
+            let others = measure(|| {
+                simulation.sense();
+                for robot in 0..16 {
+                    std::hint::black_box((simulation.clearance(robot), simulation.measured_pose(robot)));
+                    std::hint::black_box(simulation.odometry(robot));
+                }
+            });
+            by_others += others.count_total;
             drop(simulation.take_contacts());
         }
         (by_steps, by_others)

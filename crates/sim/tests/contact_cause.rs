@@ -41,7 +41,7 @@ fn straight(speed: f64) -> Wheels {
 }
 
 #[test]
-fn a_fast_robot_causes_its_contact_wherever_it_meets_a_long_wall() {
+fn a_fast_robot_causes_its_contact_anywhere_at_a_wall() {
     for k in 0..40 {
         let y = -2.0 + 0.1 * f64::from(k);
         for speed in [0.1, 0.3, 0.5, 0.8, 1.2] {
@@ -69,7 +69,7 @@ fn driving_away_from_a_touched_wall_is_not_caused() {
 }
 
 #[test]
-fn a_standing_robot_that_is_pushed_into_a_wall_did_not_cause_that() {
+fn a_robot_pushed_into_a_wall_did_not_cause_the_contact() {
     let robots = [
         (pioneer("pusher", 0.9, 0.0, 0.0), straight(0.3)),
         (pioneer("pushed", 1.7, 0.0, 0.0), straight(0.0)),
@@ -83,7 +83,7 @@ fn a_standing_robot_that_is_pushed_into_a_wall_did_not_cause_that() {
 }
 
 #[test]
-fn stopping_at_a_wall_and_pressing_again_is_one_contact_and_leaving_it_makes_two() {
+fn only_leaving_a_wall_makes_a_second_contact() {
     let world = World::named("rocs_arena").unwrap().unwrap();
     let mut simulation = Simulation::new(&world, &[pioneer("r", 2.2, 0.3, 0.0)], 0, STEP).unwrap();
     let mut go = |speed: f64, seconds: f64| {

@@ -57,7 +57,7 @@ fn fails(time: u64) -> bool {
 }
 
 #[test]
-fn a_sensor_shows_what_it_measures_before_and_after_its_fault_and_not_meanwhile() {
+fn a_sensor_measures_except_during_its_fault() {
     for kind in [FaultKind::Frozen, FaultKind::Invalid, FaultKind::Late, FaultKind::Silent] {
         for (time, shown, measured) in with(kind) {
             assert_eq!(shown.as_ref() == Some(&measured), !fails(time), "{kind:?} at {time}");
@@ -95,7 +95,7 @@ fn a_spoiled_sensor_shows_no_number_and_a_silent_one_nothing() {
 }
 
 #[test]
-fn a_late_sensor_shows_what_it_measured_a_while_ago_and_nothing_between() {
+fn a_late_sensor_repeats_old_measurements() {
     let all = with(FaultKind::Late);
     let measured = |at: u64| all.iter().find(|(time, ..)| *time == at).unwrap().2.clone();
     let shown: Vec<_> = all
@@ -190,7 +190,7 @@ fn a_fault_is_read_from_the_configuration() {
 }
 
 #[test]
-fn a_fault_that_makes_no_sense_is_refused_with_its_place_and_what_there_is() {
+fn an_invalid_fault_is_refused_with_its_place() {
     for (fault, words) in [
         (
             r#"{"robot": "q", "sensor": "sonar", "kind": "invalid", "from": 1, "until": 2}"#,
@@ -240,7 +240,7 @@ fn a_fault_that_makes_no_sense_is_refused_with_its_place_and_what_there_is() {
 }
 
 #[test]
-fn a_laser_that_the_robot_cannot_carry_is_refused_with_those_that_it_can() {
+fn an_unknown_laser_is_refused_with_the_known_ones() {
     let table = r#"{"arena": "rocs_arena", "layout": "one", "robots": {"r": {"model": "pioneer_p3dx", "laser": "eye"}},
         "layouts": {"one": {"robots": {"r": {"x": 0, "y": 0, "theta": 0}}}}}"#;
     let table: Value = serde_json::from_str(table).unwrap();

@@ -61,7 +61,7 @@ fn different_wheels_drive_the_analytic_circle() {
 }
 
 #[test]
-fn a_sonar_hears_a_wall_at_its_distance_and_not_beyond_its_incidence() {
+fn a_sonar_measures_walls_within_its_maximum_incidence() {
     let facing = Simulation::new(&arena(vec![]), &[pioneer("r", 1.8, 0.0, 0.0)], 0, STEP).unwrap();
     let (echoes, _) = facing.sonar(0).unwrap();
     // Sonar 4 at x 0.165 looks 10 degrees to the left; the nearest point in its cone is straight ahead.

@@ -47,7 +47,7 @@ fn robots_and_arenas_are_found_by_name_and_by_path() {
 }
 
 #[test]
-fn what_is_not_there_is_refused_with_what_was_tried_and_what_there_is() {
+fn unknown_names_are_refused_with_the_known_ones() {
     let text = refusal(r#"{"model": "summit"}"#, "");
     says(&text, &["[world]", "robots.r", "summit", "pioneer_p3dx, summit_xl", ".toml"]);
     let tried = std::path::absolute("robots/mine.toml").unwrap();

@@ -71,7 +71,7 @@ fn a_robot_more_changes_nothing_where_it_is_not_heard() {
 }
 
 #[test]
-fn odometry_without_noise_is_the_truth_and_with_bias_drifts_from_it() {
+fn odometry_is_exact_without_noise_and_drifts_with_bias() {
     let drift = |noisy: bool| {
         let mut robot = pioneer("r", "", 0.0, 0.0);
         if !noisy {

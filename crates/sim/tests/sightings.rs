@@ -107,7 +107,7 @@ fn the_field_of_view_and_the_range_have_borders() {
 }
 
 #[test]
-fn noise_and_dropouts_are_as_described_and_depend_on_the_seed_alone() {
+fn noise_and_dropouts_depend_on_the_seed_alone() {
     let robot = with(|sensor| {
         (sensor.noise_constant, sensor.noise_proportional) = (0.02, 0.01);
         (sensor.noise_bearing, sensor.dropout) = (0.03, 0.2);

@@ -77,7 +77,7 @@ fn turn(description: &RobotDescription, left: f64, right: f64) -> f64 {
 }
 
 #[test]
-fn it_turns_on_the_spot_like_a_differential_drive_whose_sides_are_farther_apart() {
+fn skid_steering_turns_like_a_wider_differential_drive() {
     // All wheels slip in proportion to their distance from where they would not: (v - w b / 2) b = w l^2 / 2.
     let track = 0.470 + 0.458 * 0.458 / 0.470;
     let rate = turn(&summit(), -0.3, 0.3);

@@ -39,7 +39,7 @@ fn heard(rate: Option<f64>, period: usize) -> Vec<(usize, usize)> {
 }
 
 #[test]
-fn each_sonar_is_heard_as_often_as_the_rate_says_and_not_all_together() {
+fn sonars_fire_in_turns_at_their_rate() {
     for period in [2, 10] {
         for (count, together) in heard(Some(3.0), period) {
             // 30 in 10 s; the turns at both ends may fall outside.

@@ -16,7 +16,6 @@ use std::time::{Duration, Instant};
 use serde::{Deserialize, Serialize};
 use slate::blackboard::channel::Latest;
 use slate::interfaces::{Clearance, WheelSpeeds};
-use slate::mapek::prelude::*;
 use slate::module::Plugin;
 use slate::prelude::*;
 use slate::runtime::configuration::{self, Configuration};
@@ -56,7 +55,7 @@ impl ReactiveModel for Avoid {
     type State = ();
 
     fn run(_: &mut (), sensors: &Near, _: &(), _: &Tick) -> Option<ActionRequest> {
-        (sensors.range.new()?.distance < 0.3).then(|| Evade::request(()))
+        (sensors.range.updated()?.distance < 0.3).then(|| Evade::request(()))
     }
 }
 

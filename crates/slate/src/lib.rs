@@ -15,8 +15,41 @@ pub use slate_safety as safety;
 pub use slate_share as share;
 pub use slate_sim as sim;
 
-/// What a module's file imports.
+/// What the file of a module or of a robot in MAPE-K imports: ports and macros, the blocks of MAPE-K with their
+/// actions, builder and pipeline, the common interfaces, and mathematics.
+///
+/// ```
+/// use slate::prelude::*;
+///
+/// #[ports]
+/// pub struct Sensors {
+///     scan: Input<SonarScan>,
+/// }
+///
+/// /// Publishes the distance of the nearest echo.
+/// pub struct NearestEcho;
+///
+/// impl Monitor for NearestEcho {
+///     const NAME: &'static str = "nearest_echo";
+///     type Sensors = Sensors;
+///     type Params = ();
+///     type State = ();
+///     type Value = Clearance;
+///
+///     fn interpret(_: &mut (), sensors: &Sensors, _: &(), _: &Tick) -> Option<Clearance> {
+///         let scan = sensors.scan.fresh()?;
+///         let ranges = scan.echoes.iter().map(|echo| echo.range);
+///         Some(Clearance { distance: ranges.fold(scan.range_max, math::min) })
+///     }
+/// }
+///
+/// let robot = Robot::new("r2");
+/// robot.monitor::<NearestEcho>("nearest_echo").watch("scan", "simulator/r2/sonar");
+/// assert_eq!(Pipeline::default().waiting(), (0, 0));
+/// ```
 pub mod prelude {
+    pub use slate_interfaces::prelude::*;
+    pub use slate_mapek::prelude::*;
     pub use slate_module::prelude::*;
 }
 

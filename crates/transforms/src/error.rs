@@ -3,13 +3,13 @@ use std::sync::Arc;
 
 use slate_interfaces::FrameName;
 
-/// Why a frame can't be looked up. Making one allocates nothing, as frames that are not there yet are daily life.
+/// Error of a lookup. Does not allocate, as lookups of missing frames are frequent.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TransformError {
-    /// Nobody has set a frame of that name, nor one in it.
+    /// Unknown frame.
     #[error("there is no frame `{frame}` yet")]
     UnknownFrame {
-        /// The name, cut to what a frame's name may have.
+        /// Name, truncated to the length of frame names.
         frame: FrameName,
     },
     /// The frames are in different trees.
@@ -18,42 +18,42 @@ pub enum TransformError {
          `{target_root}`"
     )]
     NotConnected {
-        /// The frame to look up in.
+        /// Target frame.
         target: Arc<str>,
-        /// The frame to look up.
+        /// Source frame.
         source_frame: Arc<str>,
-        /// The frame that the target's tree grows from.
+        /// Root of the target's tree.
         target_root: Arc<str>,
-        /// The frame that the source's tree grows from.
+        /// Root of the source's tree.
         source_root: Arc<str>,
     },
-    /// The time is after the last that is known of an edge.
+    /// The time is after the newest of an edge.
     #[error("at {} s: the newest of `{parent}` -> `{child}` is {} s", Seconds(*.time), Seconds(*.newest))]
     TooNew {
-        /// The edge's parent.
+        /// Parent of the edge.
         parent: Arc<str>,
-        /// The edge's child.
+        /// Child of the edge.
         child: Arc<str>,
-        /// The time asked for, nanoseconds.
+        /// Requested time, nanoseconds.
         time: u64,
-        /// The newest there is, nanoseconds.
+        /// Newest time, nanoseconds.
         newest: u64,
     },
-    /// The time is before the first that is still known of an edge.
+    /// The time is before the oldest of an edge.
     #[error("at {} s: the oldest kept of `{parent}` -> `{child}` is {} s", Seconds(*.time), Seconds(*.oldest))]
     TooOld {
-        /// The edge's parent.
+        /// Parent of the edge.
         parent: Arc<str>,
-        /// The edge's child.
+        /// Child of the edge.
         child: Arc<str>,
-        /// The time asked for, nanoseconds.
+        /// Requested time, nanoseconds.
         time: u64,
-        /// The oldest there is, nanoseconds.
+        /// Oldest time, nanoseconds.
         oldest: u64,
     },
 }
 
-/// Why a frame can't be set; the tree stays as it is.
+/// Error of setting a frame; the tree is unchanged.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SetError {
     /// The name is empty or too long.
@@ -61,7 +61,7 @@ pub enum SetError {
     Name {
         /// The name.
         name: String,
-        /// How many bytes it may have.
+        /// Maximum length, bytes.
         limit: usize,
     },
     /// A frame can't be its own parent.
@@ -73,20 +73,20 @@ pub enum SetError {
     /// The parent is below the child.
     #[error("`{parent}` can't be the parent of `{child}`, as it is below it")]
     Cycle {
-        /// The parent to be.
+        /// Intended parent.
         parent: Arc<str>,
-        /// The child to be.
+        /// Intended child.
         child: Arc<str>,
     },
     /// The tree is full.
     #[error("no room for the frame `{frame}`: the tree has {limit} frames, which is its limit")]
     TooManyFrames {
-        /// The frame that has no place.
+        /// Frame beyond the capacity.
         frame: Arc<str>,
-        /// How many frames there may be.
+        /// Maximum number of frames.
         limit: usize,
     },
-    /// A number is not finite, or the rotation is no unit quaternion.
+    /// A number is not finite, or the rotation is not a unit quaternion.
     #[error(
         "`{parent}` -> `{child}` is no transform: its numbers must be finite and its quaternion's length 1, which is {norm}"
     )]
@@ -95,19 +95,19 @@ pub enum SetError {
         parent: Arc<str>,
         /// The child.
         child: Arc<str>,
-        /// The length of the quaternion, as text.
+        /// Length of the quaternion, as text.
         norm: String,
     },
-    /// It comes too late to be of use.
+    /// The transform is too old.
     #[error("`{parent}` -> `{child}` at {} s comes too late: {} s is known", Seconds(*.time), Seconds(*.known))]
     TooLate {
         /// The parent.
         parent: Arc<str>,
         /// The child.
         child: Arc<str>,
-        /// Its time, nanoseconds.
+        /// Time of the transform, nanoseconds.
         time: u64,
-        /// The oldest kept, or with another parent the newest, nanoseconds.
+        /// Oldest kept time, or the newest with another parent, nanoseconds.
         known: u64,
     },
 }

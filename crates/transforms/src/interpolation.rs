@@ -1,10 +1,9 @@
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector4};
 
-/// Above this cosine of half the angle the arc is as good as its chord, and the sine too small to divide by.
+/// Cosine of half the angle above which linear interpolation is exact enough, and the sine too small to divide by.
 const STRAIGHT: f64 = 0.999_999;
 
-/// What lies between two transforms: `part` is 0 for the first and 1 for the second. The translation goes straight, the
-/// rotation the shorter way round at an even speed.
+/// Interpolates between two transforms, with `part` from 0 to 1: translation linearly, rotation spherically (slerp).
 pub(crate) fn between(first: &Isometry3<f64>, second: &Isometry3<f64>, part: f64) -> Isometry3<f64> {
     let (from, to) = (first.translation.vector, second.translation.vector);
     let translation = Translation3::from(from + (to - from) * part);
@@ -29,12 +28,12 @@ fn turn(first: &UnitQuaternion<f64>, second: &UnitQuaternion<f64>, part: f64) ->
     unit(from * a + to * b)
 }
 
-/// Of length 1 again after rounding. Not used on vectors that may be zero.
+/// Normalizes a vector that is not zero.
 fn unit(vector: Vector4<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::from(vector))
 }
 
-/// The same transform with a rotation of length 1: products drift by rounding.
+/// Normalizes the rotation of a transform: products drift by rounding.
 pub(crate) fn normalized(transform: &Isometry3<f64>) -> Isometry3<f64> {
     Isometry3::from_parts(transform.translation, unit(*transform.rotation.as_vector()))
 }

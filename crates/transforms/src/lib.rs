@@ -1,8 +1,8 @@
-//! A frame tree with time: where one frame is in another, now or some seconds ago.
+//! Frame tree with history: transforms between frames, present and past.
 //!
 //! Frames are named as in ROS's REP-105: `map` is fixed to the world, `odom` drifts in it but never jumps, `base_link`
-//! is the robot, and sensors hang below it. Each frame has at most one parent; whoever knows where a frame is in its
-//! parent [sets](FrameTree::set) it, and anybody may [look up](FrameTree::lookup) any frame in any other of its tree.
+//! is the robot, and its children are the sensors. Each frame has at most one parent. [`FrameTree::set`] adds a transform to the parent;
+//! [`FrameTree::lookup`] returns the transform between any two frames of a tree.
 //!
 //! ```
 //! use nalgebra::{Isometry3, Point3, Vector3};
@@ -14,7 +14,7 @@
 //! frames.set("odom", "base_link", 1 * SECOND, Isometry3::translation(0.0, 0.0, 0.0))?;
 //! frames.set("odom", "base_link", 2 * SECOND, Isometry3::translation(1.0, 0.0, 0.0))?;
 //!
-//! // What the laser saw half-way, 2 m ahead of it, is at 2.7 m.
+//! // A point 2 m ahead of the laser, half-way in time, is at 2.7 m.
 //! let laser = frames.lookup("odom", "laser", 1_500_000_000)?;
 //! assert_eq!(laser * Point3::new(2.0, 0.0, 0.0), Point3::new(2.7, 0.0, 0.0));
 //!

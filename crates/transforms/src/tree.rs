@@ -9,21 +9,20 @@ use crate::history::{Gap, History};
 use crate::interpolation::normalized;
 use crate::{SetError, TransformError, isometry};
 
-/// How many bytes a frame's name may have: as many as the interface [`Transform`] carries.
+/// Maximum length of a frame's name, bytes: that of the interface [`Transform`].
 const NAME_LIMIT: usize = 64;
 
-/// By how much the length of a quaternion may differ from 1; what is within is made exact.
+/// Tolerance of a quaternion's length; within it is normalized.
 const NORM_TOLERANCE: f64 = 1e-3;
 
-/// What a tree keeps and forgives.
+/// Limits of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// How many frames there may be.
+    /// Maximum number of frames.
     pub frames: usize,
-    /// How many transforms are kept of each frame that moves; 64 bytes each.
+    /// Length of the history of a moving frame; 64 bytes per transform.
     pub history: usize,
-    /// How far beyond the known times a lookup may be, nanoseconds; the nearest transform holds there. There is no
-    /// extrapolation.
+    /// Tolerance of a lookup beyond the known times, nanoseconds: the nearest transform, without extrapolation.
     pub tolerance: u64,
 }
 
@@ -34,36 +33,35 @@ impl Default for Limits {
     }
 }
 
-/// What a frame's new place has meant for the tree.
+/// Effect of a transform on the tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Placement {
-    /// The frame had no parent.
+    /// New frame.
     New,
-    /// Another place in the same parent.
+    /// New transform in the same parent.
     Same,
-    /// The frame has a new parent, or has begun or ceased to move. All below it came along; its earlier places are
-    /// forgotten.
+    /// New parent, or change between fixed and moving: children follow, the history is cleared.
     Changed,
 }
 
-/// A frame in its parent, as [`FrameTree::edges`] shows it.
+/// Frame with its parent; see [`FrameTree::edges`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Edge<'a> {
-    /// The frame that the place is told in.
+    /// Parent frame.
     pub parent: &'a str,
-    /// The frame.
+    /// Child frame.
     pub child: &'a str,
-    /// The oldest and the newest time known, nanoseconds; none for a fixed one.
+    /// Oldest and newest time, nanoseconds; `None` for a fixed frame.
     pub times: Option<(u64, u64)>,
 }
 
-/// Frames, each with at most one parent, and where they were in it.
+/// Tree of frames with a history of transforms.
 ///
-/// Setting a frame for the first time allocates its history; afterwards neither setting nor looking up allocates.
+/// The first transform of a frame allocates its history; later ones and lookups do not allocate.
 #[derive(Clone, Debug, Default)]
 pub struct FrameTree {
     limits: Limits,
-    /// In the order in which they were first named.
+    /// Frames in the order of their first use.
     frames: Vec<Frame>,
     names: BTreeMap<Arc<str>, usize>,
 }
@@ -71,7 +69,7 @@ pub struct FrameTree {
 #[derive(Clone, Debug)]
 struct Frame {
     name: Arc<str>,
-    /// The parent, and where the frame is in it.
+    /// Parent, and transforms to it.
     place: Option<(usize, Motion)>,
 }
 
@@ -82,19 +80,18 @@ enum Motion {
 }
 
 impl FrameTree {
-    /// A tree with limits of its own.
+    /// Makes a tree with limits.
     pub fn new(limits: Limits) -> Self {
         Self { limits, ..Self::default() }
     }
 
-    /// Says where `child` was in `parent` at a time in nanoseconds: what takes coordinates in `child` to coordinates
-    /// in `parent`. Times may come in any order; of two with the same time the later holds.
+    /// Sets the transform from `child` to `parent` at a time, nanoseconds.
     ///
-    /// With another parent than before, or for a frame that was fixed, the frame's earlier places are forgotten.
+    /// Times may be in any order; the later call wins at equal times. A new parent, or a frame that was fixed, clears the history.
     ///
     /// # Errors
-    /// When a name or the transform is invalid, the tree is full, the frames would form a cycle, or the time is older
-    /// than what is kept, or with another parent older than the newest. The tree stays as it is.
+    /// If a name or the transform is invalid, the tree is full, the frames form a cycle, or the time is older than the history, or than the
+    /// newest with another parent. The tree is unchanged.
     pub fn set(
         &mut self,
         parent: &str,
@@ -117,7 +114,7 @@ impl FrameTree {
         Ok(self.place(parent, child, Motion::Moving(history)))
     }
 
-    /// Says where `child` is in `parent` at any time, past ones too: a sensor that is screwed on.
+    /// Sets a static transform, as of a sensor's mount.
     ///
     /// # Errors
     /// As for [`set`](FrameTree::set), but it can't be too late.
@@ -132,7 +129,7 @@ impl FrameTree {
         Ok(self.place(parent, child, Motion::Fixed(transform)))
     }
 
-    /// Sets what a property says.
+    /// Sets the transform of a property.
     ///
     /// # Errors
     /// As for [`set`](FrameTree::set).
@@ -145,24 +142,24 @@ impl FrameTree {
         }
     }
 
-    /// Takes a frame out of its parent, with all below it; false when it is in none. Its name stays known.
+    /// Removes a frame from its parent, with its children; returns false without a parent. Its name stays known.
     pub fn detach(&mut self, child: &str) -> bool {
         let index = self.names.get(child).copied();
         index.is_some_and(|index| self.frames[index].place.take().is_some())
     }
 
-    /// Forgets all frames, as when a simulation begins anew and its time with it.
+    /// Removes all frames, as on a restart of a simulation.
     pub fn clear(&mut self) {
         self.frames.clear();
         self.names.clear();
     }
 
-    /// Where `source` was in `target` at a time in nanoseconds: what takes coordinates in `source` to coordinates in
-    /// `target`. Between two known times the translation goes straight and the rotation evenly. Allocates nothing.
+    /// Returns the transform from `source` to `target` at a time, nanoseconds.
+    ///
+    /// Interpolates translation linearly and rotation spherically (slerp). Does not allocate.
     ///
     /// # Errors
-    /// When a frame is not known, they are in different trees, or an edge on the way between them is not known at that
-    /// time.
+    /// If a frame is unknown, they are in different trees, or an edge between them has no transform at this time.
     pub fn lookup(&self, target: &str, source: &str, time: u64) -> Result<Isometry3<f64>, TransformError> {
         let (target, source) = (self.find(target)?, self.find(source)?);
         let top = self.common(target, source)?;
@@ -170,11 +167,12 @@ impl FrameTree {
         Ok(normalized(&(target.inverse() * source)))
     }
 
-    /// The newest time at which `source` is known in `target`, nanoseconds; none when nothing between them moves, so
-    /// that any time will do. That may still fail in a lookup, when an edge has ended before another began.
+    /// Returns the newest common time of `source` and `target`, nanoseconds; `None` if all edges are fixed.
+    ///
+    /// A lookup may still fail if the histories of two edges do not overlap.
     ///
     /// # Errors
-    /// When a frame is not known, or they are in different trees.
+    /// If a frame is unknown, or they are in different trees.
     pub fn latest_common_time(&self, target: &str, source: &str) -> Result<Option<u64>, TransformError> {
         let (target, source) = (self.find(target)?, self.find(source)?);
         let top = self.common(target, source)?;
@@ -182,7 +180,7 @@ impl FrameTree {
         Ok(ways.filter_map(|(_, _, motion)| motion.times()).map(|(_, newest)| newest).min())
     }
 
-    /// Where `source` was in `target` at the newest time at which all between them is known.
+    /// Returns the transform from `source` to `target` at their newest common time.
     ///
     /// # Errors
     /// As for [`lookup`](FrameTree::lookup).
@@ -191,12 +189,12 @@ impl FrameTree {
         self.lookup(target, source, time.unwrap_or(0))
     }
 
-    /// The names of all frames, in alphabetical order.
+    /// Returns the names of all frames, in alphabetical order.
     pub fn frames(&self) -> impl Iterator<Item = &str> {
         self.names.keys().map(|name| &**name)
     }
 
-    /// All frames that have a parent, in the order in which they were first named.
+    /// Iterates over frames with a parent, in the order of their first use.
     pub fn edges(&self) -> impl Iterator<Item = Edge<'_>> {
         self.frames.iter().filter_map(|frame| {
             let (parent, motion) = frame.place.as_ref()?;
@@ -210,7 +208,7 @@ impl FrameTree {
         self.names.get(frame).copied().ok_or_else(unknown)
     }
 
-    /// The edges from a frame up to one of its ancestors, itself, or past all to the root.
+    /// Iterates over the edges from a frame to an ancestor or the root.
     fn way(&self, frame: usize, top: usize) -> impl Iterator<Item = (usize, usize, &Motion)> {
         let mut child = frame;
         std::iter::from_fn(move || {
@@ -221,13 +219,13 @@ impl FrameTree {
         })
     }
 
-    /// The frame that the tree of a frame grows from, and how many edges are between them.
+    /// Returns the root of a frame's tree, and the depth.
     fn root(&self, frame: usize) -> (usize, usize) {
         // No frame has a number that high, so the way ends at the root.
         self.way(frame, usize::MAX).fold((frame, 0), |(_, depth), (parent, _, _)| (parent, depth + 1))
     }
 
-    /// The lowest frame that both are in.
+    /// Returns the lowest common ancestor.
     fn common(&self, target: usize, source: usize) -> Result<usize, TransformError> {
         let ((target_root, target_depth), (source_root, source_depth)) =
             (self.root(target), self.root(source));
@@ -251,7 +249,7 @@ impl FrameTree {
         Ok(target)
     }
 
-    /// Where a frame was in one of its ancestors.
+    /// Returns the transform from a frame to an ancestor.
     fn climb(&self, frame: usize, top: usize, time: u64) -> Result<Isometry3<f64>, TransformError> {
         self.way(frame, top).try_fold(Isometry3::identity(), |below, (parent, child, motion)| {
             let place = match motion {
@@ -270,7 +268,7 @@ impl FrameTree {
         })
     }
 
-    /// Whether the one may be the parent of the other; says which of them are known. Changes nothing.
+    /// Checks whether one frame may be the parent of the other; returns the known ones.
     fn check(
         &self,
         parent: &str,
@@ -307,7 +305,7 @@ impl FrameTree {
         Ok(known)
     }
 
-    /// Puts the child into the parent, making either if need be.
+    /// Adds the child to the parent; creates frames as needed.
     fn place(&mut self, parent: &str, child: &str, motion: Motion) -> Placement {
         let (parent, child) = (self.index(parent), self.index(child));
         let old = self.frames[child].place.replace((parent, motion));
@@ -335,7 +333,7 @@ impl FrameTree {
     }
 }
 
-/// The frames, each below its parent and indented.
+/// Writes the frames as an indented tree.
 impl fmt::Display for FrameTree {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let is_root = |index: &usize| self.frames[*index].place.is_none();

@@ -1,9 +1,9 @@
 //! The first experiment of RoCS (section 6.3): a Pioneer P3-DX goes to the origin. Its plan knows no obstacle; the box
 //! beside its way and the robot that wanders there are met by reflexes alone. All its blocks come from `slate-wheeled`.
 
-/// What the example is called.
+/// Name of the example.
 pub const NAME: &str = "exp1";
-/// What it shows.
+/// Summary of the example.
 pub const ABOUT: &str = "RoCS EXP1: a Pioneer P3-DX reaches the origin past a box and a wandering robot";
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../exp1.toml");
@@ -45,7 +45,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
-            "robots.r2.modules.avoid_obstacle.params.speed=0.0975",
+            "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=0.0975",
         ],
     ),
     (
@@ -54,7 +54,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // What the actuators allow, where there is room.
             "robots.r2.modules.planner.params.speed=1.2",
             "robots.r2.modules.planner.params.careful_speed=0.3",
-            "robots.r2.modules.avoid_obstacle.params.speed=1.2",
+            "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=1.2",
         ],
     ),
 ];

@@ -152,10 +152,10 @@ fn who_does_not_know_where_it_is_does_not_drive() {
 }
 
 #[test]
-fn a_scan_that_is_not_a_number_starts_no_reflex_and_ends_nothing() {
+fn a_nan_scan_neither_starts_nor_ends_a_reflex() {
     let mut avoid = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
     let mut scan = SonarScan { range_max: 1.0, field_of_view: 0.5, ..SonarScan::default() };
-    let echo = slate::interfaces::Echo { range: f64::NAN, heard: true.into(), reserved: [0; 7] };
+    let echo = slate::interfaces::Echo { range: f64::NAN, heard: true.into() };
     scan.echoes = slate::module::Sequence::new(&[echo; 16]);
     scan.placements = slate::module::Sequence::new(&[slate::interfaces::SonarPlacement::default(); 16]);
     avoid.set("sonar", scan);
@@ -218,7 +218,7 @@ fn twenty_seeds_reach_the_goal_and_cause_no_contact() {
 }
 
 #[test]
-fn by_its_odometry_alone_it_reaches_the_goal_with_no_block_changed() {
+fn odometry_alone_reaches_the_goal_with_unchanged_blocks() {
     // The odometry takes the place of the positioning system and of the compass, whoever reads them.
     let modules = "odometry_monitor = {}\nlocalize = { params = { start_x = 0.6, start_y = 0.8 } }\n";
     let links = "\"odometry_monitor/odometry\" = \"/simulator/r2/odometry\"\n\

@@ -1,9 +1,9 @@
 //! The second experiment of RoCS (section 6.4): another robot with the same task. A Summit XL, which has four wheels, three
 //! sonars and a sensor that sees other robots, goes to a place and holds it. All its blocks come from `slate-wheeled`.
 
-/// What the example is called.
+/// Name of the example.
 pub const NAME: &str = "exp2";
-/// What it shows.
+/// Summary of the example.
 pub const ABOUT: &str = "RoCS EXP2: a Summit XL with four wheels reaches (1.2, 1.2) and holds that place";
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../exp2.toml");
@@ -44,7 +44,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r3.modules.planner.params.speed=0.11",
             "robots.r3.modules.planner.params.careful_speed=0.11",
-            "robots.r3.modules.avoid_obstacle.params.speed=0.11",
+            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=0.11",
         ],
     ),
     (
@@ -53,7 +53,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // What the actuators allow, where there is room.
             "robots.r3.modules.planner.params.speed=1.5",
             "robots.r3.modules.planner.params.careful_speed=0.3",
-            "robots.r3.modules.avoid_obstacle.params.speed=1.5",
+            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=1.5",
         ],
     ),
 ];

@@ -4,7 +4,6 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Course, Footprint, LOOKS, Sides};
 use slate_plugin::interfaces::{Point2, Pose2, Sightings, Twist2};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::knowledge::WheeledModel;
@@ -14,7 +13,7 @@ use slate_wheeled::tracks::Tracks;
 
 use crate::outlook::{Moving, Outlook};
 
-/// What the Plan notices, what it knows, and what it lets others know.
+/// Percepts, knowledge and outputs of the Plan.
 #[ports]
 pub struct FollowNoticing {
     leader: Noticed<Located>,
@@ -22,65 +21,65 @@ pub struct FollowNoticing {
     #[stale(after = "500ms")]
     robots: Input<Sightings>,
     /// The robot's body, from its knowledge.
-    robot: Input<WheeledModel>,
-    /// Where it wants to be now.
+    robot: Required<WheeledModel>,
+    /// Present goal.
     goal: Output<Point2>,
-    /// How it wants to move now.
+    /// Intended twist.
     motion: Output<Twist2>,
 }
 
-/// How it follows.
+/// Parameters of [`FollowPlanner`].
 #[params]
 pub struct FollowParams {
-    #[param(default = 1.2, range = 0.1..=100.0, unit = "m", doc = "the distance that it keeps")]
-    distance: f64,
-    #[param(default = 0.6, range = 0.0..=1.5, unit = "m/s", doc = "highest speed")]
-    speed: f64,
-    #[param(default = 1.5, range = 0.0..=10.0, unit = "1/s", doc = "speed per metre too far or too near")]
-    gain: f64,
-    #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "rate of turn per radian of misalignment")]
-    turn_gain: f64,
-    #[param(default = 1.2, range = 0.0..=3.0, unit = "rad/s", doc = "highest rate of turn")]
-    turn_rate: f64,
-    #[param(default = 2.38, range = 0.0..=1000.0, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
-    room: f64,
-    #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of the other robots")]
-    other_radius: f64,
-    #[param(default = 3.2, range = 0.0..=60.0, unit = "s", doc = "so far it looks ahead when it is fast; with 0 it goes by how far and how misaligned the leader is, whoever else there is")]
-    horizon: f64,
-    #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "least distance to other robots")]
-    margin: f64,
+    #[param(default = 1.2, range = 0.1..=100.0, unit = "m", doc = "distance to keep from the leader")]
+    following_distance: f64,
+    #[param(default = 0.6, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity")]
+    max_linear_velocity: f64,
+    #[param(default = 1.5, range = 0.0..=10.0, unit = "1/s", doc = "linear velocity per metre of distance error")]
+    distance_gain: f64,
+    #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "angular velocity per radian of bearing error")]
+    bearing_gain: f64,
+    #[param(default = 1.2, range = 0.0..=3.0, unit = "rad/s", doc = "maximum angular velocity")]
+    max_angular_velocity: f64,
+    #[param(default = 2.38, range = 0.0..=1000.0, unit = "m", doc = "half the side of a known square room about the origin")]
+    room_half_width: f64,
+    #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of other robots")]
+    other_robot_radius: f64,
+    #[param(default = 3.2, range = 0.0..=60.0, unit = "s", doc = "prediction horizon at speed; 0 for a law of distance and bearing without other robots")]
+    prediction_horizon: f64,
+    #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "minimum clearance from other robots")]
+    min_clearance: f64,
 }
 
-/// What the Plan remembers.
+/// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowMemory {
     /// Where the leader is in the world, or was when it was seen last.
     leader: Option<(f64, f64)>,
-    /// How it moved then, m/s.
+    /// Velocity then, m/s.
     velocity: [f64; 2],
     /// When it was seen last, seconds.
     seen: f64,
     others: Tracks,
     footprint: Option<Footprint>,
     motion: OwnMotion,
-    /// How it wants to move: forward (m/s) and turning (rad/s).
+    /// Intended twist: m/s and rad/s.
     wants: (f64, f64),
     /// When it looks ahead again, seconds.
     due: f64,
 }
 
-/// Nobody goes ahead who is this far from looking at the leader, radians.
+/// Bearing of the leader above which it does not drive forward, radians.
 const MISALIGNED: f64 = 0.8;
-/// A plan holds for so long unless it is made anew, seconds.
+/// Duration of a plan unless it is renewed, seconds.
 const HOLD: f64 = 0.5;
 /// Time between two looks ahead, seconds.
 const PERIOD: f64 = 0.1;
-/// So long it goes after whom it does not see any more, seconds.
+/// Time that a lost leader is followed, seconds.
 const PATIENCE: f64 = 30.0;
-/// Longer than this it is not seen who is hidden, seconds.
+/// Time without detection after which a robot counts as hidden, seconds.
 const GLANCE: f64 = 0.5;
-/// So long who is hidden is taken to go on as before, seconds.
+/// Time that a hidden robot is predicted at constant velocity, seconds.
 const GOES_ON: f64 = 2.0;
 /// A track this near to the leader is the leader's, metres.
 const SAME: f64 = 0.3;
@@ -90,7 +89,7 @@ const TURNS: [f64; 7] = [0.0, 0.2, -0.2, 0.5, -0.5, 1.0, -1.0];
 /// Motions that may come after.
 const LATER_SPEEDS: [f64; 4] = [0.0, 0.5, 1.0, -0.8];
 const LATER_TURNS: [f64; 5] = [0.0, 0.4, -0.4, 1.0, -1.0];
-/// What a change of motion costs: for each m/s, and for each rad/s.
+/// Cost of a change of twist, per m/s and per rad/s.
 const CHANGE: [f64; 2] = [0.05, 0.02];
 
 /// Who is slower than this (m/s) looks so much farther ahead, but no more than so many times.
@@ -140,7 +139,7 @@ impl Plan for FollowPlanner {
         }
         memory.due = time + PERIOD;
         let course = Course { pose, motion: moving };
-        let motion = match params.horizon > 0.0 {
+        let motion = match params.prediction_horizon > 0.0 {
             true => memory.look_ahead(course, leader, hidden, &sides, params),
             false => Some(law(pose, leader, params)),
         };
@@ -149,7 +148,7 @@ impl Plan for FollowPlanner {
         let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
         let range = math::hypot(dx, dy);
         // On the straight way to the leader, as far from it as it shall be; who is nearer has arrived.
-        let ahead = math::max(range - params.distance, 0.0) / math::max(range, 0.01);
+        let ahead = math::max(range - params.following_distance, 0.0) / math::max(range, 0.01);
         noticed.goal.set(Point2 { x: pose.x + ahead * dx, y: pose.y + ahead * dy });
         noticed.motion.set(motion);
         if situation.is_reactive() {
@@ -166,12 +165,12 @@ impl Plan for FollowPlanner {
 }
 
 impl FollowMemory {
-    /// Takes in who is seen, and how the robot itself moves.
+    /// Updates from detections and from the robot's own motion.
     fn notice(&mut self, pose: Pose2, noticed: &FollowNoticing, time: f64) -> Twist2 {
         if noticed.robots.fresh().is_none() {
             // Where they were is nothing to go by.
             self.others = Tracks::default();
-        } else if let Some(robots) = noticed.robots.new() {
+        } else if let Some(robots) = noticed.robots.updated() {
             self.others.see(pose, robots, time);
         }
         if self.footprint.is_none() {
@@ -202,11 +201,11 @@ impl FollowMemory {
             leader: Moving { place: leader, velocity },
             hidden,
             others: [None; 8],
-            distance: params.distance,
-            room: params.room,
-            radius: params.other_radius,
-            margin: params.margin,
-            pace: math::clamp(BRISK / params.speed, 1.0, SLOWEST),
+            distance: params.following_distance,
+            room: params.room_half_width,
+            radius: params.other_robot_radius,
+            margin: params.min_clearance,
+            pace: math::clamp(BRISK / params.max_linear_velocity, 1.0, SLOWEST),
         };
         let others = self.others.iter().filter(|track| own.is_none_or(|own| own.name != track.name));
         for (other, track) in outlook.others.iter_mut().zip(others) {
@@ -214,8 +213,11 @@ impl FollowMemory {
         }
         let motions = |speeds: &'static [f64], turns: &'static [f64]| {
             let all = speeds.iter().flat_map(move |speed| turns.iter().map(move |turn| (speed, turn)));
-            let turn_rate = params.turn_rate / outlook.pace;
-            all.map(move |(speed, turn)| Twist2 { linear: speed * params.speed, angular: turn * turn_rate })
+            let turn_rate = params.max_angular_velocity / outlook.pace;
+            all.map(move |(speed, turn)| Twist2 {
+                linear: speed * params.max_linear_velocity,
+                angular: turn * turn_rate,
+            })
         };
         let (linear, angular) = self.wants;
         let change = |motion: Twist2| {
@@ -223,19 +225,29 @@ impl FollowMemory {
         };
         let first = std::iter::once(law(course.pose, leader, params)).chain(motions(&SPEEDS, &TURNS));
         let second = motions(&LATER_SPEEDS, &LATER_TURNS);
-        let interval = params.horizon / f64::from(LOOKS) * outlook.pace;
+        let interval = params.prediction_horizon / f64::from(LOOKS) * outlook.pace;
         sides.best(course, interval, first.map(|motion| (motion, change(motion))), second, |pose, time| {
             outlook.cost(pose, time)
         })
     }
 }
 
-/// By how far and how misaligned the leader is, whoever else there is.
+/// Follows by distance and bearing, without regard to other robots.
 fn law(pose: Pose2, leader: Point2, params: &FollowParams) -> Twist2 {
     let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
     let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
-    let wanted =
-        math::clamp(params.gain * (math::hypot(dx, dy) - params.distance), -params.speed, params.speed);
+    let wanted = math::clamp(
+        params.distance_gain * (math::hypot(dx, dy) - params.following_distance),
+        -params.max_linear_velocity,
+        params.max_linear_velocity,
+    );
     let linear = if bearing.abs() > MISALIGNED { 0.0 } else { wanted * math::cos(bearing) };
-    Twist2 { linear, angular: math::clamp(params.turn_gain * bearing, -params.turn_rate, params.turn_rate) }
+    Twist2 {
+        linear,
+        angular: math::clamp(
+            params.bearing_gain * bearing,
+            -params.max_angular_velocity,
+            params.max_angular_velocity,
+        ),
+    }
 }

@@ -9,9 +9,9 @@ pub mod patrol;
 use slate_plugin::mapek::PlanBlock;
 use slate_plugin::prelude::*;
 
-/// What the example is called.
+/// Name of the example.
 pub const NAME: &str = "exp3";
-/// What it shows.
+/// Summary of the example.
 pub const ABOUT: &str = "RoCS EXP3: a Pioneer visits the four corners, a Summit XL follows it";
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../exp3.toml");
@@ -29,10 +29,10 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
-            "robots.r3.modules.planner.params.speed=0.11",
+            "robots.r3.modules.planner.params.max_linear_velocity=0.11",
             // Nor do they look ahead, or make room.
-            "robots.r3.modules.planner.params.horizon=0",
-            "robots.r2.modules.planner.params.patience=1e6",
+            "robots.r3.modules.planner.params.prediction_horizon=0",
+            "robots.r2.modules.planner.params.progress_timeout=1e6",
         ],
     ),
     (
@@ -46,9 +46,9 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r3.modules.avoid_wall.params.fixed=true",
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
-            "robots.r3.modules.planner.params.speed=0.11",
-            "robots.r3.modules.planner.params.horizon=0",
-            "robots.r2.modules.planner.params.patience=1e6",
+            "robots.r3.modules.planner.params.max_linear_velocity=0.11",
+            "robots.r3.modules.planner.params.prediction_horizon=0",
+            "robots.r2.modules.planner.params.progress_timeout=1e6",
         ],
     ),
 ];
@@ -62,9 +62,9 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
-            "robots.r2.modules.avoid_obstacle.params.speed=0.0975",
-            "robots.r3.modules.planner.params.speed=0.11",
-            "robots.r3.modules.avoid_obstacle.params.speed=0.11",
+            "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=0.0975",
+            "robots.r3.modules.planner.params.max_linear_velocity=0.11",
+            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=0.11",
         ],
     ),
     (
@@ -73,9 +73,9 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // What the actuators allow, where there is room.
             "robots.r2.modules.planner.params.speed=1.2",
             "robots.r2.modules.planner.params.careful_speed=0.3",
-            "robots.r2.modules.avoid_obstacle.params.speed=1.2",
-            "robots.r3.modules.planner.params.speed=1.5",
-            "robots.r3.modules.avoid_obstacle.params.speed=1.5",
+            "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=1.2",
+            "robots.r3.modules.planner.params.max_linear_velocity=1.5",
+            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=1.5",
         ],
     ),
 ];

@@ -1,11 +1,11 @@
-//! What a follower makes of the next seconds: where the others will be, and how well it stands where.
+//! Prediction of a follower: poses of others in the next seconds, and costs of its own.
 
 use slate_avoidance::Footprint;
 use slate_plugin::interfaces::{Point2, Pose2};
 use slate_plugin::prelude::*;
 use slate_wheeled::tracks::Track;
 
-/// A robot that goes on as it goes now.
+/// Robot with constant velocity.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Moving {
     /// In the world, metres.
@@ -14,33 +14,33 @@ pub struct Moving {
     pub velocity: [f64; 2],
 }
 
-/// What is there, and what is wanted.
+/// Situation and objective.
 pub struct Outlook<'a> {
     /// The follower's body.
     pub footprint: &'a Footprint,
-    /// Who is followed.
+    /// Leader.
     pub leader: Moving,
-    /// Whether the leader is hidden: then it must be looked for where it may be.
+    /// Whether the leader is hidden, and must be searched for.
     pub hidden: bool,
-    /// Who else is there.
+    /// Other robots.
     pub others: [Option<Moving>; 8],
-    /// How far from the leader it shall be, metres.
+    /// Distance to keep from the leader, metres.
     pub distance: f64,
-    /// The room reaches so far from the origin to each side, metres.
+    /// Half the side of the room, metres.
     pub room: f64,
     /// Radius of the other robots, metres.
     pub radius: f64,
     /// Least distance to anything, metres.
     pub margin: f64,
-    /// How much slower than usual all this goes: what may become of the others takes so much longer.
+    /// Time scale of the prediction for slow robots.
     pub pace: f64,
 }
 
 /// Nearer to the leader than this is too near, and farther too far, metres.
 const BAND: [f64; 2] = [0.95, 1.75];
-/// Who stands nearer than this to the line on which the leader comes is in its way, metres.
+/// Distance from the leader's line below which a robot is in its way, metres.
 const LANE: f64 = 0.95;
-/// So far ahead of the leader that matters, metres.
+/// Distance ahead of the leader to keep clear, metres.
 const LANE_LENGTH: f64 = 3.5;
 /// A way past a robot that is no wider than the follower and this may be closed before it is through, metres.
 const NARROW: f64 = 0.15;
@@ -48,11 +48,11 @@ const NARROW: f64 = 0.15;
 const OUTSIDE: f64 = 1.5;
 /// Slower than this a robot stands, m/s.
 const SLOW: f64 = 0.08;
-/// More than the least distance is better, up to so much, metres: to robots, and to walls.
+/// Preferred additional clearance to robots and to walls, metres.
 const COMFORT: [f64; 2] = [0.12, 0.12];
-/// Who turns away from a wall beside it comes nearer to it first, by so much at least, metres.
+/// Clearance needed to turn away from a wall beside, metres.
 const TIGHT: f64 = 0.02;
-/// What a touch costs, and each metre within.
+/// Cost of a contact, and per metre of penetration.
 const TOUCH: [f64; 2] = [20.0, 200.0];
 
 impl Moving {
@@ -61,7 +61,7 @@ impl Moving {
         Self { place: Point2 { x: track.x, y: track.y }, velocity: track.velocity }
     }
 
-    /// Where it will be in that time, seconds; no farther out than `limit`, metres.
+    /// Predicts the position after a time, seconds; within `limit`, metres.
     fn after(&self, time: f64, limit: f64) -> Point2 {
         let [east, north] = self.velocity;
         Point2 {
@@ -72,7 +72,7 @@ impl Moving {
 }
 
 impl Outlook<'_> {
-    /// What it costs to be there in so many seconds.
+    /// Returns the cost of a pose after a time, seconds.
     pub fn cost(&self, pose: Pose2, time: f64) -> f64 {
         let limit = self.room - self.radius;
         let leader = self.leader.after(time, limit);
@@ -186,7 +186,7 @@ fn from_middle(x: f64, y: f64) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// The square of what is positive.
+/// Square of the positive part.
 fn squared(excess: f64) -> f64 {
     let excess = math::max(excess, 0.0);
     excess * excess

@@ -2,50 +2,49 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::analyzes::Surroundings;
 use slate_wheeled::journey::{Journey, must_change};
 
-/// What the Plan notices, and what it lets others know.
+/// Percepts and outputs of the Plan.
 #[ports]
 pub struct PatrolNoticing {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
-    /// Where it goes now.
+    /// Present goal.
     goal: Output<Point2>,
 }
 
 /// Where and how fast the robot goes.
 #[params]
 pub struct PatrolParams {
-    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the east and west of the origin")]
-    pub east: f64,
-    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "corners are so far to the north and south of the origin")]
-    north: f64,
-    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "speed where there is room")]
+    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "x of the corners, on both sides of the origin")]
+    pub corner_x: f64,
+    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "y of the corners, on both sides of the origin")]
+    corner_y: f64,
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in free space")]
     pub speed: f64,
-    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded")]
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in crowded space")]
     careful_speed: f64,
-    #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "a corner is reached within this distance")]
-    tolerance: f64,
-    #[param(default = 10.0, range = 0.1..=1e6, unit = "s", doc = "who comes no nearer to a corner for so long makes room for whoever is there")]
-    patience: f64,
+    #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "distance from a corner at which it counts as reached")]
+    goal_tolerance: f64,
+    #[param(default = 10.0, range = 0.1..=1e6, unit = "s", doc = "time without progress after which it makes room for another robot")]
+    progress_timeout: f64,
 }
 
 /// The order in which the authors' robot visits the corners: signs of x and y.
 const CORNERS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
 
-/// Who makes room goes to this part of the way from the origin to the corner, where no sonar at the corner hears it.
+/// Position to make room: fraction of the way from the origin to the corner, out of range of sonars at the corner.
 const ASIDE: f64 = 0.4;
-/// And tries again after so long, seconds.
+/// Time before the next attempt, seconds.
 const ROOM_TIME: f64 = 12.0;
 /// Less than this is not nearer, metres.
 const NEARER: f64 = 0.05;
 
-/// What the Plan remembers.
+/// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PatrolMemory {
     journey: Journey,
@@ -83,13 +82,13 @@ impl Plan for PatrolPlanner {
             memory.nearest = None;
         }
         let (east, north) = CORNERS[memory.corner];
-        let corner = Point2 { x: east * params.east, y: north * params.north };
+        let corner = Point2 { x: east * params.corner_x, y: north * params.corner_y };
         let was_aside = memory.aside.is_some();
         let Some((x, y)) = memory.journey.position() else {
             noticed.goal.set(corner);
             return;
         };
-        memory.make_room(math::hypot(corner.x - x, corner.y - y), params.patience, time);
+        memory.make_room(math::hypot(corner.x - x, corner.y - y), params.progress_timeout, time);
         let (goal, left) = match memory.aside {
             Some(until) => (Point2 { x: ASIDE * corner.x, y: ASIDE * corner.y }, until - time),
             None => (corner, 0.0),
@@ -103,7 +102,7 @@ impl Plan for PatrolPlanner {
         let speeds = [params.speed, params.careful_speed];
         let is_changed = room_changed || memory.journey.is_outdated(goal, speeds);
         if turns || situation.needs_plan() || must_change(is_changed, situation) {
-            memory.journey.go(goal, speeds, params.tolerance, plan);
+            memory.journey.go(goal, speeds, params.goal_tolerance, plan);
         }
     }
 }

@@ -77,7 +77,7 @@ fn wheels(planner: &Fixture<PlanBlock<FollowPlanner>>) -> Option<(f64, f64)> {
 }
 
 fn ahead(pose: Pose2, range: f64) -> Located {
-    Located { x: pose.x + range, y: pose.y, range, bearing: 0.0, seen: Bool::from(true), reserved: [0; 7] }
+    Located { x: pose.x + range, y: pose.y, range, bearing: 0.0, seen: Bool::from(true) }
 }
 
 /// What a follower plans that sees its leader so far ahead, beside another robot.
@@ -90,7 +90,7 @@ fn plans(pose: Pose2, range: f64, other: Sighting) -> Option<(f64, f64)> {
 }
 
 #[test]
-fn it_goes_after_who_is_far_and_back_from_who_is_near_as_far_as_it_knows_the_room() {
+fn it_keeps_its_distance_to_the_leader_within_the_room() {
     let nobody = Sighting { range: 3.0, bearing: 2.0, name: Text::new("r1") };
     let middle = Pose2::default();
     let (left, right) = plans(middle, 2.0, nobody).unwrap();
@@ -180,7 +180,7 @@ fn another_corner_and_other_speeds_hold_on_the_way() {
     assert_eq!(sent(&mut planner), (2.0, 2.0, 0.4));
     planner
         .set("situation", mapek::ExecuteStatus { route: mapek::Route::DELIBERATIVE, ..Default::default() });
-    planner.params().east = 1.0;
+    planner.params().corner_x = 1.0;
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.4));
     planner.params().speed = 0.1;
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.1));

@@ -1,8 +1,7 @@
-//! What a scout can do: go somewhere, and tell another robot to.
+//! Actions of a scout: drive to a goal, and send another robot to one.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::Point2;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::differential::DifferentialBody;

@@ -1,12 +1,11 @@
-//! What the team knows of the arena.
+//! Knowledge of the team about the arena.
 
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{FactTable, MostCertain, WorldModel};
 use slate_plugin::prelude::*;
 
 use crate::finder::Obstacle;
 
-/// How much of the arena the team knows.
+/// Known part of the arena.
 #[interface]
 #[derive(PartialEq)]
 pub struct Known {
@@ -16,13 +15,13 @@ pub struct Known {
     pub robots: u32,
 }
 
-/// What the team states.
+/// Statements of the team.
 #[ports]
 pub struct Heard {
-    obstacles: Input<FactTable<Obstacle>>,
+    obstacles: Required<FactTable<Obstacle>>,
 }
 
-/// Tells when the team knows more than before, whoever found it.
+/// Reports new knowledge of the team.
 pub struct Atlas;
 
 impl Analyze for Atlas {

@@ -1,8 +1,7 @@
-//! How a scout explores.
+//! Exploration of a scout.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::Point2;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::Leg;
 
@@ -10,12 +9,12 @@ use crate::actions::{GoNear, SendToLook};
 use crate::atlas::Known;
 use crate::finder::Obstacle;
 
-/// What the Plan notices, and what other robots tell it.
+/// Percepts of the Plan, and messages of other robots.
 #[ports]
 pub struct Noticing {
-    /// What this robot found.
+    /// Finds of this robot.
     obstacle: Noticed<Obstacle>,
-    /// What the team knows.
+    /// Knowledge of the team.
     known: Noticed<Known>,
     /// Where another robot wants this one to look.
     orders: Inbox<Point2>,
@@ -24,26 +23,26 @@ pub struct Noticing {
 /// Its part of the arena.
 #[params]
 pub struct ExplorerParams {
-    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "middle of its part, to the east")]
-    x: f64,
-    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "middle of its part, to the north")]
-    y: f64,
-    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "from there to the sides of the square that it drives")]
-    reach: f64,
-    #[param(default = 0.3, range = 0.0..=1.2, unit = "m/s", doc = "how fast it goes")]
-    speed: f64,
+    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "x of its sector's center")]
+    center_x: f64,
+    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "y of its sector's center")]
+    center_y: f64,
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "half the side of the square to patrol")]
+    half_width: f64,
+    #[param(default = 0.3, range = 0.0..=1.2, unit = "m/s", doc = "linear velocity")]
+    linear_velocity: f64,
 }
 
-/// What the Plan remembers.
+/// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct Memory {
-    /// The corner of the square where it goes next.
+    /// Next corner of the square.
     corner: u8,
     /// Whether it knows of other robots.
     team: bool,
-    /// What it wants another robot to look at.
+    /// Find for another robot to inspect.
     worth: Option<(f64, f64)>,
-    /// Whether it has told another robot.
+    /// Whether another robot is informed.
     told: bool,
 }
 
@@ -74,7 +73,7 @@ impl Plan for Explorer {
             memory.worth.get_or_insert((found.x, found.y));
         }
         memory.team |= noticed.known.iter().any(|known| known.robots > 1);
-        let near = |x, y, tolerance| GoNear::request(Leg { x, y, speed: params.speed, tolerance });
+        let near = |x, y, tolerance| GoNear::request(Leg { x, y, speed: params.linear_velocity, tolerance });
         for order in noticed.orders.iter() {
             // Not into it.
             plan.replace(near(order.x, order.y, 0.7));
@@ -86,9 +85,13 @@ impl Plan for Explorer {
         if let Some(place) = memory.worth.filter(|_| memory.team && !memory.told) {
             plan.append(SendToLook::request(place));
         }
-        let side = |out: bool| if out { params.reach } else { -params.reach };
+        let side = |out: bool| if out { params.half_width } else { -params.half_width };
         let corner = memory.corner;
-        plan.append(near(params.x + side(corner == 1 || corner == 2), params.y + side(corner >= 2), 0.1));
+        plan.append(near(
+            params.center_x + side(corner == 1 || corner == 2),
+            params.center_y + side(corner >= 2),
+            0.1,
+        ));
         memory.corner = (corner + 1) % 4;
     }
 }

@@ -1,8 +1,7 @@
-//! What the robot finds.
+//! Finds of the robot.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{FactTable, Statements};
 use slate_plugin::prelude::*;
 
@@ -18,27 +17,27 @@ pub struct Obstacle {
     pub y: f64,
 }
 
-/// Where the robot is and what it hears, and what it states.
+/// Pose, sonars, and statements.
 #[ports]
 pub struct Finding {
     range: Observed<SonarScan>,
     position: Observed<Position>,
     orientation: Observed<Orientation>,
-    /// What this robot found.
+    /// Finds of this robot.
     #[capacity(512)]
     found: Output<FactTable<Obstacle>>,
 }
 
-/// What counts.
+/// Parameters of the finder.
 #[params]
 pub struct FinderParams {
-    #[param(default = 1.0, range = 0.0..=5.0, unit = "m", doc = "what is farther is not found")]
-    range: f64,
-    #[param(default = 0.5, range = 0.1..=5.0, unit = "m", doc = "finds of one square of this size are one")]
-    square: f64,
+    #[param(default = 1.0, range = 0.0..=5.0, unit = "m", doc = "maximum range of a find")]
+    max_range: f64,
+    #[param(default = 0.5, range = 0.1..=5.0, unit = "m", doc = "edge length of a cell; finds of a cell are one")]
+    cell_size: f64,
 }
 
-/// States where obstacles are, and tells the Plan of new ones.
+/// States the positions of obstacles, and reports new ones to the Plan.
 pub struct Finder;
 
 impl Analyze for Finder {
@@ -56,20 +55,21 @@ impl Analyze for Finder {
         now: &Tick,
     ) -> Option<Obstacle> {
         let (position, orientation) = (observed.position.fresh()?, observed.orientation.fresh()?);
-        let scan = observed.range.new()?;
+        let scan = observed.range.updated()?;
         let mut new = None;
         for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
-            if !echo.heard.get() || echo.range > params.range {
+            if !echo.heard.get() || echo.range > params.max_range {
                 continue;
             }
             // The sonars sit on the hull, which is small against a square.
             let direction = orientation.theta + placement.theta;
             // The arena is small against the range of these integers.
-            let square = |start: f64, way: f64| ((start + way * echo.range) / params.square).round() as i32;
+            let square =
+                |start: f64, way: f64| ((start + way * echo.range) / params.cell_size).round() as i32;
             let (column, row) =
                 (square(position.x, math::cos(direction)), square(position.y, math::sin(direction)));
             let obstacle =
-                Obstacle { x: f64::from(column) * params.square, y: f64::from(row) * params.square };
+                Obstacle { x: f64::from(column) * params.cell_size, y: f64::from(row) * params.cell_size };
             let key = format!("{column},{row}");
             if found.get(&key).is_none() && found.state(now.now(), &key, 0.8, obstacle) {
                 new = Some(obstacle);

@@ -3,6 +3,7 @@ mod events;
 mod nearest;
 mod pattern;
 mod property;
+mod renamed;
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};

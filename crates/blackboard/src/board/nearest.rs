@@ -2,17 +2,23 @@
 
 use std::collections::BTreeSet;
 
+use super::renamed::renamed;
+
 /// How many are named.
 const COUNT: usize = 3;
 
 /// No path of an agent has more names.
 const DEEPEST: usize = 16;
 
-/// The names most like `name`, at most three, best first.
+/// The names most like `name`, at most three, best first. The new name of a parameter or port that was renamed is the only one.
 pub fn nearest_names<'a>(name: &str, names: impl Iterator<Item = &'a str>) -> Vec<String> {
+    let names: Vec<_> = names.collect();
+    if let Some(present) = renamed(name, &names) {
+        return vec![present];
+    }
     let (farthest, length) = (name.len() / 3 + 1, name.chars().count());
     // Names of other lengths are farther away by that alone, and to compare takes long.
-    let near = names.filter(|other| other.chars().count().abs_diff(length) <= farthest);
+    let near = names.into_iter().filter(|other| other.chars().count().abs_diff(length) <= farthest);
     let mut scored: Vec<_> = near
         .map(|other| (strsim::damerau_levenshtein(name, other), other))
         .filter(|(distance, _)| *distance <= farthest)

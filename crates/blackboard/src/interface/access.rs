@@ -1,5 +1,5 @@
 use super::view::{length, read};
-use super::{Descriptor, Kind, Value};
+use super::{Descriptor, Kind, Primitive, Value};
 use crate::board::nearest_names;
 
 fn no_field(interface: &str, field: &str, known: &str) -> String {
@@ -203,16 +203,16 @@ fn write(
         }};
     }
     match kind {
-        Kind::Bool => bytes[0] = value.as_bool().ok_or_else(wrong)?.into(),
-        Kind::U8 => integer!(u8),
-        Kind::U16 => integer!(u16),
-        Kind::U32 => integer!(u32),
-        Kind::U64 => integer!(u64),
-        Kind::I8 => integer!(i8),
-        Kind::I16 => integer!(i16),
-        Kind::I32 => integer!(i32),
-        Kind::I64 => integer!(i64),
-        Kind::F32 => {
+        Kind::Primitive(Primitive::Bool) => bytes[0] = value.as_bool().ok_or_else(wrong)?.into(),
+        Kind::Primitive(Primitive::U8) => integer!(u8),
+        Kind::Primitive(Primitive::U16) => integer!(u16),
+        Kind::Primitive(Primitive::U32) => integer!(u32),
+        Kind::Primitive(Primitive::U64) => integer!(u64),
+        Kind::Primitive(Primitive::I8) => integer!(i8),
+        Kind::Primitive(Primitive::I16) => integer!(i16),
+        Kind::Primitive(Primitive::I32) => integer!(i32),
+        Kind::Primitive(Primitive::I64) => integer!(i64),
+        Kind::Primitive(Primitive::F32) => {
             // Decimal text such as 0.1 is nearest in either width, so rounding to f32 is what the user means.
             let number = value.as_f64().ok_or_else(wrong)?;
             let nearest = number as f32;
@@ -222,7 +222,7 @@ fn write(
             }
             bytes[..4].copy_from_slice(&nearest.to_ne_bytes());
         }
-        Kind::F64 => {
+        Kind::Primitive(Primitive::F64) => {
             let number = value.as_f64().ok_or_else(wrong)?;
             if matches!(value, Value::Integer(whole) if number as i128 != *whole) {
                 return Err(inexact());

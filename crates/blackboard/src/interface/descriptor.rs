@@ -1,7 +1,8 @@
+use super::Primitive;
 use crate::Shape;
 
 /// Names, types, offsets, units and documentation of an interface.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Descriptor {
     /// Name of the interface, such as `Pose2`.
     pub name: &'static str,
@@ -20,7 +21,7 @@ pub struct Descriptor {
 }
 
 /// One field of an interface.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Field {
     /// Name as in the source.
     pub name: &'static str,
@@ -35,30 +36,10 @@ pub struct Field {
 }
 
 /// The type of a field.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Truth value, one byte; everything but 0 is true.
-    Bool,
-    /// Unsigned, 8 bits.
-    U8,
-    /// Unsigned, 16 bits.
-    U16,
-    /// Unsigned, 32 bits.
-    U32,
-    /// Unsigned, 64 bits.
-    U64,
-    /// Signed, 8 bits.
-    I8,
-    /// Signed, 16 bits.
-    I16,
-    /// Signed, 32 bits.
-    I32,
-    /// Signed, 64 bits.
-    I64,
-    /// IEEE 754, 32 bits.
-    F32,
-    /// IEEE 754, 64 bits.
-    F64,
+    /// A number or truth value.
+    Primitive(Primitive),
     /// An integer with named constants.
     Enumeration(&'static Enumeration),
     /// UTF-8 of at most that many bytes, after a 32-bit length.
@@ -76,7 +57,7 @@ pub enum Kind {
 }
 
 /// An integer type with named constants; values without a name are valid too.
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Enumeration {
     /// Name of the type.
     pub name: &'static str,
@@ -87,7 +68,7 @@ pub struct Enumeration {
 }
 
 /// A named value of an [`Enumeration`].
-#[derive(Debug)]
+#[derive(Debug, PartialEq, Eq)]
 pub struct Constant {
     /// Name as in the source, such as `DELIBERATIVE`.
     pub name: &'static str,
@@ -97,14 +78,27 @@ pub struct Constant {
     pub doc: &'static str,
 }
 
+/// Primitive types by their own names, for expressions and patterns.
+#[allow(missing_docs, non_upper_case_globals, reason = "named and documented as in `Primitive`")]
+impl Kind {
+    pub const Bool: Self = Self::Primitive(Primitive::Bool);
+    pub const U8: Self = Self::Primitive(Primitive::U8);
+    pub const U16: Self = Self::Primitive(Primitive::U16);
+    pub const U32: Self = Self::Primitive(Primitive::U32);
+    pub const U64: Self = Self::Primitive(Primitive::U64);
+    pub const I8: Self = Self::Primitive(Primitive::I8);
+    pub const I16: Self = Self::Primitive(Primitive::I16);
+    pub const I32: Self = Self::Primitive(Primitive::I32);
+    pub const I64: Self = Self::Primitive(Primitive::I64);
+    pub const F32: Self = Self::Primitive(Primitive::F32);
+    pub const F64: Self = Self::Primitive(Primitive::F64);
+}
+
 impl Kind {
     /// Bytes that one value takes; 0 for a tail.
     pub const fn size(&self) -> usize {
         match self {
-            Self::Bool | Self::U8 | Self::I8 => 1,
-            Self::U16 | Self::I16 => 2,
-            Self::U32 | Self::I32 | Self::F32 => 4,
-            Self::U64 | Self::I64 | Self::F64 => 8,
+            Self::Primitive(primitive) => primitive.size(),
             Self::Enumeration(enumeration) => enumeration.carrier.size(),
             Self::Text(capacity) => 4 + *capacity,
             Self::Optional(item) => 8 + item.size(),
@@ -118,10 +112,8 @@ impl Kind {
     /// Alignment in bytes.
     pub const fn align(&self) -> usize {
         match self {
-            Self::Bool | Self::U8 | Self::I8 => 1,
-            Self::U16 | Self::I16 => 2,
-            Self::U32 | Self::I32 | Self::F32 | Self::Text(_) => 4,
-            Self::U64 | Self::I64 | Self::F64 => 8,
+            Self::Primitive(primitive) => primitive.size(),
+            Self::Text(_) => 4,
             Self::Enumeration(enumeration) => enumeration.carrier.align(),
             // After a 32-bit length or flag.
             Self::Optional(item) | Self::Sequence(item, _) => {
@@ -139,17 +131,7 @@ impl Kind {
     /// What a reader of a message calls it: `f64`, `text of at most 32 bytes`, `Pose2`.
     pub fn describe(&self) -> String {
         match self {
-            Self::Bool => "bool".into(),
-            Self::U8 => "u8".into(),
-            Self::U16 => "u16".into(),
-            Self::U32 => "u32".into(),
-            Self::U64 => "u64".into(),
-            Self::I8 => "i8".into(),
-            Self::I16 => "i16".into(),
-            Self::I32 => "i32".into(),
-            Self::I64 => "i64".into(),
-            Self::F32 => "f32".into(),
-            Self::F64 => "f64".into(),
+            Self::Primitive(primitive) => primitive.name().into(),
             Self::Enumeration(enumeration) => {
                 let names: Vec<_> = enumeration.constants.iter().map(|constant| constant.name).collect();
                 format!("one of {}", names.join(", "))

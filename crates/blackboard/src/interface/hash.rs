@@ -1,4 +1,4 @@
-use super::{Field, Kind};
+use super::{Field, Kind, Primitive};
 
 const fn byte(hash: u64, byte: u8) -> u64 {
     (hash ^ byte as u64).wrapping_mul(0x0100_0000_01b3)
@@ -26,17 +26,17 @@ const fn text(mut hash: u64, text: &str) -> u64 {
 
 const fn kind(hash: u64, of: &Kind) -> u64 {
     match of {
-        Kind::Bool => byte(hash, 1),
-        Kind::U8 => byte(hash, 2),
-        Kind::U16 => byte(hash, 3),
-        Kind::U32 => byte(hash, 4),
-        Kind::U64 => byte(hash, 5),
-        Kind::I8 => byte(hash, 6),
-        Kind::I16 => byte(hash, 7),
-        Kind::I32 => byte(hash, 8),
-        Kind::I64 => byte(hash, 9),
-        Kind::F32 => byte(hash, 10),
-        Kind::F64 => byte(hash, 11),
+        Kind::Primitive(Primitive::Bool) => byte(hash, 1),
+        Kind::Primitive(Primitive::U8) => byte(hash, 2),
+        Kind::Primitive(Primitive::U16) => byte(hash, 3),
+        Kind::Primitive(Primitive::U32) => byte(hash, 4),
+        Kind::Primitive(Primitive::U64) => byte(hash, 5),
+        Kind::Primitive(Primitive::I8) => byte(hash, 6),
+        Kind::Primitive(Primitive::I16) => byte(hash, 7),
+        Kind::Primitive(Primitive::I32) => byte(hash, 8),
+        Kind::Primitive(Primitive::I64) => byte(hash, 9),
+        Kind::Primitive(Primitive::F32) => byte(hash, 10),
+        Kind::Primitive(Primitive::F64) => byte(hash, 11),
         Kind::Enumeration(enumeration) => {
             let mut hash = kind(text(byte(hash, 12), enumeration.name), &enumeration.carrier);
             let mut i = 0;

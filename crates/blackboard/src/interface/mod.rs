@@ -1,22 +1,26 @@
 //! The type of a property: plain data with a descriptor that one generic codec can walk.
 //!
-//! A value is `repr(C)` memory of fixed-width fields without padding or pointers, in which every bit pattern is
-//! valid. So it may cross a library boundary or shared memory as it is, and outlives the plugin that wrote it.
+//! A value is `repr(C)` memory of fixed-width fields without pointers, in which every bit pattern is valid. What
+//! padding the compiler leaves between fields is zeroed at commit, before anything but the writer sees the bytes. So it may cross a library boundary or shared memory as it is, and outlives the plugin that wrote it.
 //! Its [`Descriptor`] names the fields with their types, offsets, units and documentation.
 
 mod access;
+mod canonical;
 mod descriptor;
-mod float;
 mod hash;
+mod padding;
 mod plain;
+mod primitive;
 mod value;
 mod view;
 
 pub use access::{AccessError, FieldPath, edit, find};
+pub use canonical::CanonicalForm;
 pub use descriptor::{Constant, Descriptor, Enumeration, Field, Kind};
-pub use float::FloatMap;
 pub use hash::schema_hash;
+pub use padding::{clear_padding, gap_before_tail};
 pub use plain::{Bool, Optional, Plain, Sequence, Text};
+pub use primitive::Primitive;
 pub use value::Value;
 pub use view::View;
 
@@ -27,8 +31,8 @@ use crate::Shape;
 /// Implemented by the `#[interface]` macro of `slate-module`.
 ///
 /// # Safety
-/// The type is `repr(C)`, has no padding and no pointers, accepts every bit pattern, and is laid out exactly as
-/// [`DESCRIPTOR`](Interface::DESCRIPTOR) says.
+/// The type is `repr(C)`, has no pointers, accepts every bit pattern, and is laid out exactly as
+/// [`DESCRIPTOR`](Interface::DESCRIPTOR) says: what no field has is padding.
 pub unsafe trait Interface: Send + Sync + 'static {
     /// What the memory holds.
     const DESCRIPTOR: &'static Descriptor;

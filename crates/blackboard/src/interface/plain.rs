@@ -5,7 +5,8 @@ use super::Kind;
 /// A type that fields of an interface can have.
 ///
 /// # Safety
-/// `repr(C)` or primitive, no padding, no pointers, every bit pattern valid, laid out as [`KIND`](Plain::KIND) says.
+/// `repr(C)` or primitive, no pointers, every bit pattern valid, laid out as [`KIND`](Plain::KIND) says; padding only in
+/// nested interfaces.
 pub unsafe trait Plain: Copy + Send + Sync + 'static {
     /// What the memory holds.
     const KIND: Kind;

@@ -1,6 +1,6 @@
 use serde::{Serialize, Serializer};
 
-use super::{Descriptor, Interface, Kind, Value};
+use super::{Descriptor, Interface, Kind, Primitive, Value, clear_padding};
 
 /// A value of any interface, read through its descriptor.
 #[derive(Clone, Copy, Debug)]
@@ -20,11 +20,15 @@ impl<'a> View<'a> {
         (bytes.len() >= needed).then_some(Self { descriptor, bytes, items })
     }
 
-    /// A view of a typed value without a tail.
-    pub fn of<T: Interface>(value: &'a T) -> Self {
-        // SAFETY: an interface has no padding, so all its bytes are initialised.
-        let bytes =
-            unsafe { std::slice::from_raw_parts(std::ptr::from_ref(value).cast::<u8>(), size_of::<T>()) };
+    /// A view of a typed value without a tail, whose padding is zeroed.
+    pub fn of<T: Interface>(value: &'a mut T) -> Self {
+        let data = std::ptr::from_mut(value).cast::<u8>();
+        // SAFETY: the value is borrowed exclusively. Its fields are initialised, and so is its padding once it is zeroed:
+        // nothing writes the value as a whole while the view lasts.
+        let bytes = unsafe {
+            clear_padding(T::DESCRIPTOR, data, 0);
+            std::slice::from_raw_parts(data, size_of::<T>())
+        };
         Self { descriptor: T::DESCRIPTOR, bytes, items: 0 }
     }
 
@@ -80,17 +84,17 @@ fn list(item: &Kind, bytes: &[u8], count: usize) -> Value {
 
 pub(super) fn read(kind: &Kind, bytes: &[u8], tail_items: usize) -> Value {
     match kind {
-        Kind::Bool => Value::Bool(bytes[0] != 0),
-        Kind::U8 => Value::Integer(bytes[0].into()),
-        Kind::U16 => Value::Integer(u16::from_ne_bytes(fixed(bytes)).into()),
-        Kind::U32 => Value::Integer(u32::from_ne_bytes(fixed(bytes)).into()),
-        Kind::U64 => Value::Integer(u64::from_ne_bytes(fixed(bytes)).into()),
-        Kind::I8 => Value::Integer((bytes[0] as i8).into()),
-        Kind::I16 => Value::Integer(i16::from_ne_bytes(fixed(bytes)).into()),
-        Kind::I32 => Value::Integer(i32::from_ne_bytes(fixed(bytes)).into()),
-        Kind::I64 => Value::Integer(i64::from_ne_bytes(fixed(bytes)).into()),
-        Kind::F32 => Value::Float(f32::from_ne_bytes(fixed(bytes)).into()),
-        Kind::F64 => Value::Float(f64::from_ne_bytes(fixed(bytes))),
+        Kind::Primitive(Primitive::Bool) => Value::Bool(bytes[0] != 0),
+        Kind::Primitive(Primitive::U8) => Value::Integer(bytes[0].into()),
+        Kind::Primitive(Primitive::U16) => Value::Integer(u16::from_ne_bytes(fixed(bytes)).into()),
+        Kind::Primitive(Primitive::U32) => Value::Integer(u32::from_ne_bytes(fixed(bytes)).into()),
+        Kind::Primitive(Primitive::U64) => Value::Integer(u64::from_ne_bytes(fixed(bytes)).into()),
+        Kind::Primitive(Primitive::I8) => Value::Integer((bytes[0] as i8).into()),
+        Kind::Primitive(Primitive::I16) => Value::Integer(i16::from_ne_bytes(fixed(bytes)).into()),
+        Kind::Primitive(Primitive::I32) => Value::Integer(i32::from_ne_bytes(fixed(bytes)).into()),
+        Kind::Primitive(Primitive::I64) => Value::Integer(i64::from_ne_bytes(fixed(bytes)).into()),
+        Kind::Primitive(Primitive::F32) => Value::Float(f32::from_ne_bytes(fixed(bytes)).into()),
+        Kind::Primitive(Primitive::F64) => Value::Float(f64::from_ne_bytes(fixed(bytes))),
         Kind::Enumeration(enumeration) => match read(&enumeration.carrier, bytes, 0) {
             Value::Integer(number) => enumeration
                 .constants

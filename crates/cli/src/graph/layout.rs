@@ -1,4 +1,6 @@
-//! Where the nodes of a graph stand: in columns from left to right, along what flows.
+//! Layered layout of a graph (Sugiyama): columns from left to right along the data flow.
+//!
+//! Own code: `rust-sugiyama` returns positions of nodes alone, and an edge that passes a column needs a place there, too.
 
 use super::{Edge, Graph};
 

@@ -90,31 +90,8 @@ fn new(options: &NewInterface) -> Result<u8, Failure> {
         }
         fields.push((name, kind, unit, doc));
     }
-    // Where the compiler would leave a gap there is a reserved field: it is found out one gap after the other.
-    let mut reserved: Vec<(usize, usize)> = Vec::new();
-    let source = loop {
-        let source = source(options, &fields, &reserved);
-        let wrong = match parse::interfaces(&source) {
-            Ok(_) => break source,
-            Err(wrong) => wrong,
-        };
-        let gap = wrong
-            .message
-            .split("reserved: [u8; ")
-            .nth(1)
-            .and_then(|rest| rest.split(']').next()?.parse().ok());
-        let place = if wrong.message.contains("ends with a gap") {
-            Some(fields.len())
-        } else {
-            fields.iter().position(|(name, ..)| wrong.message.starts_with(&format!("`{name}` begins")))
-        };
-        match (place, gap) {
-            (Some(place), Some(gap)) if !reserved.iter().any(|(known, _)| *known == place) => {
-                reserved.push((place, gap))
-            }
-            _ => return Err(refuse(wrong.message)),
-        }
-    };
+    let source = source(options, &fields);
+    parse::interfaces(&source).map_err(|wrong| refuse(wrong.message))?;
     match &options.out {
         Some(path) => {
             let file = std::fs::File::options().write(true).create_new(true).open(path);
@@ -129,11 +106,7 @@ fn new(options: &NewInterface) -> Result<u8, Failure> {
     Ok(0)
 }
 
-fn source(
-    options: &NewInterface,
-    fields: &[(&str, &str, &str, &str)],
-    reserved: &[(usize, usize)],
-) -> String {
+fn source(options: &NewInterface, fields: &[(&str, &str, &str, &str)]) -> String {
     let doc =
         if options.doc.is_empty() { format!("What it is: {}.", options.name) } else { options.doc.clone() };
     let mut text = "use slate_plugin::prelude::*;\n".to_owned();
@@ -143,15 +116,7 @@ fn source(
         comment("", &doc),
         options.name
     );
-    let gap = |text: &mut String, place: usize| {
-        if let Some(index) = reserved.iter().position(|(known, _)| *known == place) {
-            let number = if index == 0 { String::new() } else { format!("_{}", index + 1) };
-            let _ =
-                writeln!(text, "    /// Not used.\n    pub reserved{number}: [u8; {}],", reserved[index].1);
-        }
-    };
-    for (place, (name, kind, unit, doc)) in fields.iter().enumerate() {
-        gap(&mut text, place);
+    for (name, kind, unit, doc) in fields {
         let doc = if doc.is_empty() { format!("The {}.", name.replace('_', " ")) } else { (*doc).to_owned() };
         text.push_str(&comment("    ", &doc));
         if !unit.is_empty() {
@@ -159,7 +124,6 @@ fn source(
         }
         let _ = writeln!(text, "    pub {name}: {kind},");
     }
-    gap(&mut text, fields.len());
     text.push_str("}\n");
     text
 }

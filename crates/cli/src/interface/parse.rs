@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::token::{Token, tokens};
 use super::word::objection;
-use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, schema_hash};
+use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Primitive, schema_hash};
 
 /// What is wrong, and in which line.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,7 +51,7 @@ pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
         let line = reader.line();
         match reader.word("`struct` or `enum`")?.as_str() {
             "struct" => {
-                let descriptor = reader.structure(&doc, line, &types)?;
+                let descriptor = reader.structure(&doc, &types)?;
                 if found.iter().any(|one: &Found| one.descriptor.name == descriptor.name) {
                     return Err(Wrong {
                         line,
@@ -79,19 +79,11 @@ pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
 
 /// The numbers, and the interfaces that come with Slate and can be a field: all without a tail.
 fn known() -> Types {
-    let numbers = [
-        ("Bool", Kind::Bool),
-        ("u8", Kind::U8),
-        ("u16", Kind::U16),
-        ("u32", Kind::U32),
-        ("u64", Kind::U64),
-        ("i8", Kind::I8),
-        ("i16", Kind::I16),
-        ("i32", Kind::I32),
-        ("i64", Kind::I64),
-        ("f32", Kind::F32),
-        ("f64", Kind::F64),
-    ];
+    // A truth value is the type `Bool`, as not every byte is a `bool`.
+    let numbers = Primitive::ALL.map(|primitive| match primitive {
+        Primitive::Bool => ("Bool", Kind::Bool),
+        number => (number.name(), Kind::Primitive(number)),
+    });
     let fields = slate::interfaces::ALL.iter().copied().filter(|one| one.tail().is_none());
     let nested = fields.map(|one| (one.name.to_owned(), Kind::Nested(one)));
     numbers.into_iter().map(|(name, kind)| (name.to_owned(), kind)).chain(nested).collect()
@@ -210,7 +202,7 @@ impl Reader {
         }
     }
 
-    fn structure(&mut self, doc: &str, line: usize, types: &Types) -> Result<&'static Descriptor, Wrong> {
+    fn structure(&mut self, doc: &str, types: &Types) -> Result<&'static Descriptor, Wrong> {
         let name = self.name("a name")?;
         self.expect('{')?;
         let (mut fields, mut size, mut align) = (Vec::new(), 0_usize, 1);
@@ -241,17 +233,10 @@ impl Reader {
             }
             self.expect(':')?;
             let kind = self.kind(types, true)?;
-            let offset = size.next_multiple_of(kind.align());
-            if offset != size {
-                let missing = offset - size;
-                let message = format!(
-                    "`{field}` begins at byte {offset}, and what is before it ends at {size}: an interface has no gaps; \
-                     put `reserved: [u8; {missing}]` before it, or order the fields by size"
-                );
-                return Err(Wrong { line: field_line, message });
-            }
-            size = offset + kind.size();
             align = align.max(kind.align());
+            let offset =
+                size.next_multiple_of(if matches!(kind, Kind::Tail(_)) { align } else { kind.align() });
+            size = offset + kind.size();
             fields.push(Field {
                 name: keep_text(&field),
                 doc: keep_text(&field_doc),
@@ -264,13 +249,7 @@ impl Reader {
                 break;
             }
         }
-        let gap = size.next_multiple_of(align) - size;
-        if gap > 0 {
-            let message = format!(
-                "`{name}` ends with a gap of {gap} bytes, and an interface has none; end it with `reserved: [u8; {gap}]`"
-            );
-            return Err(Wrong { line, message });
-        }
+        let size = size.next_multiple_of(align);
         let fields: &'static [Field] = Box::leak(fields.into_boxed_slice());
         let hash = schema_hash(&name, fields);
         Ok(keep(Descriptor {
@@ -446,8 +425,6 @@ mod tests {
     #[test]
     fn what_can_t_be_an_interface_is_told_with_its_line_and_its_mend() {
         for (source, line, words) in [
-            ("#[interface]\npub struct A {\n    a: u8,\n    b: f64,\n}", 4, "reserved: [u8; 7]"),
-            ("#[interface]\npub struct A { a: f64, b: u8 }", 2, "gap of 7 bytes"),
             ("#[interface]\npub struct A {\n a: bool }", 3, "`Bool`"),
             ("#[interface] pub struct A { a: Strin }", 1, "no interface above"),
             ("#[interface] pub struct A { a: [u8], b: u8 }", 1, "only the last field"),

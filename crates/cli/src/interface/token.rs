@@ -1,4 +1,7 @@
 //! The words and signs of a source file of Rust.
+//!
+//! Own code: of an unbalanced bracket or an open text, `proc-macro2` says only "cannot parse string into token stream", where a newcomer needs
+//! the line of its begin; and `syn` would be compiled a second time for the command.
 
 use super::parse::Wrong;
 

@@ -1,4 +1,4 @@
-use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use super::number::Number;
 use super::place::{NoPlace, Place};
@@ -45,8 +45,8 @@ impl Condition {
         let (field, comparison, value) = Comparison::split(text).ok_or_else(usual)?;
         let place = Place::find(descriptor, field)?;
         let value = match (place.kind, value) {
-            (Kind::Bool, "true") => Some(1.0),
-            (Kind::Bool, "false") => Some(0.0),
+            (Kind::Primitive(Primitive::Bool), "true") => Some(1.0),
+            (Kind::Primitive(Primitive::Bool), "false") => Some(0.0),
             (Kind::Enumeration(enumeration), name) => {
                 let mut constants = enumeration.constants.iter();
                 let constant = constants.find(|constant| constant.name.eq_ignore_ascii_case(name));
@@ -76,7 +76,7 @@ impl Condition {
     /// Whether the condition holds, if that is the same for all values that the field may have.
     fn settled(&self) -> Option<bool> {
         let (low, high) = match self.place.kind {
-            Kind::Bool => (0.0, 1.0),
+            Kind::Primitive(Primitive::Bool) => (0.0, 1.0),
             Kind::Enumeration(enumeration) if enumeration.constants.len() > 1 => {
                 let mut each = enumeration.constants.iter();
                 let first =
@@ -108,7 +108,7 @@ impl Condition {
         }
         let at = &bytes[self.place.offset..];
         let number = match self.place.kind {
-            Kind::Bool => f64::from(u8::from(at[0] != 0)),
+            Kind::Primitive(Primitive::Bool) => f64::from(u8::from(at[0] != 0)),
             Kind::Enumeration(enumeration) => match Number::of(&enumeration.carrier) {
                 Some(number) => number.read(at).as_f64(),
                 None => return false,

@@ -1,61 +1,34 @@
 //! Numbers of a fixed width, and which of them hold which.
 
-use slate_blackboard::interface::Kind;
+use std::ops::RangeInclusive;
 
-/// The type of a number.
+use slate_blackboard::interface::{Kind, Primitive};
+
+/// The type of a number: a primitive other than a truth value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Number {
-    U8,
-    U16,
-    U32,
-    U64,
-    I8,
-    I16,
-    I32,
-    I64,
-    F32,
-    F64,
-}
+pub(super) struct Number(Primitive);
 
 impl Number {
     pub fn of(kind: &Kind) -> Option<Self> {
-        Some(match kind {
-            Kind::U8 => Self::U8,
-            Kind::U16 => Self::U16,
-            Kind::U32 => Self::U32,
-            Kind::U64 => Self::U64,
-            Kind::I8 => Self::I8,
-            Kind::I16 => Self::I16,
-            Kind::I32 => Self::I32,
-            Kind::I64 => Self::I64,
-            Kind::F32 => Self::F32,
-            Kind::F64 => Self::F64,
-            _ => return None,
-        })
+        match kind {
+            Kind::Primitive(Primitive::Bool) => None,
+            Kind::Primitive(primitive) => Some(Self(*primitive)),
+            _ => None,
+        }
     }
 
     /// The least and the greatest value of an integer.
     pub fn range(self) -> Option<(i128, i128)> {
-        Some(match self {
-            Self::U8 => (0, u8::MAX.into()),
-            Self::U16 => (0, u16::MAX.into()),
-            Self::U32 => (0, u32::MAX.into()),
-            Self::U64 => (0, u64::MAX.into()),
-            Self::I8 => (i8::MIN.into(), i8::MAX.into()),
-            Self::I16 => (i16::MIN.into(), i16::MAX.into()),
-            Self::I32 => (i32::MIN.into(), i32::MAX.into()),
-            Self::I64 => (i64::MIN.into(), i64::MAX.into()),
-            Self::F32 | Self::F64 => return None,
-        })
+        self.0.integers().map(RangeInclusive::into_inner)
     }
 
     /// The integers that it holds without gaps.
     fn whole(self) -> (i128, i128) {
         let float = |bits: u32| (-(1_i128 << bits), 1_i128 << bits);
-        match self {
-            Self::F32 => float(f32::MANTISSA_DIGITS),
-            Self::F64 => float(f64::MANTISSA_DIGITS),
-            integer => integer.range().unwrap_or_default(),
+        match self.0 {
+            Primitive::F32 => float(f32::MANTISSA_DIGITS),
+            Primitive::F64 => float(f64::MANTISSA_DIGITS),
+            _ => self.range().unwrap_or_default(),
         }
     }
 
@@ -63,7 +36,7 @@ impl Number {
     pub fn holds(self, from: Self, factor: u64) -> bool {
         let Some((low, high)) = from.range() else {
             // A product of a fraction is rounded, as a rule.
-            return factor == 1 && (self == from || (from, self) == (Self::F32, Self::F64));
+            return factor == 1 && (self == from || (from.0, self.0) == (Primitive::F32, Primitive::F64));
         };
         let (least, greatest) = self.whole();
         let within = |limit: i128| {
@@ -80,17 +53,17 @@ impl Number {
                 Read::Whole(<$type>::from_ne_bytes(fixed(bytes)).into())
             };
         }
-        match self {
-            Self::U8 => integer!(u8),
-            Self::U16 => integer!(u16),
-            Self::U32 => integer!(u32),
-            Self::U64 => integer!(u64),
-            Self::I8 => integer!(i8),
-            Self::I16 => integer!(i16),
-            Self::I32 => integer!(i32),
-            Self::I64 => integer!(i64),
-            Self::F32 => Read::Float(f32::from_ne_bytes(fixed(bytes)).into()),
-            Self::F64 => Read::Float(f64::from_ne_bytes(fixed(bytes))),
+        match self.0 {
+            Primitive::Bool | Primitive::U8 => integer!(u8),
+            Primitive::U16 => integer!(u16),
+            Primitive::U32 => integer!(u32),
+            Primitive::U64 => integer!(u64),
+            Primitive::I8 => integer!(i8),
+            Primitive::I16 => integer!(i16),
+            Primitive::I32 => integer!(i32),
+            Primitive::I64 => integer!(i64),
+            Primitive::F32 => Read::Float(f32::from_ne_bytes(fixed(bytes)).into()),
+            Primitive::F64 => Read::Float(f64::from_ne_bytes(fixed(bytes))),
         }
     }
 
@@ -106,17 +79,17 @@ impl Number {
                 bytes[..size_of::<$type>()].copy_from_slice(&number.to_ne_bytes());
             }};
         }
-        match self {
-            Self::U8 => write!(u8),
-            Self::U16 => write!(u16),
-            Self::U32 => write!(u32),
-            Self::U64 => write!(u64),
-            Self::I8 => write!(i8),
-            Self::I16 => write!(i16),
-            Self::I32 => write!(i32),
-            Self::I64 => write!(i64),
-            Self::F32 => write!(f32),
-            Self::F64 => write!(f64),
+        match self.0 {
+            Primitive::Bool | Primitive::U8 => write!(u8),
+            Primitive::U16 => write!(u16),
+            Primitive::U32 => write!(u32),
+            Primitive::U64 => write!(u64),
+            Primitive::I8 => write!(i8),
+            Primitive::I16 => write!(i16),
+            Primitive::I32 => write!(i32),
+            Primitive::I64 => write!(i64),
+            Primitive::F32 => write!(f32),
+            Primitive::F64 => write!(f64),
         }
     }
 }

@@ -1,4 +1,4 @@
-use slate_blackboard::interface::Kind;
+use slate_blackboard::interface::{Kind, Primitive};
 
 use super::Place;
 use super::number::Number;
@@ -159,7 +159,7 @@ fn convert(from: Part, to: Part, steps: &mut Vec<Step>) -> Result<(), String> {
                     .map_err(|reason| format!("`{}`: {reason}", field.name))?;
             }
         }
-        (Kind::Bool, Kind::Bool) => steps.push(copy(1)),
+        (Kind::Primitive(Primitive::Bool), Kind::Primitive(Primitive::Bool)) => steps.push(copy(1)),
         (Kind::Enumeration(source), Kind::Enumeration(target)) => {
             let named = |one: &slate_blackboard::interface::Enumeration| -> Vec<_> {
                 one.constants.iter().map(|constant| (constant.name, constant.value)).collect()

@@ -6,6 +6,7 @@ mod levels;
 mod links;
 mod module;
 mod order;
+mod rings;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -392,6 +393,9 @@ pub fn survey<'a>(
     if is_complete {
         survey.listen(configuration);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
+        if complaints.diagnostics.is_empty() {
+            rings::check_rings(&survey.modules, &survey.joints, complaints);
+        }
     }
     survey
 }

@@ -26,11 +26,7 @@ const FORMAT: Parameter = Parameter {
 
 pub(super) const SELECTION: [Parameter; 2] = [
     Parameter { name: "pointer", doc: "A part of the value, by JSON Pointer.", schema: shape::text },
-    Parameter {
-        name: "select",
-        doc: "Parts of the value, by JSONPath without filters and functions; a list.",
-        schema: shape::text,
-    },
+    Parameter { name: "select", doc: "Parts of the value, by JSONPath; a list.", schema: shape::text },
 ];
 
 pub(super) const READ: Operation = Operation {

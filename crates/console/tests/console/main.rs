@@ -20,5 +20,6 @@ mod reading;
 mod recordings;
 mod remote;
 mod sockets;
+#[cfg(feature = "tls")]
 mod tls;
 mod writing;

@@ -89,7 +89,7 @@ impl Module for Driver {
     type State = f64;
 
     fn tick(state: &mut f64, io: &DriverIo, _: &(), now: &Tick) -> Outcome {
-        io.wheel.send(Speed { value: io.goal.x }, Priority::Plan);
+        io.wheel.send(Speed { value: io.goal.get().copied().unwrap_or_default().x }, Priority::Plan);
         for note in io.notes.iter() {
             match note.value {
                 value if value < -100.0 => note.refuse(2),
@@ -146,7 +146,6 @@ impl Module for Rover {
             translation: Position { x: 0.1, y: 0.0, z: 0.3 },
             rotation: Quaternion::IDENTITY,
             fixed: true.into(),
-            reserved: [0; 7],
         });
         Outcome::Ok
     }

@@ -45,23 +45,22 @@ impl Tail {
             Level::Debug => LogLevel::DEBUG,
             Level::Trace => LogLevel::TRACE,
         };
-        let line = LogLine {
+        let mut line = LogLine {
             time: record.time,
             dropped: record.dropped,
             level,
-            reserved: [0; 7],
             module: Text::new(&record.module),
             text: Text::new(&record.message()),
         };
         // A recorder that must see every value misses a line rather than hold up the log.
-        let _ = self.lines.write(View::of(&line).bytes(), 0, record.time);
+        let _ = self.lines.write(View::of(&mut line).bytes(), 0, record.time);
     }
 
-    pub fn count(&mut self, counts: LogCounts, time: u64) {
+    pub fn count(&mut self, mut counts: LogCounts, time: u64) {
         if counts != self.last {
             self.last = counts;
             // As above; the next count tells the same.
-            let _ = self.counts.write(View::of(&counts).bytes(), 0, time);
+            let _ = self.counts.write(View::of(&mut counts).bytes(), 0, time);
         }
     }
 }

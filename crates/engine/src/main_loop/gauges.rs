@@ -105,7 +105,7 @@ impl Publication {
         }
         histogram.copy_to(copy);
         // Only a recorder in lockstep may hold a writer up; the next summary comes soon.
-        let _ = writer.write(View::of(&copy.summary()).bytes(), 0, now);
+        let _ = writer.write(View::of(&mut copy.summary()).bytes(), 0, now);
     }
 }
 
@@ -141,7 +141,7 @@ impl Shared {
         let (now, gauges) = (self.clock.now(), &self.gauges);
         *shown = now;
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        let value = LoopState {
+        let mut value = LoopState {
             cycles: load(&gauges.cycles),
             overruns: load(&gauges.overruns),
             refused_times: load(&gauges.refused_times),
@@ -150,7 +150,7 @@ impl Shared {
         };
         if let Some(state) = state {
             // As for the histograms.
-            let _ = state.write(View::of(&value).bytes(), 0, now);
+            let _ = state.write(View::of(&mut value).bytes(), 0, now);
         }
         histogram.show(&gauges.histogram, copy, now);
         for gauge in self.parts().gauges.values() {

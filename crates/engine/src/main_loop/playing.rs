@@ -5,7 +5,7 @@ use std::sync::Arc;
 use slate_blackboard::channel::Latest;
 
 use crate::Playback;
-use crate::runner::{Condition, Health, ModuleState};
+use crate::runner::{Health, ModuleCondition, ModuleState};
 
 /// What plays a recording in the loop.
 pub struct Playing {
@@ -31,7 +31,7 @@ impl Playing {
             if state.has_news() && state.refresh() {
                 let place = std::mem::offset_of!(ModuleState, condition);
                 let number = state.value().and_then(|loan| loan.bytes().get(place).copied());
-                number.into_iter().for_each(|number| health.set(Condition::from_number(number)));
+                number.into_iter().for_each(|number| health.set(ModuleCondition(number)));
             }
         }
     }

@@ -8,7 +8,7 @@ use slate_module::Trigger;
 
 use super::{Publication, Shared};
 use crate::clock::monotonic;
-use crate::runner::{Condition, Health, Runner, count};
+use crate::runner::{Health, ModuleCondition, Runner, count};
 use crate::timing::{Label, Span, Trace, Track};
 
 const IDLE: u64 = 0;
@@ -373,7 +373,7 @@ impl Seat {
 
     /// Whether a cycle in which it has no turn is one too few.
     pub fn misses_its_turn(&self) -> bool {
-        self.in_every_cycle && self.is_idle() && self.health.condition() != Condition::Inactive
+        self.in_every_cycle && self.is_idle() && self.health.condition() != ModuleCondition::INACTIVE
     }
 
     /// Counts a turn that it did not get.

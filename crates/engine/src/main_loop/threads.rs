@@ -8,7 +8,7 @@ use slate_module::Trigger;
 
 use super::{Seat, Shared};
 use crate::clock::monotonic;
-use crate::runner::{Condition, Runner, StepCall};
+use crate::runner::{ModuleCondition, Runner, StepCall};
 
 /// Modules that run on threads of their own, woken by what they wait for.
 #[derive(Default)]
@@ -115,7 +115,10 @@ const LOOK: Duration = Duration::from_millis(5);
 
 /// How long a thread may sleep before its time has come. Virtual time may pass faster, hence the upper bound.
 fn patience(runner: &Runner, now: u64) -> Duration {
-    if matches!(runner.condition(), Condition::Inactive | Condition::Waiting | Condition::Faulted) {
+    if matches!(
+        runner.condition(),
+        ModuleCondition::INACTIVE | ModuleCondition::WAITING | ModuleCondition::FAULTED
+    ) {
         return LOOK;
     }
     if runner.supervised.is_some() {

@@ -5,7 +5,7 @@ use slate_blackboard::interface::View;
 use slate_blackboard::message::Answer;
 use slate_module::{Flags, Priority};
 
-use super::{Condition, Measured, ModuleTiming, PANIC_LIMIT, PANIC_ROW, Runner, TIMING_PERIOD, count};
+use super::{Measured, ModuleCondition, ModuleTiming, PANIC_LIMIT, PANIC_ROW, Runner, TIMING_PERIOD, count};
 use crate::digest::Digest;
 
 impl Runner {
@@ -17,13 +17,13 @@ impl Runner {
             self.answer();
         }
         let condition = match code {
-            0 => Condition::Working,
-            1 => Condition::Degraded,
-            2 => Condition::Failed,
+            0 => ModuleCondition::WORKING,
+            1 => ModuleCondition::DEGRADED,
+            2 => ModuleCondition::FAILED,
             _ => return self.recover(now),
         };
         self.set_condition(condition, now);
-        if condition == Condition::Failed {
+        if condition == ModuleCondition::FAILED {
             self.services.iter_mut().for_each(|service| service.abandon());
             self.lose_messages();
             self.publish_safe(now);
@@ -67,9 +67,9 @@ impl Runner {
             if set && !slot.data.is_null() {
                 let items = slot.items.get().min(output.writer.capacity());
                 let bytes = output.writer.bytes(items);
-                // SAFETY: the draft is lent to this runner until it is published, and has room for those items.
-                let value = unsafe { std::slice::from_raw_parts_mut(slot.data, bytes) };
-                output.floats.canonicalize(value, items);
+                // SAFETY: the draft is lent to this runner until it is published, has room for those items, and holds a
+                // value of the interface.
+                let value = unsafe { output.form.canonical(slot.data, bytes, items) };
                 if let Some((actuator, commander)) = &output.actuator {
                     actuator.offer(*commander, priority(slot.priority.get()), value, now);
                 }
@@ -110,8 +110,12 @@ impl Runner {
                     outbox.note(None);
                     continue;
                 };
+                let data = outbox.memory[i].as_mut_ptr();
                 // SAFETY: the memory holds a value of that size, written by this step.
-                let value = unsafe { std::slice::from_raw_parts(outbox.memory[i].as_ptr(), outbox.size) };
+                let value = unsafe {
+                    outbox.form.clear_gaps(data, outbox.size, 0);
+                    std::slice::from_raw_parts(data, outbox.size)
+                };
                 if let Some(digest) = digest.as_deref_mut() {
                     digest.add(outbox.index, value);
                 }
@@ -129,7 +133,7 @@ impl Runner {
 
     /// Gives every output its safe value, and ends its commands.
     pub fn publish_safe(&mut self, now: u64) {
-        let late = self.condition() == Condition::Late;
+        let late = self.condition() == ModuleCondition::LATE;
         self.commit.begin();
         for output in &mut self.outputs {
             if let Some((actuator, commander)) = &output.actuator {
@@ -167,7 +171,7 @@ impl Runner {
     pub fn give_up(&mut self, now: u64) {
         // SAFETY: the loop is in this step, or in one that has pinned what it reads; both are over before it goes on.
         unsafe { self.set_in_turn(false) };
-        self.set_condition(Condition::Late, now);
+        self.set_condition(ModuleCondition::LATE, now);
         self.publish_safe(now);
         self.providers.iter().for_each(|provider| provider.suspend(true));
     }
@@ -184,7 +188,7 @@ impl Runner {
         if !(0..=2).contains(&code) && self.supervised.is_none() {
             return self.recover(self.last_tick);
         }
-        self.set_condition(Condition::Degraded, self.last_tick);
+        self.set_condition(ModuleCondition::DEGRADED, self.last_tick);
     }
 
     /// After a panic: safe values, and an instance made anew. That knows of no message, so none is counted; an isolated one
@@ -200,7 +204,7 @@ impl Runner {
         }
         self.panics_in_a_row += 1;
         self.last_panic = tick;
-        self.set_condition(Condition::Failed, now);
+        self.set_condition(ModuleCondition::FAILED, now);
         self.publish_safe(now);
         self.destroy();
         if self.supervised.is_some() {
@@ -217,7 +221,7 @@ impl Runner {
                 self.log.write(slate_module::Level::Error, "panicked; started anew with a fresh state");
             }
             Err(reason) => {
-                self.set_condition(Condition::Faulted, now);
+                self.set_condition(ModuleCondition::FAULTED, now);
                 self.log.write(slate_module::Level::Error, &reason);
             }
         }
@@ -254,7 +258,7 @@ impl Runner {
             let written = self.slots[input.slot as usize].stamp.time;
             input.age.set((input.seen != (0, 0)).then(|| now.saturating_sub(written)));
         }
-        let timing = ModuleTiming {
+        let mut timing = ModuleTiming {
             ticks: self.frame.number,
             period: measured.period,
             duration: measured.longest,
@@ -263,7 +267,7 @@ impl Runner {
         };
         *measured = Measured { written: now, period: measured.period, longest: 0, jitter: 0 };
         // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
-        let _ = self.timing.write(View::of(&timing).bytes(), 0, now);
+        let _ = self.timing.write(View::of(&mut timing).bytes(), 0, now);
         self.show_process(now, false);
     }
 }

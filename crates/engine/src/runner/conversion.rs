@@ -24,6 +24,8 @@ pub struct Conversion {
     pub bytes: usize,
     /// Items of its tail.
     pub items: usize,
+    /// Whether a value is set for it, over which links write.
+    pub is_set: bool,
     /// What it is made of.
     pub sources: Vec<ConvertedSource>,
     /// The place of its own reader.
@@ -104,8 +106,16 @@ impl Conversion {
         self.sources.iter().filter_map(|source| source.time).min().unwrap_or(0)
     }
 
-    /// Publishes what came.
+    /// Whether every part has a value, so that no zeros stand for one that has not come yet.
+    fn is_whole(&self) -> bool {
+        self.is_set || !self.is_pending && self.sources.iter().all(|source| source.time.is_some())
+    }
+
+    /// Publishes what came, once it is whole.
     fn write(&mut self) {
+        if !self.is_whole() {
+            return;
+        }
         let time = self.time();
         if let Some(writer) = &mut self.writer {
             self.unwritten = false;

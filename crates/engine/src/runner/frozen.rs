@@ -8,7 +8,7 @@ use slate_blackboard::channel::Cursor;
 use slate_blackboard::{Board, BoardError, bytes};
 use slate_module::{PortDescription, Random};
 
-use super::{Condition, Conversion, Measured, Runner, Wire};
+use super::{Conversion, Measured, ModuleCondition, Runner, Wire};
 use crate::{FrozenMailbox, FrozenProperty};
 
 /// A runner; ports by their names.
@@ -109,7 +109,7 @@ impl Runner {
         let name = |slot: usize| ports[slot].name.clone();
         let inputs = self.inputs.iter().zip(&self.readers);
         FrozenRunner {
-            condition: self.condition.map(|condition| condition as u8),
+            condition: self.condition.map(|condition| condition.0),
             on: self.on,
             last_tick: self.last_tick,
             due: self.due,
@@ -222,7 +222,7 @@ impl Runner {
     /// Goes on as that runner, when all properties are as they were.
     pub fn thaw(&mut self, ports: &[PortDescription], frozen: &FrozenRunner) {
         let name = |slot: usize| ports[slot].name.as_str();
-        self.condition = frozen.condition.map(Condition::from_number);
+        self.condition = frozen.condition.map(ModuleCondition);
         self.health.set(self.condition());
         self.on = frozen.on;
         (self.last_tick, self.due) = (frozen.last_tick, frozen.due);

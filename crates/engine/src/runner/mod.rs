@@ -7,6 +7,7 @@ mod frozen;
 mod health;
 mod ports;
 mod prepare;
+mod requirements;
 mod retired;
 mod shadow;
 mod slots;
@@ -28,8 +29,9 @@ use crate::service::{AspectPort, HostService, ProviderPort};
 pub use commit::priority;
 pub use conversion::{Conversion, ConvertedSource};
 pub use frozen::FrozenRunner;
-pub use health::{Condition, Health, count};
+pub use health::{Health, count};
 pub use ports::{InboxPort, InputAge, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort};
+pub use requirements::{PortName, Requirements};
 pub use retired::{Patience, Retired, describe};
 pub use shadow::{Shadow, ShadowState};
 pub use slate_composition::own::{ModuleCondition, ModuleState, ModuleTiming};
@@ -63,7 +65,7 @@ pub struct Group {
 #[repr(C)]
 pub struct Runner {
     /// How the module is; nothing before it was said for the first time.
-    pub condition: Option<Condition>,
+    pub condition: Option<ModuleCondition>,
     /// Whether the parameters may have changed.
     pub params_changed: bool,
     /// Whether it has ports, services or new code beside it.
@@ -160,6 +162,10 @@ pub struct Runner {
     pub log: Box<ModuleLog>,
     /// What the instance is made with, also anew after a panic.
     pub setup: OwnSetup,
+    /// The inputs without whose value it does not run.
+    pub requirements: Requirements,
+    /// What it waits for while its condition is `Waiting`.
+    pub waiting_for: PortName,
     /// How long its end is waited for.
     pub patience: Patience,
     /// Behind `frame.random`.
@@ -273,25 +279,33 @@ impl Runner {
             self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
         }
         // Also while it is switched off, so that it keeps no service that nobody provides any more.
-        let served = !self.has_company || self.has_services();
+        let mut missing = if self.has_company { self.missing_service() } else { None };
+        if self.on && missing.is_none() && self.requirements.is_open() {
+            missing = self.missing_input();
+        }
         let condition = self.condition();
-        if !self.on || !served {
-            let rest = if self.on { Condition::Waiting } else { Condition::Inactive };
-            if condition.is_working() || condition == Condition::Failed {
+        if !self.on || missing.is_some() {
+            let rest = if self.on { ModuleCondition::WAITING } else { ModuleCondition::INACTIVE };
+            if let Some(port) = missing.filter(|port| *port != self.waiting_for) {
+                self.waiting_for = port;
+                // So that its state is told anew.
+                self.condition = self.condition.filter(|condition| *condition != ModuleCondition::WAITING);
+            }
+            if condition.is_working() || condition == ModuleCondition::FAILED {
                 self.set_condition(rest, now);
                 self.publish_safe(now);
                 // What others use of it may use what it misses now.
                 self.withdraw();
                 self.services.iter_mut().for_each(|service| service.abandon());
-            } else if matches!(condition, Condition::Inactive | Condition::Waiting) {
+            } else if matches!(condition, ModuleCondition::INACTIVE | ModuleCondition::WAITING) {
                 self.set_condition(rest, now);
             }
             return false;
         }
-        if matches!(condition, Condition::Inactive | Condition::Waiting) {
-            self.set_condition(Condition::Working, now);
+        if matches!(condition, ModuleCondition::INACTIVE | ModuleCondition::WAITING) {
+            self.set_condition(ModuleCondition::WORKING, now);
         }
-        let is_enabled = condition != Condition::Faulted && condition != Condition::Late;
+        let is_enabled = condition != ModuleCondition::FAULTED && condition != ModuleCondition::LATE;
         self.is_steady =
             is_enabled && !self.is_switched && self.aspects.is_empty() && self.supervised.is_none();
         is_enabled
@@ -302,21 +316,38 @@ impl Runner {
         self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
     }
 
-    /// Whether all services of other modules that it needs are provided.
-    fn has_services(&mut self) -> bool {
-        let mut all = true;
+    /// The first service of another module that it needs and that is not provided.
+    fn missing_service(&mut self) -> Option<PortName> {
+        let mut missing = None;
         for aspect in &mut self.aspects {
             match aspect.table() {
                 Some(table) => self.slots[aspect.slot].data = table.cast_mut(),
-                None => all = false,
+                None => missing = missing.or(Some(aspect.name)),
             }
         }
-        all
+        missing
+    }
+
+    /// The first required input without a value.
+    fn missing_input(&mut self) -> Option<PortName> {
+        let missing = self.requirements.missing(&self.inputs, &self.readers)?;
+        if self.conversions.is_empty() {
+            return Some(missing);
+        }
+        // What links fill is else only written before the step that this one waits for.
+        let is_news = self.has_converted_news();
+        for group in &self.groups {
+            let sources = &mut self.sources[group.first_source as usize..group.end_source as usize];
+            sources.iter_mut().for_each(|source| _ = source.refresh());
+        }
+        self.convert();
+        self.rewired |= is_news;
+        self.requirements.missing(&self.inputs, &self.readers)
     }
 
     /// How the module is.
-    pub fn condition(&self) -> Condition {
-        self.condition.unwrap_or(Condition::Working)
+    pub fn condition(&self) -> ModuleCondition {
+        self.condition.unwrap_or(ModuleCondition::WORKING)
     }
 
     /// Looks whether there is anything but the step itself to take care of.
@@ -336,24 +367,28 @@ impl Runner {
 
     /// Changes how the module is, and shows it.
     #[inline]
-    pub fn set_condition(&mut self, condition: Condition, now: u64) {
+    pub fn set_condition(&mut self, condition: ModuleCondition, now: u64) {
         if self.condition != Some(condition) {
             self.change_condition(condition, now);
         }
     }
 
-    fn change_condition(&mut self, condition: Condition, now: u64) {
+    fn change_condition(&mut self, condition: ModuleCondition, now: u64) {
         self.condition = Some(condition);
         self.is_steady = false;
         self.health.set(condition);
-        let state = ModuleState {
+        let mut state = ModuleState {
             ticks: self.frame.number,
             panics: self.panics.into(),
-            condition: ModuleCondition(condition as u8),
-            reserved: [0; 7],
+            condition,
+            waiting_for: if condition == ModuleCondition::WAITING {
+                self.waiting_for
+            } else {
+                PortName::default()
+            },
         };
         // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
-        let _ = self.state.write(View::of(&state).bytes(), 0, now);
+        let _ = self.state.write(View::of(&mut state).bytes(), 0, now);
     }
 
     /// As [`create`](Runner::create), in a thread that is not waited for without end.
@@ -385,9 +420,9 @@ impl Runner {
         }
         if instance.is_null() && !comes_again {
             // The exchange is taken back, and the old code had failed for good.
-            self.set_condition(Condition::Faulted, self.last_tick);
-        } else if self.condition() == Condition::Faulted {
-            self.set_condition(Condition::Working, self.last_tick);
+            self.set_condition(ModuleCondition::FAULTED, self.last_tick);
+        } else if self.condition() == ModuleCondition::FAULTED {
+            self.set_condition(ModuleCondition::WORKING, self.last_tick);
         }
         self.tick = kind.table().tick;
         let kind = std::mem::replace(&mut self.kind, kind);
@@ -411,7 +446,7 @@ impl Runner {
             match self.create() {
                 Ok(instance) => self.instance = instance,
                 Err(refusal) => {
-                    self.set_condition(Condition::Faulted, 0);
+                    self.set_condition(ModuleCondition::FAULTED, 0);
                     self.log.write(slate_module::Level::Error, &refusal.0);
                 }
             }

@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use slate_blackboard::Property;
 use slate_blackboard::channel::{QueueReader, SetAside, Writer};
-use slate_blackboard::interface::FloatMap;
+use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::message::{ABANDONED, Receiver, Sender, Status, Ticket};
 use slate_blackboard::wake::Wake;
 use slate_module::{Delivery, Entry};
@@ -58,6 +58,8 @@ pub struct InputPort {
     pub triggers: bool,
     /// Whether it triggers as soon as it is written: what is taken when a cycle begins is news then, and not before.
     pub wakes: bool,
+    /// Whether it is pinned when a cycle begins.
+    pub is_early: bool,
     /// The module that writes it, if one does.
     pub writer: Option<Arc<Health>>,
     /// Sequence and generation of the value that the last tick saw.
@@ -152,8 +154,8 @@ pub struct OutputPort {
     pub wakes: Vec<Arc<Wake>>,
     /// Writes the property.
     pub writer: Writer,
-    /// Where floats are in it.
-    pub floats: FloatMap,
+    /// Where its bytes may differ though it is the same.
+    pub form: CanonicalForm,
     /// The property.
     pub property: Arc<Property>,
     /// What it shows while the module does not work; nothing for zeros.
@@ -174,6 +176,8 @@ pub struct OutboxPort {
     pub entries: Vec<Entry>,
     /// Bytes of a message.
     pub size: usize,
+    /// Where bytes of messages may differ though they are the same.
+    pub form: CanonicalForm,
     /// Its place in the order of all outputs, for the digest.
     pub index: u32,
     /// Wakes the receiver.

@@ -4,7 +4,7 @@ use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::View;
 use slate_module::Level;
 
-use super::{Condition, Runner};
+use super::{ModuleCondition, Runner};
 use crate::isolation::{Isolation, Proxy, Supervisor};
 
 /// What belongs to a module whose instance is in a process of its own.
@@ -69,7 +69,7 @@ impl Runner {
             None => {
                 let limit = Supervisor::limit();
                 self.log.write(Level::Error, &format!("its process {reason}; {limit}"));
-                self.set_condition(Condition::Faulted, now);
+                self.set_condition(ModuleCondition::FAULTED, now);
             }
         }
         self.show_process(now, true);
@@ -100,9 +100,9 @@ impl Runner {
         let Some(supervised) = &mut self.supervised else { return };
         if changed || now.saturating_sub(supervised.shown) >= SHOWING_PERIOD {
             supervised.shown = now;
-            let process = supervised.isolation.account.process(supervised.restarts);
+            let mut process = supervised.isolation.account.process(supervised.restarts);
             // Only a recorder in lockstep may hold a writer up; the next one comes soon.
-            let _ = supervised.process.write(View::of(&process).bytes(), 0, now);
+            let _ = supervised.process.write(View::of(&mut process).bytes(), 0, now);
         }
     }
 }

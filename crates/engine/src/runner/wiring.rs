@@ -170,6 +170,7 @@ impl Runner {
         }
         let has_early = !self.early.is_empty() || self.queues.iter().any(|queue| queue.is_early);
         self.has_conversions = !self.conversions.is_empty() || has_early;
+        self.requirements.reopen();
         self.look_for_company();
         self.rewired = true;
         unwired

@@ -1,15 +1,15 @@
-/// What an action is started with: at most eight numbers.
+/// Arguments of an action: at most eight numbers.
 ///
 /// Implemented for `()`, `f64`, arrays and tuples; for a struct of `f64` fields with
 /// [`arguments!`](crate::arguments).
 pub trait Arguments: Copy {
-    /// How many numbers.
+    /// Number of arguments.
     const LENGTH: usize;
 
-    /// Writes them to a slice of that length.
+    /// Writes them to a slice of this length.
     fn write(self, numbers: &mut [f64]);
 
-    /// Reads them from a slice of that length.
+    /// Reads them from a slice of this length.
     fn read(numbers: &[f64]) -> Self;
 }
 

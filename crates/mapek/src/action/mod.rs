@@ -1,4 +1,4 @@
-//! What a robot can do.
+//! Actions of a robot.
 
 mod arguments;
 mod parallel;
@@ -22,32 +22,31 @@ use crate::message::{ARGUMENTS, KIND_LENGTH};
 ///
 /// The value is the action's state while it runs. It must not allocate, and is saved with the robot.
 pub trait ActionKind: Sized {
-    /// The name by which plans and reflexes ask for it, such as `TurnAngle`.
+    /// Name in plans and reflexes, such as `TurnAngle`.
     const KIND: &'static str;
-    /// What it is started with.
+    /// Arguments at the start.
     type Arguments: Arguments;
 
     /// The action before its first step.
     fn start(arguments: Self::Arguments) -> Self;
 
-    /// Takes newer arguments while it waits or runs: the same reflex was sent again. Unless it says otherwise it
-    /// starts anew.
+    /// Renews the arguments while it is queued or runs, as the reflex was sent again. Restarts by default.
     fn renew(&mut self, arguments: Self::Arguments) {
         *self = Self::start(arguments);
     }
 
-    /// Writes the actions that run inside this one, for a macro-action: `tree.child(&self.turn)`.
+    /// Writes the children of a macro-action: `tree.child(&self.turn)`.
     fn children(&self, tree: &mut ActionTree) {
         let _ = tree;
     }
 
-    /// Writes this action and those inside it.
+    /// Writes this action and its children.
     fn describe(&self, tree: &mut ActionTree) {
         tree.name(Self::KIND);
         self.children(tree);
     }
 
-    /// The action as Plan and ReactiveModel send it.
+    /// Returns the request of Plan and ReactiveModel.
     fn request(arguments: Self::Arguments) -> ActionRequest {
         const { assert!(Self::KIND.len() <= KIND_LENGTH, "the name of a kind of action has at most 44 bytes") };
         const { assert!(Self::Arguments::LENGTH <= ARGUMENTS, "an action takes at most 8 arguments") };
@@ -60,37 +59,36 @@ pub trait ActionKind: Sized {
     }
 }
 
-/// The behaviour of a kind of action on a body `B`: the `#[ports]` struct with a robot's commands and what its
-/// actions read.
+/// Behaviour of a kind of action on a body `B`: the `#[ports]` struct of the commands and inputs of the robot's actions.
 ///
 /// A macro-action has others as fields and calls their [`act`](Action::act) in its own.
 pub trait Action<B>: ActionKind {
-    /// One step: sends the action's commands, each cycle anew, and says whether it is finished.
+    /// Performs a step: sends the commands, in each cycle, and returns the progress.
     fn act(&mut self, acting: &Acting<'_, B>) -> Step;
 
-    /// Ends an action that was stepped before and will not be any more.
+    /// Ends an action that was stepped, and is not any more.
     fn cancel(&mut self, acting: &Acting<'_, B>) {
         let _ = acting;
     }
 }
 
-/// With what an action acts.
+/// Context of a step of an action.
 pub struct Acting<'a, B> {
-    /// The robot's commands and what its actions read.
+    /// Body: commands and inputs of the robot.
     pub body: &'a B,
-    /// How urgent its commands are; passed on to [`Command::send`](slate_module::Command::send).
+    /// Priority of its commands, for [`Command::send`](slate_module::Command::send).
     pub priority: Priority,
     /// Time, random numbers, log.
     pub now: &'a Tick,
 }
 
-/// How far an action is after a step.
+/// Progress of an action after a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// It goes on in the next cycle.
+    /// Continues in the next cycle.
     Running,
-    /// It did what it should.
+    /// Completed.
     Done,
-    /// It can't.
+    /// Failed.
     Failed,
 }

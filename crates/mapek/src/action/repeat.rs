@@ -2,21 +2,21 @@ use serde::{Deserialize, Serialize};
 
 use super::{Acting, Action, ActionKind, ActionTree, Step};
 
-/// An action again and again; a failure ends it.
+/// Repeated action; a failure ends it.
 ///
 /// Rounds follow each other without a pause, except that a round which takes no time ends the cycle.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Repeat<A> {
     fresh: A,
     action: A,
-    /// Rounds to go; nothing for no end.
+    /// Remaining rounds; `None` for no limit.
     left: Option<u32>,
     /// Whether the round has begun in an earlier cycle.
     begun: bool,
 }
 
 impl<A: Clone> Repeat<A> {
-    /// That many times; nothing for no end.
+    /// Repeats a number of times; `None` for no limit.
     pub fn new(action: A, times: Option<u32>) -> Self {
         Self { fresh: action.clone(), action, left: times, begun: false }
     }
@@ -24,7 +24,7 @@ impl<A: Clone> Repeat<A> {
 
 impl<A: ActionKind + Clone> ActionKind for Repeat<A> {
     const KIND: &'static str = "Repeat";
-    /// How many times (0 for no end), and what each round is started with.
+    /// Number of rounds (0 for no limit), and arguments of each.
     type Arguments = (f64, A::Arguments);
 
     fn start((times, arguments): Self::Arguments) -> Self {

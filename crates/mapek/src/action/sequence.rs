@@ -4,7 +4,7 @@ use super::{Acting, Action, ActionKind, ActionTree, Step};
 
 /// Actions one after the other; the next begins in the same cycle in which one is done, and a failure ends all.
 ///
-/// Renewed, it keeps its place and passes the arguments on to what is not yet done.
+/// A renewal keeps the position, and passes the arguments to the remaining actions.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InSequence<T> {
     actions: T,

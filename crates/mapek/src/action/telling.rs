@@ -47,22 +47,22 @@ use super::Step;
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Telling {
-    /// How long the answer is waited for, nanoseconds.
+    /// Timeout of the answer, nanoseconds.
     patience: u64,
-    /// When it was to be sent first.
+    /// Time of the first attempt.
     since: Option<u64>,
     /// The message, once it is sent.
     sent: Option<u64>,
 }
 
 impl Telling {
-    /// A message whose answer is waited for so many seconds, and room for it as well.
+    /// Makes a message with a timeout of `seconds`, for room and answer.
     pub fn within(seconds: f64) -> Self {
         // The cast cuts off what is below a nanosecond, and takes the nearest number for what is out of range.
         Self { patience: (seconds * 1e9) as u64, since: None, sent: None }
     }
 
-    /// One step: sends the message in the first one that finds room, and looks for its answer in the others.
+    /// Performs a step: sends the message once there is room, then polls its answer.
     pub fn tell<T: Interface>(&mut self, outbox: &Outbox<T>, message: T, now: &Tick) -> Step {
         let since = *self.since.get_or_insert(now.now());
         let is_over = now.now().saturating_sub(since) > self.patience;

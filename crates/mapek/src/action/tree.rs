@@ -43,7 +43,7 @@ impl ActionTree {
         self.below = true;
     }
 
-    /// The text; what did not fit is cut.
+    /// Returns the text, truncated to the capacity.
     pub fn text(&self) -> Text<252> {
         // Only whole strings were copied, cut at characters.
         Text::new(std::str::from_utf8(&self.bytes[..self.length]).unwrap_or_default())

@@ -20,8 +20,8 @@ pub struct Execution<R> {
     last_route: Route,
     /// Whether the status was written before.
     published: bool,
-    /// The planned action whose failure was told, until one of its kind goes on or ends well. A Plan that tries again in
-    /// each cycle would else fill the log while a sensor is away.
+    /// Planned action with a logged failure, until one of its kind proceeds or completes: a Plan that retries in each cycle must not fill
+    /// the log.
     #[serde(default)]
     told: Option<ActionRequest>,
 }
@@ -59,7 +59,7 @@ fn note(counts: &mut Counts, endings: &mut Endings, entry: Entry, ending: Ending
     endings.latest[7] = Some((endings.number, entry, ending));
 }
 
-/// What the status tells, in so far as a change of it is news.
+/// Part of the status whose change is published.
 #[derive(PartialEq)]
 pub struct Summary {
     counts: Counts,
@@ -199,12 +199,12 @@ impl<R: Repertoire> Execution<R> {
         }
     }
 
-    /// Whether it was told that an action of this kind has failed.
+    /// Returns whether the failure of this kind of action is logged.
     fn has_told(&self, entry: &Entry) -> bool {
         self.told.is_some_and(|action| action.kind == entry.action.kind)
     }
 
-    /// An action does what it should, so the next failure of its kind is news.
+    /// Notes success of an action: the next failure of its kind is logged.
     fn works(&mut self, entry: &Entry) {
         if self.has_told(entry) {
             self.told = None;
@@ -257,7 +257,6 @@ impl<R: Repertoire> Execution<R> {
                 kind: entry.action.kind,
                 ending: *ending,
                 route: entry.route(),
-                reserved: [0; 6],
             };
             length += 1;
         }
@@ -276,7 +275,6 @@ impl<R: Repertoire> Execution<R> {
             normal: normal as u32,
             route: self.route(),
             replan: self.pipeline.wants_plan().into(),
-            reserved: [0; 6],
             running: self.pipeline.running().map(|entry| entry.action.kind).unwrap_or_default(),
             tree: self.tree(),
             ended: Sequence::new(&ended[..length]),

@@ -9,7 +9,7 @@ use crate::block::{RENEWAL, distinct};
 use crate::port::{PlanIn, ReflexIn};
 use crate::{ExecuteStatus, Repertoire};
 
-/// What Execute adds to a body's ports.
+/// Additional ports of Execute.
 #[ports]
 pub struct ExecutePorts {
     /// Actions of the Plan.
@@ -18,16 +18,15 @@ pub struct ExecutePorts {
     /// Actions of ReactiveModels.
     #[window(64)]
     reflexes: ReflexIn,
-    /// What Execute is doing, written when it changes.
+    /// Status of Execute, written when it changes.
     status: Output<ExecuteStatus>,
 }
 
-/// Performs the actions of Plan and ReactiveModels, one after the other (RoCS, 5.1). A robot has one.
+/// Executes the actions of Plan and ReactiveModels in sequence (RoCS, 5.1). A robot has one.
 ///
-/// Each cycle it steps the action that the [`Pipeline`](crate::Pipeline) chose, which renews the action's commands;
-/// when an action is done, the next begins in the same cycle. When a planned action fails, the rest of the plan is
-/// cancelled and the Plan is told to plan anew. With nothing to do it sends no command, and the gate makes the
-/// actuators safe.
+/// Each cycle steps the action that the [`Pipeline`](crate::Pipeline) has chosen, which renews its commands; when an action is done, the next
+/// begins in the same cycle. A failed planned action cancels the rest of the plan, and the Plan replans. Without an action no command is
+/// sent, and the gate applies the safe commands.
 pub struct ExecuteBlock<R>(PhantomData<fn() -> R>);
 
 impl<R: Repertoire> Module for ExecuteBlock<R> {

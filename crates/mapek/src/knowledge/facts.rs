@@ -1,33 +1,32 @@
 use serde::{Deserialize, Serialize};
 
-/// Which of an origin's statements came later: a restarted origin has a higher epoch, each statement a higher number.
+/// Version of a statement: the epoch rises with each restart of its origin, the number with each statement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Version {
-    /// Which life of the origin.
+    /// Life of the origin.
     pub epoch: u64,
-    /// Counts the statements of that life.
+    /// Number of the statement in this life.
     pub sequence: u64,
 }
 
-/// What one origin states.
+/// Statement of an origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Fact<T> {
-    /// Who states it.
+    /// Origin of the statement.
     pub origin: u32,
-    /// Which of its statements this is.
+    /// Version of the statement.
     pub version: Version,
-    /// When it was stated, nanoseconds.
+    /// Time of the statement, nanoseconds.
     pub time: u64,
-    /// How sure the origin is, 0 to 1.
+    /// Certainty of the origin, 0 to 1.
     pub certainty: f64,
-    /// What it states; nothing when it took its statement back.
+    /// Stated value; `None` if retracted.
     pub value: Option<T>,
 }
 
-/// What several origins state about one thing: the latest statement of each.
+/// Facts about one key: the newest statement of each origin.
 ///
-/// An older statement never replaces a newer one, and what was taken back stays so until its origin states something
-/// newer, so facts may arrive twice and in any order. Allocates when a new origin appears and never else.
+/// Merging is idempotent and commutative: an older statement never replaces a newer one, nor a retraction. Allocates only for a new origin.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Facts<T> {
     /// Ordered by origin.
@@ -41,7 +40,7 @@ impl<T> Default for Facts<T> {
 }
 
 impl<T> Facts<T> {
-    /// Takes a statement over if it is its origin's newest; says whether it was.
+    /// Adds a statement if it is its origin's newest; returns whether it was.
     pub fn tell(&mut self, fact: Fact<T>) -> bool {
         match self.facts.binary_search_by_key(&fact.origin, |known| known.origin) {
             Ok(at) if self.facts[at].version < fact.version => self.facts[at] = fact,
@@ -51,31 +50,31 @@ impl<T> Facts<T> {
         true
     }
 
-    /// The facts as that view sees them: [`Newest`], [`MostCertain`], [`Union`] or one of your own.
+    /// Returns a view: [`Newest`], [`MostCertain`], [`Union`] or your own.
     pub fn view<M: Merge>(&self) -> M::View<'_, T> {
         M::merge(&self.facts)
     }
 
-    /// Every statement, also those taken back, ordered by origin; for passing on to other robots.
+    /// Iterates over all statements, also retracted ones, by origin.
     pub fn all(&self) -> &[Fact<T>] {
         &self.facts
     }
 }
 
-/// How readers see what several origins state.
+/// View of the statements of several origins.
 pub trait Merge {
-    /// What they see.
+    /// Type of the view.
     type View<'a, T: 'a>;
 
-    /// Makes it of the statements, which are ordered by origin.
+    /// Makes the view from statements, which are ordered by origin.
     fn merge<T>(facts: &[Fact<T>]) -> Self::View<'_, T>;
 }
 
-/// The fact stated last; of equal ones that of the lowest origin.
+/// Newest fact; of equal ones that of the lowest origin.
 #[derive(Clone, Copy, Debug)]
 pub struct Newest;
 
-/// The fact whose origin is surest; of equal ones the newest.
+/// Most certain fact; of equal ones the newest.
 #[derive(Clone, Copy, Debug)]
 pub struct MostCertain;
 
@@ -110,7 +109,7 @@ impl Merge for Union {
     }
 }
 
-/// The facts that were not taken back, ordered by origin.
+/// Iterates over facts that are not retracted, by origin.
 #[derive(Clone, Debug)]
 pub struct Live<'a, T>(std::slice::Iter<'a, Fact<T>>);
 

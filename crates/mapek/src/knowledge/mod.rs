@@ -1,4 +1,4 @@
-//! What a robot knows.
+//! Knowledge of a robot.
 
 mod facts;
 mod plans;
@@ -21,24 +21,23 @@ pub use world::WorldModel;
 
 use crate::block::{BlockState, distinct};
 
-/// What the robot knows of the world, itself and its strategies (RoCS, 4.2), as properties that every block may read.
-/// A robot has one.
+/// Knowledge of the world, the robot and its strategies (RoCS, 4.2), as properties for all blocks. A robot has one.
 ///
 /// Blocks write to it by links: each input is an origin of facts with a single writer, and each output is a view of
-/// them. [`WorldModel`], [`RobotModel`] and [`StrategyModel`] are what it is made of.
+/// them. Its parts are [`WorldModel`], [`RobotModel`] and [`StrategyModel`].
 pub trait Knowledge: 'static {
-    /// The name by which configuration finds it, in snake case.
+    /// Kind in the configuration, in snake case.
     const NAME: &'static str;
-    /// What it does.
+    /// Description.
     const DOC: &'static str = "";
-    /// What it learns from, and what it knows: inputs and outputs.
+    /// Ports: inputs to learn from, outputs with knowledge.
     type Models: Ports;
-    /// What users may tune.
+    /// Parameters.
     type Params: Params;
-    /// What it remembers.
+    /// State.
     type State: BlockState;
 
-    /// Takes over what is new, and writes what changed.
+    /// Updates from new inputs, and writes changes.
     fn update(state: &mut Self::State, models: &Self::Models, params: &Self::Params, now: &Tick);
 }
 

@@ -5,78 +5,76 @@ use slate_module::{Bool, Input, Output, Queue, Sequence, Text, Tick, interface, 
 use super::strategy::{StoredPlan, StrategyModel, StrategyReport};
 use crate::ActionRequest;
 
-/// The role that a robot has.
+/// Role of a robot.
 #[interface]
 #[derive(PartialEq)]
 pub struct Role {
-    /// Its name, such as `defender`; empty for none.
+    /// Name, such as `defender`; empty for none.
     pub name: Text<28>,
 }
 
-/// A plan, as Knowledge is told of it and tells it to the Plan.
+/// Description of a plan, for Knowledge and Plan.
 #[interface]
 #[derive(PartialEq)]
 pub struct PlanDescription {
-    /// Its name; empty when there is none.
+    /// Name; empty for no plan.
     pub name: Text<28>,
-    /// The role that it belongs to.
+    /// Role of the plan.
     pub role: Text<28>,
-    /// Its actions, one after the other.
+    /// Actions in sequence.
     pub actions: Sequence<ActionRequest, 8>,
 }
 
-/// Plans that a robot may choose from.
+/// Plans to choose from.
 #[interface]
 pub struct PlanLibrary {
-    /// One after the other; of equally promising ones the first is chosen.
+    /// Plans in order of preference if equally promising.
     pub plans: Sequence<PlanDescription, 8>,
 }
 
-/// How a plan went.
+/// Outcome of a plan.
 #[interface]
 #[derive(PartialEq)]
 pub struct PlanOutcome {
-    /// How long it took.
+    /// Duration.
     #[unit("s")]
     pub seconds: f64,
     /// Its name.
     pub name: Text<28>,
-    /// The role that it belongs to.
+    /// Role of the plan.
     pub role: Text<28>,
-    /// Whether it brought what it should.
+    /// Whether it succeeded.
     pub success: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
-/// What the Knowledge of a robot with strategies has beside its other ports.
+/// Additional ports of the Knowledge of a robot with strategies.
 #[ports]
 pub struct StrategyPorts {
-    /// The robot's role: set by the configuration, or told by whoever gives roles.
+    /// Role of the robot, from the configuration or a role assignment.
     role: Input<Role>,
     /// Plans to learn.
     library: Input<PlanLibrary>,
-    /// How plans went, from the Plan.
+    /// Outcomes of plans, from the Plan.
     #[window(16)]
     outcomes: Queue<PlanOutcome>,
-    /// The most promising plan of the role. Written at the beginning, when role or library have changed, and when a plan has
-    /// failed: each time the Plan may begin with it.
+    /// Most promising plan of the role. Written initially, after a change of role or library, and after a failure: each time the Plan may
+    /// begin with it.
     strategy: Output<PlanDescription>,
-    /// How all plans have done.
+    /// Outcomes of all plans.
     report: Output<StrategyReport>,
 }
 
 impl StrategyModel {
-    /// Takes over what the ports tell, and writes what follows from it.
+    /// Updates from the inputs, and writes the outputs.
     pub fn update(&mut self, ports: &StrategyPorts, now: &Tick) {
         // What is remembered is told also when nothing else comes.
         let (mut begins, mut changed) = (now.number() == 1, false);
         // Whoever gives roles may say the same again and again.
-        if let Some(role) = ports.role.new().filter(|role| role.name.as_str() != self.role()) {
+        if let Some(role) = ports.role.updated().filter(|role| role.name.as_str() != self.role()) {
             self.take_role(role.name.as_str());
             begins = true;
         }
-        if let Some(library) = ports.library.new() {
+        if let Some(library) = ports.library.updated() {
             for (index, plan) in library.plans.iter().enumerate() {
                 let (name, role) = (plan.name, plan.role);
                 if library.plans[..index].iter().any(|other| (other.name, other.role) == (name, role)) {
@@ -97,9 +95,10 @@ impl StrategyModel {
         }
         if begins {
             // Its value is all zero as long as there is none.
-            let best = self.best(&ports.library);
-            if best.is_none() {
-                warn_of_role(self.role(), &ports.library, now);
+            let library = ports.library.get();
+            let best = library.and_then(|library| self.best(library));
+            if let (None, Some(library)) = (best, library) {
+                warn_of_role(self.role(), library, now);
             }
             ports.strategy.set(best.map(StoredPlan::describe).unwrap_or_default());
         }
@@ -109,7 +108,7 @@ impl StrategyModel {
     }
 }
 
-/// Says that the library has nothing for a role; a robot without a role or without plans has nothing to do.
+/// Warns that the library has no plan for a role.
 fn warn_of_role(role: &str, library: &PlanLibrary, now: &Tick) {
     if role.is_empty() || library.plans.is_empty() {
         return;
@@ -123,7 +122,7 @@ fn warn_of_role(role: &str, library: &PlanLibrary, now: &Tick) {
 }
 
 impl StoredPlan {
-    /// As it is told to others: at most eight actions.
+    /// Returns the description, with at most eight actions.
     pub fn describe(&self) -> PlanDescription {
         let actions = &self.actions[..self.actions.len().min(8)];
         PlanDescription {

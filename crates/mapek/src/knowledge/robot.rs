@@ -1,17 +1,17 @@
 use slate_interfaces::Pose2;
 use slate_module::{Sequence, Text, interface};
 
-/// A sensor or an actuator of a robot.
+/// Sensor or actuator of a robot.
 #[interface]
 #[derive(PartialEq)]
 pub struct Device {
-    /// Where it sits on the robot.
+    /// Mount on the robot.
     pub mount: Pose2,
-    /// Its name in the robot, such as `sonar_front`.
+    /// Name in the robot, such as `sonar_front`.
     pub name: Text<36>,
 }
 
-/// What the robot knows of its own body: where it is and what it has (RoCS, 5.1).
+/// Robot model: pose, sensors and actuators (RoCS, 5.1).
 ///
 /// Extend it by an interface of your own with a field of this type:
 ///
@@ -34,10 +34,10 @@ pub struct Device {
 /// ```
 #[interface]
 pub struct RobotModel {
-    /// Where the robot is in the map.
+    /// Pose in the map frame.
     pub pose: Pose2,
-    /// Its sensors.
+    /// Sensors.
     pub sensors: Sequence<Device, 16>,
-    /// Its actuators.
+    /// Actuators.
     pub actuators: Sequence<Device, 8>,
 }

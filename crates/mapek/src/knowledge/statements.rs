@@ -10,24 +10,23 @@ use super::table::FactTable;
 /// Bytes of a key.
 const KEY: usize = 124;
 
-/// Nanoseconds after which all is written once more: a host drops what a step writes that then fails or is late.
+/// Period of full writes, nanoseconds: the host drops the outputs of a failed or late step.
 const AGAIN: u64 = 1_000_000_000;
 
-/// How long a retraction is written, nanoseconds: whoever passes it on looks several times a second.
+/// Duration for which a retraction is written, nanoseconds.
 const KEPT: u64 = 10_000_000_000;
 
-/// How many retractions there may be when another key is taken back about which nothing is stated.
+/// Maximum number of retractions of unknown keys.
 const RETRACTIONS: usize = 1024;
 
-/// What one robot states about a topic: keep it in the state of the block that does, and write it to an output in every tick.
+/// Statements of a robot about a topic. Keep it in the state of a block, and write it to an output in each tick.
 ///
-/// The output holds what is stated now, and what was taken back in the last 10 s. That a block forgets something takes nothing
-/// back, so a block that is started anew with an empty state states less and retracts nothing. Allocates when a key
-/// is new and never else.
+/// The output holds present statements, and retractions of the last 10 s. A block with an empty state states less, but retracts
+/// nothing. Allocates only for a new key.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Statements<T> {
     entries: BTreeMap<String, Statement<T>>,
-    /// When they were written last, as they are now.
+    /// Time of the newest write, if unchanged since.
     written: Option<u64>,
 }
 
@@ -35,9 +34,9 @@ pub struct Statements<T> {
 struct Statement<T> {
     time: u64,
     certainty: f64,
-    /// Nothing when it was taken back.
+    /// `None` if retracted.
     value: Option<T>,
-    /// When the retraction was written first.
+    /// Time of the first write of the retraction.
     written: Option<u64>,
 }
 
@@ -48,8 +47,9 @@ impl<T> Default for Statements<T> {
 }
 
 impl<T: Plain + PartialEq> Statements<T> {
-    /// States something about a key, with a certainty from 0 to 1, at a time of this agent in nanoseconds. Saying the same
-    /// again is nothing new. False when the key is empty or longer than 124 bytes, or the certainty is none.
+    /// States a value of a key, with a certainty from 0 to 1, at a time of this agent, nanoseconds. The same statement again has no effect.
+    ///
+    /// Returns false if the key is empty or longer than 124 bytes, or the certainty is invalid.
     pub fn state(&mut self, now: u64, key: &str, certainty: f64, value: T) -> bool {
         if !is_key(key) || !(0.0..=1.0).contains(&certainty) {
             return false;
@@ -64,9 +64,10 @@ impl<T: Plain + PartialEq> Statements<T> {
         true
     }
 
-    /// Takes back what this robot states about a key, also if it did so in an earlier life and this block knows nothing of
-    /// it. What other robots state about the key stays. False when the key is empty or longer than 124 bytes, or when this
-    /// block states nothing about it and has taken back 1024 keys in the last 10 s: then try again later.
+    /// Retracts this robot's statement about a key, also one of an earlier life. Statements of other robots stay.
+    ///
+    /// Returns false if the key is empty or longer than 124 bytes, or if the key is unknown and 1024 keys were retracted in the last 10 s: then
+    /// try again later.
     pub fn retract(&mut self, now: u64, key: &str) -> bool {
         if !is_key(key) {
             return false;
@@ -88,19 +89,19 @@ impl<T: Plain + PartialEq> Statements<T> {
         true
     }
 
-    /// What is stated about a key.
+    /// Returns the stated value of a key.
     pub fn get(&self, key: &str) -> Option<&T> {
         self.entries.get(key)?.value.as_ref()
     }
 
-    /// The keys about which something is stated, with the values, in order.
+    /// Iterates over keys and stated values, in order.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &T)> {
         self.entries.iter().filter_map(|(key, known)| Some((key.as_str(), known.value.as_ref()?)))
     }
 
-    /// Writes them at a time of this agent in nanoseconds, if they were changed since or a second has passed. False when they
-    /// have no room there, and then nothing is written: what was taken back leaves its place after a second at the earliest,
-    /// and what has none yet waits for one.
+    /// Writes the table at a time of this agent, nanoseconds, after a change or a second.
+    ///
+    /// Returns false, without writing, if the table is full: retractions keep their place for a second at least, and those without one wait.
     pub fn write(&mut self, now: u64, output: &Output<FactTable<T>>) -> bool {
         if self.written.is_some_and(|written| now.abs_diff(written) < AGAIN) {
             return true;
@@ -142,7 +143,7 @@ impl<T: Plain + PartialEq> Statements<T> {
 }
 
 impl<T> Statement<T> {
-    /// Whether it is written: what is stated always, what was taken back once there is room for it.
+    /// Returns whether it is written: statements always, retractions if they fit.
     fn has_place(&self) -> bool {
         self.value.is_some() || self.written.is_some()
     }

@@ -4,25 +4,25 @@ use slate_module::{Sequence, Text, interface};
 use super::plans::PlanLibrary;
 use crate::ActionRequest;
 
-/// A plan that the robot may choose, with what it has brought so far.
+/// Strategy: a plan with its outcomes so far.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StoredPlan {
     /// Its name.
     pub name: String,
-    /// The role that it belongs to, such as `defender`.
+    /// Role, such as `defender`.
     pub role: String,
     /// Its actions.
     pub actions: Vec<ActionRequest>,
-    /// How often it was tried.
+    /// Number of trials.
     pub tried: u64,
-    /// How often it succeeded.
+    /// Number of successes.
     pub succeeded: u64,
-    /// How long its successes took together, seconds.
+    /// Total duration of its successes, seconds.
     pub seconds: f64,
 }
 
 impl StoredPlan {
-    /// The share of successes to expect, by Laplace's rule of succession: one half for a plan never tried.
+    /// Returns the expected success rate by Laplace's rule of succession: one half without trials.
     pub fn promise(&self) -> f64 {
         (self.succeeded as f64 + 1.0) / (self.tried as f64 + 2.0)
     }
@@ -53,13 +53,12 @@ impl StrategyModel {
         &self.role
     }
 
-    /// Takes a role.
+    /// Sets the role.
     pub fn take_role(&mut self, role: &str) {
         role.clone_into(&mut self.role);
     }
 
-    /// Learns a plan. One of the same name and role with other actions is another plan, whose outcomes begin anew. False when
-    /// it is known already.
+    /// Adds a plan; returns false if it is known. Other actions under the same name and role make a new plan, without outcomes.
     pub fn learn(&mut self, name: &str, role: &str, actions: &[ActionRequest]) -> bool {
         let plan = StoredPlan {
             name: name.into(),
@@ -77,8 +76,8 @@ impl StrategyModel {
         true
     }
 
-    /// The most promising plan of the robot's role among those of the library; of equal ones the first. What was learned from
-    /// another library is remembered, and not chosen.
+    /// Returns the most promising plan of the role in the library; of equal ones the first. Plans of other libraries are kept, but not
+    /// chosen.
     pub fn best(&self, library: &PlanLibrary) -> Option<&StoredPlan> {
         let present = library.plans.iter().filter(|plan| plan.role.as_str() == self.role);
         let plans = present.filter_map(|present| {
@@ -88,25 +87,25 @@ impl StrategyModel {
         plans.reduce(|best, plan| if plan.promise() > best.promise() { plan } else { best })
     }
 
-    /// Notes how a plan of the robot's role went and how many seconds it took; false when there is no such plan.
+    /// Records an outcome of a plan of the role, with its duration, seconds; returns false if it is unknown.
     pub fn record(&mut self, name: &str, success: bool, seconds: f64) -> bool {
         let index = self.plans.iter().position(|plan| plan.name == name && plan.role == self.role);
         index.map(|index| self.plans[index].record(success, seconds)).is_some()
     }
 
-    /// As [`record`](StrategyModel::record), of a plan of any role: the robot may have another one by now.
+    /// As [`record`](StrategyModel::record), for a plan of any role, as the role may have changed.
     pub fn record_for(&mut self, role: &str, name: &str, success: bool, seconds: f64) -> bool {
         let mut plans = self.plans.iter_mut();
         let plan = plans.find(|plan| plan.name == name && plan.role == role);
         plan.map(|plan| plan.record(success, seconds)).is_some()
     }
 
-    /// All plans, in the order in which they were learned.
+    /// Returns all plans, in the order of their addition.
     pub fn plans(&self) -> &[StoredPlan] {
         &self.plans
     }
 
-    /// The outcomes of the first sixteen plans, for a property that others can read.
+    /// Returns the outcomes of the first sixteen plans, for a property.
     pub fn report(&self) -> StrategyReport {
         let mut records = [StrategyRecord::default(); 16];
         let mut length = 0;
@@ -124,24 +123,24 @@ impl StrategyModel {
     }
 }
 
-/// What a plan has brought so far.
+/// Outcomes of a plan so far.
 #[interface]
 #[derive(PartialEq)]
 pub struct StrategyRecord {
-    /// How often it was tried.
+    /// Number of trials.
     pub tried: u64,
-    /// How often it succeeded.
+    /// Number of successes.
     pub succeeded: u64,
-    /// How long its successes took together.
+    /// Total duration of its successes.
     #[unit("s")]
     pub seconds: f64,
     /// Its name.
     pub name: Text<28>,
-    /// The role that it belongs to.
+    /// Role of the plan.
     pub role: Text<28>,
 }
 
-/// The robot's role and the outcomes of its plans.
+/// Role of the robot and outcomes of its plans.
 #[interface]
 pub struct StrategyReport {
     /// The robot's role; empty for none.

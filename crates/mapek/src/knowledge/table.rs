@@ -1,32 +1,34 @@
-//! Facts as a property: what a robot states, and what its team states.
+//! Facts as a property: statements of a robot, or of its team.
 #![allow(unsafe_code, reason = "an interface that is generic is laid out by hand")]
 
 use std::ops::Deref;
 
 use slate_interfaces::{FactHead, FactTableHead};
-use slate_module::blackboard::interface::{Descriptor, Field, Interface, Kind, Plain, schema_hash};
+use slate_module::blackboard::interface::{
+    Descriptor, Field, Interface, Kind, Plain, clear_padding, schema_hash,
+};
 use xxhash_rust::xxh3::xxh3_64;
 
 /// A fact in a [`FactTable`].
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Stated<T> {
-    /// What it is about, who states it, and when.
+    /// Key, origin and time.
     pub head: FactHead,
-    /// What is stated.
+    /// Stated value.
     pub value: T,
 }
 
-/// Facts about one topic by key and origin: a property that shows what a robot states, or what all of its team do.
+/// Facts of a topic by key and origin: statements of a robot, or of its team.
 ///
 /// A block states facts by an [`Output`](slate_module::Output) of this type, for which [`Statements`](super::Statements)
-/// keep them, and learns what the team knows by an [`Input`](slate_module::Input), of which
+/// keep them, and reads the team's knowledge by an [`Input`](slate_module::Input), of which
 /// [`WorldModel::learn`](super::WorldModel::learn) shows the views. The values are of any type that fields of interfaces may have
-/// and that takes a multiple of 8 bytes.
+/// and that is aligned to at most 8 bytes.
 #[repr(C)]
 #[derive(Debug)]
 pub struct FactTable<T> {
-    /// What holds for the whole table.
+    /// Head of the table.
     pub head: FactTableHead,
     /// The facts, by key and then by origin.
     pub facts: [Stated<T>],
@@ -51,10 +53,7 @@ const HEAD: &Descriptor = FactHead::DESCRIPTOR;
 const TABLE: &Descriptor = FactTableHead::DESCRIPTOR;
 
 impl<T: Plain> Stated<T> {
-    const NO_PADDING: () = assert!(
-        size_of::<T>().is_multiple_of(8) && align_of::<T>() <= 8,
-        "the value of a fact takes a multiple of 8 bytes: add reserved fields"
-    );
+    const ALIGNED: () = assert!(align_of::<T>() <= 8, "the value of a fact is aligned to at most 8 bytes");
     const FIELDS: &'static [Field] = &[
         same(HEAD, 0),
         same(HEAD, 1),
@@ -66,7 +65,6 @@ impl<T: Plain> Stated<T> {
         same(HEAD, 7),
         same(HEAD, 8),
         same(HEAD, 9),
-        same(HEAD, 10),
         Field { name: "value", doc: "What is stated.", unit: "", offset: HEAD.size, kind: T::KIND },
     ];
     const DESCRIPTOR: &'static Descriptor = &Descriptor {
@@ -74,20 +72,24 @@ impl<T: Plain> Stated<T> {
         doc: "What one robot states about one thing.",
         ros: "",
         fields: Self::FIELDS,
-        size: HEAD.size + size_of::<T>(),
+        size: size_of::<Self>(),
         align: 8,
         hash: schema_hash("Fact", Self::FIELDS),
     };
     const ITEM: &'static Kind = &Kind::Nested(Self::DESCRIPTOR);
 }
 
-const _: () = assert!(HEAD.fields.len() == 11 && TABLE.fields.len() == 3, "all fields are listed");
+const _: () = assert!(HEAD.fields.len() == 10 && TABLE.fields.len() == 3, "all fields are listed");
 
 impl<T: Plain> FactTable<T> {
     /// A hash of its facts.
-    pub(super) fn hash(&self) -> u64 {
-        let (first, size) = (self.facts.as_ptr().cast::<u8>(), size_of_val(&self.facts));
-        // SAFETY: facts are plain and without padding, so each of these bytes is initialised.
+    pub(super) fn hash(&mut self) -> u64 {
+        let (first, size) = (self.facts.as_mut_ptr().cast::<u8>(), size_of_val(&self.facts));
+        for i in 0..self.facts.len() {
+            // SAFETY: the fact lies in the table, which is borrowed exclusively.
+            unsafe { clear_padding(Stated::<T>::DESCRIPTOR, first.add(i * size_of::<Stated<T>>()), 0) };
+        }
+        // SAFETY: fields are initialised, and so is the padding now.
         xxh3_64(unsafe { std::slice::from_raw_parts(first, size) })
     }
 
@@ -105,11 +107,11 @@ impl<T: Plain> FactTable<T> {
     ];
 }
 
-// SAFETY: `repr(C)`; a head of 16 bytes that is aligned to 8, and items of a multiple of 8 bytes with the same alignment,
-// as `NO_PADDING` asserts. Both are plain.
+// SAFETY: `repr(C)`; a head of 16 bytes that is aligned to 8, and items with the same alignment, as `ALIGNED` asserts. Both
+// are plain.
 unsafe impl<T: Plain> Interface for FactTable<T> {
     const DESCRIPTOR: &'static Descriptor = {
-        let () = Stated::<T>::NO_PADDING;
+        let () = Stated::<T>::ALIGNED;
         &Descriptor {
             name: "FactTable",
             doc: "Facts about one topic, by key and origin.",

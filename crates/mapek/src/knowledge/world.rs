@@ -6,7 +6,7 @@ use slate_module::blackboard::interface::Plain;
 
 use super::{Fact, FactTable, Facts, Merge, Version};
 
-/// What the robot knows of the world: facts by key, such as the positions of other robots by their numbers.
+/// World model: facts by key, such as the positions of other robots by their numbers.
 ///
 /// Keep it in the state of a [`Knowledge`](super::Knowledge), with a key and a value that fit the application.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,7 +17,7 @@ pub struct WorldModel<K, T> {
     // A list of pairs, as a map's keys must be text in some formats.
     #[serde(with = "pairs")]
     facts: BTreeMap<K, Facts<T>>,
-    /// Of the table that was learned last.
+    /// Revision of the newest table.
     #[serde(default)]
     revision: u64,
 }
@@ -29,22 +29,22 @@ impl<K: Ord, T> Default for WorldModel<K, T> {
 }
 
 impl<K: Ord, T> WorldModel<K, T> {
-    /// Takes a statement about the key over if it is its origin's newest; says whether it was.
+    /// Adds a statement about the key if it is its origin's newest; returns whether it was.
     pub fn tell(&mut self, key: K, fact: Fact<T>) -> bool {
         self.facts.entry(key).or_default().tell(fact)
     }
 
-    /// What is known of the key.
+    /// Returns the facts of a key.
     pub fn facts(&self, key: &K) -> Option<&Facts<T>> {
         self.facts.get(key)
     }
 
-    /// Becomes what a table of facts says, such as that of what the team knows: what is not in the table is forgotten. Returns the
-    /// keys about which something was stated, changed or taken back since, in order; none, and without looking further, when the
-    /// table is the one that was learned last.
+    /// Replaces all facts by those of a table, such as the team's.
     ///
-    /// [`Newest`](super::Newest) goes by the order of the table: what was stated in knowledge of another statement is newer,
-    /// however far the robots' clocks are apart.
+    /// Returns the keys with new, changed or retracted facts, in order; none, at once, for the same table.
+    ///
+    /// [`Newest`](super::Newest) uses the order of the table: a statement made in knowledge of another is newer, whatever the robots' clocks
+    /// say.
     pub fn learn(&mut self, table: &FactTable<T>) -> Vec<K>
     where
         K: Clone + for<'k> From<&'k str>,
@@ -76,7 +76,7 @@ impl<K: Ord, T> WorldModel<K, T> {
         changed
     }
 
-    /// All keys with what that view sees of them, in order.
+    /// Iterates over all keys with their view, in order.
     pub fn view<M: Merge>(&self) -> impl Iterator<Item = (&K, M::View<'_, T>)> {
         self.facts.iter().map(|(key, facts)| (key, facts.view::<M>()))
     }

@@ -71,7 +71,7 @@ impl Analyze for PassRange {
     type Value = Near;
 
     fn process(_: &mut (), observed: &ObservedRange, _: &(), _: &Tick) -> Option<Near> {
-        observed.range.new().copied()
+        observed.range.updated().copied()
     }
 }
 

@@ -84,11 +84,11 @@ repertoire! {
 }
 
 pub fn planned(action: ActionRequest, ticket: u64, epoch: u64) -> Planned {
-    Planned { epoch, ticket, action, step: PlanStep::APPEND, reserved: [0; 7] }
+    Planned { epoch, ticket, action, step: PlanStep::APPEND }
 }
 
 pub fn reflex(action: ActionRequest, rank: i32) -> Reflex {
-    Reflex { action, rank, reserved: 0 }
+    Reflex { action, rank }
 }
 
 /// How near the nearest thing is.
@@ -146,7 +146,8 @@ impl Analyze for WayIsFree {
     type Value = Free;
 
     fn process(last: &mut Option<bool>, observed: &ObservedNear, (): &(), _: &Tick) -> Option<Free> {
-        let free = observed.near.fresh()?.distance > 0.5 + observed.threshold.distance;
+        let free = observed.near.fresh()?.distance
+            > 0.5 + observed.threshold.get().copied().unwrap_or_default().distance;
         (last.replace(free) != Some(free)).then_some(Free { free: free.into() })
     }
 }

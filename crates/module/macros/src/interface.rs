@@ -50,6 +50,7 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
     let mut types = Vec::new();
     let mut entries = Vec::new();
     let mut tail = None;
+    let mut tail_name = (String::new(), None);
     let head = format_ident!("Head");
     for (i, field) in fields.into_iter().enumerate() {
         let unit = take_unit(&mut field.attrs)?;
@@ -68,6 +69,7 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
                 }
             });
             tail = Some(item.clone());
+            tail_name = (text, Some(field_name));
             continue;
         }
         let kind = &field.ty;
@@ -80,16 +82,24 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
         names.push(field_name);
         types.push(field.ty.clone());
     }
-    let message = format!("{name_text} would have padding: order the fields by size or add reserved ones");
-    let derives =
-        if tail.is_some() { quote!(#[derive(Debug)]) } else { quote!(#[derive(Clone, Copy, Debug)]) };
+    let derives = if tail.is_some() { quote!() } else { quote!(#[derive(Clone, Copy, Debug)]) };
+    let tail_alignment = tail.as_ref().map(|item| quote!(tail: [#item; 0]));
+    if let (Some(item), Fields::Named(fields)) = (&tail, &mut data.fields) {
+        align_tail(fields, &types, item, &root);
+    }
+    let (tail_name, tail_field) = tail_name;
     let access = match &tail {
-        Some(item) => quote! {
-            const _: () = assert!(
-                ::core::mem::size_of::<#head>().is_multiple_of(::core::mem::align_of::<#item>())
-                    && ::core::mem::align_of::<#head>() >= ::core::mem::align_of::<#item>(), #message);
+        Some(_) => quote! {
+            impl ::core::fmt::Debug for #name {
+                fn fmt(&self, f: &mut ::core::fmt::Formatter<'_>) -> ::core::fmt::Result {
+                    f.debug_struct(#name_text)
+                        #(.field(::core::stringify!(#names), &self.#names))*
+                        .field(#tail_name, &&self.#tail_field)
+                        .finish()
+                }
+            }
 
-            // SAFETY: `repr(C)` with plain fields that leave no padding, as asserted above.
+            // SAFETY: `repr(C)` with plain fields, and a tail that begins where the head ends.
             unsafe impl interface::Interface for #name {
                 const DESCRIPTOR: &'static interface::Descriptor = DESCRIPTOR;
 
@@ -105,11 +115,7 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
             }
         },
         None => quote! {
-            const _: () = assert!(
-                ::core::mem::size_of::<#name>() == ::core::mem::size_of::<#head>()
-                    && ::core::mem::align_of::<#name>() == ::core::mem::align_of::<#head>(), #message);
-
-            // SAFETY: `repr(C)` with plain fields that leave no padding, as asserted above.
+            // SAFETY: `repr(C)` with plain fields, the same as of the head.
             unsafe impl interface::Interface for #name {
                 const DESCRIPTOR: &'static interface::Descriptor = DESCRIPTOR;
 
@@ -151,8 +157,7 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
             use #root::blackboard::interface;
 
             #[repr(C)]
-            struct #head { #(#names: #types,)* }
-            const _: () = assert!(::core::mem::size_of::<#head>() == 0 #(+ ::core::mem::size_of::<#types>())*, #message);
+            struct #head { #(#names: #types,)* #tail_alignment }
             const FIELDS: &[interface::Field] = &[#(#entries),*];
             const DESCRIPTOR: &interface::Descriptor = &interface::Descriptor {
                 name: #name_text,
@@ -167,6 +172,21 @@ pub fn structure(mut input: DeriveInput, ros: &str, default: bool) -> Result<Tok
             #zero
         };
     })
+}
+
+/// Lets the tail begin where the head ends, its padding included: fields of a struct with a tail are written in place, so
+/// that nobody names this one.
+fn align_tail(fields: &mut syn::FieldsNamed, types: &[Type], item: &Type, root: &Tokens) {
+    let Some(tail) = fields.named.pop() else { return };
+    let gap: syn::Field = syn::parse_quote! {
+        #[doc(hidden)]
+        __gap: [u8; #root::blackboard::interface::gap_before_tail(
+            &[#((::core::mem::size_of::<#types>(), ::core::mem::align_of::<#types>())),*],
+            ::core::mem::align_of::<#item>(),
+        )]
+    };
+    fields.named.push(gap);
+    fields.named.push(tail);
 }
 
 fn enumeration(mut input: DeriveInput) -> Result<Tokens> {

@@ -32,7 +32,7 @@ pub fn params(_: TokenStream, item: TokenStream) -> TokenStream {
 
 /// Makes a struct the ports of a module.
 ///
-/// Fields are ports such as `Input<T>`, `Queue<T>`, `Output<T>`, `Debug<T>`, `Command<T>`, `Inbox<T>`, `Outbox<T>`.
+/// Fields are ports such as `Required<T>`, `Input<T>`, `Queue<T>`, `Output<T>`, `Debug<T>`, `Command<T>`, `Inbox<T>`, `Outbox<T>`.
 /// `#[stale(after = "200ms")]` on an input, `#[safe(value)]` on an output, `#[capacity(n)]` for the tail of a big
 /// payload, `#[window(n)]` for the values of a tick on a queue, an inbox or an outbox.
 #[proc_macro_attribute]

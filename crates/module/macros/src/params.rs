@@ -76,7 +76,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
 
         impl #root::Params for #name {
             fn parameters() -> ::std::vec::Vec<#root::Parameter> {
-                let default = #root::blackboard::interface::View::of(&Self::default()).value();
+                let default = #root::blackboard::interface::View::of(&mut Self::default()).value();
                 let _ = &default;
                 ::std::vec![#(#parameters),*]
             }

@@ -1,5 +1,5 @@
 use proc_macro2::TokenStream as Tokens;
-use quote::{ToTokens, quote};
+use quote::quote;
 use syn::{
     Error, Expr, Field, Fields, GenericArgument, ItemStruct, LitInt, LitStr, PathArguments, Result, Type,
 };
@@ -20,7 +20,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
     let mut descriptions = Vec::new();
     let mut outlines = Vec::new();
     let mut bindings = Vec::new();
-    let types: Vec<_> = fields.named.iter().map(|field| field.ty.to_token_stream().to_string()).collect();
+    let types: Vec<_> = fields.named.iter().map(|field| attached(&field.ty).to_string()).collect();
     let mut has = Vec::new();
     for field in &mut fields.named {
         let Some(port) = field.ident.clone() else { continue };
@@ -37,10 +37,11 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
         }});
         // SAFETY in the generated code: the order of binding is the order of description.
         bindings.push(quote!(#port: unsafe { <#kind as #root::Port>::bind(cursor) }));
-        let spelled = kind.to_token_stream().to_string();
+        let attached = attached(kind);
+        let spelled = attached.to_string();
         if types.iter().filter(|other| **other == spelled).count() == 1 {
             has.push(quote! {
-                impl #implementation #root::HasPort<#kind> for #name #generics #conditions {
+                impl #implementation #root::HasPort<#attached> for #name #generics #conditions {
                     const PORT: &'static str = #text;
                 }
             });
@@ -70,6 +71,22 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
     })
 }
 
+/// The type by which blocks are attached to the port: that of an input also for a required one.
+fn attached(kind: &Type) -> Tokens {
+    let root = root();
+    match kind {
+        Type::Path(path) if is_named(path, "Required") || is_named(path, "Input") => match argument(kind) {
+            Ok(interface) => quote!(#root::Input<#interface>),
+            Err(_) => quote!(#kind),
+        },
+        _ => quote!(#kind),
+    }
+}
+
+fn is_named(path: &syn::TypePath, name: &str) -> bool {
+    path.path.segments.last().is_some_and(|last| last.ident == name)
+}
+
 /// The statements that apply a field's attributes to `port`.
 fn options(field: &mut Field) -> Result<Tokens> {
     let root = root();
@@ -91,9 +108,9 @@ fn options(field: &mut Field) -> Result<Tokens> {
         let value: Expr = safe.parse_args()?;
         let interface = argument(&field.ty)?;
         statements.extend(quote! {
-            let safe: #interface = #value;
+            let mut safe: #interface = #value;
             port.safe = ::core::option::Option::Some(
-                #root::blackboard::interface::View::of::<#interface>(&safe).bytes().to_vec());
+                #root::blackboard::interface::View::of::<#interface>(&mut safe).bytes().to_vec());
         });
     }
     for option in ["capacity", "window"] {

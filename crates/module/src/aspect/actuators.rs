@@ -1,4 +1,4 @@
-use slate_blackboard::interface::{Descriptor, Interface};
+use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::blackboard::answered;
 use super::{Service, service};
@@ -26,7 +26,7 @@ use crate::{Priority, Refusal};
 ///
 /// #[ports]
 /// pub struct Io {
-///     temperature: Input<Speed>,
+///     temperature: Required<Speed>,
 ///     actuators: Aspect<Actuators>,
 /// }
 ///
@@ -170,7 +170,9 @@ impl Actuators {
         priority: Priority,
         command: &T,
     ) -> Result<(), Refusal> {
-        let bytes = Bytes { data: std::ptr::from_ref(command).cast(), length: size_of::<T>() };
+        let mut command = *command;
+        let bytes = View::of(&mut command).bytes();
+        let bytes = Bytes { data: bytes.as_ptr(), length: bytes.len() };
         let (schema, priority) = (T::DESCRIPTOR.hash, priority as u32);
         // SAFETY: everything lives during the call.
         let (code, text) = answered(|sink| unsafe {

@@ -1,7 +1,7 @@
 use std::marker::PhantomData;
 
 use slate_blackboard::Stamp;
-use slate_blackboard::interface::{Descriptor, Interface};
+use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::{Service, service};
 use crate::table::{Bytes, DONE, Sink};
@@ -144,7 +144,9 @@ impl BlackBoard {
     /// # Errors
     /// When the path has another writer or interface, or belongs to another module.
     pub fn write<T: Interface + Copy>(&self, path: &str, value: &T) -> Result<(), Refusal> {
-        let data = Bytes { data: std::ptr::from_ref(value).cast(), length: size_of::<T>() };
+        let mut value = *value;
+        let data = View::of(&mut value).bytes();
+        let data = Bytes { data: data.as_ptr(), length: data.len() };
         let write = |interface: &[u8]| {
             let interface = Bytes { data: interface.as_ptr(), length: interface.len() };
             let schema = T::DESCRIPTOR.hash;

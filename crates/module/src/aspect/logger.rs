@@ -15,7 +15,7 @@ use crate::table::Bytes;
 /// pub struct Io {
 ///     logger: Aspect<Logger>,
 ///     /// Whether something went wrong.
-///     alarm: Input<Alarm>,
+///     alarm: Required<Alarm>,
 /// }
 ///
 /// /// Whether something went wrong.

@@ -134,6 +134,7 @@ fn described<S: Service>(name: &str, doc: &str, direction: Direction) -> PortDes
         doc: if doc.is_empty() { S::DESCRIPTOR.doc } else { doc }.into(),
         direction,
         descriptor: S::DESCRIPTOR,
+        required: false,
         role: String::new(),
         stale_after: None,
         safe: None,

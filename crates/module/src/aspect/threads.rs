@@ -2,7 +2,7 @@ use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use slate_blackboard::interface::{Descriptor, Interface};
+use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::blackboard::{ABSENT, answered};
 use super::{Service, service};
@@ -203,9 +203,11 @@ impl Threads {
     /// # Errors
     /// When no thread of that name runs, or its ring could never hold the value.
     pub fn send<T: Interface + Copy>(&self, name: &str, value: &T) -> Result<bool, Refusal> {
+        let mut value = *value;
+        let bytes = bytes_of(&mut value);
         // SAFETY: everything lives during the call.
         sent(answered(|sink| unsafe {
-            (self.send)(self.context, Bytes::of(name), T::DESCRIPTOR.hash, bytes_of(value), sink)
+            (self.send)(self.context, Bytes::of(name), T::DESCRIPTOR.hash, bytes, sink)
         }))
     }
 
@@ -294,8 +296,10 @@ impl Stop {
     /// # Errors
     /// When the ring could never hold it.
     pub fn send<T: Interface + Copy>(&self, value: &T) -> Result<bool, Refusal> {
+        let mut value = *value;
+        let bytes = bytes_of(&mut value);
         // SAFETY: everything lives during the call.
-        sent(answered(|sink| unsafe { (self.send)(self.context, T::DESCRIPTOR.hash, bytes_of(value), sink) }))
+        sent(answered(|sink| unsafe { (self.send)(self.context, T::DESCRIPTOR.hash, bytes, sink) }))
     }
 
     /// Takes the next value that a tick has sent, the oldest first.
@@ -344,8 +348,10 @@ fn nanoseconds(duration: Duration) -> u64 {
     u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
 }
 
-fn bytes_of<T: Interface + Copy>(value: &T) -> Bytes {
-    Bytes { data: std::ptr::from_ref(value).cast(), length: size_of::<T>() }
+/// The bytes of a value, which must outlive the result.
+fn bytes_of<T: Interface + Copy>(value: &mut T) -> Bytes {
+    let bytes = View::of(value).bytes();
+    Bytes { data: bytes.as_ptr(), length: bytes.len() }
 }
 
 fn sent((code, reason): (i32, String)) -> Result<bool, Refusal> {

@@ -29,7 +29,7 @@ use crate::{Refusal, math};
 ///
 /// #[ports]
 /// pub struct Io {
-///     seen: Input<Place>,
+///     seen: Required<Place>,
 ///     on_the_map: Output<Place>,
 ///     transforms: Aspect<Transforms>,
 /// }

@@ -1,4 +1,4 @@
-//! What is done about sensors that fail: other settings, and a look whether they have the effect.
+//! Actions on sensor failures: change settings, and confirm the effect.
 //!
 //! | action | decomposition |
 //! |---|---|
@@ -10,7 +10,6 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::module::Level;
 use slate_plugin::module::aspect::{Answer, Aspect, Settings};
 use slate_plugin::prelude::*;
@@ -18,61 +17,59 @@ use slate_plugin::prelude::*;
 use crate::alternatives::Alternatives;
 use crate::range_health::invalid_share;
 
-/// How far a decision has come.
+/// Progress of a decision.
 #[interface]
 #[derive(Serialize, Deserialize)]
 pub enum Progress {
-    /// The settings are asked for.
+    /// Settings requested.
     Asked,
-    /// They hold.
+    /// Settings changed.
     Changed,
-    /// They have the effect that they are for.
+    /// Effect confirmed.
     Effective,
-    /// They don't hold, or have no effect.
+    /// Refused, or without effect.
     Failed,
 }
 
-/// What was decided last, and how far that has come.
+/// Newest decision and its progress.
 #[interface]
 #[derive(PartialEq)]
 pub struct Adaptation {
-    /// Which decision of the Plan it is, from 1.
+    /// Number of the decision, from 1.
     pub decision: u64,
-    /// The alternative that it goes on with.
+    /// Chosen alternative.
     pub alternative: Text<28>,
-    /// How far it has come.
+    /// Progress.
     pub progress: Progress,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
-/// The settings of the agent, and what of the robot shows their effect.
+/// Settings of the agent, and measurements of their effect.
 #[ports]
 pub struct Managed {
     settings: Aspect<Settings>,
-    /// What there is to choose between.
-    alternatives: Input<Alternatives>,
-    /// What the robot's own blocks measure with, whichever sensor that is.
+    /// Alternatives to choose from.
+    alternatives: Required<Alternatives>,
+    /// Scan that the robot's blocks use, of any sensor.
     #[stale(after = "300ms")]
     used: Input<SonarScan>,
-    /// How the robot moves.
+    /// Odometry of the robot.
     #[stale(after = "300ms")]
     odometry: Input<Odometry>,
-    /// What was decided last, and how far that has come.
+    /// Newest decision and its progress.
     adaptation: Output<Adaptation>,
 }
 
 impl Managed {
-    /// The speed of the robot, m/s; nothing when it is not known.
+    /// Speed of the robot, m/s, if known.
     fn speed(&self) -> Option<f64> {
         self.odometry.fresh().map(|odometry| odometry.twist.linear.abs())
     }
 
-    /// Tells how far a decision has come, on the blackboard and in the log, so many seconds after the action began.
-    fn tell(&self, choice: Choice, progress: Progress, waited: f64, now: &Tick, what: fmt::Arguments<'_>) {
+    /// Reports the progress on the blackboard and in the log; `waited` is the time since the start, seconds.
+    fn report(&self, choice: Choice, progress: Progress, waited: f64, now: &Tick, what: fmt::Arguments<'_>) {
         let (decision, name) = (choice.decision as u64, self.alternatives.name(choice.number()));
         let alternative = Text::new(name);
-        self.adaptation.set(Adaptation { decision, alternative, progress, reserved: [0; 7] });
+        self.adaptation.set(Adaptation { decision, alternative, progress });
         let fields = [
             ("decision", decision.into()),
             ("alternative", name.into()),
@@ -123,7 +120,7 @@ impl Action<Managed> for Reconfigure {
         let Acting { body, now, .. } = acting;
         let answer = self.request.map_or(Answer::Unknown, |(request, _)| body.settings.answer(request));
         let waited = self.request.map_or(0.0, |(_, since)| now.now().saturating_sub(since) as f64 * 1e-9);
-        let tell = |progress, what: fmt::Arguments<'_>| body.tell(self.choice, progress, waited, now, what);
+        let tell = |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
         match answer {
             Answer::Pending => Step::Running,
             // It was never asked for, or in a tick that failed.
@@ -146,14 +143,14 @@ impl Action<Managed> for Reconfigure {
     }
 }
 
-/// How long the effect is waited for, seconds.
-const PATIENCE: f64 = 3.0;
-/// A sensor answers when no larger share of what it says is no number.
+/// Timeout of the effect, seconds.
+const EFFECT_TIMEOUT: f64 = 3.0;
+/// Largest fraction of NaN of a sensor that works.
 const INVALID: f64 = 0.25;
-/// The robot may be so much faster than it shall be, as wheels and encoders are not exact, m/s.
+/// Tolerance of the speed, m/s: wheels and encoders are not exact.
 const TOLERANCE: f64 = 0.03;
 
-/// Waits for the effect: the sensor in use answers, and the robot is no faster than it shall be.
+/// Waits for the effect: the sensor in use measures, and the robot is not too fast.
 #[derive(Serialize, Deserialize)]
 pub struct Confirm {
     choice: Choice,
@@ -182,7 +179,7 @@ impl Action<Managed> for Confirm {
             .is_some_and(|scan| body.used.stamp().time >= since && invalid_share(scan) <= INVALID);
         // Who stands needs no sensor.
         let senses = answers || limit == 0.0;
-        let tell = |progress, what: fmt::Arguments<'_>| body.tell(self.choice, progress, waited, now, what);
+        let tell = |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
         if senses && body.speed().is_some_and(|speed| speed <= limit + TOLERANCE) {
             tell(
                 Progress::EFFECTIVE,
@@ -190,7 +187,7 @@ impl Action<Managed> for Confirm {
             );
             return Step::Done;
         }
-        if waited < PATIENCE {
+        if waited < EFFECT_TIMEOUT {
             return Step::Running;
         }
         let wrong = if senses { "the robot is too fast" } else { "the sensor in use does not answer" };
@@ -199,7 +196,7 @@ impl Action<Managed> for Confirm {
     }
 }
 
-/// Goes on with another alternative.
+/// Switches to another alternative.
 #[derive(Serialize, Deserialize)]
 pub struct SwitchTo {
     steps: InSequence<(Reconfigure, Confirm)>,
@@ -225,6 +222,6 @@ impl Action<Managed> for SwitchTo {
 }
 
 repertoire! {
-    /// What can be done about sensors that fail.
+    /// Actions on sensor failures.
     pub enum AdaptationActions for Managed as "adaptation_execute" { Reconfigure, Confirm, SwitchTo }
 }

@@ -1,17 +1,17 @@
-//! What can be chosen between: the configuration as it is written, and others that differ from it in some settings.
+//! Alternatives: the configuration as written, and variants with some other settings.
 
 use slate_plugin::module::Sequence;
 use slate_plugin::prelude::*;
 
-/// A way in which the robot can go on.
+/// An alternative configuration.
 #[interface]
 pub struct Alternative {
-    /// The fastest that it goes then; 0 for one that stands, and needs no sensor.
+    /// Maximum speed; 0 for standstill, which needs no sensor.
     #[unit("m/s")]
     pub speed: f64,
-    /// What it is called.
+    /// Name.
     pub name: Text<28>,
-    /// What differs from the configuration as it is written, each `path=value` as `slate config set` takes it.
+    /// Changes of the configuration, each `path=value` as for `slate config set`.
     pub changes: Sequence<Text<124>, 8>,
 }
 

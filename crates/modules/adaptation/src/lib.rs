@@ -1,13 +1,13 @@
-//! Self-adaptation with the blocks of MAPE-K: the health of a robot is sensors, and its settings are actuators.
+//! Self-adaptation with the blocks of MAPE-K: a robot's health as sensors, its settings as actuators.
 //!
 //! | block | here | what it does |
 //! |---|---|---|
-//! | Monitor | [`range_health`] | how a sensor that measures ranges does: how old, no numbers, always the same |
-//! | Analyze | [`condition`] | says when a sensor fails, and when it has recovered |
-//! | Plan | [`planner`] | chooses between the [`alternatives`] that the configuration names |
-//! | Execute | [`actions`] | changes links and parameters, and looks whether that has the effect |
+//! | Monitor | [`range_health`] | health of a range sensor: age, NaN, unchanged measurements |
+//! | Analyze | [`condition`] | reports failure and recovery of a sensor |
+//! | Plan | [`planner`] | chooses among the [`alternatives`] of the configuration |
+//! | Execute | [`actions`] | changes links and parameters, and confirms the effect |
 //!
-//! Only [`range_health`] and the effect in [`actions`] know what kind of robot they look after.
+//! Only [`range_health`] and the effect in [`actions`] depend on the kind of robot.
 
 pub mod actions;
 pub mod alternatives;

@@ -1,7 +1,6 @@
-//! What is to be done about sensors that fail and recover.
+//! Plan on failures and recoveries of sensors.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::module::Level;
 use slate_plugin::prelude::*;
 
@@ -9,38 +8,38 @@ use crate::actions::{Choice, SwitchTo};
 use crate::alternatives::Alternatives;
 use crate::condition::{Condition, SensorCondition};
 
-/// What the Plan notices, and what it can choose between.
+/// Percepts of the Plan, and its alternatives.
 #[ports]
 pub struct Noticing {
-    /// The sensor that is used when it can be.
+    /// Preferred sensor.
     first: Noticed<SensorCondition>,
-    /// The one that can take its place.
+    /// Substitute sensor.
     second: Noticed<SensorCondition>,
-    /// What there is to choose between.
-    alternatives: Input<Alternatives>,
+    /// Alternatives to choose from.
+    alternatives: Required<Alternatives>,
 }
 
-/// What the Plan remembers.
+/// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct Memory {
-    /// How each sensor is.
+    /// Condition of each sensor.
     sensors: [Option<Condition>; 2],
-    /// The latest news: of which sensor, and which change of it.
+    /// Newest change: sensor and its number.
     news: (usize, u64),
     /// Counts the decisions from 1.
     decision: u64,
-    /// Which alternative was chosen last; the configuration as it is written is the first.
+    /// Index of the chosen alternative; 0 is the configuration as written.
     chosen: usize,
-    /// How often it was tried without success.
+    /// Number of failed attempts.
     failures: u32,
-    /// Which alternatives were tried often enough since the latest news.
+    /// Alternatives given up since the newest change.
     given_up: [bool; 3],
 }
 
-/// So often an alternative is tried.
+/// Number of attempts of an alternative.
 const TRIES: u32 = 3;
 
-/// Chooses the best alternative whose sensor is healthy; when it can't be had after three tries, the next one.
+/// Chooses the best alternative with a healthy sensor; after three failed attempts, the next one.
 pub struct AdaptationPlanner;
 
 impl Plan for AdaptationPlanner {

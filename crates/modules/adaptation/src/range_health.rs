@@ -1,11 +1,10 @@
-//! How a sensor does that measures ranges, by what it says.
+//! Health of a range sensor from its measurements.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
-/// How a sensor does.
+/// Health of a sensor.
 #[interface]
 #[derive(PartialEq)]
 pub struct SensorHealth {
@@ -14,7 +13,7 @@ pub struct SensorHealth {
     pub age: f64,
     /// The share of the measurement that is no number, 0 to 1.
     pub invalid: f64,
-    /// How far the robot has gone, or its sides have in a turn, while measurement after measurement was the same.
+    /// Travel of the robot, or of its sides in a turn, with unchanged measurements.
     #[unit("m")]
     pub unchanged: f64,
 }
@@ -22,9 +21,9 @@ pub struct SensorHealth {
 /// The sensor, and how its robot moves.
 #[ports]
 pub struct RangeSensor {
-    /// What it says.
+    /// Measurements of the sensor.
     ranges: Input<SonarScan>,
-    /// What the wheels' encoders say.
+    /// Odometry of the wheels.
     odometry: Input<Odometry>,
 }
 
@@ -44,7 +43,7 @@ pub struct Memory {
 /// Half the width of a robot: its sides go so far in a turn of a radian, metres.
 const SIDE: f64 = 0.2;
 
-/// Watches how a sensor does that measures ranges.
+/// Monitors the health of a range sensor.
 pub struct RangeHealthMonitor;
 
 impl Monitor for RangeHealthMonitor {
@@ -57,15 +56,14 @@ impl Monitor for RangeHealthMonitor {
 
     fn interpret(memory: &mut Memory, sensors: &RangeSensor, _: &(), now: &Tick) -> Option<SensorHealth> {
         let begun = *memory.begun.get_or_insert(now.now());
-        if let Some(Odometry { pose, .. }) = sensors.odometry.new() {
+        if let Some(Odometry { pose, .. }) = sensors.odometry.updated() {
             let (x, y, theta) =
                 memory.pose.replace((pose.x, pose.y, pose.theta)).unwrap_or((pose.x, pose.y, pose.theta));
             let turn = math::angle_between(theta, pose.theta).abs();
             let way = math::hypot(pose.x - x, pose.y - y) + SIDE * turn;
             memory.way += if way.is_finite() { way } else { 0.0 };
         }
-        let scan = &sensors.ranges;
-        if scan.is_new() {
+        if let Some(scan) = sensors.ranges.updated() {
             let heard = scan.echoes.iter().any(|echo| echo.heard.get());
             let ranges = || scan.echoes.iter().map(|echo| echo.range);
             // Compared as bits: what is no number is always the same, too.
@@ -78,17 +76,18 @@ impl Monitor for RangeHealthMonitor {
             }
             memory.unchanged = memory.way;
         }
-        let newest = if scan.stamp().sequence > 0 { scan.stamp().time } else { begun };
+        // Before the first scan it is only late.
+        let scan = sensors.ranges.get();
+        let newest = scan.map_or(begun, |_| sensors.ranges.stamp().time);
         Some(SensorHealth {
             age: now.now().saturating_sub(newest) as f64 * 1e-9,
-            // Before the first scan it is only late.
-            invalid: if scan.stamp().sequence > 0 { invalid_share(scan) } else { 0.0 },
+            invalid: scan.map_or(0.0, invalid_share),
             unchanged: memory.unchanged,
         })
     }
 }
 
-/// Which share of a scan is no number; one without any echoes tells nothing at all.
+/// Returns the fraction of NaN in a scan; 1 without echoes.
 pub(crate) fn invalid_share(scan: &SonarScan) -> f64 {
     let invalid = scan.echoes.iter().filter(|echo| !echo.range.is_finite()).count();
     if scan.echoes.is_empty() { 1.0 } else { invalid as f64 / scan.echoes.len() as f64 }

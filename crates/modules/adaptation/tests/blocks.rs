@@ -13,7 +13,7 @@ use slate_adaptation::range_health::{RangeHealthMonitor, SensorHealth};
 const CYCLE: u64 = 20_000_000;
 
 fn scan(ranges: &[f64], heard: bool) -> SonarScan {
-    let echo = |range: &f64| Echo { range: *range, heard: heard.into(), reserved: [0; 7] };
+    let echo = |range: &f64| Echo { range: *range, heard: heard.into() };
     let echoes: Vec<_> = ranges.iter().map(echo).collect();
     SonarScan { range_max: 5.0, echoes: Sequence::new(&echoes), ..SonarScan::default() }
 }
@@ -139,7 +139,7 @@ fn plans(
     sensor: &str,
     condition: Condition,
 ) -> Vec<f64> {
-    planner.push(sensor, SensorCondition { change: 1, condition, reserved: [0; 7] });
+    planner.push(sensor, SensorCondition { change: 1, condition });
     planner.tick();
     planner.advance(CYCLE);
     let sent = planner.sent::<Planned>("plan");
@@ -147,7 +147,7 @@ fn plans(
 }
 
 #[test]
-fn the_best_alternative_with_a_healthy_sensor_is_chosen_and_only_when_it_is_another_one() {
+fn the_best_alternative_with_a_healthy_sensor_is_chosen_once() {
     let mut planner = planner();
     let news = [
         ("first", Condition::HEALTHY, &[][..]),

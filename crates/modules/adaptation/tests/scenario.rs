@@ -172,7 +172,7 @@ fn a_run_repeats_its_changes_in_the_same_cycles() {
 }
 
 #[test]
-fn without_any_sensor_the_robot_stands_and_goes_on_when_one_is_back() {
+fn without_a_sensor_the_robot_stops_until_one_recovers() {
     let laser = "world.faults.laser={ robot = \"r2\", sensor = \"laser\", kind = \"silent\", from = 3.0, until = 5.0 }";
     let mut drive = Drive::of("silent", 1, &[laser]);
     drive.until(3.1);

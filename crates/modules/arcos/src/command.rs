@@ -1,8 +1,8 @@
-//! What the controller is told.
+//! Commands to the controller.
 
 use crate::packet;
 
-/// A command by its number, and what it is given.
+/// A command: its number and argument.
 ///
 /// ```
 /// use slate_arcos::command::Command;
@@ -15,7 +15,7 @@ use crate::packet;
 pub enum Command<'a> {
     /// A step of the synchronisation, 0 to 2, while there is no connection.
     Sync(u8),
-    /// Does nothing but to keep the watchdog from stopping the robot.
+    /// Keeps the watchdog from stopping the robot.
     Pulse,
     /// Starts the controller's servers: reports, motors, sonars.
     Open,
@@ -39,12 +39,12 @@ pub enum Command<'a> {
     Other(u8, Argument<'a>),
 }
 
-/// What a command is given.
+/// Argument of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Argument<'a> {
     /// Nothing.
     None,
-    /// A number from -65535 to 65535: the sign is told apart from the 16 bits.
+    /// A number from -65535 to 65535: a sign and 16 bits.
     Number(i32),
     /// Bytes, at most [`TEXT`] of them; more are in no packet, so the command is left out.
     Text(&'a [u8]),

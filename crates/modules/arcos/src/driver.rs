@@ -15,7 +15,7 @@ use crate::report::Report;
 use crate::ring::Ring;
 use crate::session::{Event, Session};
 
-/// What a tick tells the thread.
+/// Message from the tick to the thread.
 #[interface]
 #[derive(PartialEq)]
 pub struct Order {
@@ -27,7 +27,7 @@ pub struct Order {
     pub right: f64,
 }
 
-/// What the thread tells a tick, all of one report.
+/// Message from the thread to the tick: one report.
 #[interface]
 pub struct Reading {
     /// When it came.
@@ -40,17 +40,15 @@ pub struct Reading {
     pub voltage: f64,
     /// How robot and connection are.
     pub status: PioneerStatus,
-    /// What the sonars heard.
+    /// Scan of the sonars.
     pub sonar: SonarScan,
     /// Whether they heard anything since the last one.
     pub heard: Bool,
-    /// What the bumpers feel.
+    /// State of the bumpers.
     pub bumper: Bumper,
-    /// Not used.
-    pub reserved: [u8; 5],
 }
 
-/// What the thread goes by.
+/// Settings of the thread.
 #[derive(Clone, Debug)]
 pub struct Settings {
     /// The serial device.
@@ -59,21 +57,21 @@ pub struct Settings {
     pub baud: u32,
     /// Which robot it is, if that is known.
     pub model: Option<&'static Model>,
-    /// How many sonars it has.
+    /// Number of sonars.
     pub sonars: usize,
-    /// Wheels stop when no command came for so long.
+    /// Time to live of a command.
     pub time_to_live: Duration,
     /// Where odometry begins.
     pub pose: Pose2,
 }
 
-/// How long the thread waits for the device at a time: so much later than the tick the robot gets a command at most.
+/// Polling period of the device: the maximum delay of a command after the tick.
 const LOOK: Duration = Duration::from_millis(5);
 /// A device that can't be opened is tried again after that.
 const AGAIN: Duration = Duration::from_millis(500);
-/// A sonar that has said nothing for so long after the connection is complained about.
+/// Time without an echo of a sonar after which a warning is logged.
 const PATIENCE: Duration = Duration::from_secs(3);
-/// How long the last words to the robot may take.
+/// Timeout of the last commands at the end.
 const FAREWELL: Duration = Duration::from_millis(100);
 
 /// The life of the thread.
@@ -124,7 +122,7 @@ struct Driver<'a> {
     told: String,
     /// The newest reading.
     reading: Reading,
-    /// What the tick has had no room for.
+    /// Messages beyond the tick's capacity.
     pending: Option<Reading>,
     /// Whether the log knows that a sonar is silent.
     complained: bool,
@@ -136,7 +134,7 @@ impl Driver<'_> {
         self.began.elapsed()
     }
 
-    /// Talks to the robot at an open device, until the thread shall stop.
+    /// Runs the session on an open device, until the thread is stopped.
     fn serve(&mut self, port: &Port, session: &mut Session) -> Result<(), PortError> {
         session.begin();
         self.talk(port, session)?;
@@ -230,7 +228,7 @@ impl Driver<'_> {
         self.pending = Some(self.reading);
     }
 
-    /// There is no connection; the log says each reason once.
+    /// Handles a lost connection; logs each reason once.
     fn lose(&mut self, reason: String) {
         let status = &mut self.reading.status;
         if status.connection == Connection::UP {

@@ -1,4 +1,4 @@
-//! Robots as data: what the numbers of a controller mean in metres and radians.
+//! Robot models as data: conversion of a controller's units to SI.
 
 use slate_interfaces::{Chassis, Point2};
 use slate_module::{Sequence, Text};
@@ -9,7 +9,7 @@ use slate_module::{Sequence, Text};
 /// for the models (`params/<name>.p`); wheels and cones are those of `robots/pioneer_p3dx.toml`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Model {
-    /// What the controller calls it.
+    /// Name at the controller.
     pub name: &'static str,
     /// Metres in a unit of distance.
     pub distance: f64,
@@ -19,9 +19,9 @@ pub struct Model {
     pub speed: f64,
     /// Metres in a unit of a sonar's range.
     pub range: f64,
-    /// Metres per second that it is never told to exceed.
+    /// Maximum linear velocity, m/s.
     pub maximum_speed: f64,
-    /// Degrees per second that it is never told to exceed.
+    /// Maximum angular velocity, degrees/s.
     pub maximum_rotation: f64,
     /// Metres.
     pub wheel_radius: f64,
@@ -31,9 +31,9 @@ pub struct Model {
     pub maximum_wheel_acceleration: f64,
     /// Corners of its convex body around the midpoint of its axle, counter-clockwise, metres.
     pub outline: [[f64; 2]; 12],
-    /// Metres; what is nearer can't be measured.
+    /// Minimum range, metres.
     pub range_min: f64,
-    /// Metres; a range of that and more means that nothing was heard.
+    /// Maximum range, metres; longer readings mean no echo.
     pub range_max: f64,
     /// Radians, the full opening of a sonar's cone.
     pub field_of_view: f64,

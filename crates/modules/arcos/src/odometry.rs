@@ -6,13 +6,13 @@ use slate_module::math::{cos, sin, wrap_angle};
 use crate::model::Model;
 use crate::report::Report;
 
-/// How far a robot can come between two reports, metres: at most a second lies between, or the link is lost.
+/// Maximum travel between two reports, metres: at most a second lies between.
 const STRIDE: f64 = 2.5;
 
 /// Adds up how the robot moves from report to report, across connections.
 ///
-/// A controller that is switched on again begins at another place; how the robot moved while nobody listened is not
-/// known to it, so the pose goes on from where it was.
+/// A restarted controller begins at another pose, and the motion meanwhile is unknown, so the
+/// pose continues from its newest value.
 #[derive(Clone, Debug)]
 pub struct Odometer {
     pose: Pose2,
@@ -26,17 +26,17 @@ impl Odometer {
         Self { pose, last: None, jumps: 0 }
     }
 
-    /// What the controller says next has nothing to do with what it said before.
+    /// Resets the reference: the next report is unrelated to earlier ones.
     pub fn interrupt(&mut self) {
         self.last = None;
     }
 
-    /// How often the controller's place changed by more than a robot can drive, which is not counted as motion.
+    /// Returns the number of jumps of the controller's pose, which are not counted as motion.
     pub fn jumps(&self) -> u64 {
         self.jumps
     }
 
-    /// Where the robot is after a report, and how it moves.
+    /// Returns pose and twist after a report.
     pub fn advance(&mut self, report: &Report, model: &Model) -> Odometry {
         let now = (report.x, report.y, report.heading);
         if let Some((x, y, heading)) = self.last.replace(now) {

@@ -1,6 +1,6 @@
 //! Packets: two header bytes, a count, the data, a checksum; the same in both directions.
 
-/// What every packet begins with.
+/// Header of each packet.
 pub const HEADER: [u8; 2] = [0xFA, 0xFB];
 
 /// The most bytes that a packet has after its count: the data and two bytes of checksum.
@@ -79,22 +79,22 @@ impl Decoder {
         self.held.clear();
     }
 
-    /// How many packets had a wrong checksum.
+    /// Returns the number of packets with a wrong checksum.
     pub fn bad_checksums(&self) -> u64 {
         self.bad_checksums
     }
 
-    /// How many bytes were in no packet.
+    /// Returns the number of bytes outside of packets.
     pub fn skipped(&self) -> u64 {
         self.skipped
     }
 }
 
-/// What the beginning of some bytes is.
+/// Classification of the first bytes.
 enum Look<'a> {
     /// Too little to say.
     Incomplete,
-    /// So many bytes that begin no packet.
+    /// A number of bytes that begin no packet.
     Skip(usize),
     /// A packet with a wrong checksum.
     Bad,

@@ -18,7 +18,7 @@ pub enum Connection {
     Up,
 }
 
-/// How a Pioneer is, beside what its sensors measure.
+/// Status of a Pioneer, beside its sensors.
 #[interface]
 #[derive(PartialEq)]
 pub struct PioneerStatus {
@@ -36,8 +36,6 @@ pub struct PioneerStatus {
     pub left_stalled: Bool,
     /// Whether the right wheel can't turn though it should.
     pub right_stalled: Bool,
-    /// Not used.
-    pub reserved: [u8; 3],
     /// The robot's name for itself, or why there is no connection.
     pub text: Text<252>,
 }
@@ -56,20 +54,20 @@ pub struct Battery {
 pub struct PioneerIo {
     threads: Aspect<Threads>,
     actuators: Aspect<Actuators>,
-    /// What the wheels are told, from the gate.
+    /// Wheel command from the gate.
     #[stale(after = "100ms")]
     wheels: Input<WheelSpeeds>,
-    /// How it is made.
+    /// Geometry and limits of the robot.
     chassis: Output<Chassis>,
-    /// What the sonars heard last; as often as there is anything new from any of them.
+    /// Newest echoes of the sonars, written with each new one.
     sonar: Output<SonarScan>,
-    /// What the wheels' encoders say.
+    /// Odometry of the wheels.
     odometry: Output<Odometry>,
-    /// What the bumpers feel.
+    /// State of the bumpers.
     bumper: Output<Bumper>,
-    /// How full the battery is.
+    /// State of charge of the battery.
     battery: Output<Battery>,
-    /// How the robot and the connection to it are.
+    /// Status of the robot and of its connection.
     #[safe(PioneerStatus::default())]
     status: Output<PioneerStatus>,
 }
@@ -78,38 +76,35 @@ pub struct PioneerIo {
 #[params]
 #[derive(PartialEq)]
 pub struct PioneerParams {
-    #[param(default = "/dev/ttyUSB0", doc = "the serial device, best one of /dev/serial/by-id")]
+    #[param(default = "/dev/ttyUSB0", doc = "serial device, preferably of /dev/serial/by-id")]
     device: Text<252>,
-    #[param(default = 9600, range = 9600..=115_200, unit = "baud", doc = "speed of the line, as the robot has it")]
+    #[param(default = 9600, range = 9600..=115_200, unit = "baud", doc = "baud rate of the robot")]
     baud: u64,
-    #[param(default = "", doc = "which robot it is, such as `p3dx-sh`; empty for what the robot says")]
+    #[param(default = "", doc = "robot model, such as `p3dx-sh`; empty for that of the controller")]
     model: Text<28>,
-    #[param(default = 16, range = 0..=16, doc = "how many sonars it has: 8 with a front array alone")]
+    #[param(default = 16, range = 0..=16, doc = "number of sonars: 8 with a front array alone")]
     sonars: u64,
-    #[param(default = 0.2, range = 0.05..=1.0, unit = "s", doc = "the wheels stop when no command came for so long")]
+    #[param(default = 0.2, range = 0.05..=1.0, unit = "s", doc = "time to live of a wheel command")]
     time_to_live: f64,
-    #[param(
-        default = "wheels",
-        doc = "the actuator of its wheels, which is stopped when the connection is lost"
-    )]
+    #[param(default = "wheels", doc = "actuator of the wheels, which is stopped on a lost connection")]
     actuator: Text<60>,
 }
 
-/// State of [`Pioneer`]. The connection is no part of what is saved: it is made again.
+/// State of [`Pioneer`]. The connection is not saved, but opened again.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct PioneerState {
     /// Where the wheels say the robot is: x, y, theta.
     pose: [f64; 3],
     #[serde(skip)]
     status: PioneerStatus,
-    /// What the thread goes by.
+    /// Settings of the thread.
     #[serde(skip)]
     params: Option<PioneerParams>,
 }
 
 /// Drives a Pioneer by its ARCOS controller at a serial device.
 ///
-/// A thread has the device; the tick passes on what came and what the wheels are told, and never waits.
+/// A thread owns the device; the tick exchanges reports and commands with it, and never blocks.
 pub struct Pioneer;
 
 const DRIVER: &str = "driver";
@@ -162,7 +157,7 @@ impl Module for Pioneer {
     }
 }
 
-/// A reading that had to wait for so long says nothing about now, nanoseconds.
+/// Age above which a reading is discarded, nanoseconds.
 const OLD: u64 = 500_000_000;
 
 impl PioneerState {
@@ -186,7 +181,7 @@ impl PioneerState {
     }
 }
 
-/// A robot that comes back stands among people who believe it is off, so it moves no more before a person has armed it.
+/// People may stand beside a reconnected robot, so it moves only after a person has armed it.
 fn keep_still(io: &PioneerIo, params: &PioneerParams, now: &Tick) {
     let actuator = params.actuator.as_str();
     let reason = "the connection to the robot was lost";

@@ -34,7 +34,7 @@ pub enum PortError {
     Speed {
         /// The device.
         path: PathBuf,
-        /// What was asked for.
+        /// Requested value.
         baud: u32,
     },
     /// It was taken away while it was open.
@@ -45,7 +45,7 @@ pub enum PortError {
     Other {
         /// The device.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         reason: String,
     },
 }
@@ -58,10 +58,10 @@ pub struct Port {
 }
 
 impl Port {
-    /// Opens a device with 8 data bits, no parity, 1 stop bit and no flow control, and throws away what it held.
+    /// Opens a device with 8 data bits, no parity, 1 stop bit and no flow control, and flushes it.
     ///
     /// # Errors
-    /// Says what to do about it.
+    /// Returns the remedy.
     pub fn open(path: &Path, baud: u32) -> Result<Self, PortError> {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::NONBLOCK | OFlags::CLOEXEC;
         let file = open(path, flags, Mode::empty()).map_err(|error| match error {
@@ -118,7 +118,7 @@ impl Port {
         }
     }
 
-    /// Reads what is there; how many bytes that was.
+    /// Reads available bytes; returns their number.
     ///
     /// # Errors
     /// When the device is gone.
@@ -132,7 +132,7 @@ impl Port {
         }
     }
 
-    /// Writes what there is room for, and takes it away from `bytes`.
+    /// Writes as many bytes as fit, and removes them from `bytes`.
     ///
     /// # Errors
     /// When the device is gone.

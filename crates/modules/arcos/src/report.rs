@@ -1,4 +1,4 @@
-//! What the controller reports of itself, ten times a second: the standard server information packet.
+//! Reports of the controller at 10 Hz: the standard server information packet.
 
 /// A range of one sonar.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -54,7 +54,7 @@ pub const SONARS: u16 = 0b11110;
 pub const STOP_BUTTON: u16 = 1 << 5;
 
 impl Report {
-    /// What a packet's data report; nothing when it is no standard report, or is cut short.
+    /// Parses a standard report; `None` for other or truncated data.
     pub fn decode(data: &[u8]) -> Option<Self> {
         let mut rest = Rest(data);
         let moving = match rest.byte()? {
@@ -147,7 +147,7 @@ impl Report {
     }
 }
 
-/// What a controller says of itself when it is asked to synchronise.
+/// Identity of a controller, from its answer to the synchronization.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Identity {
     /// The robot's own name.
@@ -159,7 +159,7 @@ pub struct Identity {
 }
 
 impl Identity {
-    /// Reads three texts that each end with a zero. What is missing is empty.
+    /// Parses three texts that end with zero. Missing ones are empty.
     pub fn decode(data: &[u8]) -> Self {
         let mut texts = data.split(|byte| *byte == 0).map(|text| {
             // What comes from the line may be anything, and goes to terminals.

@@ -1,4 +1,4 @@
-//! The ring of sonars, put together from the few that each report tells of.
+//! Scan of the ring of sonars, from several reports.
 
 use slate_interfaces::{Echo, SonarPlacement, SonarScan};
 use slate_module::Sequence;
@@ -6,16 +6,16 @@ use slate_module::Sequence;
 use crate::model::Model;
 use crate::report::Range;
 
-/// A sonar that was not heard of for so long, seconds, makes a scan incomplete. Each is asked about every 0.32 s.
+/// Age of an echo above which a scan is incomplete, seconds. Each sonar fires every 0.32 s.
 const STALE: f64 = 1.0;
 
-/// What each sonar said last, and when.
+/// Newest reading of each sonar, and its time.
 #[derive(Clone, Debug)]
 pub struct Ring {
     scan: SonarScan,
     range: f64,
     echoes: [Echo; 16],
-    /// Seconds; nothing before the first.
+    /// Seconds; `None` before the first.
     heard: [Option<f64>; 16],
     count: usize,
 }
@@ -53,7 +53,7 @@ impl Ring {
             let range = f64::from(*range) * self.range;
             let heard = range < self.scan.range_max;
             let range = range.clamp(self.scan.range_min, self.scan.range_max);
-            self.echoes[place] = Echo { range, heard: heard.into(), reserved: [0; 7] };
+            self.echoes[place] = Echo { range, heard: heard.into() };
             self.heard[place] = Some(now);
             is_new = true;
         }
@@ -64,7 +64,7 @@ impl Ring {
         Some(self.scan)
     }
 
-    /// The first sonar that has said nothing for too long.
+    /// Returns the first silent sonar.
     pub fn silent(&self, now: f64) -> Option<usize> {
         self.heard[..self.count].iter().position(|heard| heard.is_none_or(|time| now - time > STALE))
     }

@@ -10,31 +10,31 @@ use crate::model::{MODELS, Model};
 use crate::packet::{self, Decoder};
 use crate::report::{Identity, Report};
 
-/// A link that says nothing for so long is lost.
+/// Timeout of the connection.
 pub const SILENCE: Duration = Duration::from_secs(1);
-/// How long an answer may take before the question is sent again.
+/// Timeout of an answer before a request is repeated.
 const PATIENCE: Duration = Duration::from_millis(300);
-/// How often a question is sent before all begins anew.
+/// Number of attempts of a request before the session restarts.
 const TRIES: u32 = 3;
 /// From the end of an old connection to the beginning of a new one.
 const PAUSE: Duration = Duration::from_millis(100);
-/// A command that says nothing new is sent so often, as any may get lost; the robot stops when it hears nothing for 2 s.
+/// Period of renewal of an unchanged command, as packets may get lost; the robot stops after 2 s without one.
 const RENEWAL: Duration = Duration::from_millis(250);
 /// Commands are not sent faster than that, but for a stop: the line carries 960 bytes in a second.
 const SPACING: Duration = Duration::from_millis(50);
-/// A robot that stands is told so often that somebody is there.
+/// Period of keep-alive packets at standstill.
 const BEAT: Duration = Duration::from_millis(500);
-/// How often a switch is thrown that does not move.
+/// Number of attempts to switch the motors.
 const SWITCHES: u32 = 6;
 
-/// What happens in a session.
+/// Event of a session.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
     /// The robot answers, and reports.
     Connected {
-        /// What it says of itself.
+        /// Identity of the controller.
         identity: Identity,
-        /// What its numbers mean.
+        /// Model of the robot.
         model: &'static Model,
     },
     /// A standard report.
@@ -46,7 +46,7 @@ pub enum Event {
 /// Why there is no connection.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Loss {
-    /// Nothing came.
+    /// No answer.
     #[error("the robot does not answer: is it switched on, and connected?")]
     NoAnswer,
     /// Bytes came, but no packets.
@@ -55,7 +55,7 @@ pub enum Loss {
     /// Packets came, but not those that were asked for.
     #[error("the robot answers, but not what it is asked")]
     Confused,
-    /// It had reported, and nothing came for a second.
+    /// No report for a second.
     #[error("the robot fell silent")]
     Silent,
     /// It had reported, and bytes came for a second, but no packet.
@@ -73,7 +73,7 @@ fn known() -> String {
 /// Where a session stands.
 #[derive(Clone, Debug)]
 enum State {
-    /// Ends whatever connection there was, and waits so long.
+    /// Ends the connection, and waits.
     Begin { pause: Duration },
     /// Waits for the controller to have ended it.
     Pause { until: Duration },
@@ -95,7 +95,7 @@ struct Open {
     sent: (i16, i16),
     changed: Duration,
     renewed: Duration,
-    /// Whether the robot moves, as far as it says.
+    /// Whether the robot reports motion.
     moving: bool,
     motors: Switch,
     sonars: Switch,
@@ -129,7 +129,7 @@ pub struct Session {
     outgoing: Vec<u8>,
     /// When something was sent last.
     spoke: Duration,
-    /// What is known of the model; else the controller says it.
+    /// Known model; else that of the controller.
     model: Option<&'static Model>,
     time_to_live: Duration,
     /// Whether a person has switched the motors off at the robot, also in an earlier connection.
@@ -144,7 +144,7 @@ pub struct Session {
 impl Session {
     /// A session that begins with the next [`poll`](Self::poll).
     ///
-    /// Wheels stop when no command came for `time_to_live`. The model is what the robot says if none is given.
+    /// Makes a session with a time to live of commands. The default model is that of the controller.
     pub fn new(model: Option<&'static Model>, time_to_live: Duration) -> Self {
         Self {
             state: State::Begin { pause: PAUSE },
@@ -160,7 +160,7 @@ impl Session {
         }
     }
 
-    /// Begins anew on another line: what was not sent is forgotten, and so is a packet that was cut off.
+    /// Restarts on another line; drops unsent bytes and partial packets.
     pub fn begin(&mut self) {
         self.state = State::Begin { pause: PAUSE };
         self.outgoing.clear();
@@ -172,12 +172,12 @@ impl Session {
         self.commanded = Some(([left, right], now));
     }
 
-    /// Bytes to be sent; who has sent some takes them away.
+    /// Returns bytes to send; the caller removes those that were sent.
     pub fn outgoing(&mut self) -> &mut Vec<u8> {
         &mut self.outgoing
     }
 
-    /// How many packets came damaged.
+    /// Returns the number of damaged packets.
     pub fn bad_checksums(&self) -> u64 {
         self.decoder.bad_checksums()
     }
@@ -252,7 +252,7 @@ impl Session {
         }
     }
 
-    /// Lets time pass: sends what is due, and notices what did not come.
+    /// Advances the time: sends due packets, and detects timeouts.
     pub fn poll(&mut self, now: Duration) -> Option<Event> {
         match &mut self.state {
             State::Begin { pause } => {
@@ -325,7 +325,7 @@ impl Session {
         self.send(Command::Pulse, now);
     }
 
-    /// Tells an open connection what the robot shall do.
+    /// Sends a command over an open connection.
     fn keep(&mut self, now: Duration) {
         let fresh = self.commanded.filter(|(_, since)| now.saturating_sub(*since) < self.time_to_live);
         // What was not sent yet would only grow old.

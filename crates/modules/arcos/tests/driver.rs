@@ -264,7 +264,7 @@ fn the_robot_drives_turns_and_senses() {
 }
 
 #[test]
-fn the_robot_stops_when_commands_cease_and_when_the_agent_is_held_up() {
+fn the_robot_stops_without_commands_and_when_the_agent_hangs() {
     let link = unique("ceases");
     let controller = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
     let running = Running::connected(&link);
@@ -319,7 +319,7 @@ fn a_robot_that_falls_silent_or_babbles_is_told_and_found_again() {
 }
 
 #[test]
-fn a_cable_that_is_pulled_and_plugged_in_again_is_found_and_the_robot_does_not_drive_on() {
+fn a_replugged_cable_reconnects_without_motion() {
     let link = unique("pulled");
     let controller = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
     let running = Running::connected(&link);
@@ -351,7 +351,7 @@ fn a_cable_that_is_pulled_and_plugged_in_again_is_found_and_the_robot_does_not_d
 }
 
 #[test]
-fn a_robot_that_comes_back_moves_only_when_it_is_reset_and_armed() {
+fn a_reconnected_robot_moves_only_after_reset_and_arming() {
     let link = unique("back");
     let first = controller(&link, [-1.0, 0.8, 0.0], Faults::default());
     let running = Running::connected(&link);
@@ -392,7 +392,7 @@ fn a_robot_that_comes_later_is_found() {
 }
 
 #[test]
-fn a_wall_presses_the_bumper_and_stalls_the_robot_which_can_back_off() {
+fn a_wall_presses_the_bumper_and_the_robot_can_back_off() {
     let link = unique("wall");
     // Not half a metre before the wall in the east.
     let controller = controller(&link, [1.9, 0.8, 0.0], Faults::default());

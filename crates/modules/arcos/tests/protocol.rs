@@ -37,7 +37,7 @@ fn commands_are_the_bytes_of_the_manual() {
 }
 
 #[test]
-fn numbers_are_told_by_sign_and_magnitude_and_texts_by_their_length() {
+fn numbers_have_sign_and_magnitude_and_texts_a_length() {
     // 0x0B3B + 0x2C01, and 0x0B1B + 0x2C01.
     assert_eq!(encoded(Command::Velocity(300)), [0xFA, 0xFB, 6, 11, 0x3B, 0x2C, 0x01, 0x37, 0x3C]);
     assert_eq!(encoded(Command::Velocity(-300)), [0xFA, 0xFB, 6, 11, 0x1B, 0x2C, 0x01, 0x37, 0x1C]);
@@ -91,7 +91,7 @@ fn a_report_is_read_field_by_field() {
 }
 
 #[test]
-fn an_identity_is_three_texts_of_which_any_may_be_missing_or_hostile() {
+fn an_identity_is_three_texts_possibly_missing_or_hostile() {
     let identity = Identity::decode(b"Rosie\0Pioneer\0p3dx-sh\0");
     assert_eq!((&*identity.name, &*identity.class, &*identity.model), ("Rosie", "Pioneer", "p3dx-sh"));
     assert_eq!(Identity::decode(b""), Identity::default());
@@ -193,7 +193,7 @@ fn odometry_goes_on_where_the_numbers_wrap_around() {
 }
 
 #[test]
-fn odometry_goes_on_in_its_own_frame_when_the_controller_begins_anew() {
+fn odometry_keeps_its_frame_when_the_controller_restarts() {
     let start = Pose2 { x: 1.0, y: 2.0, theta: std::f64::consts::FRAC_PI_2 };
     let mut odometer = Odometer::new(start);
     assert_eq!(odometer.advance(&report_at(7, 8, 0), p3dx()).pose, start);
@@ -220,7 +220,7 @@ fn odometry_says_how_the_robot_moves() {
 }
 
 #[test]
-fn a_scan_is_given_when_every_sonar_was_heard_of_and_no_longer_when_one_is_silent() {
+fn a_scan_needs_an_echo_of_every_sonar() {
     let mut ring = Ring::new(p3dx(), 16);
     let range = |sonar, range| Range { sonar, range };
     for sonar in 0..15 {

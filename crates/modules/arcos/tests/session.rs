@@ -217,7 +217,7 @@ fn a_model_that_is_not_known_must_be_named() {
 }
 
 #[test]
-fn a_command_is_sent_at_once_renewed_and_ends_with_its_time_to_live() {
+fn a_command_is_sent_at_once_and_renewed_within_its_lifetime() {
     let mut line = Line::new();
     line.open();
     line.report(&on(), Duration::from_secs(2));
@@ -258,7 +258,7 @@ fn a_robot_that_stands_hears_a_pulse_at_least_every_second() {
 }
 
 #[test]
-fn commands_that_change_all_the_time_do_not_flood_the_line_and_a_stop_does_not_wait() {
+fn changing_commands_do_not_flood_the_line_or_delay_a_stop() {
     let mut line = Line::new();
     line.open();
     line.said();

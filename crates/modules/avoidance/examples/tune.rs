@@ -259,10 +259,14 @@ fn plan(pose: Pose2, goal: Point2, parameters: &Parameters) -> Twist2 {
     if bearing.abs() > parameters.heading_tolerance {
         Twist2 {
             linear: 0.0,
-            angular: if bearing > 0.0 { parameters.turn_rate } else { -parameters.turn_rate },
+            angular: if bearing > 0.0 {
+                parameters.max_angular_velocity
+            } else {
+                -parameters.max_angular_velocity
+            },
         }
     } else {
-        Twist2 { linear: parameters.speed, angular: bearing }
+        Twist2 { linear: parameters.max_linear_velocity, angular: bearing }
     }
 }
 

@@ -8,64 +8,64 @@ use crate::map::{LocalMap, on_the_map};
 use crate::motion::Surroundings;
 use crate::parameters::Parameters;
 
-/// What to do now.
+/// Decision of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Decision {
-    /// The straight way to the goal is free: whoever plans may drive.
+    /// The straight path to the goal is free: the planner may drive.
     Clear,
-    /// Do this instead.
+    /// Twist that avoids the obstacles.
     Avoid(Twist2),
 }
 
-/// Nearer than this the goal counts as reached, metres.
+/// Distance at which the goal counts as reached, metres.
 const ARRIVED: f64 = 0.03;
-/// So near to an occupied goal the robot waits, metres.
+/// Distance from an occupied goal at which the robot waits, metres.
 const WAITING: f64 = 0.8;
-/// Speed per metre that is left to the goal, 1/s.
+/// Gain of the approach: velocity per metre to the goal, 1/s.
 const APPROACH: f64 = 1.5;
-/// But no slower than this, m/s.
+/// Minimum velocity of the approach, m/s.
 const CREEP: f64 = 0.05;
-/// Less than this in the time of the patience is no progress, metres.
+/// Minimum progress within the progress timeout, metres.
 const PROGRESS: f64 = 0.1;
 
-/// Leads a robot round what its sonars hear.
+/// Local planner that leads a robot round obstacles.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Avoider {
     footprint: Footprint,
     map: LocalMap,
-    /// Present choice; none while the way is clear.
+    /// Present choice; `None` while the path is free.
     choice: Option<[f64; 2]>,
-    /// Cells of the way that is followed.
+    /// Cells of the present path.
     #[serde(deserialize_with = "with_room::<_, _, LONG>")]
     way: Vec<[i32; 2]>,
-    /// When the next choice is due, seconds.
+    /// Time of the next decision, seconds.
     due: Option<f64>,
-    /// Whether it has waited long enough for who seems to stand on the goal.
+    /// Whether the wait for an occupied goal has timed out.
     #[serde(default)]
     waited: bool,
-    /// Where the robot last made progress, and when.
+    /// Position and time of the newest progress.
     anchor: Option<[f64; 3]>,
-    /// Other robots that are seen, and when.
+    /// Detected robots, and the time of detection.
     #[serde(deserialize_with = "with_room::<_, _, OTHERS>")]
     others: Vec<Other>,
     seen: Option<f64>,
 }
 
-/// Another robot, as a disc.
+/// Another robot as a disc.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Other {
-    /// In the world, metres.
+    /// x in the map frame, metres.
     pub x: f64,
-    /// In the world, metres.
+    /// y in the map frame, metres.
     pub y: f64,
-    /// Metres.
+    /// Radius, metres.
     pub radius: f64,
-    /// How it moves in the world, m/s.
+    /// Velocity in the map frame, m/s.
     pub velocity: [f64; 2],
 }
 
 impl Other {
-    /// Points of its outline, near enough to each other that nothing fits between.
+    /// Points of its outline, closer together than any obstacle.
     pub(crate) fn outline(&self) -> impl Iterator<Item = (f64, f64)> {
         let Self { x, y, radius, .. } = *self;
         ROUND.iter().map(move |(east, north)| (x + east * radius, y + north * radius))
@@ -88,11 +88,11 @@ const ROUND: [(f64, f64); 12] = [
     (0.866, -0.5),
 ];
 
-/// So many other robots are looked at.
+/// Maximum number of other robots.
 const OTHERS: usize = 8;
 
 impl Avoider {
-    /// For a robot of that outline that has heard nothing yet.
+    /// Makes an avoider of a robot with a footprint.
     pub fn new(footprint: Footprint) -> Self {
         Self {
             footprint,
@@ -107,18 +107,17 @@ impl Avoider {
         }
     }
 
-    /// What it remembers.
+    /// Returns the local map.
     pub fn map(&self) -> &LocalMap {
         &self.map
     }
 
-    /// Takes in what the sonars heard when the robot was at `pose` at `time` (seconds).
+    /// Updates the map from a scan at `pose` and `time` (seconds).
     pub fn hear(&mut self, pose: Pose2, scan: &SonarScan, parameters: &Parameters, time: f64) {
         self.map.update(pose, scan, &self.footprint, parameters, time);
     }
 
-    /// Takes in which other robots are seen at `time` (seconds), the first eight of them: Until it sees
-    /// again, they are taken to be there.
+    /// Updates the other robots from detections at `time` (seconds); the first eight, kept until the next detection.
     pub fn see(&mut self, others: impl IntoIterator<Item = Other>, time: f64) {
         self.others.clear();
         let known = |other: &Other| {
@@ -129,14 +128,14 @@ impl Avoider {
         self.seen = Some(time);
     }
 
-    /// Says whether the straight way from `pose` to `goal` is free at `time` (seconds), and else how to move.
+    /// Decides whether the straight path from `pose` to `goal` is free at `time` (seconds), or how to move.
     pub fn steer(&mut self, pose: Pose2, goal: Point2, parameters: &Parameters, time: f64) -> Decision {
         self.decide(pose, goal, None, Twist2::ZERO, parameters, time)
     }
 
-    /// The same for a robot that is `moving`, and whose Plan says what it is about to do: a planned motion is left alone
-    /// when it is safe. Else the robot moves as nearly like it as is safe, and when that does not help, round what is in the
-    /// way to `goal`.
+    /// Decides for a robot with a present and a planned twist: a safe planned twist passes.
+    ///
+    /// Else the nearest safe twist is taken, and without progress a path round the obstacles to `goal`.
     pub fn guard(
         &mut self,
         pose: Pose2,
@@ -163,7 +162,7 @@ impl Avoider {
         time: f64,
     ) -> Decision {
         let known = on_the_map(pose.x, pose.y) && pose.theta.is_finite() && on_the_map(goal.x, goal.y);
-        let heard = self.map.time().is_some_and(|last| time - last <= parameters.scan_age);
+        let heard = self.map.time().is_some_and(|last| time - last <= parameters.scan_timeout);
         if !(known && heard) {
             return self.stand();
         }
@@ -175,12 +174,13 @@ impl Avoider {
         }
         let stuck = self.stuck(pose, parameters, time);
         // Who got stuck gets bolder: what blocks it may be an echo's arc and not a thing.
-        let margin = if stuck { 0.3 * parameters.margin } else { parameters.margin };
-        let due = self.due.is_none_or(|due| !(0.0..parameters.period).contains(&(due - 1e-9 - time)));
+        let margin = if stuck { 0.3 * parameters.min_clearance } else { parameters.min_clearance };
+        let due =
+            self.due.is_none_or(|due| !(0.0..parameters.decision_period).contains(&(due - 1e-9 - time)));
         if !due && self.choice == Some([0.0, 0.0]) {
             return Decision::Avoid(Twist2::ZERO);
         }
-        let seen = self.seen.is_some_and(|seen| time - seen <= parameters.memory);
+        let seen = self.seen.is_some_and(|seen| time - seen <= parameters.obstacle_timeout);
         let others = if seen { self.others.as_slice() } else { &[] };
         let mut surroundings =
             Surroundings::new(&self.map, others, pose, &self.footprint, parameters, margin, time);
@@ -196,7 +196,7 @@ impl Avoider {
                 return self.choice.map_or(Decision::Clear, |_| Decision::Avoid(motion));
             }
         }
-        self.due = Some(time + parameters.period);
+        self.due = Some(time + parameters.decision_period);
         let clear = match planned {
             Some(motion) => surroundings.safe(motion),
             None => self.clear(&surroundings, bearing, distance, parameters),
@@ -216,7 +216,7 @@ impl Avoider {
             return Decision::Avoid(twist);
         }
         let half_width = self.footprint.half_width();
-        let occupied = distance < WAITING && self.occupied(goal, half_width + parameters.margin);
+        let occupied = distance < WAITING && self.occupied(goal, half_width + parameters.min_clearance);
         self.waited = occupied && (self.waited || stuck);
         if occupied && !self.waited {
             // Whoever stands on the goal will leave: no use in circling round it. What is still there after a while
@@ -236,7 +236,7 @@ impl Avoider {
         Decision::Avoid(twist)
     }
 
-    /// Whether the planner can be let drive: turn towards the goal, then straight on.
+    /// Returns whether the planner can turn to the goal and drive straight.
     fn clear(
         &self,
         surroundings: &Surroundings<'_>,
@@ -244,9 +244,9 @@ impl Avoider {
         distance: f64,
         parameters: &Parameters,
     ) -> bool {
-        let more = if self.choice.is_some() { parameters.side_room_hysteresis } else { 0.0 };
-        let half_width = self.footprint.half_width() + parameters.side_room + more;
-        let length = math::min(parameters.look_ahead, distance) + self.footprint.front() + more;
+        let more = if self.choice.is_some() { parameters.side_clearance_hysteresis } else { 0.0 };
+        let half_width = self.footprint.half_width() + parameters.side_clearance + more;
+        let length = math::min(parameters.lookahead_distance, distance) + self.footprint.front() + more;
         surroundings.strip_free(bearing, half_width, length)
             && (bearing.abs() < parameters.heading_tolerance || surroundings.can_turn(bearing))
             && surroundings.safe(straight(bearing, distance, parameters))
@@ -259,7 +259,7 @@ impl Avoider {
         })
     }
 
-    /// Without knowing where it is or what is near, the robot does not move.
+    /// The robot stops without a valid pose or scan.
     fn stand(&mut self) -> Decision {
         self.choice = Some([0.0, 0.0]);
         self.due = None;
@@ -273,11 +273,11 @@ impl Avoider {
             self.anchor = Some([pose.x, pose.y, time]);
             return false;
         }
-        time - since > parameters.patience
+        time - since > parameters.progress_timeout
     }
 }
 
-/// Lists keep their room, so that they need no more when they go on.
+/// Deserializes a list with its capacity, so that it does not allocate later.
 fn with_room<'de, D, T, const ROOM: usize>(deserializer: D) -> Result<Vec<T>, D::Error>
 where
     D: Deserializer<'de>,
@@ -288,23 +288,26 @@ where
     Ok(list)
 }
 
-/// How fast (m/s) a robot goes that far (metres) from its goal, at most at `speed` (m/s): slower at the end, and so that it
-/// can brake with that deceleration (m/s²).
+/// Returns the linear velocity (m/s) at a distance (m) from the goal: at most `speed`, and low enough to stop with `deceleration` (m/s²).
 pub fn approach_speed(speed: f64, distance: f64, deceleration: f64) -> f64 {
     let braking = (2.0 * deceleration * distance).sqrt();
     math::min(speed, math::max(math::min(APPROACH * distance, braking), CREEP))
 }
 
-/// What a planner does that goes straight to the goal when it is let drive.
+/// Twist of a planner that drives straight to the goal.
 fn straight(bearing: f64, distance: f64, parameters: &Parameters) -> Twist2 {
     if bearing.abs() > parameters.heading_tolerance {
         Twist2 {
             linear: 0.0,
-            angular: if bearing < 0.0 { -parameters.turn_rate } else { parameters.turn_rate },
+            angular: if bearing < 0.0 {
+                -parameters.max_angular_velocity
+            } else {
+                parameters.max_angular_velocity
+            },
         }
     } else {
         Twist2 {
-            linear: approach_speed(parameters.speed, distance, parameters.deceleration),
+            linear: approach_speed(parameters.max_linear_velocity, distance, parameters.deceleration),
             angular: bearing,
         }
     }

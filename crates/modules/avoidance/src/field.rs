@@ -96,7 +96,7 @@ impl Grid {
         Point2 { x: coordinate(cell % SIDE, self.corner[0]), y: coordinate(cell / SIDE, self.corner[1]) }
     }
 
-    /// Marks what was heard, and the outlines of other robots.
+    /// Marks echoes, and the outlines of other robots.
     fn mark(&mut self, map: &LocalMap, others: &[Other]) {
         let heard = map.obstacles().map(|mark| (mark.x, mark.y));
         for (x, y) in heard.chain(others.iter().flat_map(Other::outline)) {
@@ -295,7 +295,7 @@ impl Grid {
     }
 }
 
-/// The cells around a cell and how far they are.
+/// Neighbours of a cell, with their distances.
 fn neighbours(cell: usize) -> impl Iterator<Item = (usize, u16)> {
     const AROUND: [(i32, i32); 8] = [(1, 0), (-1, 0), (0, 1), (0, -1), (1, 1), (1, -1), (-1, 1), (-1, -1)];
     let (row, column) = ((cell / SIDE) as i32, (cell % SIDE) as i32);

@@ -25,7 +25,7 @@ impl std::fmt::Display for FootprintError {
 
 impl std::error::Error for FootprintError {}
 
-/// One side of the outline: where it starts, its direction and length.
+/// Side of the outline: start, direction and length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Side {
     x: f64,
@@ -75,27 +75,27 @@ impl Footprint {
         Ok(Self { sides, centre, radius })
     }
 
-    /// How far the outline reaches from its own middle, metres.
+    /// Returns the radius of the outline about its center, metres.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// How far in front of the reference point the middle of the outline is, metres.
+    /// Returns the x of the outline's center, metres.
     pub fn centre(&self) -> f64 {
         self.centre
     }
 
-    /// How far the outline reaches to the side, metres.
+    /// Returns the half width of the outline, metres.
     pub fn half_width(&self) -> f64 {
         self.sides.iter().fold(0.0, |most, side| math::max(most, side.y.abs()))
     }
 
-    /// How far the outline reaches to the front, metres.
+    /// Returns the front of the outline, metres.
     pub fn front(&self) -> f64 {
         self.sides.iter().fold(f64::NEG_INFINITY, |most, side| math::max(most, side.x))
     }
 
-    /// How far a point of the robot's frame is from the outline, metres; negative inside.
+    /// Returns the distance of a point from the outline, metres; negative inside.
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         let mut outside = f64::NEG_INFINITY;
         let mut nearest = f64::INFINITY;
@@ -109,7 +109,7 @@ impl Footprint {
         if outside <= 0.0 { outside } else { nearest.sqrt() }
     }
 
-    /// The same, but only a lower bound at more than `reach` from the outline: cheap for what is far away.
+    /// As [`Self::distance`], but only a lower bound beyond `reach`, which is cheaper.
     pub fn distance_within(&self, x: f64, y: f64, reach: f64) -> f64 {
         let limit = self.radius + reach;
         let dx = x - self.centre;
@@ -132,7 +132,7 @@ impl Footprint {
 }
 
 impl Side {
-    /// How far outside of this side's line a point is.
+    /// Returns the signed distance of a point from this side's line.
     fn outside(&self, x: f64, y: f64) -> f64 {
         (x - self.x) * self.along_y - (y - self.y) * self.along_x
     }

@@ -1,8 +1,8 @@
 //! Obstacle avoidance with a ring of sonars.
 //!
-//! [`Avoider`] remembers what the sonars heard in a small [`LocalMap`] and says at every step whether the straight
-//! way to the goal is free ([`Decision::Clear`], the planner may drive) or which motion to take instead
-//! ([`Decision::Avoid`]). [`Rocs`] is the control law that the authors of RoCS published, as a baseline.
+//! [`Avoider`] is a local planner on a small [`LocalMap`] of echoes. Each step decides whether the straight path to the goal is free
+//! ([`Decision::Clear`]: the planner may drive) or which twist avoids the obstacles ([`Decision::Avoid`]). [`Rocs`] is the published control
+//! law of the authors of RoCS, as a baseline.
 //!
 //! Everything here is plain data and pure computation: no clock, no thread, no allocation per step, and the same
 //! bits on every machine. Units are SI; x points forward, y left, angles turn counter-clockwise.

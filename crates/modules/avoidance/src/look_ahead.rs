@@ -1,36 +1,36 @@
-//! What a robot can do in the next seconds, when its wheels speed up and slow down only so fast.
+//! Prediction over the next seconds with limited acceleration of the wheels.
 
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Pose2, Twist2};
 use slate_module::math;
 
-/// How the sides of a robot follow commands.
+/// Response of the wheels of each side to commands.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Sides {
-    /// From side to side as it turns, metres.
+    /// Effective track width, metres.
     pub track: f64,
-    /// How fast a side changes its speed, m/s2.
+    /// Acceleration of a side, m/s².
     pub acceleration: f64,
 }
 
-/// Where a robot is and how it moves.
+/// Pose and twist of a robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Course {
-    /// In the world.
+    /// Pose in the map frame.
     pub pose: Pose2,
-    /// How it moves now.
+    /// Present twist.
     pub motion: Twist2,
 }
 
-/// Looks at the first of two motions, and at the second.
+/// Predictions of the first of two motions, and of the second.
 const FIRST: u32 = 4;
 const SECOND: u32 = 12;
-/// So often [`Sides::best`] looks at what comes.
+/// Number of predictions of [`Sides::best`].
 pub const LOOKS: u32 = FIRST + SECOND;
 
 impl Sides {
-    /// Where a robot is that was told to move so for `time` seconds, which are few.
+    /// Predicts pose and twist after a command of `time` seconds, which must be short.
     pub fn after(&self, course: Course, motion: Twist2, time: f64) -> Course {
         let half = self.track / 2.0;
         let most = self.acceleration * time;
@@ -52,9 +52,9 @@ impl Sides {
         }
     }
 
-    /// Which of the motions in `first` to begin with, when one of those in `second` comes after it: that from which the
-    /// least `cost` follows, summed over places at times (seconds from now), every `interval` (seconds). A motion comes with
-    /// a cost of its own.
+    /// Returns the motion of `first`, followed by one of `second`, with the lowest cost.
+    ///
+    /// `cost` is summed over predicted poses every `interval` seconds; each motion has a cost of its own.
     pub fn best(
         &self,
         course: Course,

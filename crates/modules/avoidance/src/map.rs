@@ -15,7 +15,7 @@ pub(crate) const REACH: f64 = 0.5 * SIDE as f64 * CELL;
 /// A mark counts as an obstacle from this confidence on: one echo suffices.
 const OCCUPIED: f64 = 0.3;
 const HIT: f64 = 0.4;
-/// What is this much nearer than the reading should have been heard, metres.
+/// Tolerance of a mark nearer than the reading, metres.
 const TOLERANCE: f64 = 0.04;
 /// A smooth surface answers only to sound that comes at most 45 degrees off its normal, so silence disproves a mark
 /// only from about the direction from which it was heard: cosines of the angles of full and of no effect.
@@ -39,10 +39,10 @@ pub struct Mark {
     pub since: f64,
 }
 
-/// What the sonars heard around the robot: at most one mark for each cell of a grid that moves along with it.
+/// Local map of sonar echoes: at most one mark per cell of a grid that moves with the robot.
 ///
-/// A sonar tells how near the nearest thing in its cone is, not where. So an echo marks the whole arc at that
-/// distance, and what lies nearer in any cone is taken away again, until only what all echoes agree on is left.
+/// An echo has a range, but no direction within the cone. So it marks the whole arc at this
+/// range, and removes nearer marks in the cone, until the marks fit all echoes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Saved", into = "Saved")]
 pub struct LocalMap {
@@ -76,7 +76,7 @@ impl Default for LocalMap {
 }
 
 impl LocalMap {
-    /// What counts as an obstacle now.
+    /// Iterates over present obstacles.
     pub fn obstacles(&self) -> impl Iterator<Item = &Mark> {
         self.marks.iter().filter(|mark| mark.confidence >= OCCUPIED)
     }
@@ -86,7 +86,7 @@ impl LocalMap {
         self.time
     }
 
-    /// Takes in a scan that was made at `pose` at `time` (seconds). One that makes no sense is left out.
+    /// Updates the map from a scan at `pose` and `time` (seconds). Skips invalid ones.
     pub fn update(
         &mut self,
         pose: Pose2,
@@ -99,7 +99,7 @@ impl LocalMap {
         if !(on_the_map(pose.x, pose.y) && pose.theta.is_finite() && time.is_finite() && opening) {
             return;
         }
-        let memory = math::max(parameters.memory, 1e-3);
+        let memory = math::max(parameters.obstacle_timeout, 1e-3);
         let elapsed = self.time.map_or(0.0, |last| math::clamp(time - last, 0.0, memory));
         self.time = Some(time);
         let mut cones = [Cone::default(); SONARS];
@@ -111,7 +111,7 @@ impl LocalMap {
         while let Some(mark) = self.marks.get_mut(index) {
             let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
             let silence = cones.iter().fold(0.0, |most, cone| math::max(most, cone.disproves(mark, edge)));
-            mark.confidence -= elapsed / memory + parameters.silence * silence;
+            mark.confidence -= elapsed / memory + parameters.miss_weight * silence;
             let away = dx.abs() >= REACH || dy.abs() >= REACH;
             let inside =
                 footprint.distance_within(cosine * dx + sine * dy, cosine * dy - sine * dx, 0.1) < -0.01;
@@ -200,7 +200,7 @@ fn place<'a>(pose: Pose2, scan: &SonarScan, cones: &'a mut [Cone; SONARS]) -> &'
 }
 
 impl Cone {
-    /// How much this reading says that a mark is not there, 0 to 1; `edge` is the cosine of half the opening angle.
+    /// Returns the evidence of a reading against a mark, 0 to 1; `edge` is the cosine of half the opening angle.
     fn disproves(&self, mark: &Mark, edge: f64) -> f64 {
         let (dx, dy) = (mark.x - self.x, mark.y - self.y);
         let along = dx * self.axis[0] + dy * self.axis[1];

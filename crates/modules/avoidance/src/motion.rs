@@ -7,15 +7,15 @@ use crate::look_ahead::{Course, Sides};
 use crate::map::LocalMap;
 use crate::parameters::Parameters;
 
-/// Obstacles that can matter for one choice.
+/// Maximum number of obstacles of a decision.
 const NEARBY: usize = 192;
-/// Time between two poses at which a motion is checked, seconds.
+/// Time step of a trajectory check, seconds.
 const CHECK: f64 = 0.1;
-/// Time over which motions are compared, seconds.
+/// Horizon of the comparison of motions, seconds.
 const HORIZON: f64 = 0.8;
-/// What takes longer to stop than this is never safe, seconds.
+/// Maximum stopping time of a safe motion, seconds.
 const LONGEST: f64 = 5.0;
-/// What is nearer than the margin already may come no nearer than this, metres.
+/// Minimum clearance from obstacles that are within the margin already, metres.
 const SLACK: f64 = 0.001;
 
 /// An obstacle in the robot's frame.
@@ -23,15 +23,15 @@ const SLACK: f64 = 0.001;
 struct Obstacle {
     x: f64,
     y: f64,
-    /// From the outline now.
+    /// Present distance from the outline.
     distance: f64,
-    /// How fast it may move, who knows where to.
+    /// Maximum speed, in any direction.
     speed: f64,
-    /// How it is seen to move.
+    /// Measured velocity.
     velocity: Option<[f64; 2]>,
 }
 
-/// The obstacles around the robot, in its frame, nearest parts only.
+/// Obstacles around the robot, in its frame; nearest parts only.
 pub(crate) struct Surroundings<'a> {
     footprint: &'a Footprint,
     parameters: &'a Parameters,
@@ -39,12 +39,12 @@ pub(crate) struct Surroundings<'a> {
     count: usize,
     margin: f64,
     pose: Pose2,
-    /// How its sides follow commands and how it moves, if that is to be regarded.
+    /// Response of the wheels and present twist, if they matter.
     pub(crate) drive: Option<(Sides, Twist2)>,
 }
 
 impl<'a> Surroundings<'a> {
-    /// What is near a robot at `pose`; `margin` is the least distance to keep, metres.
+    /// Collects the obstacles near a robot at `pose`; `margin` is the minimum clearance, metres.
     pub(crate) fn new(
         map: &LocalMap,
         others: &[Other],
@@ -63,7 +63,7 @@ impl<'a> Surroundings<'a> {
             pose,
             drive: None,
         };
-        let mut reach = parameters.look_ahead + margin;
+        let mut reach = parameters.lookahead_distance + margin;
         // There is always room for the nearest.
         for _ in 0..8 {
             if surroundings.gather(map, others, pose, reach, time) {
@@ -74,7 +74,7 @@ impl<'a> Surroundings<'a> {
         surroundings
     }
 
-    /// Collects what is nearer than `reach`, unless that is too much.
+    /// Collects obstacles within `reach`; fails if they are too many.
     fn gather(&mut self, map: &LocalMap, others: &[Other], pose: Pose2, reach: f64, time: f64) -> bool {
         self.count = 0;
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
@@ -98,9 +98,9 @@ impl<'a> Surroundings<'a> {
                 return false;
             }
         }
-        let other_speed = self.parameters.other_speed;
+        let other_speed = self.parameters.max_obstacle_speed;
         map.obstacles().all(|mark| {
-            let fresh = time - mark.since < self.parameters.newcomer_time;
+            let fresh = time - mark.since < self.parameters.new_obstacle_time;
             add(mark.x, mark.y, if fresh { other_speed } else { 0.0 }, None)
         })
     }
@@ -109,7 +109,7 @@ impl<'a> Surroundings<'a> {
         &self.obstacles[..self.count]
     }
 
-    /// Whether the robot can begin this motion and still brake before it comes too near to anything.
+    /// Returns whether the robot can begin this motion and still stop with clearance.
     pub(crate) fn safe(&self, twist: Twist2) -> bool {
         if let Some((sides, moving)) = self.drive {
             return self.stops_in_time(&sides, moving, twist);
@@ -132,7 +132,7 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// The same for a robot that moves already, with wheels that follow only so fast.
+    /// As [`Self::safe`], with the present twist and the response of the wheels.
     fn stops_in_time(&self, sides: &Sides, moving: Twist2, twist: Twist2) -> bool {
         let mut there = Course { pose: Pose2::default(), motion: moving };
         let mut time = 0.0;
@@ -151,12 +151,12 @@ impl<'a> Surroundings<'a> {
         false
     }
 
-    /// Whether no obstacle is too near to the outline at that pose of the present frame, `later` seconds from now.
+    /// Returns whether the outline is clear at a pose of the present frame, in `later` seconds.
     fn keeps_off(&self, path: Path, later: f64) -> bool {
-        if self.parameters.room.is_some_and(|room| !self.stays_within(path, room)) {
+        if self.parameters.room_half_width.is_some_and(|room| !self.stays_within(path, room)) {
             return false;
         }
-        let reach = self.margin + self.parameters.other_speed * later;
+        let reach = self.margin + self.parameters.max_obstacle_speed * later;
         self.obstacles().iter().all(|obstacle| {
             let seen_from = |x: f64, y: f64| {
                 let (dx, dy) = (x - path.x, y - path.y);
@@ -182,7 +182,7 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// Whether the outline at that pose of the present frame is within the room, or no farther out than now.
+    /// Returns whether the outline at a pose of the present frame is within the room, or no farther out than now.
     fn stays_within(&self, path: Path, room: f64) -> bool {
         let Pose2 { x, y, theta } = self.pose;
         let (sine, cosine) = (math::sin(theta), math::cos(theta));
@@ -199,7 +199,7 @@ impl<'a> Surroundings<'a> {
         far <= 0.0 || far <= out(self.pose) + SLACK
     }
 
-    /// Whether the robot can turn on the spot by that angle, radians.
+    /// Returns whether the robot can turn on the spot by an angle, radians.
     pub(crate) fn can_turn(&self, angle: f64) -> bool {
         let steps = (angle.abs() / 0.15) as u32 + 1;
         (1..=steps).all(|step| {
@@ -208,7 +208,7 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// Whether a strip from the robot in a direction of its frame is free: so wide to both sides, so long.
+    /// Returns whether a strip in a direction is free, by half its width and its length.
     pub(crate) fn strip_free(&self, bearing: f64, half_width: f64, length: f64) -> bool {
         let (sine, cosine) = (math::sin(bearing), math::cos(bearing));
         self.obstacles().iter().all(|obstacle| {
@@ -218,14 +218,14 @@ impl<'a> Surroundings<'a> {
         })
     }
 
-    /// Turns on the spot until something lies straight ahead, as far as that is safe.
+    /// Turns on the spot towards a bearing, if that is safe.
     pub(crate) fn face(&self, bearing: f64) -> Twist2 {
-        let limit = self.parameters.turn_rate;
+        let limit = self.parameters.max_angular_velocity;
         let twist = Twist2 { linear: 0.0, angular: math::clamp(bearing, -limit, limit) };
         if bearing.abs() > 0.1 && self.safe(twist) { twist } else { Twist2::ZERO }
     }
 
-    /// The motion that brings the robot best towards `target` (in its frame) without coming too near to anything.
+    /// Returns the best safe motion towards `target`, in the robot's frame.
     pub(crate) fn choose(&self, target: Point2, last: Twist2) -> Twist2 {
         const SPEEDS: [f64; 7] = [0.0, 0.1, 0.25, 0.5, 0.75, 1.0, -1.0];
         const TURNS: [f64; 13] =
@@ -234,9 +234,10 @@ impl<'a> Surroundings<'a> {
         let mut best = Twist2::ZERO;
         let mut least = self.cost(best, target, last);
         for speed in SPEEDS {
-            let linear = speed * if speed < 0.0 { parameters.reverse_speed } else { parameters.speed };
+            let linear = speed
+                * if speed < 0.0 { parameters.max_reverse_velocity } else { parameters.max_linear_velocity };
             for turn in TURNS {
-                let twist = Twist2 { linear, angular: turn * parameters.turn_rate };
+                let twist = Twist2 { linear, angular: turn * parameters.max_angular_velocity };
                 let cost = self.cost(twist, target, last);
                 if cost < least && self.safe(twist) {
                     best = twist;
@@ -247,7 +248,7 @@ impl<'a> Surroundings<'a> {
         best
     }
 
-    /// Of the motions that are safe, the one most like another.
+    /// Returns the safe motion nearest to another one.
     pub(crate) fn nearest_to(&self, motion: Twist2) -> Twist2 {
         const SPEEDS: [f64; 9] = [0.0, 0.1, -0.1, 0.25, -0.25, 0.5, -0.5, 1.0, -1.0];
         const TURNS: [f64; 9] = [0.0, 0.15, -0.15, 0.35, -0.35, 0.6, -0.6, 1.0, -1.0];
@@ -261,8 +262,8 @@ impl<'a> Surroundings<'a> {
             .map(|part| Twist2 { linear: part * motion.linear, angular: part * motion.angular });
         let others = SPEEDS.iter().flat_map(|speed| TURNS.iter().map(move |turn| (speed, turn)));
         let others = others.map(|(speed, turn)| Twist2 {
-            linear: speed * parameters.speed,
-            angular: turn * parameters.turn_rate,
+            linear: speed * parameters.max_linear_velocity,
+            angular: turn * parameters.max_angular_velocity,
         });
         for twist in slower.into_iter().chain(others) {
             let cost = unlike(twist);
@@ -274,7 +275,7 @@ impl<'a> Surroundings<'a> {
         best
     }
 
-    /// How far the robot is from the target after a while of this motion, in metres of driving and turning.
+    /// Returns the cost to the target after this motion, in metres of driving and turning.
     fn cost(&self, twist: Twist2, target: Point2, last: Twist2) -> f64 {
         let path = Path::along(twist, HORIZON);
         let (dx, dy) = (target.x - path.x, target.y - path.y);
@@ -287,7 +288,7 @@ impl<'a> Surroundings<'a> {
     }
 }
 
-/// A pose in the frame of the robot's present one.
+/// Pose in the present frame of the robot.
 #[derive(Clone, Copy)]
 struct Path {
     x: f64,
@@ -297,7 +298,7 @@ struct Path {
 }
 
 impl Path {
-    /// Where the motion leads in that time.
+    /// Returns the pose after a motion of this duration.
     fn along(twist: Twist2, time: f64) -> Self {
         let turn = twist.angular * time;
         let (sine, cosine) = (math::sin(turn), math::cos(turn));

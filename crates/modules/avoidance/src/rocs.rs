@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{SonarScan, WheelSpeeds};
 
-/// How a near echo counts.
+/// Weight of a near echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RocsVariant {
@@ -14,11 +14,11 @@ pub enum RocsVariant {
 /// The reactive control law of RoCS: every front sonar slows the wheels by its weight (Braitenberg's vehicle).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Rocs {
-    /// How a near echo counts.
+    /// Weight of a near echo.
     pub variant: RocsVariant,
 }
 
-/// Nothing is detected beyond this, metres.
+/// Maximum range of detection, metres.
 const DETECTED: f64 = 0.3;
 /// Nearer than this counts in full, metres.
 const FULL: f64 = 0.1;
@@ -31,7 +31,7 @@ const SUMMIT: (&[f64], f64) = (&[-0.5, -1.0, -3.0], 0.0);
 const THRESHOLD: f64 = 0.1;
 
 impl Rocs {
-    /// The wheels' speeds, or nothing while no obstacle is near.
+    /// Returns wheel speeds; `None` without a near obstacle.
     pub fn react(&self, scan: &SonarScan) -> Option<WheelSpeeds> {
         let (weights, base) = if scan.echoes.len() == SUMMIT.0.len() { SUMMIT } else { PIONEER };
         let (mut left, mut right) = (0.0, 0.0);

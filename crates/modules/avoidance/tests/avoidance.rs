@@ -96,7 +96,7 @@ fn an_outline_that_is_no_footprint_is_refused() {
 }
 
 #[test]
-fn an_echo_is_remembered_along_its_arc_and_forgotten_after_a_while() {
+fn an_echo_is_remembered_along_its_arc_until_its_timeout() {
     let (mut map, footprint, parameters) = (LocalMap::default(), footprint(), Parameters::default());
     map.update(HERE, &scan(&[(3, 0.5)]), &footprint, &parameters, 0.0);
     assert!(map.obstacles().count() >= 3);
@@ -108,7 +108,7 @@ fn an_echo_is_remembered_along_its_arc_and_forgotten_after_a_while() {
     // A scan without sonars neither adds nor takes away.
     let mut blind = scan(&[]);
     blind.placements = Sequence::new(&[]);
-    map.update(HERE, &blind, &footprint, &parameters, parameters.memory + 0.1);
+    map.update(HERE, &blind, &footprint, &parameters, parameters.obstacle_timeout + 0.1);
     assert_eq!(map.obstacles().count(), 0);
 }
 
@@ -213,7 +213,7 @@ fn whoever_stands_on_the_goal_is_waited_for() {
 }
 
 #[test]
-fn what_still_stands_there_after_a_while_is_not_waited_for_again() {
+fn an_obstacle_that_stays_is_waited_for_once() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     let goal = Point2 { x: 0.6, y: 0.0 };
     let mut moved = None;
@@ -229,7 +229,7 @@ fn what_still_stands_there_after_a_while_is_not_waited_for_again() {
             assert_ne!(decision, Decision::Avoid(Twist2::ZERO), "at {time} s");
         }
     }
-    assert!(moved.is_some_and(|time| time > parameters.patience), "{moved:?}");
+    assert!(moved.is_some_and(|time| time > parameters.progress_timeout), "{moved:?}");
 }
 
 fn arbitrary_scan() -> impl Strategy<Value = SonarScan> {
@@ -295,8 +295,8 @@ proptest! {
             let time = tick as f64 * 0.05;
             avoider.hear(*pose, scan, &parameters, time);
             if let Decision::Avoid(twist) = avoider.steer(*pose, Point2 { x: goal.0, y: goal.1 }, &parameters, time) {
-                prop_assert!(twist.linear <= parameters.speed && twist.linear >= -parameters.reverse_speed);
-                prop_assert!(twist.angular.abs() <= parameters.turn_rate);
+                prop_assert!(twist.linear <= parameters.max_linear_velocity && twist.linear >= -parameters.max_reverse_velocity);
+                prop_assert!(twist.angular.abs() <= parameters.max_angular_velocity);
             }
         }
     }
@@ -364,7 +364,7 @@ fn guarded(planned: Twist2, ahead: f64, velocity: [f64; 2]) -> Decision {
 }
 
 #[test]
-fn a_planned_motion_that_is_safe_is_left_alone_and_another_made_safe() {
+fn a_safe_planned_twist_passes_and_an_unsafe_one_is_made_safe() {
     let (on, back) = (Twist2 { linear: 0.4, angular: 0.0 }, Twist2 { linear: -0.2, angular: 0.0 });
     assert_eq!(guarded(on, 1.5, [0.0; 2]), Decision::Clear);
     assert_eq!(guarded(back, 0.6, [-0.1, 0.0]), Decision::Clear, "it leaves");
@@ -376,7 +376,7 @@ fn a_planned_motion_that_is_safe_is_left_alone_and_another_made_safe() {
 
 #[test]
 fn who_knows_the_room_does_not_leave_it() {
-    let known = Parameters { room: Some(1.0), ..Parameters::default() };
+    let known = Parameters { room_half_width: Some(1.0), ..Parameters::default() };
     let there = |x: f64, linear: f64| {
         let mut avoider = Avoider::new(footprint());
         avoider.hear(Pose2 { x, ..HERE }, &scan(&[]), &known, 0.0);
@@ -394,7 +394,7 @@ const HERE_POINT: Point2 = Point2 { x: 0.0, y: 0.0 };
 #[test]
 fn who_moves_needs_room_to_stop_whatever_is_planned() {
     let heavy = Parameters {
-        room: Some(1.0),
+        room_half_width: Some(1.0),
         sides: Some(Sides { track: 0.9, acceleration: 0.6 }),
         ..Parameters::default()
     };

@@ -1,19 +1,21 @@
-//! How far each cell of a grid is from what is occupied.
+//! Euclidean distance transform of a grid.
 
-/// Memory of distances, so that the next ones of that size allocate nothing.
+/// Buffers of the transform, reused so that it allocates only once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Distances {
-    /// Along its column alone.
+    /// Distance along the column.
     up: Vec<i64>,
-    /// Squares, in cells.
+    /// Squared distances, cells².
     squares: Vec<i64>,
-    /// Columns whose cells are the nearest to a part of a row, and where their parts begin.
+    /// Lower envelope of a row: columns, and where their parts begin.
     nearest: Vec<(i64, i64)>,
 }
 
 impl Distances {
-    /// The square of each cell's distance to the middle of the nearest one that is occupied, in cells; one that is larger than the
-    /// grid when none is. Takes as long whatever is occupied (Meijster, Roerdink and Hesselink, 2000).
+    /// Returns each cell's squared distance to the nearest occupied one, cells²; larger than the grid without any.
+    ///
+    /// Linear in the number of cells (Meijster, Roerdink and Hesselink, 2000, *A general algorithm for computing distance transforms in
+    /// linear time*). Own code: the crates for it take images and allocate.
     pub fn squares(&mut self, width: usize, height: usize, is_occupied: impl Fn(usize) -> bool) -> &[i64] {
         let far = (width + height) as i64;
         self.up.clear();
@@ -35,7 +37,7 @@ impl Distances {
                 let up = up[column as usize];
                 (at - column) * (at - column) + up * up
             };
-            // From where on the right one of two columns is the nearer one.
+            // First cell to which the right one of two columns is nearer.
             let border = |left: i64, right: i64| {
                 (square(0, right) - square(0, left)).div_euclid(2 * (right - left)) + 1
             };
@@ -71,7 +73,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn each_distance_is_that_to_the_nearest(
+        fn each_distance_is_that_to_the_nearest_occupied_cell(
             width in 1..14_usize, height in 1..14_usize,
             seeds in prop::collection::vec(prop::bool::weighted(0.1), 14 * 14),
         ) {

@@ -1,16 +1,16 @@
-//! Where the cells of a grid are.
+//! Geometry of a grid.
 
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{OccupancyGrid, Point2, Pose2};
 use slate_module::math;
 
-/// The most cells that a grid has.
+/// Largest number of cells of a grid.
 pub(crate) const MOST: usize = 65_536;
 
-/// Where the cells of a grid are in the plane.
+/// Pose, resolution and size of a grid in the plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Geometry {
-    /// The corner of the first cell, and where x of the grid leads.
+    /// Corner of the first cell, and direction of the grid's x axis.
     origin: [f64; 3],
     pub resolution: f64,
     pub width: usize,
@@ -18,13 +18,13 @@ pub(crate) struct Geometry {
 }
 
 impl Geometry {
-    /// A grid along the axes; nothing when it has no cell, or more than there may be.
+    /// Makes a grid along the axes; `None` if it has no cell or more than [`MOST`].
     pub fn new([x, y]: [f64; 2], [width, height]: [f64; 2], resolution: f64) -> Option<Self> {
         let cells = |length: f64| (length / resolution - 1e-9).ceil() as usize;
         Self { origin: [x, y, 0.0], resolution, width: cells(width), height: cells(height) }.checked()
     }
 
-    /// That of a grid; nothing when its data is not what it says.
+    /// Returns the geometry of a grid; `None` if its data does not match.
     pub fn of(grid: &OccupancyGrid) -> Option<Self> {
         let Pose2 { x, y, theta } = grid.origin;
         let found = Self {
@@ -43,18 +43,18 @@ impl Geometry {
         (is_somewhere && is_fit && (1..=MOST).contains(&cells)).then_some(self)
     }
 
-    /// How many there are.
+    /// Number of cells.
     pub fn cells(&self) -> usize {
         self.width * self.height
     }
 
-    /// Where its cells begin.
+    /// Pose of the first cell's corner.
     pub fn origin(&self) -> Pose2 {
         let [x, y, theta] = self.origin;
         Pose2 { x, y, theta }
     }
 
-    /// A place in cells from the corner, whether one is there or not.
+    /// Converts a point to cells from the corner, inside of the grid or not.
     pub fn place(&self, x: f64, y: f64) -> (f64, f64) {
         let [left, low, theta] = self.origin;
         let (across, up) = (x - left, y - low);
@@ -62,20 +62,20 @@ impl Geometry {
         ((across * cosine + up * sine) / self.resolution, (up * cosine - across * sine) / self.resolution)
     }
 
-    /// The cell at a place, as column and row.
+    /// Returns the cell at a point, as column and row.
     pub fn cell(&self, x: f64, y: f64) -> Option<(usize, usize)> {
         let (column, row) = self.place(x, y);
         let is_inside = column >= 0.0 && row >= 0.0 && column < self.width as f64 && row < self.height as f64;
         is_inside.then_some((column as usize, row as usize))
     }
 
-    /// The number of a cell.
+    /// Returns the index of a cell.
     pub fn index(&self, column: usize, row: usize) -> usize {
         row * self.width + column
     }
 
-    /// The middle of a cell.
-    pub fn middle(&self, column: usize, row: usize) -> Point2 {
+    /// Returns the center of a cell.
+    pub fn center(&self, column: usize, row: usize) -> Point2 {
         let [left, low, theta] = self.origin;
         let (across, up) = ((column as f64 + 0.5) * self.resolution, (row as f64 + 0.5) * self.resolution);
         let (sine, cosine) = (math::sin(theta), math::cos(theta));
@@ -83,28 +83,28 @@ impl Geometry {
     }
 }
 
-/// Goes over the cells that a straight line touches, as column and row, which may be outside of a grid; from and to are in cells.
+/// Iterates over the cells that a line segment crosses, as column and row, also outside of a grid (Amanatides and Woo, 1987).
 pub(crate) struct Line {
     cell: (i64, i64),
     step: (i64, i64),
-    /// The share of the line at which it leaves the column and the row where it is.
+    /// Fraction of the segment at which it leaves the current column and row.
     next: (f64, f64),
-    /// The share of the line that a column and a row take.
+    /// Fraction of the segment that a column and a row take.
     share: (f64, f64),
     left: i64,
 }
 
 impl Line {
-    /// Between two places that are numbers, and no farther apart than a grid can be.
+    /// Between two points in cells, which are finite and no farther apart than a grid is large.
     pub fn new(from: (f64, f64), to: (f64, f64)) -> Self {
         let axis = |from: f64, to: f64| {
             let (first, last) = (from.floor(), to.floor());
-            let way = to - from;
-            let step = if way < 0.0 { -1 } else { 1 };
-            let border = if way < 0.0 { first } else { first + 1.0 };
-            let (next, share) = match way == 0.0 {
+            let length = to - from;
+            let step = if length < 0.0 { -1 } else { 1 };
+            let border = if length < 0.0 { first } else { first + 1.0 };
+            let (next, share) = match length == 0.0 {
                 true => (f64::INFINITY, f64::INFINITY),
-                false => ((border - from) / way, (1.0 / way).abs()),
+                false => ((border - from) / length, (1.0 / length).abs()),
             };
             (first as i64, step, next, share, (last - first).abs() as i64)
         };
@@ -150,7 +150,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn a_line_goes_from_cell_to_neighbouring_cell_until_its_end(
+        fn a_line_crosses_neighbouring_cells_up_to_its_end(
             ax in -50.0..50.0_f64, ay in -50.0..50.0_f64, bx in -50.0..50.0_f64, by in -50.0..50.0_f64,
         ) {
             let cells: Vec<_> = Line::new((ax, ay), (bx, by)).collect();
@@ -163,17 +163,17 @@ mod tests {
         }
 
         #[test]
-        fn the_middle_of_a_cell_is_in_it(
+        fn the_center_of_a_cell_is_inside_of_it(
             x in -9.0..9.0_f64, y in -9.0..9.0_f64, theta in -3.0..3.0_f64, column in 0..40_usize, row in 0..30_usize,
         ) {
             let geometry = Geometry { origin: [x, y, theta], resolution: 0.05, width: 40, height: 30 };
-            let middle = geometry.middle(column, row);
+            let middle = geometry.center(column, row);
             prop_assert_eq!(geometry.cell(middle.x, middle.y), Some((column, row)));
         }
     }
 
     #[test]
-    fn what_is_no_grid_has_no_geometry() {
+    fn an_invalid_grid_has_no_geometry() {
         assert!(Geometry::new([0.0, 0.0], [5.0, 5.0], 0.05).unwrap().cells() == 10_000);
         assert!(Geometry::new([0.0, 0.0], [0.0, 5.0], 0.05).is_none());
         assert!(Geometry::new([f64::NAN, 0.0], [5.0, 5.0], 0.05).is_none());

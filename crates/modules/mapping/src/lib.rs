@@ -1,13 +1,12 @@
-//! Maps: where a robot is and how sure that is ([`PoseEstimator`]), what its laser scanner sees around it ([`OccupancyMapper`]), and
-//! the shortest way through that ([`PathPlanner`]).
+//! Localization ([`PoseEstimator`]), occupancy grid mapping ([`OccupancyMapper`]) and global planning ([`PathPlanner`]).
 //!
-//! A person can correct each by messages: put the robot where it is, and paint what the laser does not see.
+//! Messages correct each by hand: reset the pose, and paint obstacles that the laser does not see.
 //!
 //! ```toml
 //! [modules]
 //! pose_estimator = {}
-//! occupancy_mapper = { params = { x = -2.5, y = -2.5, width = 5.0, height = 5.0 } }
-//! path_planner = { params = { radius = 0.3 } }
+//! occupancy_mapper = { params = { origin_x = -2.5, origin_y = -2.5, width = 5.0, height = 5.0 } }
+//! path_planner = { params = { robot_radius = 0.3 } }
 //! [links]
 //! "pose_estimator/odometry" = "pioneer/odometry"
 //! "occupancy_mapper/scan" = "laser/scan"

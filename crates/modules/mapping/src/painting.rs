@@ -1,4 +1,4 @@
-//! What a person has painted on a map.
+//! Manual strokes over a map.
 
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{MapMark, MapStroke, Point2};
@@ -6,18 +6,18 @@ use slate_module::math;
 
 use crate::geometry::Geometry;
 
-/// How many strokes are kept, and how many points one has.
+/// Limits: strokes of a map, and points of a stroke.
 const MOST: usize = 256;
 const POINTS: usize = 32;
 
-/// Nothing is painted there.
+/// Value of a cell without paint.
 pub(crate) const BARE: i8 = -1;
 
-/// The strokes, in their order.
+/// Strokes in their order.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(crate) struct Painting {
     strokes: Vec<Stroke>,
-    /// What the cells look like by them; nothing before somebody asks, and after one was taken back.
+    /// Painted cells, computed on demand; empty after an undo.
     #[serde(skip)]
     cells: Vec<i8>,
     #[serde(skip)]
@@ -26,7 +26,7 @@ pub(crate) struct Painting {
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 struct Stroke {
-    /// What its cells are: free, occupied, or bare.
+    /// Painted value: free, occupied or [`BARE`].
     cell: i8,
     width: f64,
     count: usize,
@@ -34,17 +34,17 @@ struct Stroke {
 }
 
 impl Painting {
-    /// Room for all strokes on a map, so that none of them takes any more.
-    pub fn make_room(&mut self, geometry: &Geometry) {
+    /// Reserves memory for all strokes on a map, so that none of them allocates.
+    pub fn reserve(&mut self, geometry: &Geometry) {
         self.strokes.reserve_exact(MOST - self.strokes.len().min(MOST));
         self.cells.reserve_exact(geometry.cells() - self.cells.len().min(geometry.cells()));
     }
 
-    /// Takes a stroke.
+    /// Adds a stroke.
     ///
     /// # Errors
-    /// The reason why not, one of those of [`MapStroke`].
-    pub fn take(&mut self, stroke: &MapStroke) -> Result<(), u16> {
+    /// One of the reasons of [`MapStroke`].
+    pub fn add(&mut self, stroke: &MapStroke) -> Result<(), u16> {
         let cell = match stroke.mark {
             MapMark::OCCUPIED => 100,
             MapMark::FREE => 0,
@@ -72,7 +72,7 @@ impl Painting {
         Ok(())
     }
 
-    /// What is painted on the cells of a map; nothing at all when nobody has.
+    /// Returns the painted cells of a map; empty without strokes.
     pub fn cells(&mut self, geometry: &Geometry) -> &[i8] {
         if self.strokes.is_empty() {
             return &[];
@@ -91,12 +91,12 @@ impl Painting {
 
 impl Stroke {
     fn paint(&self, geometry: &Geometry, cells: &mut [i8]) {
-        // A brush is never thinner than what it paints on.
+        // A brush is at least a cell wide.
         let reach = math::max(self.width / 2.0 / geometry.resolution, 0.75);
         let points = &self.points[..self.count.min(POINTS)];
         for (from, to) in points.iter().zip(points.iter().skip(1).chain(points.last())) {
             let (from, to) = (geometry.place(from.0, from.1), geometry.place(to.0, to.1));
-            // Those that it may reach; what is outside of the map becomes its border.
+            // Cells within reach, clamped to the map.
             let span = |from: f64, to: f64, most: usize| {
                 let (low, high) = (math::min(from, to) - reach, math::max(from, to) + reach);
                 (low as usize).min(most)..(high as usize).saturating_add(1).min(most)
@@ -112,7 +112,7 @@ impl Stroke {
     }
 }
 
-/// From a place to a straight line between two.
+/// Distance of a point from a line segment.
 fn distance((x, y): (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     let (dx, dy) = (to.0 - from.0, to.1 - from.1);
     let length = dx * dx + dy * dy;
@@ -123,11 +123,11 @@ fn distance((x, y): (f64, f64), from: (f64, f64), to: (f64, f64)) -> f64 {
     math::hypot(x - from.0 - share * dx, y - from.1 - share * dy)
 }
 
-/// A stroke of those points.
+/// Makes a stroke of points.
 #[cfg(test)]
 pub(crate) fn stroke(mark: MapMark, width: f64, points: &[(f64, f64)]) -> MapStroke {
     let points: Vec<_> = points.iter().map(|(x, y)| Point2 { x: *x, y: *y }).collect();
-    MapStroke { width, mark, reserved: [0; 7], points: slate_module::Sequence::new(&points) }
+    MapStroke { width, mark, points: slate_module::Sequence::new(&points) }
 }
 
 #[cfg(test)]
@@ -139,29 +139,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn later_strokes_go_over_earlier_ones_and_are_taken_back_one_by_one() {
+    fn later_strokes_override_earlier_ones_and_undo_singly() {
         let geometry = Geometry::new([0.0, 0.0], [1.0, 1.0], 0.1).unwrap();
         let mut painting = Painting::default();
         assert!(painting.cells(&geometry).is_empty());
-        painting.take(&stroke(MapMark::OCCUPIED, 0.2, &[(0.05, 0.55), (0.95, 0.55)])).unwrap();
+        painting.add(&stroke(MapMark::OCCUPIED, 0.2, &[(0.05, 0.55), (0.95, 0.55)])).unwrap();
         let row = |painting: &mut Painting| painting.cells(&geometry)[50..60].to_vec();
         assert_eq!(row(&mut painting), [100; 10]);
         assert_eq!(painting.cells(&geometry)[0], BARE);
-        painting.take(&stroke(MapMark::FREE, 0.1, &[(0.05, 0.55)])).unwrap();
-        painting.take(&stroke(MapMark::MEASURED, 0.1, &[(0.95, 0.55)])).unwrap();
+        painting.add(&stroke(MapMark::FREE, 0.1, &[(0.05, 0.55)])).unwrap();
+        painting.add(&stroke(MapMark::MEASURED, 0.1, &[(0.95, 0.55)])).unwrap();
         assert_eq!(row(&mut painting), [0, 100, 100, 100, 100, 100, 100, 100, 100, BARE]);
         let undo = stroke(MapMark::UNDO, 0.0, &[]);
-        painting.take(&undo).unwrap();
-        painting.take(&undo).unwrap();
+        painting.add(&undo).unwrap();
+        painting.add(&undo).unwrap();
         assert_eq!(row(&mut painting), [100; 10]);
-        painting.take(&undo).unwrap();
+        painting.add(&undo).unwrap();
         assert!(painting.cells(&geometry).is_empty());
-        assert_eq!(painting.take(&undo), Err(MapStroke::NOTHING));
+        assert_eq!(painting.add(&undo), Err(MapStroke::NOTHING));
     }
 
     proptest! {
         #[test]
-        fn stroke_by_stroke_is_as_all_at_once_and_as_far_as_the_brush_reaches(
+        fn strokes_painted_singly_or_at_once_reach_the_same_cells(
             strokes in prop::collection::vec(
                 (0..3_u8, 0.05..0.6_f64, prop::collection::vec((-1.5..2.5_f64, -1.5..2.5_f64), 1..5)), 1..6,
             ),
@@ -170,15 +170,15 @@ mod tests {
             let (mut each, mut all) = (Painting::default(), Painting::default());
             for (mark, width, points) in &strokes {
                 let stroke = stroke(MapMark(*mark), *width, points);
-                each.take(&stroke).unwrap();
+                each.add(&stroke).unwrap();
                 each.cells(&geometry);
-                all.take(&stroke).unwrap();
+                all.add(&stroke).unwrap();
             }
             prop_assert_eq!(each.cells(&geometry), all.cells(&geometry));
             let (mark, width, points) = strokes.last().unwrap();
             let last = [100, 0, BARE][usize::from(*mark)];
             for (cell, painted) in all.cells(&geometry).iter().enumerate() {
-                let Point2 { x, y } = geometry.middle(cell % 10, cell / 10);
+                let Point2 { x, y } = geometry.center(cell % 10, cell / 10);
                 let near = points.iter().zip(points.iter().skip(1).chain(points.last()));
                 let near = near.map(|(from, to)| distance((x, y), *from, *to)).fold(f64::INFINITY, math::min);
                 prop_assert!(near > math::max(width / 2.0, 0.075) - 1e-9 || *painted == last);
@@ -187,18 +187,18 @@ mod tests {
     }
 
     #[test]
-    fn strokes_that_are_nowhere_or_too_many_are_refused() {
+    fn invalid_and_surplus_strokes_are_refused() {
         let mut painting = Painting::default();
         let mut refused = |width, points: &[(f64, f64)]| {
-            painting.take(&stroke(MapMark::FREE, width, points)) == Err(MapStroke::NOWHERE)
+            painting.add(&stroke(MapMark::FREE, width, points)) == Err(MapStroke::NOWHERE)
         };
         assert!(refused(0.1, &[]) && refused(0.0, &[(1.0, 1.0)]) && refused(f64::NAN, &[(1.0, 1.0)]));
         assert!(refused(0.1, &[(f64::INFINITY, 1.0)]));
-        assert_eq!(painting.take(&stroke(MapMark(9), 0.1, &[(1.0, 1.0)])), Err(MapStroke::NOWHERE));
+        assert_eq!(painting.add(&stroke(MapMark(9), 0.1, &[(1.0, 1.0)])), Err(MapStroke::NOWHERE));
         for _ in 0..MOST {
-            painting.take(&stroke(MapMark::FREE, 0.1, &[(1.0, 1.0)])).unwrap();
+            painting.add(&stroke(MapMark::FREE, 0.1, &[(1.0, 1.0)])).unwrap();
         }
-        let one_more = painting.take(&stroke(MapMark::FREE, 0.1, &[(1.0, 1.0)]));
+        let one_more = painting.add(&stroke(MapMark::FREE, 0.1, &[(1.0, 1.0)]));
         assert_eq!(one_more, Err(MapStroke::FULL));
     }
 }

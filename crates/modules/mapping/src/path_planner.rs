@@ -9,40 +9,40 @@ use crate::search::{BLOCKED, Search};
 /// Ports of [`PathPlanner`].
 #[ports]
 pub struct PathPlannerIo {
-    /// What is where.
-    map: Input<OccupancyGrid>,
-    /// Where the robot is.
-    pose: Input<Pose2>,
-    /// Where it shall go.
-    goal: Input<Point2>,
-    /// The way there; without points when there is none.
+    /// Occupancy grid to plan on.
+    map: Required<OccupancyGrid>,
+    /// Pose of the robot in the map frame.
+    pose: Required<Pose2>,
+    /// Goal in the map frame.
+    goal: Required<Point2>,
+    /// Planned path; empty if the goal is unreachable.
     path: Output<Path>,
-    /// Where it shall go first: a place on the way that it can go to straight.
-    next: Output<Point2>,
+    /// Point on the path at the lookahead distance, or its end; the robot's position without a path.
+    waypoint: Output<Point2>,
 }
 
 /// Parameters of [`PathPlanner`].
 #[params]
 pub struct PathPlannerParams {
-    #[param(default = 0.3, range = 0.0..=5.0, unit = "m", doc = "nothing that is occupied is nearer to the way: the robot's radius")]
-    radius: f64,
-    #[param(default = 0.3, range = 0.0..=5.0, unit = "m", doc = "so much farther away it rather stays")]
-    berth: f64,
-    #[param(default = 65, range = 1..=100, unit = "%", doc = "from here on a cell is occupied")]
-    occupied: i64,
-    #[param(default = 0.8, range = 0.05..=100.0, unit = "m", doc = "how far ahead on the way the next place is at most")]
-    look_ahead: f64,
-    #[param(default = 0.5, range = 0.02..=60.0, unit = "s", doc = "from one plan to the next")]
-    period: f64,
+    #[param(default = 0.3, range = 0.0..=5.0, unit = "m", doc = "least distance of the path to occupied cells")]
+    robot_radius: f64,
+    #[param(default = 0.3, range = 0.0..=5.0, unit = "m", doc = "width of the soft-cost band beyond the robot's radius")]
+    inflation_margin: f64,
+    #[param(default = 65, range = 1..=100, unit = "%", doc = "occupancy from which a cell is an obstacle")]
+    occupied_threshold: i64,
+    #[param(default = 0.8, range = 0.05..=100.0, unit = "m", doc = "distance of the waypoint along the path")]
+    lookahead_distance: f64,
+    #[param(default = 0.5, range = 0.02..=60.0, unit = "s", doc = "time between two plans for the same goal")]
+    replan_period: f64,
 }
 
-/// Plans the shortest way to a goal that keeps away from what a map has; what is not known counts as free.
+/// Global planner: A* on an inflated costmap, with line-of-sight smoothing; unknown cells count as free.
 pub struct PathPlanner;
 
 /// State of [`PathPlanner`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct PathPlannerState {
-    /// When it planned last, and for which goal.
+    /// Time and goal of the newest plan.
     planned: Option<u64>,
     goal: Option<[f64; 2]>,
     #[serde(skip)]
@@ -55,8 +55,8 @@ pub struct PathPlannerState {
     points: Vec<Point2>,
 }
 
-/// What a cell costs that is as near to something as the robot may be; one that is far from everything costs 1.
-const NEAREST: f64 = 8.0;
+/// Cost of a cell at the robot's radius from an obstacle; it falls linearly to 1 at the end of the inflation margin.
+const HIGHEST: f64 = 8.0;
 
 #[module(stage = Think)]
 impl Module for PathPlanner {
@@ -74,39 +74,40 @@ impl Module for PathPlanner {
             return Outcome::Ok;
         };
         let is_other = state.goal != Some([goal.x, goal.y]);
-        let is_due = state
-            .planned
-            .is_none_or(|planned| now.now().saturating_sub(planned) as f64 >= params.period * 1e9 - 1.0);
+        let is_due = state.planned.is_none_or(|planned| {
+            now.now().saturating_sub(planned) as f64 >= params.replan_period * 1e9 - 1.0
+        });
         if !is_other && !is_due {
             return Outcome::Ok;
         }
         (state.planned, state.goal) = (Some(now.now()), Some([goal.x, goal.y]));
         let Some(geometry) = Geometry::of(map) else {
             now.warn(format_args!(
-                "the map is none: {} by {} cells of {} m",
+                "invalid map of {} by {} cells of {} m: expected 1 to 65536 cells, and as much data",
                 map.width, map.height, map.resolution
             ));
             return Outcome::Failed;
         };
         state.plan(&geometry, map, pose, goal, params);
-        let length: f64 = state.points.windows(2).map(|pair| apart(pair[0], pair[1])).sum();
+        let length: f64 = state.points.windows(2).map(|pair| distance(pair[0], pair[1])).sum();
         let points = &state.points[..state.points.len().min(io.path.capacity())];
         io.path.write(points.len(), |path| {
             path.length = length;
             path.points.copy_from_slice(points);
         });
-        // Without a way it stays.
-        io.next.set(state.ahead(params.look_ahead).unwrap_or(Point2 { x: pose.x, y: pose.y }));
+        // Without a path the robot stays.
+        io.waypoint
+            .set(state.lookahead(params.lookahead_distance).unwrap_or(Point2 { x: pose.x, y: pose.y }));
         Outcome::Ok
     }
 }
 
-fn apart(a: Point2, b: Point2) -> f64 {
+fn distance(a: Point2, b: Point2) -> f64 {
     math::hypot(b.x - a.x, b.y - a.y)
 }
 
 impl PathPlannerState {
-    /// Puts the way into the points.
+    /// Plans a path into `points`.
     fn plan(
         &mut self,
         geometry: &Geometry,
@@ -120,33 +121,33 @@ impl PathPlannerState {
         let (Some(start), Some(end)) = (geometry.cell(pose.x, pose.y), geometry.cell(goal.x, goal.y)) else {
             return;
         };
-        self.weigh(geometry, map, start, params);
+        self.inflate(geometry, map, start, params);
         let [from, to] = [start, end].map(|(column, row)| geometry.index(column, row));
-        let way = self.search.way(geometry, &self.costs, from, to);
+        let path = self.search.path(geometry, &self.costs, from, to);
         let place = |cell: u32| (cell as usize % geometry.width, cell as usize / geometry.width);
-        let Some((&first, rest)) = way.split_first() else { return };
-        // Straight as far as that costs no more than a cell of the way itself.
+        let Some((&first, rest)) = path.split_first() else { return };
+        // A straight segment never crosses a cell of higher cost than the path itself.
         self.points.push(Point2 { x: pose.x, y: pose.y });
         let mut anchor = first;
         let mut last = first;
-        let mut dearest = self.costs[first as usize];
+        let mut highest = self.costs[first as usize];
         for &cell in rest {
-            let limit = dearest.max(self.costs[cell as usize]);
+            let limit = highest.max(self.costs[cell as usize]);
             if is_straight(geometry, &self.costs, place(anchor), place(cell), limit) {
-                dearest = limit;
+                highest = limit;
             } else {
                 let (column, row) = place(last);
-                self.points.push(geometry.middle(column, row));
+                self.points.push(geometry.center(column, row));
                 anchor = last;
-                dearest = self.costs[last as usize].max(self.costs[cell as usize]);
+                highest = self.costs[last as usize].max(self.costs[cell as usize]);
             }
             last = cell;
         }
         self.points.push(*goal);
     }
 
-    /// What each cell costs, by how far it is from what is occupied.
-    fn weigh(
+    /// Fills the costmap from the distance transform.
+    fn inflate(
         &mut self,
         geometry: &Geometry,
         map: &OccupancyGrid,
@@ -154,8 +155,9 @@ impl PathPlannerState {
         params: &PathPlannerParams,
     ) {
         let cells = |length: f64| length / geometry.resolution;
-        let (radius, farthest) = (cells(params.radius), cells(params.radius + params.berth));
-        let is_occupied = |cell: usize| i64::from(map.data[cell]) >= params.occupied;
+        let (radius, farthest) =
+            (cells(params.robot_radius), cells(params.robot_radius + params.inflation_margin));
+        let is_occupied = |cell: usize| i64::from(map.data[cell]) >= params.occupied_threshold;
         let squares = self.distances.squares(geometry.width, geometry.height, is_occupied);
         self.costs.clear();
         self.costs.extend(squares.iter().map(|square| {
@@ -163,13 +165,13 @@ impl PathPlannerState {
             if square <= radius * radius {
                 BLOCKED
             } else if square < farthest * farthest {
-                1 + (NEAREST * (farthest - square.sqrt()) / (farthest - radius)) as u16
+                1 + (HIGHEST * (farthest - square.sqrt()) / (farthest - radius)) as u16
             } else {
                 1
             }
         }));
-        // Where the robot is already it must be able to leave.
-        let own = |column: usize, row: usize| {
+        // The robot must be able to leave its own footprint, even too close to an obstacle.
+        let is_footprint = |column: usize, row: usize| {
             math::hypot(column.abs_diff(start.0) as f64, row.abs_diff(start.1) as f64) <= radius
         };
         let reach = radius.ceil() as usize;
@@ -177,30 +179,30 @@ impl PathPlannerState {
             for column in start.0.saturating_sub(reach)..(start.0 + reach + 1).min(geometry.width) {
                 let cell = geometry.index(column, row);
                 let is_free = !is_occupied(cell) || (column, row) == start;
-                if is_free && own(column, row) {
-                    self.costs[cell] = self.costs[cell].min(4 * NEAREST as u16);
+                if is_free && is_footprint(column, row) {
+                    self.costs[cell] = self.costs[cell].min(4 * HIGHEST as u16);
                 }
             }
         }
     }
 
-    /// So far on the way, or its end.
-    fn ahead(&self, length: f64) -> Option<Point2> {
+    /// Returns the point at a distance along the path, or its end.
+    fn lookahead(&self, length: f64) -> Option<Point2> {
         let mut left = length;
         for pair in self.points.windows(2) {
-            let way = apart(pair[0], pair[1]);
-            if way >= left {
-                let share = left / way;
+            let length = distance(pair[0], pair[1]);
+            if length >= left {
+                let share = left / length;
                 let between = |a: f64, b: f64| a + share * (b - a);
                 return Some(Point2 { x: between(pair[0].x, pair[1].x), y: between(pair[0].y, pair[1].y) });
             }
-            left -= way;
+            left -= length;
         }
         self.points.last().copied()
     }
 }
 
-/// Whether a straight line goes over nothing dearer.
+/// Returns whether a line of sight crosses no cell of higher cost.
 fn is_straight(
     geometry: &Geometry,
     costs: &[u16],

@@ -1,52 +1,54 @@
-//! The cheapest way from cell to cell.
+//! A* on a grid.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use crate::geometry::Geometry;
 
-/// No way goes there.
+/// Cost of an impassable cell.
 pub(crate) const BLOCKED: u16 = u16::MAX;
 
-/// What a step to a neighbour costs, of a cell that costs 1: along an edge, and over a corner.
+/// Cost of a step to a cell of cost 1: along an edge, and diagonally.
 const STRAIGHT: u32 = 10;
 const DIAGONAL: u32 = 14;
 
-const NOBODY: u32 = u32::MAX;
+const NONE: u32 = u32::MAX;
 
-/// Memory of a search, so that the next one of that size allocates nothing.
+/// Buffers of a search, reused so that it allocates only once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Search {
-    /// The least that it takes to a cell, and the cell before it.
-    least: Vec<u32>,
-    before: Vec<u32>,
-    /// What it takes at least to the goal over a cell, the cell, what it takes to that.
+    /// Cost to come of each cell, and its predecessor.
+    cost: Vec<u32>,
+    predecessor: Vec<u32>,
+    /// Open list: estimated total cost, cell, cost to come.
     open: BinaryHeap<Reverse<(u32, u32, u32)>>,
-    way: Vec<u32>,
+    path: Vec<u32>,
 }
 
 impl Search {
-    /// The cheapest way by what each cell costs (A*), from the first cell to the last; empty when there is none.
-    pub fn way(&mut self, geometry: &Geometry, costs: &[u16], from: usize, to: usize) -> &[u32] {
-        self.least.clear();
-        self.least.resize(geometry.cells(), u32::MAX);
-        self.before.clear();
-        self.before.resize(geometry.cells(), NOBODY);
-        // What it takes at least to the goal never shrinks by more than a step takes, so each cell is left once, to eight others.
+    /// Returns the cheapest path, with both ends; empty if there is none (Hart, Nilsson and Raphael, 1968).
+    ///
+    /// Own code: `pathfinding` allocates its maps for each search, and a tick must not.
+    pub fn path(&mut self, geometry: &Geometry, costs: &[u16], from: usize, to: usize) -> &[u32] {
+        self.cost.clear();
+        self.cost.resize(geometry.cells(), u32::MAX);
+        self.predecessor.clear();
+        self.predecessor.resize(geometry.cells(), NONE);
+        // The heuristic is consistent, so each cell is expanded once, to eight neighbours.
         self.open.clear();
         self.open.reserve(8 * geometry.cells());
-        self.way.clear();
-        self.way.reserve(geometry.cells());
+        self.path.clear();
+        self.path.reserve(geometry.cells());
         if costs[to] == BLOCKED {
-            return &self.way;
+            return &self.path;
         }
         let place = |cell: usize| (cell % geometry.width, cell / geometry.width);
         let (goal_column, goal_row) = place(to);
-        let at_least = |column: usize, row: usize| {
+        let heuristic = |column: usize, row: usize| {
             let (across, up) = (column.abs_diff(goal_column) as u32, row.abs_diff(goal_row) as u32);
             STRAIGHT * across.abs_diff(up) + DIAGONAL * across.min(up)
         };
-        self.least[from] = 0;
+        self.cost[from] = 0;
         self.open.push(Reverse((0, from as u32, 0)));
         while let Some(Reverse((_, cell, taken))) = self.open.pop() {
             let here = cell as usize;
@@ -54,7 +56,7 @@ impl Search {
                 self.trace(to);
                 break;
             }
-            if taken > self.least[here] {
+            if taken > self.cost[here] {
                 continue;
             }
             let (column, row) = place(here);
@@ -74,23 +76,23 @@ impl Search {
                 }
                 let step = if across != 0 && up != 0 { DIAGONAL } else { STRAIGHT };
                 let cost = taken.saturating_add(step.saturating_mul(u32::from(costs[next].max(1))));
-                if cost < self.least[next] {
-                    self.least[next] = cost;
-                    self.before[next] = cell;
-                    self.open.push(Reverse((cost.saturating_add(at_least(column, row)), next as u32, cost)));
+                if cost < self.cost[next] {
+                    self.cost[next] = cost;
+                    self.predecessor[next] = cell;
+                    self.open.push(Reverse((cost.saturating_add(heuristic(column, row)), next as u32, cost)));
                 }
             }
         }
-        &self.way
+        &self.path
     }
 
     fn trace(&mut self, to: usize) {
         let mut cell = to as u32;
-        while cell != NOBODY {
-            self.way.push(cell);
-            cell = self.before[cell as usize];
+        while cell != NONE {
+            self.path.push(cell);
+            cell = self.predecessor[cell as usize];
         }
-        self.way.reverse();
+        self.path.reverse();
     }
 }
 
@@ -104,20 +106,20 @@ mod tests {
 
     const SIDE: usize = 12;
 
-    fn total(geometry: &Geometry, costs: &[u16], way: &[u32]) -> u32 {
+    fn total(geometry: &Geometry, costs: &[u16], path: &[u32]) -> u32 {
         let step = |pair: &[u32]| {
             let (a, b) = (pair[0] as usize, pair[1] as usize);
             let apart = (
                 (a % geometry.width).abs_diff(b % geometry.width),
                 (a / geometry.width).abs_diff(b / geometry.width),
             );
-            assert!(apart.0 <= 1 && apart.1 <= 1 && apart != (0, 0), "{way:?}");
+            assert!(apart.0 <= 1 && apart.1 <= 1 && apart != (0, 0), "{path:?}");
             (if apart == (1, 1) { DIAGONAL } else { STRAIGHT }) * u32::from(costs[b])
         };
-        way.windows(2).map(step).sum()
+        path.windows(2).map(step).sum()
     }
 
-    /// What the cheapest way takes, by going over all cells until nothing gets cheaper.
+    /// Cost of the cheapest path, by relaxation until nothing changes (Bellman-Ford).
     fn least(geometry: &Geometry, costs: &[u16], from: usize, to: usize) -> Option<u32> {
         let mut taken = vec![None; geometry.cells()];
         taken[from] = Some(0_u32);
@@ -143,18 +145,18 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
         #[test]
-        fn the_way_is_the_cheapest_there_is(
+        fn the_path_is_the_cheapest(
             costs in prop::collection::vec(prop_oneof![3 => 1..6_u16, 1 => Just(BLOCKED)], SIDE * SIDE),
             from in 0..SIDE * SIDE, to in 0..SIDE * SIDE,
         ) {
             let geometry = Geometry::new([0.0, 0.0], [SIDE as f64; 2], 1.0).unwrap();
             let mut search = Search::default();
-            let way = search.way(&geometry, &costs, from, to).to_vec();
+            let path = search.path(&geometry, &costs, from, to).to_vec();
             let least = if costs[to] == BLOCKED { None } else { least(&geometry, &costs, from, to) };
-            prop_assert_eq!(way.is_empty(), least.is_none());
+            prop_assert_eq!(path.is_empty(), least.is_none());
             if let Some(least) = least {
-                prop_assert_eq!((way[0] as usize, *way.last().unwrap() as usize), (from, to));
-                prop_assert_eq!(total(&geometry, &costs, &way), least);
+                prop_assert_eq!((path[0] as usize, *path.last().unwrap() as usize), (from, to));
+                prop_assert_eq!(total(&geometry, &costs, &path), least);
             }
         }
     }

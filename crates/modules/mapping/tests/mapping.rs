@@ -1,4 +1,4 @@
-//! What the modules tell of a robot in a room, and what a person can change.
+//! Estimates, maps and paths of a robot in a room, and manual corrections.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use proptest::prelude::*;
@@ -16,13 +16,13 @@ fn odometry(x: f64, y: f64, theta: f64) -> Odometry {
     Odometry { pose: Pose2 { x, y, theta }, twist: Twist2 { linear: 0.0, angular: 0.0 } }
 }
 
-/// The variances of x and y.
+/// Variances of x and y.
 fn spread(estimate: &PoseEstimate) -> (f64, f64) {
     (estimate.covariance[0], estimate.covariance[4])
 }
 
 #[test]
-fn the_farther_it_has_gone_the_less_sure_it_is_and_most_across() {
+fn odometry_alone_lets_the_covariance_grow_most_across() {
     let mut robot = Fixture::<PoseEstimator>::new();
     let mut last = (0.0, 0.0);
     for step in 0..=40 {
@@ -34,31 +34,31 @@ fn the_farther_it_has_gone_the_less_sure_it_is_and_most_across() {
         assert!(now.0 >= last.0 && now.1 >= last.1, "{last:?} {now:?}");
         last = now;
     }
-    // A heading that is off by little is off by much after two metres.
+    // A small heading error is a large lateral error after two metres.
     assert!(last.1 > 2.0 * last.0, "{last:?}");
 }
 
 #[test]
-fn it_begins_where_it_is_put_and_a_person_puts_it_elsewhere() {
+fn the_estimate_begins_at_the_start_and_is_reset_manually() {
     let mut robot = Fixture::<PoseEstimator>::new();
     robot.set("odometry", odometry(3.0, 4.0, 1.0));
     robot.tick();
-    // Where odometry begins is no way that was gone.
+    // The first pose of the odometry is no motion.
     let estimate: PoseEstimate = robot.output("estimate").unwrap();
     assert_eq!(estimate.pose, Pose2 { x: 0.0, y: 0.0, theta: 0.0 });
-    robot.push("place", Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
+    robot.push("initial_pose", Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
     robot.tick();
     let estimate: PoseEstimate = robot.output("estimate").unwrap();
     assert_eq!(estimate.pose, Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
     for (x, theta) in [(f64::NAN, 0.0), (1e9, 0.0), (0.0, 1e300), (0.0, f64::INFINITY)] {
-        robot.push("place", Pose2 { x, y: 0.0, theta });
+        robot.push("initial_pose", Pose2 { x, y: 0.0, theta });
         robot.tick();
         assert!(robot.output::<PoseEstimate>("estimate").is_none(), "{x} {theta}");
     }
 }
 
 #[test]
-fn a_positioning_system_and_a_compass_make_it_sure_again() {
+fn position_and_compass_updates_shrink_the_covariance() {
     let mut robot = Fixture::<PoseEstimator>::new();
     for step in 0..100 {
         robot.set("odometry", odometry(f64::from(step) * 0.1, 0.0, 0.0));
@@ -78,7 +78,7 @@ fn a_positioning_system_and_a_compass_make_it_sure_again() {
 
 proptest! {
     #[test]
-    fn a_covariance_is_one_whatever_happens(
+    fn the_covariance_stays_symmetric_and_positive(
         steps in prop::collection::vec((-0.3..0.3_f64, -0.3..0.3_f64, -1.0..1.0_f64, 0..4_u8), 1..60),
     ) {
         let mut robot = Fixture::<PoseEstimator>::new();
@@ -89,7 +89,7 @@ proptest! {
             match what {
                 1 => robot.set("position", Position { x, y, z: 0.0 }),
                 2 => robot.set("orientation", Orientation { theta }),
-                3 => robot.push("place", Pose2 { x, y, theta }),
+                3 => robot.push("initial_pose", Pose2 { x, y, theta }),
                 _ => {}
             }
             robot.tick();
@@ -127,17 +127,17 @@ fn scan(mapper: &mut Fixture<OccupancyMapper>, range: impl Fn(f64) -> f64) {
     assert_eq!(mapper.tick(), slate_module::Outcome::Ok);
 }
 
-/// Looks at the map that was just told.
+/// Looks at the newest map.
 fn look(mapper: &Fixture<OccupancyMapper>, look: impl FnOnce(&OccupancyGrid)) {
     mapper.read("map", look).unwrap();
 }
 
-/// Looks at the way that was just planned.
-fn way(planner: &Fixture<PathPlanner>, look: impl FnOnce(&Path)) {
+/// Looks at the newest path.
+fn path(planner: &Fixture<PathPlanner>, look: impl FnOnce(&Path)) {
     planner.read("path", look).unwrap();
 }
 
-/// What a map says of a place.
+/// Value of the cell at a point.
 fn at(map: &OccupancyGrid, x: f64, y: f64) -> i8 {
     let cell = |from: f64, to: f64| ((to - from) / map.resolution).floor() as usize;
     map.data[cell(map.origin.y, y) * map.width as usize + cell(map.origin.x, x)]
@@ -150,7 +150,7 @@ fn wall(direction: f64) -> f64 {
 }
 
 #[test]
-fn a_wall_is_occupied_what_is_before_it_free_and_what_is_behind_it_unknown() {
+fn a_wall_is_occupied_before_it_free_behind_it_unknown() {
     let mut mapper = mapper();
     for _ in 0..5 {
         scan(&mut mapper, wall);
@@ -165,7 +165,7 @@ fn a_wall_is_occupied_what_is_before_it_free_and_what_is_behind_it_unknown() {
 }
 
 #[test]
-fn who_has_left_is_forgotten_and_a_laser_that_fails_says_nothing() {
+fn moving_objects_fade_and_invalid_ranges_change_nothing() {
     let mut mapper = mapper();
     for _ in 0..5 {
         scan(&mut mapper, wall);
@@ -181,17 +181,12 @@ fn who_has_left_is_forgotten_and_a_laser_that_fails_says_nothing() {
 }
 
 #[test]
-fn what_is_painted_goes_over_what_is_measured_until_it_is_taken_back() {
+fn strokes_override_measured_cells_until_they_are_undone() {
     let mut mapper = mapper();
     for _ in 0..5 {
         scan(&mut mapper, wall);
     }
-    let stroke = |mark, points: &[Point2]| MapStroke {
-        width: 0.2,
-        mark,
-        reserved: [0; 7],
-        points: Sequence::new(points),
-    };
+    let stroke = |mark, points: &[Point2]| MapStroke { width: 0.2, mark, points: Sequence::new(points) };
     mapper
         .push("strokes", stroke(MapMark::OCCUPIED, &[Point2 { x: 1.0, y: -0.5 }, Point2 { x: 1.0, y: 0.5 }]));
     mapper.push("strokes", stroke(MapMark::FREE, &[Point2 { x: 2.0, y: 0.0 }]));
@@ -224,9 +219,9 @@ fn plan(door: std::ops::Range<f64>, goal: Point2) -> Fixture<PathPlanner> {
 }
 
 #[test]
-fn the_way_leads_through_the_door_and_keeps_away_from_the_wall() {
+fn the_path_leads_through_the_door_with_clearance() {
     let goal = Point2 { x: 2.0, y: 0.0 };
-    way(&plan(1.0..2.4, goal), |path| {
+    path(&plan(1.0..2.4, goal), |path| {
         let (first, last) = (path.points[0], *path.points.last().unwrap());
         assert_eq!((first, last), (Point2 { x: -2.0, y: 0.0 }, goal));
         assert!(path.length > 4.8 && path.length < 5.6, "{path:?}");
@@ -246,42 +241,42 @@ fn the_way_leads_through_the_door_and_keeps_away_from_the_wall() {
 }
 
 #[test]
-fn without_a_door_there_is_no_way_and_the_robot_stays() {
+fn without_a_door_the_path_is_empty_and_the_robot_stays() {
     let planner = plan(0.0..0.0, Point2 { x: 2.0, y: 0.0 });
-    way(&planner, |path| assert!(path.points.is_empty() && path.length == 0.0));
-    assert_eq!(planner.output::<Point2>("next"), Some(Point2 { x: -2.0, y: 0.0 }));
-    // Nor to a place that is none of the map.
+    path(&planner, |path| assert!(path.points.is_empty() && path.length == 0.0));
+    assert_eq!(planner.output::<Point2>("waypoint"), Some(Point2 { x: -2.0, y: 0.0 }));
+    // Nor to a goal outside of the map.
     let planner = plan(1.0..2.4, Point2 { x: 20.0, y: 0.0 });
-    way(&planner, |path| assert!(path.points.is_empty()));
+    path(&planner, |path| assert!(path.points.is_empty()));
 }
 
 #[test]
-fn who_stands_too_near_to_something_gets_away_from_it() {
+fn a_robot_too_close_to_an_obstacle_can_leave() {
     let goal = Point2 { x: -2.0, y: -1.0 };
     let mut planner = plan(1.0..2.4, goal);
     // Nearer to the wall than its radius.
     planner.set("pose", Pose2 { x: -0.12, y: -1.0, theta: 0.0 });
     planner.advance(SECOND);
     planner.tick();
-    way(&planner, |path| {
+    path(&planner, |path| {
         assert_eq!((path.points.len(), *path.points.last().unwrap()), (2, goal), "{path:?}");
     });
     // Even where the map says that something stands, such as its own shadow; but never through the wall.
     planner.set("pose", Pose2 { x: 0.05, y: -1.0, theta: 0.0 });
     planner.advance(SECOND);
     planner.tick();
-    way(&planner, |path| assert_eq!(path.points.last(), Some(&goal)));
+    path(&planner, |path| assert_eq!(path.points.last(), Some(&goal)));
 }
 
 #[test]
-fn the_next_place_is_on_the_way_and_no_farther_than_it_looks_ahead() {
+fn the_waypoint_is_at_the_lookahead_distance_on_the_path() {
     let goal = Point2 { x: 2.0, y: 0.0 };
     let planner = plan(1.0..2.4, goal);
-    let next: Point2 = planner.output("next").unwrap();
+    let next: Point2 = planner.output("waypoint").unwrap();
     assert!((math::hypot(next.x + 2.0, next.y) - 0.8).abs() < 1e-9, "{next:?}");
     let mut planner = plan(1.0..2.4, goal);
     planner.set("pose", Pose2 { x: 1.8, y: 0.0, theta: 0.0 });
     planner.advance(SECOND);
     planner.tick();
-    assert_eq!(planner.output::<Point2>("next"), Some(goal));
+    assert_eq!(planner.output::<Point2>("waypoint"), Some(goal));
 }

@@ -1,5 +1,4 @@
-//! A main loop of two stages: `Sense` in every cycle, and `Act` in one of some, where acting is slow or needs the world
-//! to settle.
+//! Main loop of two stages: `Sense` in each cycle, `Act` in one of several, for slow actuation.
 //!
 //! Modules stay in the stages that they name: `Sense` runs those of `PreLoop` to `WorldState`, and `Act` those of `Think`
 //! to `PostLoop`. The loop is taken while the module `sense_act` is there, which may come and go while the agent runs
@@ -30,14 +29,14 @@ pub struct SenseActIo {
 /// Parameters of [`SenseAct`].
 #[params]
 pub struct SenseActParams {
-    #[param(default = 1, range = 1..=1_000_000, doc = "it acts in one of so many cycles")]
+    #[param(default = 1, range = 1..=1_000_000, doc = "number of cycles per action")]
     every: u64,
 }
 
 /// State of [`SenseAct`].
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct SenseActState {
-    /// What the policy goes by; 0 before there is one.
+    /// Cycles per action of the policy; 0 before there is one.
     #[serde(skip)]
     every: Arc<AtomicU64>,
 }

@@ -142,7 +142,7 @@ fn until(what: &str, mut condition: impl FnMut() -> bool) {
 }
 
 #[test]
-fn a_running_agent_gets_two_stages_with_the_library_and_its_ten_without_it() {
+fn the_library_brings_two_stages_and_unloading_restores_ten() {
     let (mut agent, log) = load("loop.period = \"1ms\"\n", Rate::REALTIME);
     let (composer, stopper) = (agent.composer(), agent.stopper());
     let user = std::thread::spawn(move || {
@@ -219,7 +219,7 @@ fn a_parameter_that_makes_no_sense_is_refused() {
 }
 
 #[test]
-fn after_a_reload_it_has_the_loop_again_from_the_second_cycle_on() {
+fn after_a_reload_it_owns_the_loop_from_the_second_cycle() {
     let (mut agent, _) = lockstep("");
     let composer = agent.composer();
     composer.load_library(&library()).unwrap();

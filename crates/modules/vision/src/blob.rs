@@ -1,19 +1,19 @@
-//! Finding a blob in an image.
+//! Blob detection in an image.
 
 use slate_interfaces::Image;
 
-/// What was found.
+/// A detected blob.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Found {
-    /// The centre, pixels from the left and from the top.
+    /// Center, pixels from the left and from the top.
     pub x: f64,
     pub y: f64,
-    /// The brightest pixel.
+    /// Brightness of the brightest pixel.
     pub brightness: f64,
     pub pixels: u32,
 }
 
-/// Memory of a search, so that the next one of that size allocates nothing.
+/// Buffers of a search, reused so that it allocates only once.
 #[derive(Debug, Default)]
 pub(crate) struct Search {
     seen: Vec<bool>,
@@ -30,8 +30,9 @@ fn brightness(image: &Image, x: u32, y: u32) -> f64 {
 }
 
 impl Search {
-    /// The pixels that hang together with the brightest one, over their edges, and are at least `share` as bright.
-    /// Nothing in an image that is black; of several that are the brightest, the one nearest to the top counts.
+    /// Finds the 4-connected pixels about the brightest one with at least `share` of its brightness.
+    ///
+    /// `None` for a black image; of equally bright pixels the topmost counts.
     pub fn brightest(&mut self, image: &Image, share: f64) -> Option<Found> {
         let mut peak = (0.0, (0, 0));
         for y in 0..image.height {
@@ -102,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn finds_the_middle_of_the_brightest_and_leaves_out_what_is_apart() {
+    fn finds_the_center_of_the_brightest_connected_blob() {
         #[rustfmt::skip]
         let pixels = [
             0, 0,   0,   0, 90,

@@ -5,33 +5,31 @@ use slate_module::prelude::*;
 use crate::blob::Search;
 use crate::service::Vision;
 
-/// The brightest thing that a camera sees.
+/// Brightest blob in a camera's picture.
 #[interface]
 #[derive(PartialEq)]
 pub struct Blob {
-    /// The centre, from the left.
+    /// Center, from the left.
     #[unit("px")]
     pub x: f64,
-    /// The centre, from the top.
+    /// Center, from the top.
     #[unit("px")]
     pub y: f64,
-    /// The brightest pixel, from 0 to 1.
+    /// Brightness of the brightest pixel, 0 to 1.
     pub brightness: f64,
-    /// When the picture was taken, the agent's time.
+    /// Capture time, the agent's time.
     #[unit("ns")]
     pub time: u64,
-    /// How large it is; 0 when everything is black.
+    /// Area; 0 for a black picture.
     #[unit("px")]
     pub pixels: u32,
-    /// Not used.
-    pub reserved: u32,
 }
 
 /// Ports of [`BlobFinder`].
 #[ports]
 pub struct BlobFinderIo {
     vision: Aspect<Vision>,
-    /// What was found in the newest picture.
+    /// Blob of the newest picture.
     blob: Output<Blob>,
 }
 
@@ -40,17 +38,17 @@ pub struct BlobFinderIo {
 pub struct BlobFinderParams {
     #[param(default = "pattern:320x240@30", doc = "the camera, such as `file:/data/%04d.pgm@10`")]
     camera: Text<124>,
-    #[param(default = 0.75, range = 0.0..=1.0, doc = "how bright the blob's darkest pixel is, of its brightest")]
-    share: f64,
+    #[param(default = 0.75, range = 0.0..=1.0, doc = "threshold of the blob's pixels, as a fraction of its brightest")]
+    min_brightness: f64,
 }
 
-/// Finds the centre of the brightest blob that a camera sees.
+/// Detects the brightest blob in a camera's pictures.
 pub struct BlobFinder;
 
 /// State of [`BlobFinder`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct BlobFinderState {
-    /// Number and time of the last picture.
+    /// Number and time of the newest picture.
     last: (u64, u64),
     #[serde(skip)]
     search: Search,
@@ -81,14 +79,13 @@ impl Module for BlobFinder {
             return Outcome::Ok;
         }
         state.last = (stamp.sequence, stamp.time);
-        let found = state.search.brightest(&picture, params.share);
+        let found = state.search.brightest(&picture, params.min_brightness);
         io.blob.set(Blob {
             x: found.map_or(0.0, |found| found.x),
             y: found.map_or(0.0, |found| found.y),
             brightness: found.map_or(0.0, |found| found.brightness),
             time: stamp.time,
             pixels: found.map_or(0, |found| found.pixels),
-            reserved: 0,
         });
         Outcome::Ok
     }

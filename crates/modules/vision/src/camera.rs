@@ -1,5 +1,4 @@
-//! The cameras of a vision master. Who captures takes no lock: cameras are only ever added, and each has some seats in
-//! which a reader of its pictures sits.
+//! Cameras of a vision master. A capture takes no lock: cameras are only added, and each has a pool of readers.
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,9 +12,9 @@ use slate_module::blackboard::channel::{Budget, Latest, Loan};
 use crate::handover::Handover;
 use crate::source::Source;
 
-/// How many cameras a master has at most.
+/// Maximum number of cameras of a master.
 pub(crate) const CAMERAS: usize = 16;
-/// How many pictures of a camera can be held at a time.
+/// Maximum number of pictures of a camera in use.
 const SEATS: usize = 16;
 
 /// All cameras of a master.
@@ -30,21 +29,21 @@ struct Node {
     next: OnceLock<Box<Node>>,
 }
 
-/// A camera that somebody asked for.
+/// A requested camera.
 #[derive(Debug)]
 pub(crate) struct Camera {
     text: String,
     pub source: Source,
-    /// Once it is known how large its pictures are.
+    /// Channel, once the size of the pictures is known.
     channel: OnceLock<Arc<Channel>>,
     seats: [Seat; SEATS],
-    /// What a thread has taken, if one does.
+    /// Handover from its thread, if any.
     pub handover: Handover,
     failing: AtomicBool,
     problem: Mutex<String>,
 }
 
-/// A place for a reader, used by one at a time.
+/// Reader for one user at a time.
 #[derive(Debug, Default)]
 pub(crate) struct Seat {
     taken: AtomicBool,
@@ -55,13 +54,13 @@ pub(crate) struct Seat {
 unsafe impl Sync for Seat {}
 
 impl Cameras {
-    /// All of them, in the order in which they were asked for.
+    /// Returns all cameras, in the order of request.
     pub fn iter(&self) -> impl Iterator<Item = &Arc<Camera>> {
         let first = self.first.get();
         std::iter::successors(first, |node| node.next.get()).map(|node| &node.camera)
     }
 
-    /// The camera of that text, which is added if need be.
+    /// Returns the camera of a text; adds it if it is new.
     pub fn camera(&self, text: &str) -> Result<&Camera, String> {
         let mut place = &self.first;
         for _ in 0..CAMERAS {
@@ -81,7 +80,7 @@ impl Cameras {
         Err(format!("no room for the camera `{text}`: there are {CAMERAS}, which is the limit"))
     }
 
-    /// The newest picture of the camera of that text, and the seat that is left when it is no longer used.
+    /// Returns the newest picture of a camera, and the reader to return afterwards.
     pub fn capture(&self, text: &str) -> Result<Option<(&Seat, Loan<'_>)>, String> {
         let camera = self.camera(text)?;
         if camera.failing.load(Ordering::Acquire) {
@@ -113,7 +112,7 @@ impl Cameras {
 }
 
 impl Seat {
-    /// The picture is no longer used.
+    /// Returns a reader to the pool.
     pub fn leave(&self) {
         self.taken.store(false, Ordering::Release);
     }
@@ -135,12 +134,12 @@ impl Node {
 }
 
 impl Camera {
-    /// What it was asked for with.
+    /// Returns the text of the request.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The channel of its pictures, which have so many bytes of pixels; what was said first counts.
+    /// Returns the channel for pictures of a size, bytes; the first size counts.
     pub fn channel(&self, bytes: usize) -> &Arc<Channel> {
         self.channel.get_or_init(|| {
             let budget = Budget { latest: SEATS as u16, queues: 0, window: 0 };
@@ -148,13 +147,13 @@ impl Camera {
         })
     }
 
-    /// Says why it gives no pictures; what was said before is there then.
+    /// Sets the reason of a failure; returns whether it is new.
     pub fn fail(&self, problem: &mut String) {
         std::mem::swap(&mut *self.problem.lock().unwrap_or_else(PoisonError::into_inner), problem);
         self.failing.store(true, Ordering::Release);
     }
 
-    /// Says that it gives pictures.
+    /// Clears the failure.
     pub fn work(&self) {
         self.failing.store(false, Ordering::Release);
     }
@@ -207,7 +206,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_texts_and_too_many_cameras_are_refused_and_failures_pass() {
+    fn invalid_and_surplus_cameras_are_refused() {
         let cameras = Cameras::default();
         let refused = |text: &str| cameras.capture(text).map(|_| ()).unwrap_err();
         assert!(refused("webcam").contains("`webcam` names no camera"));

@@ -1,33 +1,32 @@
-//! Pictures on their way from the thread that takes them to the master, which shows them to all at once: without a copy, and
-//! without a lock.
+//! Lock-free handover of pictures from a capture thread to the vision master, without a copy.
 
 use std::cell::UnsafeCell;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use slate_module::blackboard::channel::Writer;
 
-/// Nobody has the content, and there is nothing new in it.
+/// State: free, without a new picture.
 const FREE: u8 = 0;
-/// The thread has it.
+/// State: owned by the thread.
 const FILLING: u8 = 1;
-/// Nobody has it, and it is new.
+/// State: free, with a new picture.
 const FULL: u8 = 2;
-/// The master has it.
+/// State: owned by the master.
 const TAKING: u8 = 3;
 
-/// Where a thread puts the newest picture of a camera; one that nobody has taken makes room.
+/// Slot of a camera's newest picture; a new one replaces it.
 #[derive(Debug)]
 pub(crate) struct Handover {
     state: AtomicU8,
     content: UnsafeCell<Content>,
 }
 
-/// What is handed over.
+/// Content of the slot.
 #[derive(Debug)]
 pub(crate) struct Content {
-    /// In its draft is the picture.
+    /// Writer; its draft is the picture.
     pub writer: Option<Writer>,
-    /// The bytes of its pixels and when it was taken, or why there is none.
+    /// Size of the pixels, bytes, and capture time, or the reason of a failure.
     pub result: Result<(usize, u64), String>,
 }
 
@@ -42,8 +41,7 @@ impl Default for Handover {
 }
 
 impl Handover {
-    /// Puts something new in. Only one thread does so at a time; it waits while the master takes the last one, which is no
-    /// longer than a few instructions.
+    /// Puts a new picture. For one thread at a time; it waits while the master takes the previous one, for a few instructions.
     pub fn fill(&self, work: impl FnOnce(&mut Option<Writer>) -> Result<(usize, u64), String>) {
         loop {
             let state = self.state.load(Ordering::Relaxed);
@@ -60,7 +58,7 @@ impl Handover {
         self.state.store(FULL, Ordering::Release);
     }
 
-    /// Takes what is new, if there is something.
+    /// Takes a new picture, if any.
     pub fn take(&self, work: impl FnOnce(&mut Content)) {
         if self.state.compare_exchange(FULL, TAKING, Ordering::Acquire, Ordering::Relaxed).is_err() {
             return;
@@ -76,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_taken_is_whole_and_never_older_than_what_was_taken_before() {
+    fn taken_pictures_are_whole_and_never_older_than_before() {
         let handover = Handover::default();
         std::thread::scope(|scope| {
             scope.spawn(|| {

@@ -1,10 +1,9 @@
 //! Cameras for modules.
 //!
-//! [`VisionMaster`] owns the cameras and brings the service [`Vision`]; a module with the port
-//! [`Aspect<Vision>`](slate_module::aspect::Aspect) gets the newest picture of a camera that it names by a text, such as
-//! `pattern:640x480@30` (see [`Source`]). It runs only while a vision master provides the service, and the plugin of that
-//! can't be unloaded while such a module is there. [`BlobFinder`] is one. On a recording a [`VisionPlayer`] takes the place of
-//! the master.
+//! [`VisionMaster`] owns the cameras and provides the service [`Vision`]. A module with the port
+//! [`Aspect<Vision>`](slate_module::aspect::Aspect) reads the newest picture of a camera by a text such as `pattern:640x480@30` (see
+//! [`Source`]). It runs only while the service is provided, and keeps the master's plugin loaded. [`BlobFinder`] is an example. On a
+//! recording, [`VisionPlayer`] replaces the master.
 //!
 //! ```
 //! use slate_module::aspect::Aspect;
@@ -16,7 +15,7 @@
 //!     vision: Aspect<Vision>,
 //! }
 //!
-//! /// Says how large the pictures are.
+//! /// Logs the size of the pictures.
 //! pub struct Viewer;
 //!
 //! #[module(stage = SensorProcess)]

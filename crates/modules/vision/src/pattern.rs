@@ -1,14 +1,14 @@
-//! A picture that is computed, for tests and for trying modules without a camera.
+//! Test pattern, for modules without a camera.
 
 use std::f64::consts::TAU;
 
 use slate_interfaces::{Image, ImageFormat};
 use slate_module::math;
 
-/// How long the disc takes to go round, seconds.
+/// Period of the disc's motion, seconds.
 const TURN: f64 = 4.0;
 
-/// Where the disc's centre is, pixels, and its radius.
+/// Center and radius of the disc, pixels.
 pub(crate) fn disc(width: u32, height: u32, seconds: f64) -> (f64, f64, f64) {
     let (width, height) = (f64::from(width), f64::from(height));
     let side = if width < height { width } else { height };
@@ -18,14 +18,13 @@ pub(crate) fn disc(width: u32, height: u32, seconds: f64) -> (f64, f64, f64) {
     (x, y, 0.1 * side)
 }
 
-/// Draws the picture of a time: the disc, brightest, before a background that gets brighter to the right.
+/// Draws the pattern at a time: a bright disc on a gradient.
 pub(crate) fn draw(image: &mut Image, width: u32, height: u32, seconds: f64) {
     let (x, y, radius) = disc(width, height, seconds);
     image.width = width;
     image.height = height;
     image.step = width;
     image.format = ImageFormat::MONO8;
-    image.reserved = [0; 3];
     for (row, pixels) in image.data.chunks_exact_mut(width as usize).enumerate() {
         let dy = row as f64 - y;
         for (column, pixel) in pixels.iter_mut().enumerate() {

@@ -1,8 +1,10 @@
-//! Pictures as files: the binary form of PGM (`P5`), with a byte a pixel.
+//! Binary PGM files (`P5`) with one byte per pixel.
+//!
+//! Own code: the crate `image` brings many formats, and allocates a picture instead of a read into the draft.
 
 use crate::source::LONGEST;
 
-/// A picture in a file.
+/// Picture in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Pgm<'a> {
     pub width: u32,
@@ -10,10 +12,10 @@ pub(crate) struct Pgm<'a> {
     pub pixels: &'a [u8],
 }
 
-/// Reads a file's bytes.
+/// Parses a file's bytes.
 ///
 /// # Errors
-/// What is wrong with it.
+/// A description of the format error.
 pub(crate) fn read(bytes: &[u8]) -> Result<Pgm<'_>, &'static str> {
     let mut rest = bytes.strip_prefix(b"P5").ok_or("is no PGM of the binary form, which begins with `P5`")?;
     let mut number = || {
@@ -39,7 +41,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Pgm<'_>, &'static str> {
     Ok(Pgm { width, height, pixels })
 }
 
-/// What follows blanks and comments; nothing when there is neither.
+/// Skips blanks and comments; `None` if there are none.
 fn skip(bytes: &[u8]) -> Option<&[u8]> {
     let mut rest = bytes;
     loop {

@@ -1,26 +1,26 @@
 use slate_module::prelude::*;
 
-/// What of a camera's pictures there is.
+/// Report of a camera.
 #[interface]
 #[derive(PartialEq)]
 pub struct CameraState {
-    /// The number of its newest picture; 0 before the first.
+    /// Number of the newest picture; 0 before the first.
     pub picture: u64,
-    /// When that was taken, the agent's time.
+    /// Its capture time, the agent's time.
     #[unit("ns")]
     pub taken: u64,
-    /// When it came to the modules, the agent's time.
+    /// Its arrival at the modules, the agent's time.
     #[unit("ns")]
     pub came: u64,
-    /// The text that it was asked for with.
+    /// Text of the request.
     pub camera: Text<252>,
-    /// Why it gives no pictures now; empty when it does.
+    /// Reason of a present failure; empty for none.
     pub problem: Text<252>,
 }
 
-/// The cameras of a vision master.
+/// Reports of a vision master's cameras.
 #[interface]
 pub struct CameraReport {
-    /// In the order in which they were asked for.
+    /// Reports in the order of request.
     pub cameras: Sequence<CameraState, 16>,
 }

@@ -9,7 +9,7 @@ use slate_module::{Interface, Refusal, Stamp};
 
 use crate::camera::{Cameras, Seat};
 
-/// The newest pictures of cameras, without copying them and without waiting for anybody.
+/// Service of cameras' newest pictures, without copies and without locks.
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]
 pub struct Vision {
@@ -18,14 +18,14 @@ pub struct Vision {
     release: unsafe extern "C" fn(*const ()),
 }
 
-/// A picture as the service lends it.
+/// A lent picture.
 #[repr(C)]
 #[derive(Debug)]
 struct Captured {
     data: *const u8,
     items: usize,
     stamp: Stamp,
-    /// Given back when the picture is no longer used.
+    /// Reader to return afterwards.
     hold: *const (),
 }
 
@@ -35,17 +35,17 @@ unsafe impl Service for Vision {
 }
 
 impl Vision {
-    /// The service over those cameras, which its owner keeps.
+    /// Makes the service of cameras, which its owner keeps.
     pub(crate) fn new(cameras: &Arc<Cameras>) -> Self {
         Self { context: Arc::as_ptr(cameras), capture, release }
     }
 
-    /// The newest picture of a camera, named as [`Source`](crate::Source) says. The first call opens it, so the first
-    /// picture comes with a later tick. Whether a picture is new shows in its [stamp](Picture::stamp), how large it is
-    /// in the [`Image`] that it is.
+    /// Returns the newest picture of a camera, by the text of a [`Source`](crate::Source).
+    ///
+    /// The first call opens the camera; its first picture comes with a later tick. The [stamp](Picture::stamp) has time and number.
     ///
     /// # Errors
-    /// When the text names no camera, the camera gives no pictures now, or too many are open or held.
+    /// If the text is invalid, the camera has failed, or too many are open or in use.
     pub fn capture(&self, camera: &str) -> Result<Option<Picture<'_>>, Refusal> {
         let mut captured =
             Captured { data: std::ptr::null(), items: 0, stamp: Stamp::default(), hold: std::ptr::null() };
@@ -61,7 +61,7 @@ impl Vision {
     }
 }
 
-/// A picture, the same as long as it is held; a tick can hold it no longer than itself.
+/// A picture, constant while it is held; at most for a tick.
 #[derive(Debug)]
 pub struct Picture<'a> {
     captured: Captured,
@@ -69,7 +69,7 @@ pub struct Picture<'a> {
 }
 
 impl Picture<'_> {
-    /// When it was taken, the agent's time in nanoseconds, and which picture of the camera it is.
+    /// Returns the capture time, the agent's time in nanoseconds, and the number of the picture.
     pub fn stamp(&self) -> Stamp {
         self.captured.stamp
     }

@@ -2,40 +2,40 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// Where the pictures of a camera come from, as a text names it.
+/// Source of a camera's pictures, parsed from a text.
 ///
 /// | text | camera |
 /// |---|---|
-/// | `pattern:640x480@30` | a bright disc that goes round in four seconds, 30 pictures a second; the same in every run |
+/// | `pattern:640x480@30` | test pattern at 30 Hz: a bright disc that circles in four seconds; equal in all runs |
 /// | `file:/data/%04d.pgm@10` | PGM files (`P5`) with that many digits, from 0 or 1, and again from the first after the last; without `%` the same file again and again |
 ///
-/// Without `@` there are 30 pictures a second.
+/// The default rate is 30 Hz.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
-    /// A picture that is computed.
+    /// Test pattern.
     Pattern {
         /// Pixels of a row.
         width: u32,
         /// Rows.
         height: u32,
-        /// How many there are.
+        /// Frame rate.
         rate: Rate,
     },
     /// Pictures from files.
     Files {
-        /// Which ones.
+        /// Pattern of the files' names.
         files: Files,
-        /// How many there are.
+        /// Frame rate.
         rate: Rate,
     },
 }
 
-/// Pictures in a second.
+/// Frame rate, Hz.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rate(u32);
 
 impl Rate {
-    /// From one picture to the next, nanoseconds.
+    /// Returns the frame period, nanoseconds.
     pub fn period(self) -> u64 {
         1_000_000_000 / u64::from(self.0)
     }
@@ -45,13 +45,13 @@ impl Rate {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Files {
     before: String,
-    /// Digits of the number; none when there is only one file.
+    /// Digits of the number; `None` for a single file.
     digits: Option<usize>,
     after: String,
 }
 
 impl Files {
-    /// The file of that number.
+    /// Returns the file of a number.
     pub fn path(&self, number: u64) -> PathBuf {
         match self.digits {
             Some(digits) => format!("{}{number:0digits$}{}", self.before, self.after).into(),
@@ -59,13 +59,13 @@ impl Files {
         }
     }
 
-    /// Whether there is more than one.
+    /// Returns whether it is a series of files.
     pub fn are_numbered(&self) -> bool {
         self.digits.is_some()
     }
 }
 
-/// The text names no camera.
+/// Error of a camera's text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SourceError {
     text: String,
@@ -84,7 +84,7 @@ impl fmt::Display for SourceError {
 
 impl std::error::Error for SourceError {}
 
-/// The longest side, pixels.
+/// Maximum width and height, pixels.
 pub(crate) const LONGEST: u32 = 8192;
 const FASTEST: u32 = 1000;
 

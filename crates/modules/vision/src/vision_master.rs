@@ -21,55 +21,55 @@ pub struct VisionMasterIo {
     /// The cameras.
     vision: Provider<Vision>,
     threads: Aspect<Threads>,
-    /// The newest picture of the camera that was asked for first; only of up to a mebibyte.
+    /// Newest picture of the first camera, up to 1 MiB.
     #[capacity(1_048_576)]
     image: Debug<Image>,
-    /// The same of the second one.
+    /// Newest picture of the second camera.
     #[capacity(1_048_576)]
     image_2: Debug<Image>,
-    /// Of the third.
+    /// Newest picture of the third camera.
     #[capacity(1_048_576)]
     image_3: Debug<Image>,
-    /// Of the fourth.
+    /// Newest picture of the fourth camera.
     #[capacity(1_048_576)]
     image_4: Debug<Image>,
-    /// What of the cameras' pictures there is.
+    /// Reports of the cameras.
     cameras: Output<CameraReport>,
 }
 
-/// The pictures of so many cameras are shown.
+/// Number of cameras with published pictures.
 const SHOWN: usize = 4;
 
-/// Owns the cameras, and brings the service [`Vision`].
+/// Owns the cameras, and provides the service [`Vision`].
 ///
-/// Pictures that are computed are made in its tick, so they are the same in every run in lockstep; files are read by a
-/// thread for each camera. Modules see a new picture from its tick on, so that what is recorded of it is all that they saw.
+/// Test patterns are drawn in its tick, so they are equal in all lockstep runs; a thread per camera reads files. Modules see a new picture
+/// from its tick on, so a recording has all pictures that they saw.
 pub struct VisionMaster;
 
-/// State of [`VisionMaster`]. The cameras are no part of what is saved: they are opened again when somebody asks.
+/// State of [`VisionMaster`]. Cameras are not saved: the next request opens them.
 #[derive(Default, Serialize, Deserialize)]
 pub struct VisionMasterState {
     #[serde(skip)]
     cameras: Option<Open>,
 }
 
-/// The cameras and what gives their pictures.
+/// Cameras and their drivers.
 struct Open {
     cameras: Arc<Cameras>,
-    /// For each camera in their order, how it is driven.
+    /// Driver of each camera, in their order.
     drivers: Vec<Driver>,
-    /// What there is of each of their pictures.
+    /// Report of each camera.
     states: Vec<CameraState>,
-    /// For each camera that is shown, the number of the picture that was shown last.
+    /// Number of the newest published picture of each camera.
     shown: [u64; SHOWN],
 }
 
 enum Driver {
-    /// A picture is drawn when it is time.
+    /// Test pattern, drawn when due.
     Pattern { writer: Writer, due: u64 },
-    /// A thread of that name does it.
+    /// Thread of this name.
     Thread(String),
-    /// Nothing does.
+    /// None.
     Off,
 }
 
@@ -168,19 +168,19 @@ impl Driver {
     }
 }
 
-/// Says why a camera gives no pictures; what was said before is there then.
+/// Reports the failure of a camera, if it is new.
 fn fail(camera: &Camera, problem: &mut String, state: &mut CameraState) {
     state.problem = Text::new(problem);
     camera.fail(problem);
 }
 
-/// Says what picture has come.
+/// Reports a new picture.
 fn came(writer: &Writer, taken: u64, now: &Tick, state: &mut CameraState) {
     (state.picture, state.taken, state.came) = (writer.last().sequence, taken, now.now());
 }
 
 impl Open {
-    /// Shows the pictures of the first cameras that are new to who watches.
+    /// Publishes new pictures of the first cameras.
     fn show(&mut self, io: &VisionMasterIo) {
         let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
         let vision = Vision::new(&self.cameras);
@@ -194,24 +194,23 @@ impl Open {
     }
 }
 
-/// Makes an image one like another of the same size.
+/// Copies an image of the same size.
 pub(crate) fn copy(from: &Image, to: &mut Image) {
     to.width = from.width;
     to.height = from.height;
     to.step = from.step;
     to.format = from.format;
-    to.reserved = [0; 3];
     to.data.copy_from_slice(&from.data);
 }
 
-/// Writes an image with so many bytes of pixels.
+/// Writes an image with a number of bytes of pixels.
 pub(crate) fn write(writer: &mut Writer, bytes: usize, now: u64, draw: impl FnOnce(&mut Image)) {
     fill(writer, bytes, draw);
     // No reader of these pictures can hold their writer up.
     let _ = writer.publish(bytes, now);
 }
 
-/// Draws the next image, with so many bytes of pixels, for which there is room.
+/// Draws the next image into a draft, with a number of bytes of pixels.
 fn fill(writer: &mut Writer, bytes: usize, draw: impl FnOnce(&mut Image)) {
     let mut draft = writer.draft();
     assert!(bytes <= draft.capacity(), "whoever draws has looked whether there is room");
@@ -219,7 +218,7 @@ fn fill(writer: &mut Writer, bytes: usize, draw: impl FnOnce(&mut Image)) {
     draw(unsafe { Image::from_raw_mut(draft.as_mut_ptr(), bytes) });
 }
 
-/// The life of a thread that reads files.
+/// Main function of a thread that reads files.
 fn read_files(stop: &Stop, camera: &Camera, files: &Files, period: Duration) {
     let mut number = 0;
     while stop.wait(period) {
@@ -244,7 +243,7 @@ fn read_files(stop: &Stop, camera: &Camera, files: &Files, period: Duration) {
     }
 }
 
-/// Draws the picture of a file; returns the bytes of its pixels.
+/// Reads the picture of a file; returns the size of its pixels, bytes.
 fn take(
     camera: &Camera,
     writer: &mut Option<Writer>,
@@ -269,7 +268,6 @@ fn take(
         image.height = picture.height;
         image.step = picture.width;
         image.format = ImageFormat::MONO8;
-        image.reserved = [0; 3];
         image.data.copy_from_slice(picture.pixels);
     });
     Ok(size)

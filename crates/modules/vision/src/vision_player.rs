@@ -11,7 +11,7 @@ use crate::report::{CameraReport, CameraState};
 use crate::service::Vision;
 use crate::vision_master::copy;
 
-/// Ports of [`VisionPlayer`]: what a [`VisionMaster`](crate::VisionMaster) writes.
+/// Ports of [`VisionPlayer`]: outputs of a recorded [`VisionMaster`](crate::VisionMaster).
 #[ports]
 pub struct VisionPlayerIo {
     /// The cameras.
@@ -23,8 +23,9 @@ pub struct VisionPlayerIo {
     image_4: Input<Image>,
 }
 
-/// Brings the service [`Vision`] out of pictures that a vision master has written, in the place of that master: so vision
-/// modules run on a recording, and see in each cycle what they saw then.
+/// Provides the service [`Vision`] from recorded pictures, instead of a vision master.
+///
+/// Vision modules run on a recording, with the same pictures in each cycle.
 pub struct VisionPlayer;
 
 /// State of [`VisionPlayer`].
@@ -32,7 +33,7 @@ pub struct VisionPlayer;
 pub struct VisionPlayerState {
     #[serde(skip)]
     cameras: Option<Arc<Cameras>>,
-    /// What is shown of each camera.
+    /// State of each camera.
     #[serde(skip)]
     shown: Vec<Shown>,
 }
@@ -40,7 +41,7 @@ pub struct VisionPlayerState {
 #[derive(Default)]
 struct Shown {
     writer: Option<Writer>,
-    /// The number of the newest picture.
+    /// Number of the newest picture.
     picture: u64,
 }
 
@@ -61,7 +62,8 @@ impl Module for VisionPlayer {
             cameras
         }));
         let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
-        for (number, (told, shown)) in io.cameras.cameras.iter().zip(&mut state.shown).enumerate() {
+        let told = io.cameras.get().map_or(&[][..], |report| &report.cameras[..]);
+        for (number, (told, shown)) in told.iter().zip(&mut state.shown).enumerate() {
             // They were opened then, so they can be now.
             if let Ok(camera) = cameras.camera(told.camera.as_str()) {
                 shown.show(camera, told, images.get(number).copied());
@@ -72,13 +74,13 @@ impl Module for VisionPlayer {
 }
 
 impl Shown {
-    /// Shows what is told of a camera, with the image of its newest picture.
+    /// Publishes the report and newest picture of a camera.
     fn show(&mut self, camera: &Camera, told: &CameraState, image: Option<&Input<Image>>) {
         if !told.problem.as_str().is_empty() {
             return camera.fail(&mut told.problem.as_str().to_owned());
         }
         // No other one than the newest is ever written there.
-        let image = image.filter(|image| image.stamp().sequence > 0 && image.stamp().time >= told.came);
+        let image = image.filter(|image| image.stamp().time >= told.came).and_then(Input::get);
         let result = match image {
             _ if self.picture == told.picture => return camera.work(),
             Some(image) => self.write(camera, told, image),

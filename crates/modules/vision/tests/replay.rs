@@ -155,7 +155,7 @@ fn a_module_that_begins_later_sees_the_picture_that_was_there() {
 fn another_parameter_is_tried_on_the_same_pictures() {
     let path = folder("other").join("run.mcap");
     record(&path, &robot(FINDERS), 50, |_| {});
-    let sets = vec!["modules.left.params.share=0.2".to_owned()];
+    let sets = vec!["modules.left.params.min_brightness=0.2".to_owned()];
     let outcome = play(&path, Plan { sets, ..plan(&["left"]) }, |_| {});
     let first = outcome.first.unwrap();
     assert_eq!(first.url, "/left/blob");
@@ -207,7 +207,7 @@ fn pictures_that_came_from_outside_are_those_of_the_recording() {
 }
 
 #[test]
-fn where_nothing_gives_the_pictures_out_of_a_recording_who_has_to_run_is_named() {
+fn a_missing_player_of_recorded_pictures_is_named() {
     let path = folder("nothing").join("run.mcap");
     record(&path, &robot(FINDERS), 10, |_| {});
     let without: Vec<_> = plugins().into_iter().filter(|plugin| plugin.name() != "vision_player").collect();

@@ -221,7 +221,7 @@ fn without_a_master_a_vision_module_does_not_start() {
 }
 
 #[test]
-fn a_master_that_is_used_cannot_be_unloaded_and_one_that_is_not_can() {
+fn only_an_unused_master_can_be_unloaded() {
     let (mut agent, _) = load(ROBOT, &master_and_finder());
     steps(&mut agent, 5);
     let composer = agent.composer();
@@ -306,7 +306,7 @@ impl Drop for Folder {
 }
 
 #[test]
-fn files_are_pictures_one_after_the_other_and_broken_ones_are_named() {
+fn files_are_pictures_in_order_and_broken_ones_are_named() {
     let folder = Folder::new("files");
     folder.write("1.pgm", 9);
     folder.write("2.pgm", 18);
@@ -386,7 +386,7 @@ fn a_camera_that_hangs_keeps_the_masters_code_and_lets_it_go_on() {
 }
 
 #[test]
-fn the_masters_library_is_reloaded_while_it_is_used_and_stays_while_it_is() {
+fn the_library_of_a_used_master_is_reloaded_not_unloaded() {
     let folder = Folder::new("reload");
     folder.write("picture.pgm", 9);
     let text = with_library(&folder.path().join("picture.pgm"));

@@ -17,12 +17,11 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::WheelSpeeds;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::body::WheeledBody;
 
-/// Turns the wheels for a while.
+/// Turns the wheels for a duration.
 #[derive(Serialize, Deserialize)]
 pub struct SetWheelSpeed {
     speeds: Speeds,
@@ -66,7 +65,7 @@ impl<B: WheeledBody> Action<B> for SetWheelSpeed {
 #[derive(Serialize, Deserialize)]
 pub struct TurnAngle {
     turn: Turn,
-    /// The heading to reach, once the robot knows where it looks.
+    /// Goal heading, once the pose is known.
     heading: Option<f64>,
 }
 
@@ -80,7 +79,7 @@ pub struct Turn {
 }
 arguments!(Turn { angle, speed });
 
-/// A turn ends this near to its heading, radians.
+/// Tolerance of the goal heading, radians.
 const HEADING_TOLERANCE: f64 = 0.1;
 
 impl ActionKind for TurnAngle {

@@ -1,44 +1,41 @@
-//! What changed: each Analyze tells the Plan only what is worth planning anew.
+//! Analyzes that report relevant changes to the Plan.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
-/// How much room the robot has.
+/// Free space around the robot.
 #[interface]
 #[derive(PartialEq)]
 pub struct Surroundings {
-    /// The shortest range that a sonar heard.
+    /// Shortest range of the sonars.
     #[unit("m")]
     pub nearest: f64,
-    /// Whether something is near enough to drive with care.
+    /// Whether an obstacle is closer than the crowded distance.
     pub crowded: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
-/// The sonars' percept.
+/// Percept of the sonars.
 #[ports]
 pub struct ObservedRange {
     range: Observed<SonarScan>,
 }
 
-/// What counts as near.
+/// Parameters of [`PassRange`].
 #[params]
 pub struct PassRangeParams {
-    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "nearer than this is crowded")]
-    near: f64,
-    #[param(default = 0.8, range = 0.0..=10.0, unit = "m", doc = "farther than this is free again")]
-    far: f64,
+    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "range below which the surroundings become crowded")]
+    crowded_distance: f64,
+    #[param(default = 0.8, range = 0.0..=10.0, unit = "m", doc = "range above which they become free again (hysteresis)")]
+    free_distance: f64,
 }
 
-/// Tells when the robot's surroundings become crowded or free.
+/// Reports when the surroundings become crowded or free.
 pub struct PassRange;
 
 impl Analyze for PassRange {
     const NAME: &'static str = "pass_range";
-    const DOC: &'static str = "Tells when the surroundings become crowded or free.";
+    const DOC: &'static str = "Reports when the surroundings become crowded or free.";
     type Observed = ObservedRange;
     type Params = PassRangeParams;
     type State = Option<bool>;
@@ -50,42 +47,42 @@ impl Analyze for PassRange {
         params: &PassRangeParams,
         _: &Tick,
     ) -> Option<Surroundings> {
-        let scan = observed.range.new()?;
+        let scan = observed.range.updated()?;
         let heard = scan.echoes.iter().filter(|echo| echo.heard.get()).map(|echo| echo.range);
         let nearest = heard.fold(scan.range_max, math::min);
         let was = *crowded;
-        let limit = if was == Some(true) { params.far } else { params.near };
+        let limit = if was == Some(true) { params.free_distance } else { params.crowded_distance };
         let is = nearest < limit;
         *crowded = Some(is);
-        (was != Some(is)).then(|| Surroundings { nearest, crowded: is.into(), reserved: [0; 7] })
+        (was != Some(is)).then(|| Surroundings { nearest, crowded: is.into() })
     }
 }
 
-/// The position's percept.
+/// Percept of the position.
 #[ports]
 pub struct ObservedPosition {
     position: Observed<Position>,
 }
 
-/// How far is worth telling.
+/// Parameters of [`PassPosition`].
 #[params]
 pub struct PassPositionParams {
-    #[param(default = 0.05, range = 0.0..=10.0, unit = "m", doc = "a shorter way is not worth telling")]
-    step: f64,
+    #[param(default = 0.05, range = 0.0..=10.0, unit = "m", doc = "displacement that is reported")]
+    min_displacement: f64,
 }
 
-/// The last position told.
+/// Newest report.
 #[derive(Default, Serialize, Deserialize)]
 pub struct Told {
     last: Option<(f64, f64)>,
 }
 
-/// Tells when the robot has moved.
+/// Reports when the robot has moved.
 pub struct PassPosition;
 
 impl Analyze for PassPosition {
     const NAME: &'static str = "pass_position";
-    const DOC: &'static str = "Tells when the robot has moved.";
+    const DOC: &'static str = "Reports when the robot has moved.";
     type Observed = ObservedPosition;
     type Params = PassPositionParams;
     type State = Told;
@@ -97,8 +94,10 @@ impl Analyze for PassPosition {
         params: &PassPositionParams,
         _: &Tick,
     ) -> Option<Position> {
-        let position = *observed.position.new()?;
-        let moved = told.last.is_none_or(|(x, y)| math::hypot(position.x - x, position.y - y) >= params.step);
+        let position = *observed.position.updated()?;
+        let moved = told
+            .last
+            .is_none_or(|(x, y)| math::hypot(position.x - x, position.y - y) >= params.min_displacement);
         moved.then(|| {
             told.last = Some((position.x, position.y));
             position
@@ -106,25 +105,25 @@ impl Analyze for PassPosition {
     }
 }
 
-/// The orientation's percept.
+/// Percept of the orientation.
 #[ports]
 pub struct ObservedOrientation {
     orientation: Observed<Orientation>,
 }
 
-/// Which turn is worth telling.
+/// Parameters of [`PassOrientation`].
 #[params]
 pub struct PassOrientationParams {
-    #[param(default = 0.1, range = 0.0..=3.2, unit = "rad", doc = "a smaller turn is not worth telling")]
-    step: f64,
+    #[param(default = 0.1, range = 0.0..=3.2, unit = "rad", doc = "rotation that is reported")]
+    min_rotation: f64,
 }
 
-/// Tells when the robot has turned.
+/// Reports when the robot has turned.
 pub struct PassOrientation;
 
 impl Analyze for PassOrientation {
     const NAME: &'static str = "pass_orientation";
-    const DOC: &'static str = "Tells when the robot has turned.";
+    const DOC: &'static str = "Reports when the robot has turned.";
     type Observed = ObservedOrientation;
     type Params = PassOrientationParams;
     type State = Option<f64>;
@@ -136,9 +135,9 @@ impl Analyze for PassOrientation {
         params: &PassOrientationParams,
         _: &Tick,
     ) -> Option<Orientation> {
-        let orientation = *observed.orientation.new()?;
+        let orientation = *observed.orientation.updated()?;
         let turned =
-            told.is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.step);
+            told.is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.min_rotation);
         turned.then(|| {
             *told = Some(orientation.theta);
             orientation

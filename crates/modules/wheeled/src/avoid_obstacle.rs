@@ -1,11 +1,10 @@
-//! The reactive behaviour: round what the sonars hear, towards the goal.
+//! Reflex: avoids obstacles on the way to the goal.
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Avoider, Decision, Footprint, Other, Parameters};
 use slate_plugin::interfaces::{
     Echo, Orientation, Point2, Pose2, Position, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
 };
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
@@ -13,7 +12,7 @@ use crate::knowledge::WheeledModel;
 use crate::own_motion::OwnMotion;
 use crate::tracks::{Track, Tracks};
 
-/// The sensors it reacts to, and what it knows.
+/// Sensors and knowledge of the reflex.
 #[ports]
 pub struct AvoidObstacleSensors {
     #[stale(after = "200ms")]
@@ -22,38 +21,38 @@ pub struct AvoidObstacleSensors {
     position: Input<Position>,
     #[stale(after = "200ms")]
     orientation: Input<Orientation>,
-    /// Other robots, if there is a sensor that sees them.
+    /// Other robots, if a sensor detects them.
     #[stale(after = "500ms")]
     robots: Input<Sightings>,
-    /// Where the robot shall go, from its knowledge.
+    /// Goal, from Knowledge.
     goal: Input<Point2>,
-    /// How the Plan would move now, if it says so; else it is taken to go straight to the goal.
+    /// Twist that the Plan intends, if it reports one; else straight to the goal.
     #[stale(after = "1s")]
     motion: Input<Twist2>,
-    /// The robot's body, from its knowledge.
+    /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
 }
 
-/// How it avoids.
+/// Parameters of [`AvoidObstacleModel`].
 #[params]
 pub struct AvoidObstacleParams {
-    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "highest speed forward")]
-    speed: f64,
-    #[param(default = 1.2, range = 0.1..=5.0, unit = "rad/s", doc = "highest rate of turn")]
-    turn_rate: f64,
-    #[param(default = 0.025, range = 0.0..=1.0, unit = "m", doc = "least distance to what stands")]
-    pub margin: f64,
-    #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of the other robots that are seen")]
-    other_radius: f64,
-    #[param(default = 6.0, range = 0.1..=1e6, unit = "s", doc = "what was heard is remembered so long; longer without sonars all around")]
-    memory: f64,
-    #[param(default = 4.0, range = 0.0..=1e6, unit = "s", doc = "without progress for so long it gets bolder")]
-    patience: f64,
-    #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "the room is known to reach so far from the origin to each side")]
-    pub room: f64,
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity")]
+    max_linear_velocity: f64,
+    #[param(default = 1.2, range = 0.1..=5.0, unit = "rad/s", doc = "maximum angular velocity")]
+    max_angular_velocity: f64,
+    #[param(default = 0.025, range = 0.0..=1.0, unit = "m", doc = "minimum clearance from static obstacles")]
+    pub min_clearance: f64,
+    #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of other robots")]
+    other_robot_radius: f64,
+    #[param(default = 6.0, range = 0.1..=1e6, unit = "s", doc = "age after which an obstacle is forgotten; more without sonars all around")]
+    obstacle_timeout: f64,
+    #[param(default = 4.0, range = 0.0..=1e6, unit = "s", doc = "time without progress after which it accepts less clearance")]
+    progress_timeout: f64,
+    #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "half the side of a known square room about the origin")]
+    pub room_half_width: f64,
 }
 
-/// What it remembers.
+/// State of [`AvoidObstacleModel`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct Memory {
     avoider: Option<Avoider>,
@@ -61,18 +60,18 @@ pub struct Memory {
     motion: OwnMotion,
 }
 
-/// A command holds for this long unless it is renewed, seconds.
+/// Duration of a command unless it is renewed, seconds.
 const HOLD: f64 = 0.1;
 
-/// An echo may be off by so much from where a robot is seen, metres.
+/// Tolerance of an echo from a detected robot, metres.
 const SPREAD: f64 = 0.1;
 
-/// Leads the robot round what its sonars hear.
+/// Leads the robot round obstacles that its sonars detect.
 pub struct AvoidObstacleModel;
 
 impl ReactiveModel for AvoidObstacleModel {
     const NAME: &'static str = "avoid_obstacle_model";
-    const DOC: &'static str = "Leads the robot round what its sonars hear.";
+    const DOC: &'static str = "Leads the robot round obstacles that its sonars detect.";
     type Sensors = AvoidObstacleSensors;
     type Params = AvoidObstacleParams;
     type State = Memory;
@@ -92,7 +91,7 @@ impl ReactiveModel for AvoidObstacleModel {
             None => {
                 let corners: Vec<_> =
                     robot.chassis.outline.iter().map(|corner| [corner.x, corner.y]).collect();
-                // Whoever embodies the robot has looked whether it is convex; without an outline there is no reflex.
+                // The simulator or driver has checked that it is convex; without an outline the reflex is off.
                 avoider.insert(Avoider::new(Footprint::new(&corners).ok()?))
             }
         };
@@ -101,14 +100,14 @@ impl ReactiveModel for AvoidObstacleModel {
         let usual = Parameters::default();
         let deceleration = robot.deceleration();
         let parameters = Parameters {
-            speed: params.speed,
-            turn_rate: params.turn_rate,
-            margin: params.margin,
-            memory: params.memory,
-            patience: params.patience,
-            // Of one that stops at once it does not matter how it moves now.
+            max_linear_velocity: params.max_linear_velocity,
+            max_angular_velocity: params.max_angular_velocity,
+            min_clearance: params.min_clearance,
+            obstacle_timeout: params.obstacle_timeout,
+            progress_timeout: params.progress_timeout,
+            // The present motion of a robot that stops at once makes no difference.
             sides: robot.sides().filter(|sides| sides.acceleration < usual.deceleration),
-            room: (params.room < 1e6).then_some(params.room),
+            room_half_width: (params.room_half_width < 1e6).then_some(params.room_half_width),
             deceleration,
             angular_deceleration: math::min(
                 usual.angular_deceleration,
@@ -117,22 +116,24 @@ impl ReactiveModel for AvoidObstacleModel {
             ..usual
         };
         let mut scan = *scan;
-        if let Some(room) = parameters.room {
+        if let Some(room) = parameters.room_half_width {
             leave_out(&mut scan, |placement, echo, scan| is_echo_of_room(pose, placement, echo, scan, room));
         }
         if let Some(robots) = sensors.robots.fresh() {
-            // An older look, placed from where the robot is now, would be a robot that moves.
-            if sensors.robots.new().is_some() {
+            // An older detection, transformed by the present pose, would move.
+            if sensors.robots.updated().is_some() {
                 others.see(pose, robots, now.seconds());
             }
-            // What a robot answers is no obstacle that stays behind when it drives on.
+            // Echoes of robots are no static obstacles.
             leave_out(&mut scan, |placement, echo, scan| {
-                others.iter().any(|other| is_echo_of(pose, placement, echo, scan, other, params.other_radius))
+                others
+                    .iter()
+                    .any(|other| is_echo_of(pose, placement, echo, scan, other, params.other_robot_radius))
             });
             let disc = |other: &Track| Other {
                 x: other.x,
                 y: other.y,
-                radius: params.other_radius,
+                radius: params.other_robot_radius,
                 velocity: other.velocity,
             };
             avoider.see(others.iter().map(disc), now.seconds());
@@ -146,7 +147,7 @@ impl ReactiveModel for AvoidObstacleModel {
     }
 }
 
-/// Makes echoes no numbers, so that nothing is marked where they come from.
+/// Replaces known echoes by NaN, so that they mark no obstacle.
 fn leave_out(scan: &mut SonarScan, is_known: impl Fn(&SonarPlacement, &Echo, &SonarScan) -> bool) {
     let mut echoes = [Echo::default(); 16];
     for ((heard, echo), placement) in echoes.iter_mut().zip(scan.echoes.iter()).zip(scan.placements.iter()) {
@@ -156,7 +157,7 @@ fn leave_out(scan: &mut SonarScan, is_known: impl Fn(&SonarPlacement, &Echo, &So
     scan.echoes = Sequence::new(&echoes[..scan.echoes.len()]);
 }
 
-/// Whether a sonar on a robot at `pose` may have heard a wall of the known room, whose place an echo tells less well.
+/// Returns whether an echo may come from a wall of the known room, whose position is known better.
 fn is_echo_of_room(
     pose: Pose2,
     placement: &SonarPlacement,
@@ -179,7 +180,7 @@ fn is_echo_of_room(
     echo.heard.get() && echo.range >= nearest - SPREAD
 }
 
-/// Whether a sonar on a robot at `pose` may have heard another robot that is seen.
+/// Returns whether an echo may come from a detected robot.
 fn is_echo_of(
     pose: Pose2,
     placement: &SonarPlacement,

@@ -1,27 +1,26 @@
-//! The reactive law that the authors of RoCS ran, from its published constants: the baseline.
+//! Reflex of the authors of RoCS with its published constants: the baseline.
 
 use slate_avoidance::{Rocs, RocsVariant};
 use slate_plugin::interfaces::SonarScan;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 
-/// The ring of sonars.
+/// Ring of sonars.
 #[ports]
 pub struct Sonar {
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
 }
 
-/// Which law.
+/// Parameters of [`AvoidWallModel`].
 #[params]
 pub struct AvoidWallParams {
-    #[param(default = false, doc = "with the authors' clamp put right")]
-    fixed: Bool,
+    #[param(default = false, doc = "whether the authors' clamp is corrected")]
+    corrected_clamp: Bool,
 }
 
-/// Turns away from what the front sonars hear.
+/// Turns away from obstacles in front.
 pub struct AvoidWallModel;
 
 impl ReactiveModel for AvoidWallModel {
@@ -32,7 +31,7 @@ impl ReactiveModel for AvoidWallModel {
     type State = ();
 
     fn run(_: &mut (), sensors: &Sonar, params: &AvoidWallParams, _: &Tick) -> Option<ActionRequest> {
-        let variant = if params.fixed.get() { RocsVariant::RocsFixed } else { RocsVariant::Rocs };
+        let variant = if params.corrected_clamp.get() { RocsVariant::RocsFixed } else { RocsVariant::Rocs };
         let wheels = Rocs { variant }.react(sensors.sonar.fresh()?)?;
         Some(AvoidObstacle::request(Evasion {
             angle: 0.0,

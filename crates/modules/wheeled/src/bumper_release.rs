@@ -1,54 +1,53 @@
-//! A reflex of a robot that touches something: it backs away from the side that is pressed.
+//! Reflex: backs away from a pressed bumper.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::Bumper;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{ReleaseBumper, Speeds};
 use crate::knowledge::WheeledModel;
 
-/// What presses on the robot.
+/// Sensors and knowledge of the reflex.
 #[ports]
 pub struct BumperSensors {
     #[stale(after = "200ms")]
     bumper: Input<Bumper>,
-    /// The robot's body, from its knowledge.
+    /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
 }
 
-/// How it backs away.
+/// Parameters of [`BumperReleaseModel`].
 #[params]
 pub struct BumperReleaseParams {
-    #[param(default = 0.15, range = 0.01..=1.0, unit = "m/s", doc = "how fast it backs away")]
-    speed: f64,
-    #[param(default = 0.12, range = 0.0..=1.0, unit = "m", doc = "how much farther it goes when nothing presses any more")]
-    distance: f64,
-    #[param(default = 3.0, range = 0.1..=60.0, unit = "s", doc = "who is still pressed after so long leaves it to the other reflexes until nothing presses")]
-    patience: f64,
+    #[param(default = 0.15, range = 0.01..=1.0, unit = "m/s", doc = "linear velocity away from the contact")]
+    linear_velocity: f64,
+    #[param(default = 0.12, range = 0.0..=1.0, unit = "m", doc = "distance to travel after the bumper is released")]
+    release_distance: f64,
+    #[param(default = 3.0, range = 0.1..=60.0, unit = "s", doc = "time after which a bumper that stays pressed is left to other reflexes")]
+    release_timeout: f64,
 }
 
-/// A release that is under way.
+/// A release in progress.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Release {
-    /// When it began, seconds.
+    /// Start time, seconds.
     since: f64,
-    /// When something pressed last, seconds.
+    /// Time of the newest contact, seconds.
     pressed: f64,
-    /// The direction: 1 ahead, -1 back, 0 when it is pressed from both sides.
+    /// Direction: 1 ahead, -1 back, 0 if pressed on both sides.
     direction: f64,
 }
 
-/// A command holds for this long unless it is renewed, seconds.
+/// Duration of a command unless it is renewed, seconds.
 const HOLD: f64 = 0.1;
 
-/// Backs away from what presses on the bumpers, and a bit farther.
+/// Backs away from a pressed bumper, and by the release distance more.
 pub struct BumperReleaseModel;
 
 impl ReactiveModel for BumperReleaseModel {
     const NAME: &'static str = "bumper_release_model";
-    const DOC: &'static str = "Backs away from what presses on the bumpers.";
-    /// Above whatever looks ahead: what it did not see is here.
+    const DOC: &'static str = "Backs away from a pressed bumper.";
+    /// Above the reflexes by range: a contact was not detected in time.
     const RANK: i32 = 2;
     type Sensors = BumperSensors;
     type Params = BumperReleaseParams;
@@ -72,14 +71,14 @@ impl ReactiveModel for BumperReleaseModel {
             };
         }
         let release = (*under_way)?;
-        if !bumper.pressed() && (now - release.pressed) * params.speed >= params.distance {
+        if !bumper.pressed() && (now - release.pressed) * params.linear_velocity >= params.release_distance {
             *under_way = None;
             return None;
         }
-        if now - release.since > params.patience {
+        if now - release.since > params.release_timeout {
             return None;
         }
-        let wheels = robot.wheels_for(release.direction * params.speed, 0.0);
+        let wheels = robot.wheels_for(release.direction * params.linear_velocity, 0.0);
         Some(ReleaseBumper::request(Speeds { left: wheels.left, right: wheels.right, duration: HOLD }))
     }
 }

@@ -1,7 +1,6 @@
 //! Two driven wheels, such as those of a Pioneer.
 
 use slate_plugin::interfaces::WheelSpeeds;
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{

@@ -1,47 +1,46 @@
-//! The deliberative behaviour: straight to the goal, as if nothing stood in the way.
+//! Plan: straight to the goal, without regard to obstacles.
 
 use slate_plugin::interfaces::{Orientation, Point2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::analyzes::Surroundings;
 use crate::journey::{Journey, must_change};
 use crate::locate_robot::Located;
 
-/// What the Plan notices, and what it knows.
+/// Percepts and knowledge of the Plan.
 #[ports]
 pub struct Noticing {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
-    /// Another robot, if there is a sensor that sees some.
+    /// Another robot, if a sensor detects robots.
     other: Noticed<Located>,
-    /// Where the robot shall go, from the robot's knowledge.
+    /// Goal of the robot, from Knowledge.
     goal: Input<Point2>,
 }
 
-/// How fast the robot goes.
+/// Parameters of [`GoToOriginPlanner`].
 #[params]
 pub struct GoToOriginParams {
-    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "speed where there is room")]
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in free space")]
     speed: f64,
-    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "speed where it is crowded, or another robot is near")]
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in crowded space or near another robot")]
     careful_speed: f64,
-    #[param(default = 0.05, range = 0.001..=1.0, unit = "m", doc = "the goal is reached within this distance")]
-    tolerance: f64,
-    #[param(default = 0.15, range = 0.001..=10.0, unit = "m", doc = "who has arrived stays until it is farther away than this")]
-    leave: f64,
+    #[param(default = 0.05, range = 0.001..=1.0, unit = "m", doc = "distance from the goal at which it counts as reached")]
+    goal_tolerance: f64,
+    #[param(default = 0.15, range = 0.001..=10.0, unit = "m", doc = "distance from the goal that triggers a new plan (hysteresis)")]
+    replan_distance: f64,
 }
 
-/// What the Plan remembers.
+/// State of [`GoToOriginPlanner`].
 #[derive(Default, serde::Serialize, serde::Deserialize)]
 pub struct Memory {
     journey: Journey,
-    /// Whether it was at the goal, and has not been moved away since.
+    /// Whether the goal was reached and the robot has stayed there.
     arrived: bool,
 }
 
-/// Sends the robot to its goal, and again from wherever a reflex has left it.
+/// Sends the robot to its goal; replans from where a reflex has left it.
 pub struct GoToOriginPlanner;
 
 impl Plan for GoToOriginPlanner {
@@ -71,13 +70,13 @@ impl Plan for GoToOriginPlanner {
             return;
         }
         let distance = math::hypot(goal.x - x, goal.y - y);
-        memory.arrived &= distance <= params.leave && memory.journey.leads_to(*goal);
-        let away = !memory.arrived && distance > params.tolerance;
+        memory.arrived &= distance <= params.replan_distance && memory.journey.leads_to(*goal);
+        let away = !memory.arrived && distance > params.goal_tolerance;
         let speeds = [params.speed, params.careful_speed];
         let is_changed = room_changed || met || memory.journey.is_outdated(*goal, speeds);
-        // A reflex leaves the robot elsewhere, so the plan is made anew from there.
+        // A reflex leaves the robot elsewhere: replan from there.
         if (away && situation.needs_plan()) || must_change(is_changed, situation) {
-            memory.journey.go(*goal, speeds, params.tolerance, plan);
+            memory.journey.go(*goal, speeds, params.goal_tolerance, plan);
         }
     }
 }

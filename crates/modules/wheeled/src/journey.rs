@@ -1,4 +1,4 @@
-//! What Plans have in common that send a robot to places.
+//! Common part of Plans that send a robot to goals.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
@@ -8,30 +8,30 @@ use crate::actions::{GoToOrigin, Leg};
 use crate::analyzes::Surroundings;
 use crate::locate_robot::Located;
 
-/// Another robot that is nearer than this is near, metres.
+/// Distance below which another robot is near, metres.
 const NEAR: f64 = 1.0;
-/// And is so much farther away when it has left, metres.
+/// Hysteresis of this distance, metres.
 const SPREAD: f64 = 0.3;
 
-/// What such a Plan remembers of what it noticed.
+/// State of such a Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct Journey {
-    /// Whether it drives with care.
+    /// Whether the surroundings are crowded.
     crowded: bool,
-    /// Where the robot was last told to be.
+    /// Newest position.
     position: Option<(f64, f64)>,
-    /// Whether it was told which way the robot looks.
+    /// Whether the heading is known.
     oriented: bool,
     /// Whether another robot is near.
     #[serde(default)]
     met: bool,
-    /// Where the robot was sent last, and the two speeds of that way.
+    /// Newest goal, and its two velocities.
     #[serde(default)]
     sent: Option<([f64; 2], [f64; 2])>,
 }
 
 impl Journey {
-    /// Takes in what is new; says whether the room around the robot has changed.
+    /// Updates from percepts; returns whether the surroundings have changed.
     pub fn notice(
         &mut self,
         range: &Noticed<Surroundings>,
@@ -49,12 +49,12 @@ impl Journey {
         was != self.crowded
     }
 
-    /// Where the robot is; nothing until it is known where it is and which way it looks.
+    /// Returns the position once the pose is known.
     pub fn position(&self) -> Option<(f64, f64)> {
         self.position.filter(|_| self.oriented)
     }
 
-    /// Takes in where another robot is, if there is a sensor that sees some; says whether one has come near or left.
+    /// Updates from the position of another robot; returns whether it has come near or left.
     pub fn meet(&mut self, robot: &Noticed<Located>) -> bool {
         let was = self.met;
         if let Some(located) = robot.newest() {
@@ -64,28 +64,28 @@ impl Journey {
         was != self.met
     }
 
-    /// It is where it was sent. The Analyze tells steps of some centimetres, so an arrival is known from the action's end.
+    /// Sets the position to the goal on arrival: the Analyze reports steps of some centimetres only.
     pub fn arrive(&mut self) {
         self.position = self.sent.map(|([x, y], _)| (x, y)).or(self.position);
     }
 
-    /// Whether a way has come to its end since the Plan ran last.
+    /// Returns whether the action has completed since the previous run of the Plan.
     pub fn has_arrived(situation: &Situation<'_>) -> bool {
         let mut ended = situation.ended();
         ended.any(|ended| ended.kind.as_str() == GoToOrigin::KIND && ended.ending == Ending::COMPLETED)
     }
 
-    /// Whether the robot was sent to that place last.
+    /// Returns whether this is the newest goal.
     pub fn leads_to(&self, goal: Point2) -> bool {
         self.sent.is_some_and(|(place, _)| place == [goal.x, goal.y])
     }
 
-    /// Whether the robot is on a way that it was sent elsewhere or at other speeds: they were changed since.
+    /// Returns whether goal or velocities have changed since the newest action.
     pub fn is_outdated(&self, goal: Point2, speeds: [f64; 2]) -> bool {
         self.sent.is_some_and(|sent| sent != ([goal.x, goal.y], speeds))
     }
 
-    /// Sends the robot to a place, at one of two speeds (m/s): where there is room, and where it is crowded.
+    /// Sends the robot to a goal, with the velocity for free or for crowded space (m/s).
     pub fn go(&mut self, goal: Point2, speeds: [f64; 2], tolerance: f64, plan: &mut Agenda<'_>) {
         self.sent = Some(([goal.x, goal.y], speeds));
         let [speed, careful_speed] = speeds;
@@ -94,7 +94,7 @@ impl Journey {
     }
 }
 
-/// Whether a way under way must be planned anew, as what it was planned by is `changed`.
+/// Returns whether to replan the running action after a change.
 pub fn must_change(changed: bool, situation: &Situation<'_>) -> bool {
     changed && !situation.is_reactive() && !situation.is_idle()
 }

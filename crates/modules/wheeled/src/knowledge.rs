@@ -1,38 +1,37 @@
-//! What the robot knows: its goal, and its own body.
+//! Knowledge of a wheeled robot: goal and robot model.
 
 use slate_avoidance::{Parameters, Sides};
 use slate_plugin::interfaces::{Chassis, Orientation, Point2, Pose2, Position, WheelSpeeds};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{Device, RobotModel};
 use slate_plugin::prelude::*;
 
-/// The body of a robot on wheels.
+/// Model of a wheeled robot.
 #[interface]
 pub struct WheeledModel {
-    /// Place, sensors and actuators.
+    /// Pose, sensors and actuators.
     pub robot: RobotModel,
     /// Outline and wheels.
     pub chassis: Chassis,
 }
 
 impl WheeledModel {
-    /// The wheels for a speed forward (m/s) and a turn (rad/s); still ones as long as the body is not known.
+    /// Inverse kinematics: wheel speeds of a twist (m/s, rad/s); zero while the chassis is unknown.
     pub fn wheels_for(&self, linear: f64, angular: f64) -> WheelSpeeds {
         let (radius, half) = (self.chassis.wheel_radius, self.chassis.track / 2.0);
-        // Nor is what is no number.
+        // NaN is not greater than zero either.
         if !(radius > 0.0 && half > 0.0) {
             return WheelSpeeds::ZERO;
         }
         WheelSpeeds { left: (linear - angular * half) / radius, right: (linear + angular * half) / radius }
     }
 
-    /// How hard it brakes when nothing hurries it, m/s²: a heavy robot less than others; not at all while the body is not known.
+    /// Usual deceleration, m/s², limited by the wheels; zero while the chassis is unknown.
     pub fn deceleration(&self) -> f64 {
         let greatest = self.chassis.maximum_wheel_acceleration * self.chassis.wheel_radius;
         math::min(Parameters::default().deceleration, greatest)
     }
 
-    /// How its sides follow commands; nothing while the body is not known.
+    /// Response of the wheels of each side; `None` while the chassis is unknown.
     pub fn sides(&self) -> Option<Sides> {
         let Chassis { track, maximum_wheel_acceleration, wheel_radius, .. } = self.chassis;
         let acceleration = maximum_wheel_acceleration * wheel_radius;
@@ -40,45 +39,48 @@ impl WheeledModel {
     }
 }
 
-/// What it learns from, and what it knows.
+/// Inputs and facts of the knowledge.
 #[ports]
 pub struct WheeledModels {
     /// From the positioning system.
     position: Input<Position>,
     /// From the compass.
     orientation: Input<Orientation>,
-    /// From whatever embodies the robot.
+    /// From the simulator or driver.
     chassis: Input<Chassis>,
-    /// Where the robot shall go.
+    /// Goal of the robot.
     goal: Output<Point2>,
-    /// The robot's body and place.
+    /// Robot model and pose.
     robot: Output<WheeledModel>,
 }
 
-/// What it is told from the beginning.
+/// Parameters of [`WheeledKnowledge`].
 #[params]
 pub struct WheeledKnowledgeParams {
-    #[param(default = 0.0, unit = "m", doc = "goal, to the east")]
+    #[param(default = 0.0, unit = "m", doc = "x of the goal")]
     goal_x: f64,
-    #[param(default = 0.0, unit = "m", doc = "goal, to the north")]
+    #[param(default = 0.0, unit = "m", doc = "y of the goal")]
     goal_y: f64,
 }
 
-/// The knowledge of the robot.
+/// Knowledge of the robot.
 pub struct WheeledKnowledge;
 
 impl Knowledge for WheeledKnowledge {
     const NAME: &'static str = "wheeled_knowledge";
-    const DOC: &'static str = "Knows the robot's goal and its body.";
+    const DOC: &'static str = "Knows the robot's goal and model.";
     type Models = WheeledModels;
     type Params = WheeledKnowledgeParams;
     type State = ();
 
     fn update(_: &mut (), models: &WheeledModels, params: &WheeledKnowledgeParams, _: &Tick) {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
-        // Without a body there is nothing to know of it.
-        let Some(chassis) = models.chassis.fresh() else { return };
-        let (position, orientation) = (&models.position, &models.orientation);
+        // Without a chassis and a pose the model is unknown.
+        let (Some(chassis), Some(position), Some(orientation)) =
+            (models.chassis.fresh(), models.position.get(), models.orientation.get())
+        else {
+            return;
+        };
         let device = |name: &str| Device { mount: Pose2::default(), name: Text::new(name) };
         models.robot.set(WheeledModel {
             robot: RobotModel {

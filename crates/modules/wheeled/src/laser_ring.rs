@@ -1,42 +1,41 @@
-//! A laser scanner in the place of a ring of sonars: whatever hears sonars can see by it.
+//! Laser scanner as a ring of sonars, for blocks that read sonars.
 
 use slate_plugin::interfaces::{Echo, LaserScan, SonarPlacement, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
-/// The laser scanner.
+/// Laser scanner.
 #[ports]
 pub struct Laser {
     laser: Input<LaserScan>,
 }
 
-/// Where it sits.
+/// Mount of the laser.
 #[params]
 pub struct LaserRingParams {
-    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "how far in front of the robot's reference point it sits")]
-    x: f64,
-    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "how far left of the robot's reference point it sits")]
-    y: f64,
-    #[param(default = 0.0, range = -3.2..=3.2, unit = "rad", doc = "where its middle looks")]
-    theta: f64,
+    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "x of the laser in the robot's frame")]
+    mount_x: f64,
+    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "y of the laser in the robot's frame")]
+    mount_y: f64,
+    #[param(default = 0.0, range = -3.2..=3.2, unit = "rad", doc = "heading of the laser in the robot's frame")]
+    mount_theta: f64,
 }
 
-/// As many as a ring has sonars.
+/// Sonars of a ring.
 const SECTORS: usize = 16;
 
-/// Shows a laser's scan as that of a ring of sonars: of each sixteenth of its field of view, the nearest thing in it.
+/// Converts a laser scan to a sonar scan: the shortest range of each sixteenth of the field of view.
 pub struct LaserRing;
 
 impl Sensor for LaserRing {
     const NAME: &'static str = "laser_ring";
-    const DOC: &'static str = "Shows a laser's scan as that of a ring of sonars.";
+    const DOC: &'static str = "Converts a laser scan to a scan of sonars.";
     type Io = Laser;
     type Params = LaserRingParams;
     type State = ();
     type Value = SonarScan;
 
     fn get_data(_: &mut (), io: &Laser, params: &LaserRingParams, _: &Tick) -> Option<SonarScan> {
-        let scan = io.laser.new()?;
+        let scan = io.laser.updated()?;
         let beams = scan.ranges.len();
         if beams < SECTORS {
             return None;
@@ -46,15 +45,15 @@ impl Sensor for LaserRing {
         let mut placements = [SonarPlacement::default(); SECTORS];
         for (sector, (echo, placement)) in echoes.iter_mut().zip(&mut placements).enumerate() {
             let part = &scan.ranges[sector * beams / SECTORS..(sector + 1) * beams / SECTORS];
-            // What is no number must stay none: a laser that fails must not look like one that sees nothing.
+            // NaN stays NaN: a failed laser must not look like free space.
             let nearest = part.iter().map(|range| f64::from(*range)).fold(f64::INFINITY, |nearest, range| {
                 if range.is_nan() || nearest.is_nan() { f64::NAN } else { math::min(nearest, range) }
             });
             let sees = nearest.is_nan() || nearest < scan.range_max;
             let range = if sees { nearest } else { scan.range_max };
-            *echo = Echo { range, heard: sees.into(), reserved: [0; 7] };
-            let theta = params.theta + scan.angle_min + width * (sector as f64 + 0.5);
-            *placement = SonarPlacement { x: params.x, y: params.y, theta };
+            *echo = Echo { range, heard: sees.into() };
+            let theta = params.mount_theta + scan.angle_min + width * (sector as f64 + 0.5);
+            *placement = SonarPlacement { x: params.mount_x, y: params.mount_y, theta };
         }
         Some(SonarScan {
             field_of_view: width,

@@ -1,4 +1,4 @@
-//! Blocks and actions for robots on wheels, from which the experiments of RoCS (section 6) are made.
+//! Blocks and actions of wheeled robots, for the experiments of RoCS (section 6).
 //!
 //! | block | class of the paper | here |
 //! |---|---|---|

@@ -1,26 +1,24 @@
-//! Where the robot is, from the turns of its wheels: what takes the place of a positioning system in a real deployment (section
-//! 6.1 of the paper).
+//! Dead reckoning: a pose from odometry, instead of a positioning system in a real deployment (section 6.1 of the paper).
 //!
-//! The Analyze keeps the robot's place in its knowledge: a position and an orientation that all other blocks read in the place of
-//! those of a positioning system and of a compass. They drift: they are as good as the odometry.
+//! The Analyze writes position and orientation to Knowledge, where all other blocks read them instead of those of a positioning system and a
+//! compass. They drift with the odometry.
 
 use slate_plugin::interfaces::{Odometry, Orientation, Pose2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
-/// The wheels' encoders.
+/// Wheel encoders.
 #[ports]
 pub struct Encoders {
     #[stale(after = "500ms")]
     odometry: Input<Odometry>,
 }
 
-/// Watches the odometry.
+/// Monitors the odometry.
 pub struct OdometryMonitor;
 
 impl Monitor for OdometryMonitor {
     const NAME: &'static str = "odometry_monitor";
-    const DOC: &'static str = "Watches what the wheels' encoders say.";
+    const DOC: &'static str = "Monitors the odometry.";
     type Sensors = Encoders;
     type Params = ();
     type State = ();
@@ -33,31 +31,31 @@ impl Monitor for OdometryMonitor {
     }
 }
 
-/// The odometry's percept, and what the robot knows by it.
+/// Percept of the odometry, and the pose from it.
 #[ports]
 pub struct ObservedOdometry {
     odometry: Observed<Odometry>,
-    /// Where the robot is, written with every measurement.
+    /// Position, written with every measurement.
     position: Output<Position>,
-    /// Which way it looks, written with every measurement.
+    /// Heading, written with every measurement.
     orientation: Output<Orientation>,
 }
 
-/// Where the robot was when its odometry began.
+/// Parameters of [`Localize`]: pose of the odometry frame.
 #[params]
 pub struct LocalizeParams {
-    #[param(default = 0.0, unit = "m", doc = "start, to the east")]
+    #[param(default = 0.0, unit = "m", doc = "initial x")]
     pub start_x: f64,
-    #[param(default = 0.0, unit = "m", doc = "start, to the north")]
+    #[param(default = 0.0, unit = "m", doc = "initial y")]
     pub start_y: f64,
-    #[param(default = 0.0, range = -3.2..=3.2, unit = "rad", doc = "where it looked")]
+    #[param(default = 0.0, range = -3.2..=3.2, unit = "rad", doc = "initial heading")]
     pub start_theta: f64,
-    #[param(default = 0.05, range = 0.0..=10.0, doc = "a way of fewer metres and a turn of fewer radians is not worth telling")]
-    pub step: f64,
+    #[param(default = 0.05, range = 0.0..=10.0, doc = "displacement (m) or rotation (rad) that is reported")]
+    pub min_change: f64,
 }
 
 impl LocalizeParams {
-    /// The pose in the map of one in the frame where odometry began.
+    /// Transforms a pose from the odometry frame to the map frame.
     fn place(&self, pose: Pose2) -> Pose2 {
         let (sine, cosine) = (math::sin(self.start_theta), math::cos(self.start_theta));
         Pose2 {
@@ -68,12 +66,12 @@ impl LocalizeParams {
     }
 }
 
-/// Tells where the robot is when it has moved.
+/// Estimates the pose from odometry; reports changes.
 pub struct Localize;
 
 impl Analyze for Localize {
     const NAME: &'static str = "localize";
-    const DOC: &'static str = "Tells where the robot is, by its odometry.";
+    const DOC: &'static str = "Estimates the pose from odometry.";
     type Observed = ObservedOdometry;
     type Params = LocalizeParams;
     type State = Option<(f64, f64, f64)>;
@@ -85,12 +83,12 @@ impl Analyze for Localize {
         params: &LocalizeParams,
         _: &Tick,
     ) -> Option<Pose2> {
-        let pose = params.place(observed.odometry.new()?.pose);
+        let pose = params.place(observed.odometry.updated()?.pose);
         observed.position.set(Position { x: pose.x, y: pose.y, z: 0.0 });
         observed.orientation.set(Orientation { theta: pose.theta });
         let moved = told.is_none_or(|(x, y, theta)| {
-            math::hypot(pose.x - x, pose.y - y) >= params.step
-                || math::angle_between(theta, pose.theta).abs() >= params.step
+            math::hypot(pose.x - x, pose.y - y) >= params.min_change
+                || math::angle_between(theta, pose.theta).abs() >= params.min_change
         });
         moved.then(|| {
             *told = Some((pose.x, pose.y, pose.theta));

@@ -1,25 +1,24 @@
-//! Where another robot is, from how far and in which direction it is seen: `P3dxPositonAnalyze` of the paper (section 6.4).
+//! Position of another robot from range and bearing: `P3dxPositonAnalyze` of the paper (section 6.4).
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, Sightings};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::tracks::placed;
 
-/// The sensor that sees other robots.
+/// Sensor that detects other robots.
 #[ports]
 pub struct RobotSensor {
     #[stale(after = "500ms")]
     robots: Input<Sightings>,
 }
 
-/// Watches for other robots.
+/// Monitors detections of other robots.
 pub struct RobotMonitor;
 
 impl Monitor for RobotMonitor {
     const NAME: &'static str = "robot_monitor";
-    const DOC: &'static str = "Watches for other robots.";
+    const DOC: &'static str = "Monitors detections of other robots.";
     type Sensors = RobotSensor;
     type Params = ();
     type State = ();
@@ -30,29 +29,27 @@ impl Monitor for RobotMonitor {
     }
 }
 
-/// Where another robot is.
+/// Position of another robot.
 #[interface]
 #[derive(PartialEq)]
 pub struct Located {
-    /// To the east.
+    /// x in the map frame.
     #[unit("m")]
     pub x: f64,
-    /// To the north.
+    /// y in the map frame.
     #[unit("m")]
     pub y: f64,
-    /// How far away.
+    /// Distance.
     #[unit("m")]
     pub range: f64,
-    /// How far from straight ahead, counter-clockwise.
+    /// Bearing, counter-clockwise.
     #[unit("rad")]
     pub bearing: f64,
-    /// Whether it is seen; else the place is the last known one.
+    /// Whether it is detected; else the position is the last known one.
     pub seen: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
-/// What is seen, and from where.
+/// Detections, and the pose of this robot.
 #[ports]
 pub struct ObservedRobots {
     robots: Observed<Sightings>,
@@ -62,18 +59,18 @@ pub struct ObservedRobots {
     orientation: Observed<Orientation>,
 }
 
-/// Which robot.
+/// Parameters of [`LocateRobot`].
 #[params]
 pub struct LocateRobotParams {
-    #[param(default = "r2", doc = "the robot to look for")]
+    #[param(default = "r2", doc = "name of the robot to track")]
     robot: Text<28>,
-    #[param(default = 0.02, range = 0.0..=10.0, unit = "m", doc = "a shorter way is not worth telling")]
-    step: f64,
-    #[param(default = 0.5, range = 0.0..=60.0, unit = "s", doc = "not seen for longer than this it is lost")]
-    patience: f64,
+    #[param(default = 0.02, range = 0.0..=10.0, unit = "m", doc = "displacement that is reported")]
+    min_displacement: f64,
+    #[param(default = 0.5, range = 0.0..=60.0, unit = "s", doc = "age after which a track is dropped")]
+    track_timeout: f64,
 }
 
-/// What was told last, and when the robot was seen.
+/// Newest report, and time of the newest detection.
 #[derive(Default, Serialize, Deserialize)]
 pub struct Told {
     last: Option<(f64, f64, f64, f64)>,
@@ -81,12 +78,12 @@ pub struct Told {
     seen_at: f64,
 }
 
-/// Tells where another robot is, whenever that has changed.
+/// Tracks the position of another robot; reports changes.
 pub struct LocateRobot;
 
 impl Analyze for LocateRobot {
     const NAME: &'static str = "locate_robot";
-    const DOC: &'static str = "Tells where another robot is.";
+    const DOC: &'static str = "Tracks the position of another robot.";
     type Observed = ObservedRobots;
     type Params = LocateRobotParams;
     type State = Told;
@@ -98,23 +95,16 @@ impl Analyze for LocateRobot {
         params: &LocateRobotParams,
         now: &Tick,
     ) -> Option<Located> {
-        // An older look, placed from where this robot is now, would be a robot that moves along with it.
+        // An older detection, transformed by the present pose, would move along with this robot.
         let seen = observed
             .robots
-            .new()
+            .updated()
             .and_then(|robots| robots.list.iter().find(|seen| seen.name.as_str() == params.robot.as_str()));
         let seen = seen.filter(|seen| seen.range.is_finite() && seen.bearing.is_finite());
-        let place = |x, y, range, bearing, seen: bool| Located {
-            x,
-            y,
-            range,
-            bearing,
-            seen: seen.into(),
-            reserved: [0; 7],
-        };
+        let place = |x, y, range, bearing, seen: bool| Located { x, y, range, bearing, seen: seen.into() };
         let pose = (observed.position.fresh(), observed.orientation.fresh());
         let (Some(sighting), (Some(position), Some(orientation))) = (seen, pose) else {
-            let lost = told.is_seen && now.seconds() - told.seen_at > params.patience;
+            let lost = told.is_seen && now.seconds() - told.seen_at > params.track_timeout;
             told.is_seen &= !lost;
             let (x, y, range, bearing) = told.last?;
             return lost.then(|| place(x, y, range, bearing, false));
@@ -124,9 +114,9 @@ impl Analyze for LocateRobot {
         told.seen_at = now.seconds();
         let moved = told.last.is_none_or(|(last_x, last_y, range, bearing)| {
             let turned = math::angle_between(bearing, sighting.bearing).abs() * sighting.range;
-            math::hypot(x - last_x, y - last_y) >= params.step
-                || (range - sighting.range).abs() >= params.step
-                || turned >= params.step
+            math::hypot(x - last_x, y - last_y) >= params.min_displacement
+                || (range - sighting.range).abs() >= params.min_displacement
+                || turned >= params.min_displacement
         });
         (moved || !told.is_seen).then(|| {
             told.is_seen = true;

@@ -1,22 +1,21 @@
-//! What the sensors say, one Monitor for each type of sensor.
+//! Monitors, one for each type of sensor.
 
 use slate_plugin::interfaces::{Orientation, Position, SonarScan};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
-/// The ring of sonars.
+/// Ring of sonars.
 #[ports]
 pub struct Sonar {
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
 }
 
-/// Watches the sonars.
+/// Monitors the sonars.
 pub struct RangeMonitor;
 
 impl Monitor for RangeMonitor {
     const NAME: &'static str = "range_monitor";
-    const DOC: &'static str = "Watches the sonars.";
+    const DOC: &'static str = "Monitors the sonars.";
     type Sensors = Sonar;
     type Params = ();
     type State = ();
@@ -27,19 +26,19 @@ impl Monitor for RangeMonitor {
     }
 }
 
-/// The positioning system.
+/// Positioning system.
 #[ports]
 pub struct Positioning {
     #[stale(after = "200ms")]
     position: Input<Position>,
 }
 
-/// Watches the positioning system.
+/// Monitors the positioning system.
 pub struct PositionMonitor;
 
 impl Monitor for PositionMonitor {
     const NAME: &'static str = "position_monitor";
-    const DOC: &'static str = "Watches the positioning system.";
+    const DOC: &'static str = "Monitors the positioning system.";
     type Sensors = Positioning;
     type Params = ();
     type State = ();
@@ -51,19 +50,19 @@ impl Monitor for PositionMonitor {
     }
 }
 
-/// The compass.
+/// Compass.
 #[ports]
 pub struct Compass {
     #[stale(after = "200ms")]
     orientation: Input<Orientation>,
 }
 
-/// Watches the compass.
+/// Monitors the compass.
 pub struct OrientationMonitor;
 
 impl Monitor for OrientationMonitor {
     const NAME: &'static str = "orientation_monitor";
-    const DOC: &'static str = "Watches the compass.";
+    const DOC: &'static str = "Monitors the compass.";
     type Sensors = Compass;
     type Params = ();
     type State = ();

@@ -1,23 +1,23 @@
-//! How a robot moves, from where it is.
+//! Twist of the robot from its poses.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Pose2, Twist2};
 use slate_plugin::prelude::*;
 
-/// Between two places that are compared, seconds: one cycle moves too little to measure.
+/// Shortest time between compared poses, seconds: one cycle moves too little.
 const BETWEEN: f64 = 0.05;
 
-/// What is known of the robot's motion.
+/// Estimate of the robot's twist.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct OwnMotion {
-    /// Where it was a moment ago, and when, seconds.
+    /// Earlier pose and its time, seconds.
     anchor: Option<(f64, f64, f64, f64)>,
-    /// Forward (m/s), and turning (rad/s).
+    /// Linear (m/s) and angular (rad/s) velocity.
     moves: (f64, f64),
 }
 
 impl OwnMotion {
-    /// How it moves that is at that place at that time (seconds).
+    /// Updates from a pose at a time (seconds), and returns the twist.
     pub fn notice(&mut self, pose: Pose2, time: f64) -> Twist2 {
         let (x, y, theta, since) = *self.anchor.get_or_insert((pose.x, pose.y, pose.theta, time));
         let elapsed = time - since;
@@ -29,7 +29,7 @@ impl OwnMotion {
             self.anchor = Some((pose.x, pose.y, pose.theta, time));
         }
         let (linear, angular) = self.moves;
-        // A place that is no number says nothing, and does not stay.
+        // An invalid pose resets the estimate.
         if !(linear + angular).is_finite() {
             *self = Self::default();
             return Twist2::ZERO;

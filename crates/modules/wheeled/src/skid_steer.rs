@@ -1,7 +1,6 @@
 //! Four driven wheels that steer by skidding, such as those of a Summit XL.
 
 use slate_plugin::interfaces::{FourWheelSpeeds, WheelSpeeds};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::prelude::*;
 
 use crate::actions::{

@@ -1,6 +1,5 @@
 //! What a robot knows that may reach its goal in several ways: what any robot on wheels does, and how these ways have done.
 
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{StrategyModel, StrategyPorts};
 use slate_plugin::prelude::*;
 

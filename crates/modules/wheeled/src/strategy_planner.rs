@@ -3,7 +3,6 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
-use slate_plugin::mapek::prelude::*;
 use slate_plugin::mapek::{PlanDescription, PlanOutcome};
 use slate_plugin::prelude::*;
 
@@ -14,18 +13,18 @@ use crate::actions::GoToOrigin;
 pub struct StrategyNoticing {
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
-    /// The plan to follow, from the robot's knowledge.
+    /// Plan to follow, from Knowledge.
     strategy: Input<PlanDescription>,
-    /// How a plan went, for the robot's knowledge.
+    /// Outcome of a plan, for Knowledge.
     outcome: Output<PlanOutcome>,
-    /// Where the robot goes now, for reflexes that lead it there.
+    /// Present goal, for reflexes.
     goal: Output<Point2>,
 }
 
-/// What a plan may take.
+/// Parameters of [`StrategyPlanner`].
 #[params]
 pub struct StrategyPlannerParams {
-    #[param(default = 60.0, range = 0.1..=1e6, unit = "s", doc = "a plan that has not come to its end after so long has failed")]
+    #[param(default = 60.0, range = 0.1..=1e6, unit = "s", doc = "time after which an unfinished plan has failed")]
     time_limit: f64,
 }
 
@@ -98,7 +97,6 @@ impl Plan for StrategyPlanner {
                 name: strategy.name,
                 role: strategy.role,
                 success: succeeded.into(),
-                reserved: [0; 7],
             });
             return;
         }

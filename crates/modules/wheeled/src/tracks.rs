@@ -1,44 +1,44 @@
-//! How other robots move, from where they are seen.
+//! Tracks of other robots.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Point2, Pose2, Sighting, Sightings};
 use slate_plugin::prelude::*;
 
-/// Another robot.
+/// Track of another robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
-    /// Which one.
+    /// Name of the robot.
     #[serde(with = "name")]
     pub name: Text<28>,
-    /// In the world, metres.
+    /// x in the map frame, metres.
     pub x: f64,
-    /// In the world, metres.
+    /// y in the map frame, metres.
     pub y: f64,
-    /// In the world, m/s.
+    /// Velocity in the map frame, m/s.
     pub velocity: [f64; 2],
-    /// When it was seen last, seconds.
+    /// Time of the newest detection, seconds.
     pub time: f64,
 }
 
-/// Where a robot is that is seen from `pose`.
+/// Returns the position of a robot detected from `pose`.
 pub fn placed(pose: Pose2, seen: &Sighting) -> Point2 {
     let direction = pose.theta + seen.bearing;
     Point2 { x: pose.x + seen.range * math::cos(direction), y: pose.y + seen.range * math::sin(direction) }
 }
 
-/// The robots that are seen, and how they move: as many as a sensor can tell of.
+/// Tracks of all robots in sight.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Tracks {
     list: [Option<Track>; 8],
 }
 
-/// A velocity follows what is seen with this time constant, seconds.
+/// Time constant of the velocity filter, seconds.
 const SMOOTHING: f64 = 0.3;
-/// Who was not seen for so long is forgotten, seconds.
+/// Age after which a track is dropped, seconds.
 const LOST: f64 = 1.0;
 
 impl Tracks {
-    /// Takes in what is seen from `pose` at `time` (seconds). What is no number is left out.
+    /// Updates the tracks from detections at `pose` and `time` (seconds); skips NaN.
     pub fn see(&mut self, pose: Pose2, robots: &Sightings, time: f64) {
         for seen in robots.list.iter() {
             let Point2 { x, y } = placed(pose, seen);
@@ -68,13 +68,13 @@ impl Tracks {
         }
     }
 
-    /// The robots.
+    /// Iterates over the tracks.
     pub fn iter(&self) -> impl Iterator<Item = &Track> {
         self.list.iter().flatten()
     }
 }
 
-/// A name, saved as text.
+/// Serialization of a name as text.
 mod name {
     use serde::{Deserialize, Deserializer, Serializer};
     use slate_plugin::prelude::Text;

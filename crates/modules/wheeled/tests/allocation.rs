@@ -1,80 +1,23 @@
 //! A tick of the blocks that look at other robots allocates nothing, once they know their own body.
-#![allow(unsafe_code, reason = "an allocator that counts")]
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-use std::marker::PhantomData;
 
 use slate::interfaces::{
     Echo, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
 };
 use slate::mapek::ReactiveBlock;
 use slate::module::testing::Fixture;
-use slate::module::{Bool, Module, Outcome, Refusal, Sequence, Setup, Spec, Stage, Text, Tick};
+use slate::module::{Bool, Sequence, Text};
 use slate::sim::robot::RobotDescription;
+use slate_testing::{Counted, allocations};
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::knowledge::WheeledModel;
 
-struct Counting;
-
-thread_local! {
-    static ACTIVE: Cell<bool> = const { Cell::new(false) };
-    static COUNT: Cell<usize> = const { Cell::new(0) };
-}
-
-// SAFETY: passed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        if ACTIVE.get() {
-            COUNT.set(COUNT.get() + 1);
-        }
-        // SAFETY: passed on to the caller.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: passed on to the caller.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-/// A module whose ticks are watched, without what the fixture itself does around them.
-struct Watched<M>(PhantomData<fn() -> M>);
-
-impl<M: Module> Module for Watched<M> {
-    type Io = M::Io;
-    type Params = M::Params;
-    type State = M::State;
-
-    const NAME: &'static str = M::NAME;
-    const STAGE: Stage = M::STAGE;
-
-    fn spec() -> Spec {
-        M::spec()
-    }
-
-    fn create(setup: &Setup<'_>, params: &M::Params) -> Result<M::State, Refusal> {
-        M::create(setup, params)
-    }
-
-    fn tick(state: &mut M::State, io: &M::Io, params: &M::Params, now: &Tick) -> Outcome {
-        ACTIVE.set(true);
-        let outcome = M::tick(state, io, params, now);
-        ACTIVE.set(false);
-        outcome
-    }
-}
-
 #[test]
 fn a_tick_with_robots_in_sight_allocates_nothing() {
     let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
-    let mut avoid = Fixture::<Watched<ReactiveBlock<AvoidObstacleModel>>>::new();
-    let mut give_way = Fixture::<Watched<ReactiveBlock<GiveWayModel>>>::new();
+    let mut avoid = Fixture::<Counted<ReactiveBlock<AvoidObstacleModel>>>::new();
+    let mut give_way = Fixture::<Counted<ReactiveBlock<GiveWayModel>>>::new();
     let placement = SonarPlacement { x: 0.3, y: 0.0, theta: 0.0 };
     let mut first = None;
     for cycle in 0..200_u32 {
@@ -109,7 +52,7 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
         }
         run!(avoid);
         run!(give_way);
-        first.get_or_insert(COUNT.get());
+        first.get_or_insert(allocations());
         if cycle % 40 == 20 {
             let saved = avoid.save().unwrap();
             avoid.restore(&saved).unwrap();
@@ -117,5 +60,5 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
     }
     let first = first.unwrap();
     assert!(first > 0, "it makes itself a footprint, which shows that allocations are seen");
-    assert_eq!(COUNT.get(), first);
+    assert_eq!(allocations(), first);
 }

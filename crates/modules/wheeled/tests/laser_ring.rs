@@ -38,7 +38,7 @@ fn each_sixteenth_shows_the_nearest_thing_in_it() {
 }
 
 #[test]
-fn what_is_not_seen_is_not_heard_and_what_is_no_number_stays_none() {
+fn no_return_is_no_echo_and_nan_stays_nan() {
     let scan = ring(&[(0, f32::INFINITY), (1, f32::INFINITY), (32, f32::NAN)]);
     let (first, last) = (scan.echoes[0], scan.echoes[15]);
     assert!(!first.heard.get() && first.range == 4.0, "{first:?}");

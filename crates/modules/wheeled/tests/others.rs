@@ -99,7 +99,7 @@ fn how_others_move_is_seen_from_a_robot_that_moves_itself() {
 fn odometry_that_began_elsewhere_is_placed_in_the_map() {
     let odometry = Odometry { pose: Pose2 { x: 1.0, y: 0.0, theta: 0.5 }, twist: Twist2::ZERO };
     let start_theta = std::f64::consts::FRAC_PI_2;
-    let start = LocalizeParams { start_x: 2.0, start_y: 3.0, start_theta, step: 0.05 };
+    let start = LocalizeParams { start_x: 2.0, start_y: 3.0, start_theta, min_change: 0.05 };
     let mut localize = Fixture::<AnalyzeBlock<Localize>>::with(start).unwrap();
     localize.set("odometry", odometry);
     localize.tick();
@@ -132,7 +132,7 @@ fn how_a_robot_moves_is_known_from_where_it_is() {
 fn may_turn_to_the_wall(room: f64) -> bool {
     let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
     let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
-    (model.params().margin, model.params().room) = (0.15, room);
+    (model.params().min_clearance, model.params().room_half_width) = (0.15, room);
     let placement = SonarPlacement { x: 0.3, y: 0.3, theta: std::f64::consts::FRAC_PI_2 };
     let echo = Echo { range: 0.1, heard: Bool::from(true), ..Echo::default() };
     model.set(

@@ -91,7 +91,7 @@ fn scan(walls: &[((f64, f64), f64)]) -> SonarScan {
             (aside < 0.35).then_some(range)
         });
         let range = ranges.fold(1.0, math::min);
-        Echo { range, heard: Bool::from(range < 1.0), reserved: [0; 7] }
+        Echo { range, heard: Bool::from(range < 1.0) }
     };
     let echoes: Vec<_> = placements.iter().map(echo).collect();
     SonarScan {
@@ -106,7 +106,7 @@ fn scan(walls: &[((f64, f64), f64)]) -> SonarScan {
 /// A robot at (1, 2) that looks north and keeps a wall so far to its left.
 fn along(distance: f64) -> Fixture<ReactiveBlock<KeepWallModel>> {
     let mut params = KeepWallParams::default();
-    params.distance = distance;
+    params.wall_distance = distance;
     let mut model = Fixture::with(params).unwrap();
     model.set("robot", pioneer());
     model.set("position", Position { x: 1.0, y: 2.0, z: 0.0 });
@@ -131,7 +131,7 @@ fn a_wall_is_kept_at_its_distance_on_either_side() {
         let mut model = along(distance);
         let (speed, straight) = motion(&mut model, scan(&[(wall, 0.5)])).unwrap();
         assert!(speed > 1.0 && straight.abs() < 1e-9, "{speed} {straight}");
-        let heading = model.output::<Point2>("heading_for").unwrap();
+        let heading = model.output::<Point2>("local_goal").unwrap();
         assert!((heading.x - 1.0).abs() < 1e-9 && heading.y > 2.1, "ahead, along the wall: {heading:?}");
         let (_, nearer) = motion(&mut model, scan(&[(wall, 0.7)])).unwrap();
         assert!(nearer * turn > 0.5, "{nearer}");
@@ -152,7 +152,7 @@ fn where_the_wall_ends_it_goes_round_the_end_and_then_gives_up() {
     let mut model = along(0.5);
     let nothing = scan(&[]);
     assert_eq!(motion(&mut model, nothing), None, "there was none");
-    let heading = model.output::<Point2>("heading_for").unwrap();
+    let heading = model.output::<Point2>("local_goal").unwrap();
     assert_eq!((heading.x, heading.y), (7.0, 8.0), "without a wall it heads for its goal");
     assert!(motion(&mut model, scan(&[(LEFT, 0.5)])).is_some());
     let (speed, turn) = motion(&mut model, nothing).unwrap();
@@ -204,7 +204,7 @@ struct Change {
 }
 
 #[test]
-fn a_higher_rank_preempts_and_inhibits_a_lower_one_which_then_goes_on() {
+fn a_higher_rank_preempts_a_lower_one_which_then_continues() {
     let mut agent = agent(&["agent.seed=0"]);
     let rank = |action: &str| match action {
         "ReleaseBumper" => 3,

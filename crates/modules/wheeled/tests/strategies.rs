@@ -37,13 +37,7 @@ fn role(name: &str) -> Role {
 }
 
 fn outcome(role: &str, name: &str, success: bool) -> PlanOutcome {
-    PlanOutcome {
-        seconds: 5.0,
-        name: Text::new(name),
-        role: Text::new(role),
-        success: success.into(),
-        reserved: [0; 7],
-    }
+    PlanOutcome { seconds: 5.0, name: Text::new(name), role: Text::new(role), success: success.into() }
 }
 
 type Knowing = Fixture<KnowledgeBlock<StrategicKnowledge>>;
@@ -96,7 +90,7 @@ fn what_was_learned_is_all_that_it_remembers() {
 }
 
 #[test]
-fn a_plan_that_is_taken_out_of_the_library_is_not_followed_and_a_mended_one_begins_anew() {
+fn removed_plans_stop_and_changed_plans_restart() {
     let mut knowledge = knowing();
     knowledge.push("outcomes", outcome("messenger", "west", false));
     knowledge.push("outcomes", outcome("messenger", "east", true));
@@ -193,7 +187,7 @@ fn a_plan_is_followed_action_by_action_and_its_success_is_told() {
 }
 
 #[test]
-fn a_plan_fails_by_an_action_or_by_time_and_the_next_one_waits_for_knowledge() {
+fn a_failed_or_late_plan_waits_for_the_next_of_knowledge() {
     for fails_by_time in [false, true] {
         let mut planner = planning();
         planner.set("strategy", plan("messenger", "west", &[-1.0]));

@@ -102,8 +102,9 @@ impl<W: Write> Output<W> {
     }
 
     /// Writes a value of an interface, in the form that recordings of Slate have.
-    pub fn value<T: Interface>(&mut self, topic: &str, time: u64, value: &T) -> Result<(), Error> {
-        self.memory(topic, time, T::DESCRIPTOR, View::of(value).bytes())
+    pub fn value<T: Interface + Copy>(&mut self, topic: &str, time: u64, value: &T) -> Result<(), Error> {
+        let mut value = *value;
+        self.memory(topic, time, T::DESCRIPTOR, View::of(&mut value).bytes())
     }
 
     pub fn sweep(&mut self, topic: &str, time: u64, sweep: &Sweep<'_>) -> Result<(), Error> {

@@ -20,8 +20,6 @@ pub struct RecordState {
     pub bytes: u64,
     /// Whether anything is recorded; nothing is when the file can't be written.
     pub is_on: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
 }
 
 /// Shows it.
@@ -47,9 +45,9 @@ impl Shown {
             [sums[0] + entry.values, sums[1] + entry.dropped, sums[2] + entry.bytes]
         };
         let [values, dropped, bytes] = entries.fold([0; 3], sum);
-        let state = RecordState { values, dropped, bytes, is_on: is_on.into(), reserved: [0; 7] };
+        let mut state = RecordState { values, dropped, bytes, is_on: is_on.into() };
         // Nobody holds it up.
-        let _ = self.writer.write(View::of(&state).bytes(), 0, time);
+        let _ = self.writer.write(View::of(&mut state).bytes(), 0, time);
     }
 }
 

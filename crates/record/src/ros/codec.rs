@@ -1,4 +1,4 @@
-use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use super::Error;
 use super::cdr::{Reader, Writer, wire_length};
@@ -70,7 +70,7 @@ pub(super) fn items(descriptor: &Descriptor, bytes: &[u8]) -> Result<usize, Erro
 pub(super) fn hides(descriptor: &Descriptor) -> bool {
     fn kind_hides(kind: &Kind) -> bool {
         match kind {
-            Kind::Bool | Kind::Text(_) | Kind::Optional(_) | Kind::Sequence(..) => true,
+            Kind::Primitive(Primitive::Bool) | Kind::Text(_) | Kind::Optional(_) | Kind::Sequence(..) => true,
             Kind::Array(_, 0) => false,
             Kind::Array(item, _) | Kind::Tail(item) => kind_hides(item),
             Kind::Nested(descriptor) => hides(descriptor),
@@ -88,10 +88,14 @@ pub(super) fn is_wrapped(item: &Kind) -> bool {
 /// The size of a number whose memory is the message's, but for the order of bytes.
 fn number(kind: &Kind) -> Option<usize> {
     match kind {
-        Kind::U8 | Kind::I8 => Some(1),
-        Kind::U16 | Kind::I16 => Some(2),
-        Kind::U32 | Kind::I32 | Kind::F32 => Some(4),
-        Kind::U64 | Kind::I64 | Kind::F64 => Some(8),
+        Kind::Primitive(Primitive::U8) | Kind::Primitive(Primitive::I8) => Some(1),
+        Kind::Primitive(Primitive::U16) | Kind::Primitive(Primitive::I16) => Some(2),
+        Kind::Primitive(Primitive::U32)
+        | Kind::Primitive(Primitive::I32)
+        | Kind::Primitive(Primitive::F32) => Some(4),
+        Kind::Primitive(Primitive::U64)
+        | Kind::Primitive(Primitive::I64)
+        | Kind::Primitive(Primitive::F64) => Some(8),
         Kind::Enumeration(enumeration) => number(&enumeration.carrier),
         _ => None,
     }
@@ -129,7 +133,7 @@ impl Encoder<'_> {
 
     fn value(&mut self, kind: &Kind, bytes: &[u8], tail: usize) {
         match kind {
-            Kind::Bool => {
+            Kind::Primitive(Primitive::Bool) => {
                 self.shown &= bytes[0] <= 1;
                 self.writer.byte(u8::from(bytes[0] != 0));
             }
@@ -224,7 +228,7 @@ fn read_item(reader: &mut Reader<'_>, item: &Kind, memory: &mut [u8]) -> Result<
 fn read(reader: &mut Reader<'_>, kind: &Kind, memory: &mut [u8]) -> Result<(), Error> {
     let set = |memory: &mut [u8], number: usize| memory[..4].copy_from_slice(&(number as u32).to_ne_bytes());
     match kind {
-        Kind::Bool => memory[0] = reader.bool()?.into(),
+        Kind::Primitive(Primitive::Bool) => memory[0] = reader.bool()?.into(),
         Kind::Enumeration(enumeration) => read(reader, &enumeration.carrier, memory)?,
         Kind::Text(capacity) => {
             let text = reader.text()?;

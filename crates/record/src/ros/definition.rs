@@ -3,9 +3,9 @@ use std::fmt::Write;
 
 use slate_blackboard::interface::{Descriptor, Enumeration, Kind};
 
-use super::Primitive;
 use super::codec::{hides, is_wrapped};
 use super::names::{constant_name, field_name, message_name, unique};
+use super::{Primitive, RosPrimitive};
 
 /// What a message is made of, as MCAP has it in the schema encoding `ros2msg`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -153,7 +153,7 @@ impl Builder {
                 self.add(&name, body);
                 format!("{PACKAGE}/{name}")
             }
-            number => Primitive::of(number).map_or("uint8", Primitive::name).into(),
+            number => Primitive::of(number).map_or("uint8", RosPrimitive::ros_name).into(),
         }
     }
 

@@ -170,7 +170,7 @@ impl Extent {
 
     fn kind(&self) -> Kind {
         match self {
-            Self::Number(kind) => number(*kind),
+            Self::Number(kind) => Kind::Primitive(*kind),
             // So that what follows needs no padding.
             Self::Text(room) => Kind::Text(room.next_multiple_of(4)),
             Self::Array(item, count) => Kind::Array(kept(item.kind()), *count),
@@ -209,7 +209,8 @@ fn descriptor(name: &str, fields: &[(String, Extent)], tail: Option<usize>) -> &
     kinds.sort_by_key(|(_, kind)| std::cmp::Reverse(kind.align()));
     let tail = tail.map(|index| {
         let (name, extent) = &fields[index];
-        let item = if let Extent::Sequence(item, _) = extent { item.kind() } else { Kind::U8 };
+        let item =
+            if let Extent::Sequence(item, _) = extent { item.kind() } else { Kind::Primitive(Primitive::U8) };
         (name.as_str(), Kind::Tail(kept(item)))
     });
     let align = kinds.iter().chain(&tail).map(|(_, kind)| kind.align()).max().unwrap_or(1);
@@ -241,22 +242,6 @@ fn field(name: &str, offset: usize, kind: Kind) -> Field {
 
 fn kept<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
-}
-
-fn number(kind: Primitive) -> Kind {
-    match kind {
-        Primitive::Bool => Kind::Bool,
-        Primitive::U8 => Kind::U8,
-        Primitive::U16 => Kind::U16,
-        Primitive::U32 => Kind::U32,
-        Primitive::U64 => Kind::U64,
-        Primitive::I8 => Kind::I8,
-        Primitive::I16 => Kind::I16,
-        Primitive::I32 => Kind::I32,
-        Primitive::I64 => Kind::I64,
-        Primitive::F32 => Kind::F32,
-        Primitive::F64 => Kind::F64,
-    }
 }
 
 fn put_message(descriptor: &Descriptor, value: &Value, out: &mut [u8]) {

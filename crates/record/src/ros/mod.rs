@@ -53,5 +53,7 @@ pub use error::Error;
 pub use frames::{FrameTransform, Frames, encode_transforms, transforms_definition};
 pub use schema::Schema;
 pub use shown::Shown;
+pub use slate_blackboard::interface::Primitive;
 pub use standard::{Standard, standard};
-pub use value::{Map, Numbers, Primitive, Value};
+use value::RosPrimitive;
+pub use value::{Map, Numbers, Value};

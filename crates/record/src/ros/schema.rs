@@ -3,7 +3,7 @@ use std::sync::Arc;
 
 use super::cdr::Reader;
 use super::value::Map;
-use super::{Error, Numbers, Primitive, Value};
+use super::{Error, Numbers, Primitive, RosPrimitive, Value};
 
 /// How deep messages may stand in each other.
 const DEEPEST: usize = 32;

@@ -7,7 +7,7 @@ use super::cdr::{Reader, Writer, wire_length};
 use super::definition::{PACKAGE, memory};
 use super::names::is_padding;
 use super::schema::{Count, FieldType, Item, take};
-use super::{Definition, Error, Primitive, Schema};
+use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 
 /// Whether such a definition is one of Slate's.
 fn is_own(name: &str) -> bool {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
-use slate_blackboard::interface::Kind;
+use slate_blackboard::interface::{Kind, Primitive};
 
 /// What a message holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,46 +103,24 @@ impl fmt::Debug for Numbers {
     }
 }
 
-/// The type of a number or truth value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Primitive {
-    /// Truth value, one byte.
-    Bool,
-    /// Unsigned, 8 bits.
-    U8,
-    /// Unsigned, 16 bits.
-    U16,
-    /// Unsigned, 32 bits.
-    U32,
-    /// Unsigned, 64 bits.
-    U64,
-    /// Signed, 8 bits.
-    I8,
-    /// Signed, 16 bits.
-    I16,
-    /// Signed, 32 bits.
-    I32,
-    /// Signed, 64 bits.
-    I64,
-    /// IEEE 754, 32 bits.
-    F32,
-    /// IEEE 754, 64 bits.
-    F64,
+/// Primitive types as ROS has them.
+pub(super) trait RosPrimitive: Sized {
+    /// Name in a message definition.
+    fn ros_name(self) -> &'static str;
+    /// Primitive of a name in a message definition.
+    fn named(name: &str) -> Option<Self>;
+    /// Primitive of a number, truth value or enumeration.
+    fn of(kind: &Kind) -> Option<Self>;
+    /// Whether it is an integer.
+    fn is_whole(self) -> bool;
+    /// Integers that it can hold.
+    fn range(self) -> RangeInclusive<i128>;
+    /// Value of its bytes in memory.
+    fn value(self, bytes: &[u8]) -> Value;
 }
 
-impl Primitive {
-    /// How many bytes it takes.
-    pub fn size(self) -> usize {
-        match self {
-            Self::Bool | Self::U8 | Self::I8 => 1,
-            Self::U16 | Self::I16 => 2,
-            Self::U32 | Self::I32 | Self::F32 => 4,
-            Self::U64 | Self::I64 | Self::F64 => 8,
-        }
-    }
-
-    /// What ROS calls it.
-    pub fn name(self) -> &'static str {
+impl RosPrimitive for Primitive {
+    fn ros_name(self) -> &'static str {
         match self {
             Self::Bool => "bool",
             Self::U8 => "uint8",
@@ -158,64 +136,32 @@ impl Primitive {
         }
     }
 
-    pub(super) fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "bool" => Self::Bool,
-            // In ROS 2, all three are the same.
-            "uint8" | "byte" | "char" => Self::U8,
-            "uint16" => Self::U16,
-            "uint32" => Self::U32,
-            "uint64" => Self::U64,
-            "int8" => Self::I8,
-            "int16" => Self::I16,
-            "int32" => Self::I32,
-            "int64" => Self::I64,
-            "float32" => Self::F32,
-            "float64" => Self::F64,
-            _ => return None,
-        })
+    fn named(name: &str) -> Option<Self> {
+        // In ROS 2, all three are the same.
+        let name = if matches!(name, "byte" | "char") { "uint8" } else { name };
+        Self::ALL.into_iter().find(|primitive| primitive.ros_name() == name)
     }
 
-    /// Nothing for what is neither a number nor a truth value.
-    pub(super) fn of(kind: &Kind) -> Option<Self> {
-        Some(match kind {
-            Kind::Bool => Self::Bool,
-            Kind::U8 => Self::U8,
-            Kind::U16 => Self::U16,
-            Kind::U32 => Self::U32,
-            Kind::U64 => Self::U64,
-            Kind::I8 => Self::I8,
-            Kind::I16 => Self::I16,
-            Kind::I32 => Self::I32,
-            Kind::I64 => Self::I64,
-            Kind::F32 => Self::F32,
-            Kind::F64 => Self::F64,
-            Kind::Enumeration(enumeration) => return Self::of(&enumeration.carrier),
-            _ => return None,
-        })
-    }
-
-    pub(super) fn is_whole(self) -> bool {
-        !matches!(self, Self::Bool | Self::F32 | Self::F64)
-    }
-
-    /// The whole numbers that it can hold.
-    pub(super) fn range(self) -> RangeInclusive<i128> {
-        match self {
-            Self::Bool => 0..=1,
-            Self::U8 => 0..=u8::MAX.into(),
-            Self::U16 => 0..=u16::MAX.into(),
-            Self::U32 => 0..=u32::MAX.into(),
-            Self::U64 => 0..=u64::MAX.into(),
-            Self::I8 => i8::MIN.into()..=i8::MAX.into(),
-            Self::I16 => i16::MIN.into()..=i16::MAX.into(),
-            Self::I32 => i32::MIN.into()..=i32::MAX.into(),
-            Self::I64 | Self::F32 | Self::F64 => i64::MIN.into()..=i64::MAX.into(),
+    fn of(kind: &Kind) -> Option<Self> {
+        match kind {
+            Kind::Primitive(primitive) => Some(*primitive),
+            Kind::Enumeration(enumeration) => Self::of(&enumeration.carrier),
+            _ => None,
         }
     }
 
-    /// The value of as many bytes of memory as it has.
-    pub(super) fn value(self, bytes: &[u8]) -> Value {
+    fn is_whole(self) -> bool {
+        self.integers().is_some()
+    }
+
+    fn range(self) -> RangeInclusive<i128> {
+        match self {
+            Self::Bool => 0..=1,
+            number => number.integers().unwrap_or(i64::MIN.into()..=i64::MAX.into()),
+        }
+    }
+
+    fn value(self, bytes: &[u8]) -> Value {
         macro_rules! number {
             ($type:ty) => {{
                 let mut memory = [0; size_of::<$type>()];

@@ -143,7 +143,7 @@ impl Values {
         Self { writer, channels: BTreeMap::new() }
     }
 
-    fn add<T: Interface>(&mut self, topic: &str, time: u64, value: &T) {
+    fn add<T: Interface + Copy>(&mut self, topic: &str, time: u64, value: &T) {
         let next = self.channels.len() as u16 + 1;
         let id = *self.channels.entry(topic.into()).or_insert(next);
         if id == next {
@@ -157,7 +157,7 @@ impl Values {
                 .unwrap();
         }
         let mut data = Vec::new();
-        ros::encode(T::DESCRIPTOR, View::of(value).bytes(), &mut data).unwrap();
+        ros::encode(T::DESCRIPTOR, View::of(&mut { *value }).bytes(), &mut data).unwrap();
         self.writer.message(id, 0, time, time, &data).unwrap();
     }
 }
@@ -189,7 +189,6 @@ fn each_of_several_robots_has_its_own_frames_and_is_where_it_was() {
         translation: Position { x: 0.1, y: 0.0, z: 0.3 },
         rotation: Quaternion::IDENTITY,
         fixed: true.into(),
-        reserved: [0; 7],
     };
     values.add("/r2/camera/mount", 0, &mount);
     // Beside a sensor's topic: its values are told in that frame.

@@ -23,8 +23,6 @@ fn documentation_units_and_constants_are_in_the_definition() {
          # A byte each of red, green and blue.\n\
          uint8 FORMAT_RGB8=1\n\
          uint8 format\n\
-         # Not used.\n\
-         uint8[3] reserved\n\
          # The rows, from the top; pixels from the left.\n\
          uint8[] data\n"
     );

@@ -21,7 +21,7 @@ use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
 use crate::playback::PlaybackControl;
-use crate::runner::{Condition, OwnSetup};
+use crate::runner::{ModuleCondition, OwnSetup};
 use crate::snapshot::Keepsake;
 use slate_composition::Catalogue;
 use slate_composition::{Complaints, RESERVED, Survey, Surveyed, needs, survey};
@@ -314,7 +314,7 @@ impl Composition {
         }
         self.ground.actuators.retain(|name, _| actuators.contains(name));
         for name in arriving {
-            self.ground.post(name).health.set(Condition::Unloaded);
+            self.ground.post(name).health.set(ModuleCondition::UNLOADED);
         }
     }
 
@@ -343,9 +343,9 @@ impl Composition {
         };
         let mut runner = seat.into_runner();
         let now = shared.clock.now();
-        runner.set_condition(Condition::Unloaded, now);
+        runner.set_condition(ModuleCondition::UNLOADED, now);
         runner.publish_safe(now);
-        self.ground.post(name).health.set(Condition::Unloaded);
+        self.ground.post(name).health.set(ModuleCondition::UNLOADED);
         let retired = runner.retire();
         // Its ports are free for others, also when its last calls don't return.
         drop(runner);

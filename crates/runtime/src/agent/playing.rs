@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slate_blackboard::channel::Budget;
-use slate_blackboard::interface::Interface;
+use slate_blackboard::interface::{Descriptor, Interface};
 
 use super::{Agent, Composer};
 use crate::configuration::{Configuration, Diagnostic, Report};
@@ -63,7 +63,14 @@ fn conditions(played: &[Played], composer: &Composer, shared: &Shared) -> Vec<Pl
         let health = composition.ground.post(module).health;
         health.begin();
         let state = shared.board.get(&format!("{module}/state")).map(|(state, _)| state);
-        let state = state.filter(|state| state.descriptor().hash == ModuleState::DESCRIPTOR.hash);
+        // Those of earlier versions have the condition at the same place.
+        let place = std::mem::offset_of!(ModuleState, condition);
+        let is_state = |descriptor: &Descriptor| {
+            let condition = descriptor.field("condition");
+            descriptor.name == ModuleState::DESCRIPTOR.name
+                && condition.is_some_and(|condition| condition.offset == place)
+        };
+        let state = state.filter(|state| is_state(state.descriptor()));
         // Without a reader nothing is told of it.
         let reader = state.and_then(|state| state.channel()?.latest().ok());
         conditions.extend(reader.map(|state| PlayedCondition { state, health }));

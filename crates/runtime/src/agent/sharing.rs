@@ -11,7 +11,7 @@ use slate_module::Level;
 use super::composer::Composer;
 use super::composition::Composition;
 use crate::configuration::{Configuration, Link, Report};
-use crate::runner::Condition;
+use crate::runner::ModuleCondition;
 use crate::sharing::{
     About, Inspection, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
 };
@@ -169,8 +169,8 @@ impl Composer {
         if is_values {
             let health = composition.ground.post(&path.to_string()).health;
             health.set(match &standing {
-                Standing::Served { .. } => Condition::Working,
-                Standing::Absent { .. } | Standing::Silent { .. } => Condition::Unloaded,
+                Standing::Served { .. } => ModuleCondition::WORKING,
+                Standing::Absent { .. } | Standing::Silent { .. } => ModuleCondition::UNLOADED,
             });
             let changed = match &standing {
                 Standing::Absent { .. } => composition.catalogue.remote.remove(path).is_some(),

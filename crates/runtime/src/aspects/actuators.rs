@@ -146,10 +146,10 @@ impl Work {
         // Who finds the gate taken sees what it was a moment ago.
         if let Some(state) = known.actuator.look(now) {
             known.state = ActuatorState {
+                reserved: 0,
                 mode: state.mode.0.into(),
                 priority: state.priority.0.into(),
                 is_mine: (state.priority.0 != 0 && known.commander == Some(state.holder)).into(),
-                reserved: 0,
             };
             if known.state.is_leased() {
                 holder = known.actuator.commander_name(state.holder);

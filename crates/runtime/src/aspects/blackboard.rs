@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Latest, Writer};
-use slate_blackboard::interface::FloatMap;
+use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::{Access, Board, Event, Observer, Pattern, Property, Store};
 use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
 use slate_module::decode_interface;
@@ -42,7 +42,7 @@ struct OpenReader {
 struct OpenWriter {
     property: Arc<Property>,
     writer: Writer,
-    floats: FloatMap,
+    form: CanonicalForm,
     /// What this tick writes.
     value: Memory,
     size: usize,
@@ -94,8 +94,7 @@ impl HostService for Service {
         for open in self.writers.values_mut().filter(|open| open.set) {
             open.set = false;
             // SAFETY: the memory has that size, and nobody else has it.
-            let value = unsafe { std::slice::from_raw_parts_mut(open.value.as_mut_ptr(), open.size) };
-            open.floats.canonicalize(value, 0);
+            let value = unsafe { open.form.canonical(open.value.as_mut_ptr(), open.size, 0) };
             if let Some(digest) = digest.as_deref_mut() {
                 digest.add(open.index, value);
             }
@@ -248,7 +247,7 @@ impl Service {
         let writer = channel.writer().map_err(|error| format!("/{path}: {error}"))?;
         Ok(OpenWriter {
             writer,
-            floats: FloatMap::new(descriptor),
+            form: CanonicalForm::new(descriptor),
             value: Memory::zeroed(descriptor.size),
             size: descriptor.size,
             set: false,
@@ -280,7 +279,7 @@ impl Service {
                 Event::ReaderCame(_) => (BoardEvent::READER_CAME, 0),
                 Event::ReaderLeft(_) => (BoardEvent::READER_LEFT, 0),
             };
-            (Arc::clone(event.path()), BoardEvent { what, reserved: 0, generation, missed })
+            (Arc::clone(event.path()), BoardEvent { what, generation, missed, reserved: 0 })
         }))
     }
 }

@@ -43,10 +43,10 @@ impl LoopPolicy for ModulePolicy {
         self.names.clear();
         self.names.extend(place.stages.iter().map(|name| Bytes::of(name)));
         let seen = LoopPlace {
+            reserved: 0,
             stages: self.names.as_ptr(),
             stage_count: self.names.len(),
             after: place.after.and_then(|after| i32::try_from(after).ok()).unwrap_or(-1),
-            reserved: 0,
             now: place.now,
             cycle: place.cycle,
         };

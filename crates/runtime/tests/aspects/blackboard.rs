@@ -326,8 +326,8 @@ fn a_path_that_is_given_to_another_property_is_read_afresh() {
             .add_channel("shared/object", "", Number::DESCRIPTOR, store(), slate_blackboard::Access::Output)
             .unwrap();
         let mut writer = property.channel().unwrap().writer().unwrap();
-        let number = Number { value };
-        writer.write(slate_blackboard::interface::View::of(&number).bytes(), 0, 0).unwrap();
+        let mut number = Number { value };
+        writer.write(slate_blackboard::interface::View::of(&mut number).bytes(), 0, 0).unwrap();
         steps(&mut agent, 1);
         assert_eq!(crate::aspects::common::number(&agent, "scribe/seen/value"), value);
         assert_eq!(crate::aspects::common::number(&agent, "scribe/seen/alive"), 1.0);

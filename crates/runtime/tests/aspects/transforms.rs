@@ -214,8 +214,8 @@ fn a_property_that_appears_is_followed_and_one_that_vanishes_is_let_go() {
     let mut agent = agent(&format!("{ROBOT}params.source = \"camera\"\n"), &plugins());
     steps(&mut agent, 2);
     let mut writer = open(&agent, "camera/mount", READERS);
-    let value = Transform { fixed: true.into(), ..transform(0, "base_link", "camera", 0.5) };
-    writer.write(View::of(&value).bytes(), 0, 0).unwrap();
+    let mut value = Transform { fixed: true.into(), ..transform(0, "base_link", "camera", 0.5) };
+    writer.write(View::of(&mut value).bytes(), 0, 0).unwrap();
     steps(&mut agent, 1);
     assert!((number(&agent, "mapper/x/value") - 4.5).abs() < 1e-12);
     let (property, _) = agent.board().find("camera/mount").unwrap();
@@ -226,8 +226,8 @@ fn a_property_that_appears_is_followed_and_one_that_vanishes_is_let_go() {
     assert!((number(&agent, "mapper/x/value") - 5.5).abs() < 1e-12, "the frame stays where it was");
     // The path may have another one.
     let mut writer = open(&agent, "camera/mount", READERS);
-    let value = Transform { fixed: true.into(), ..transform(0, "base_link", "camera", 1.5) };
-    writer.write(View::of(&value).bytes(), 0, 0).unwrap();
+    let mut value = Transform { fixed: true.into(), ..transform(0, "base_link", "camera", 1.5) };
+    writer.write(View::of(&mut value).bytes(), 0, 0).unwrap();
     steps(&mut agent, 1);
     assert!((number(&agent, "mapper/x/value") - 7.5).abs() < 1e-12);
 }
@@ -240,8 +240,8 @@ fn many_changes_of_the_board_are_not_lost() {
     (0..500).for_each(|i| agent.board().remove(&format!("noise/{i}")).unwrap());
     writers.clear();
     let mut writer = open(&agent, "camera/mount", READERS);
-    let value = Transform { fixed: true.into(), ..transform(0, "base_link", "camera", 0.5) };
-    writer.write(View::of(&value).bytes(), 0, 0).unwrap();
+    let mut value = Transform { fixed: true.into(), ..transform(0, "base_link", "camera", 0.5) };
+    writer.write(View::of(&mut value).bytes(), 0, 0).unwrap();
     steps(&mut agent, 1);
     assert!((number(&agent, "mapper/x/value") - 4.5).abs() < 1e-12);
 }
@@ -251,7 +251,7 @@ fn a_property_that_serves_no_more_readers_is_told_to_who_misses_it() {
     let (mut agent, log) = logged(&format!("{ROBOT}params.source = \"camera\"\n"), &plugins());
     let none = Budget { latest: 1, queues: 0, window: 0 };
     let mut writer = open(&agent, "camera/mount", none);
-    writer.write(View::of(&transform(0, "base_link", "camera", 0.5)).bytes(), 0, 0).unwrap();
+    writer.write(View::of(&mut transform(0, "base_link", "camera", 0.5)).bytes(), 0, 0).unwrap();
     steps(&mut agent, 1);
     assert!(says(&agent, &log, "mapper", "/camera/mount can't be read"), "{:?}", log.lines());
 }

@@ -89,7 +89,7 @@ impl Module for Relay {
     type State = ();
 
     fn tick(_: &mut (), io: &RelayIo, _: &(), _: &Tick) -> Outcome {
-        io.output.set(Number { value: io.input.value + 1.0 });
+        io.output.set(Number { value: io.input.get().copied().unwrap_or_default().value + 1.0 });
         if io.input.is_stale() { Outcome::Degraded } else { Outcome::Ok }
     }
 }
@@ -110,7 +110,7 @@ impl Module for Driver {
     type State = ();
 
     fn tick(_: &mut (), io: &DriverIo, _: &(), _: &Tick) -> Outcome {
-        io.wheel.send(*io.input, Priority::Plan);
+        io.wheel.send(io.input.get().copied().unwrap_or_default(), Priority::Plan);
         Outcome::Ok
     }
 }
@@ -132,7 +132,8 @@ impl Module for Twin {
     type State = f64;
 
     fn tick(state: &mut f64, io: &TwinIo, _: &(), _: &Tick) -> Outcome {
-        if io.left.first != io.right.first {
+        let [left, right] = [&io.left, &io.right].map(|pair| pair.get().copied().unwrap_or_default());
+        if left.first != right.first {
             *state += 1.0;
         }
         io.mismatches.set(Number { value: *state });

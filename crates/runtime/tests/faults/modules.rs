@@ -25,7 +25,7 @@ impl Module for Watcher {
 
     fn tick(_: &mut (), io: &WatcherIo, _: &(), _: &Tick) -> Outcome {
         let stale = if io.input.is_stale() { 1.0 } else { 0.0 };
-        io.seen.set(Pair { first: io.input.value, second: stale });
+        io.seen.set(Pair { first: io.input.get().copied().unwrap_or_default().value, second: stale });
         Outcome::Ok
     }
 }
@@ -49,7 +49,7 @@ impl Module for Slow {
     fn tick(state: &mut f64, io: &SlowIo, _: &(), _: &Tick) -> Outcome {
         std::thread::sleep(Duration::from_millis(20));
         *state += 1.0;
-        assert!(io.input.value > 0.0, "it runs on what was written");
+        assert!(io.input.get().copied().unwrap_or_default().value > 0.0, "it runs on what was written");
         io.ticks.set(Number { value: *state });
         Outcome::Ok
     }
@@ -74,9 +74,9 @@ impl Module for Sleeper {
     fn tick((ticks, before, after): &mut (u32, f64, f64), io: &SleeperIo, _: &(), _: &Tick) -> Outcome {
         *ticks += 1;
         if *ticks == 3 {
-            *before = std::hint::black_box(&io.input).value;
+            *before = std::hint::black_box(&io.input).get().copied().unwrap_or_default().value;
             std::thread::sleep(Duration::from_millis(300));
-            *after = std::hint::black_box(&io.input).value;
+            *after = std::hint::black_box(&io.input).get().copied().unwrap_or_default().value;
         }
         if *ticks > 3 {
             io.kept.set(Pair { first: *before, second: *after });
@@ -104,9 +104,9 @@ impl Module for Player {
 
     fn tick(_: &mut (), io: &PlayerIo, _: &(), _: &Tick) -> Outcome {
         if io.ball.is_new() {
-            io.played.set(Number { value: io.ball.value + 1.0 });
+            io.played.set(Number { value: io.ball.get().copied().unwrap_or_default().value + 1.0 });
         } else if io.kick.is_new() {
-            io.played.set(*io.kick);
+            io.played.set(io.kick.get().copied().unwrap_or_default());
         }
         Outcome::Ok
     }

@@ -49,7 +49,10 @@ impl Module for Villain {
             commit(params.fault as usize);
         }
         io.number.set(Number { value: *state });
-        io.wheel.send(Number { value: 1.0 + io.input.value * 0.0 }, Priority::Plan);
+        io.wheel.send(
+            Number { value: 1.0 + io.input.get().copied().unwrap_or_default().value * 0.0 },
+            Priority::Plan,
+        );
         Outcome::Ok
     }
 }
@@ -146,7 +149,7 @@ impl Module for Plotter {
 
 #[ports]
 pub struct AdderIo {
-    series: Input<Series>,
+    series: Required<Series>,
     all: Queue<Series>,
     note: Outbox<Number>,
     sum: Output<Number>,

@@ -36,8 +36,6 @@ pub struct Raw {
     pub count: u32,
     /// Whether it is well.
     pub good: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
     /// A few distances.
     pub ranges: Sequence<u32, 4>,
 }
@@ -92,7 +90,6 @@ impl Module for Sensor {
             degrees: 90,
             count: n,
             good: Bool::from(n % 2 == 1),
-            reserved: [0; 7],
             ranges,
         });
         Outcome::Ok
@@ -130,12 +127,12 @@ impl Module for Thinker {
 
     fn tick(_: &mut (), io: &ThinkerIo, params: &ThinkerParams, _: &Tick) -> Outcome {
         io.seen.set(Refined {
-            place: *io.point,
+            place: io.point.get().copied().unwrap_or_default(),
             metres: params.gain,
-            count: io.refined.count,
+            count: io.refined.get().copied().unwrap_or_default().count,
             angle: params.width,
         });
-        io.told.set(*io.tame);
+        io.told.set(io.tame.get().copied().unwrap_or_default());
         io.stale.set(Tame { metres: u32::from(io.refined.is_stale()), count: u32::from(io.tame.is_stale()) });
         Outcome::Ok
     }

@@ -127,7 +127,7 @@ fn a_property_that_comes_while_a_module_is_late_is_linked_when_it_returns() {
         let path = "agents/other/a/number";
         let mirror = agent.board.add_channel(path, "", Number::DESCRIPTOR, store, Access::Output).unwrap();
         let mut writer = mirror.channel().unwrap().writer().unwrap();
-        writer.write(View::of(&Number { value: 5.0 }).bytes(), 0, 0).unwrap();
+        writer.write(View::of(&mut Number { value: 5.0 }).bytes(), 0, 0).unwrap();
         let host = agent.told.0.lock().unwrap().clone().unwrap();
         let other = RemotePath { agent: "other".into(), path: "a/number".into() };
         host.report(&other, Standing::Served { property: "a/number".into() });

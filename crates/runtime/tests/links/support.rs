@@ -64,10 +64,11 @@ impl Module for Judge {
     type State = f64;
 
     fn tick(torn: &mut f64, io: &JudgeIo, _: &(), _: &Tick) -> Outcome {
-        if io.left.first != io.left.second || *io.left != *io.right {
+        let [left, right] = [&io.left, &io.right].map(|pair| pair.get().copied().unwrap_or_default());
+        if left.first != left.second || left != right {
             *torn += 1.0;
         }
-        io.seen.set(Pair { first: io.left.first, second: io.right.first });
+        io.seen.set(Pair { first: left.first, second: right.first });
         io.torn.set(Number { value: *torn });
         Outcome::Ok
     }
@@ -108,8 +109,8 @@ pub struct ModuleState {
     pub panics: u64,
     /// How it is.
     pub condition: ModuleCondition,
-    /// Not used.
-    pub reserved: [u8; 7],
+    /// The port that it waits for.
+    pub waiting_for: Text<56>,
 }
 
 /// The condition of a module.
@@ -195,7 +196,9 @@ impl Module for Held {
         while HELD.lock().unwrap().contains(&params.hold) {
             std::thread::sleep(Duration::from_millis(1));
         }
-        io.seen.set(Number { value: params.factor * (io.number.value + io.pair.second) });
+        let (number, pair) =
+            (io.number.get().copied().unwrap_or_default(), io.pair.get().copied().unwrap_or_default());
+        io.seen.set(Number { value: params.factor * (number.value + pair.second) });
         Outcome::Ok
     }
 }

@@ -120,7 +120,7 @@ impl Module for Tell {
         if now.number() == 1 {
             SEEN.lock().unwrap().push((params.number.to_string(), thread));
         }
-        io.output.set(Number { value: io.input.value + 1.0 });
+        io.output.set(Number { value: io.input.get().copied().unwrap_or_default().value + 1.0 });
         Outcome::Ok
     }
 }

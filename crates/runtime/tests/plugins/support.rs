@@ -80,9 +80,10 @@ impl Module for Reader {
     type State = ();
 
     fn tick(_: &mut (), io: &ReaderIo, _: &(), _: &Tick) -> Outcome {
+        let input = io.input.get().copied().unwrap_or_default();
         io.seen.set(Seen {
-            value: io.input.value,
-            version: io.input.version,
+            value: input.value,
+            version: input.version,
             generation: io.input.stamp().generation,
             missed: io.input.missed(),
             stale: io.input.is_stale().into(),

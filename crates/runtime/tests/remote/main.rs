@@ -63,7 +63,7 @@ impl Module for Teller {
         assert_ne!(params.third, 13, "an unlucky number");
         now.log(Level::Debug, format_args!("told"));
         io.told.set(Pair { first: params.first, second: params.second });
-        io.apart.set(Number { value: *apart + io.input.value });
+        io.apart.set(Number { value: *apart + io.input.get().copied().unwrap_or_default().value });
         Outcome::Ok
     }
 }

@@ -32,7 +32,6 @@ pub struct Mixed {
     pub short: i16,
     pub byte: u8,
     pub tiny: i8,
-    pub reserved: [u8; 2],
 }
 
 pub const MILLISECOND: u64 = 1_000_000;
@@ -47,8 +46,8 @@ pub fn wheels(left: f64, right: f64) -> Wheels {
     Wheels { left, right }
 }
 
-pub fn bytes<T: Interface>(value: &T) -> &[u8] {
-    View::of(value).bytes()
+pub fn bytes<T: Interface + Copy>(value: &T) -> &'static [u8] {
+    View::of(Box::leak(Box::new(*value))).bytes()
 }
 
 pub fn configuration() -> GateConfiguration {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
-use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 use slate_blackboard::{Access, Board, Property, Store};
 
 use super::Want;
@@ -260,11 +260,21 @@ fn is_numbers(descriptor: &Descriptor) -> bool {
 
 fn is_number(kind: &Kind) -> bool {
     match kind {
-        Kind::U8 | Kind::U16 | Kind::U32 | Kind::U64 => true,
-        Kind::I8 | Kind::I16 | Kind::I32 | Kind::I64 => true,
-        Kind::F32 | Kind::F64 => true,
+        Kind::Primitive(Primitive::U8)
+        | Kind::Primitive(Primitive::U16)
+        | Kind::Primitive(Primitive::U32)
+        | Kind::Primitive(Primitive::U64) => true,
+        Kind::Primitive(Primitive::I8)
+        | Kind::Primitive(Primitive::I16)
+        | Kind::Primitive(Primitive::I32)
+        | Kind::Primitive(Primitive::I64) => true,
+        Kind::Primitive(Primitive::F32) | Kind::Primitive(Primitive::F64) => true,
         Kind::Array(item, _) | Kind::Tail(item) => is_number(item),
         Kind::Nested(descriptor) => is_numbers(descriptor),
-        Kind::Bool | Kind::Enumeration(_) | Kind::Text(_) | Kind::Optional(_) | Kind::Sequence(..) => false,
+        Kind::Primitive(Primitive::Bool)
+        | Kind::Enumeration(_)
+        | Kind::Text(_)
+        | Kind::Optional(_)
+        | Kind::Sequence(..) => false,
     }
 }

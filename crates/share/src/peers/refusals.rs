@@ -64,9 +64,9 @@ impl Refusals {
         (kept.count, kept.last) = (kept.count + 1, now);
         if let Some(writer) = &mut kept.writer {
             let (from, reason) = (Text::new(from), Text::new(reason));
-            let shown = Rejected { count: kept.count, last: now, from, reason };
+            let mut shown = Rejected { count: kept.count, last: now, from, reason };
             // Nobody depends on it.
-            let _ = writer.write(View::of(&shown).bytes(), 0, now);
+            let _ = writer.write(View::of(&mut shown).bytes(), 0, now);
         }
         if now.saturating_sub(self.lines.0) >= PAUSE {
             self.lines = (now, 0);

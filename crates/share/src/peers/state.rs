@@ -17,8 +17,6 @@ use super::import::Status;
 pub struct PeerState {
     /// Whether it is there.
     pub connected: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
     /// Another number after each of its starts; of the last one.
     pub instance: u64,
     /// Since when it is there, by this agent's clock.
@@ -52,8 +50,6 @@ pub struct PeerState {
 pub struct ReadState {
     /// Whether the other agent sends its values.
     pub served: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
     /// Values that came.
     pub received: u64,
     /// Values of a queue that were written and will not come.
@@ -121,7 +117,6 @@ impl States {
             };
             let state = ReadState {
                 served: (import.status == Status::Served).into(),
-                reserved: [0; 7],
                 received: progress.map_or(0, |progress| progress.received),
                 lost: progress.map_or(0, |progress| progress.lost),
                 unfit: import.unfit,
@@ -143,7 +138,7 @@ impl States {
         gone.iter().for_each(|path| self.hide(path));
     }
 
-    fn show<T: Interface>(&mut self, name: &str, doc: &str, state: &T, now: u64) {
+    fn show<T: Interface + Copy>(&mut self, name: &str, doc: &str, state: &T, now: u64) {
         let path = format!("{}/{name}", self.prefix);
         if !self.shown.contains_key(&path) {
             let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 1, window: 4 } };
@@ -157,7 +152,8 @@ impl States {
         }
         let Some(shown) = self.shown.get_mut(&path) else { return };
         shown.seen = true;
-        let view = View::of(state);
+        let mut state = *state;
+        let view = View::of(&mut state);
         if shown.last != view.bytes() && shown.writer.write(view.bytes(), 0, now).is_ok() {
             shown.last = view.bytes().to_vec();
         }
@@ -185,7 +181,6 @@ fn peer_state(peer: &Peer, endpoint: &str, reason: &str) -> PeerState {
     let (counters, estimate) = (session.counters(), session.estimate());
     PeerState {
         connected: session.other().is_some().into(),
-        reserved: [0; 7],
         instance: session.other().map_or(0, |other| other.instance),
         since: session.since().unwrap_or(0),
         offset: estimate.map_or(0, |estimate| estimate.offset),

@@ -49,7 +49,8 @@ impl Layout {
             .and_then(|entry| Some((entry, entry.fields.last()?)))
             .filter(|(entry, value)| {
                 let begin = FactHead::DESCRIPTOR.size;
-                value.offset == begin && begin + value.kind.size() == entry.size
+                let end = begin + value.kind.size();
+                value.offset == begin && end.next_multiple_of(entry.align) == entry.size
             });
         match value {
             Some((entry, value)) => Ok(Self { descriptor, item: entry.size, value: value.offset }),
@@ -64,7 +65,7 @@ impl Layout {
         self.descriptor
     }
 
-    /// Bytes of a value.
+    /// Bytes of a value, with the padding behind it.
     pub fn value_size(&self) -> usize {
         self.item - self.value
     }

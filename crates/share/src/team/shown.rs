@@ -81,13 +81,13 @@ impl Shown {
         facts.truncate(self.room);
         let before = std::mem::take(&mut self.heard);
         let mut head = FactTableHead { revision: 0, left_out: left_out as u32, unfit: other.len() as u32 };
-        let mut table = View::of(&head).bytes().to_vec();
+        let mut table = View::of(&mut head).bytes().to_vec();
         for Known { key, robot, fact } in &facts {
             let place = ((*key).to_owned(), fact.origin);
             let known = before.get(&place).filter(|(version, _)| *version == fact.version);
             let heard = known.map_or(now, |(_, heard)| *heard);
             self.heard.insert(place, (fact.version, heard));
-            let entry = FactHead {
+            let mut entry = FactHead {
                 epoch: fact.version.epoch,
                 sequence: fact.version.sequence,
                 time: fact.time,
@@ -99,7 +99,7 @@ impl Shown {
                 key: Text::new(key),
                 ..FactHead::default()
             };
-            table.extend(View::of(&entry).bytes());
+            table.extend(View::of(&mut entry).bytes());
             table.extend(fact.statement.value);
         }
         // Not a count, as that begins anew with each run, and a world model that was saved goes on.
@@ -107,7 +107,7 @@ impl Shown {
         // Also an empty one is shown once, so that readers see that there is nothing.
         if self.head != Some(head) {
             self.head = Some(head);
-            let begin = View::of(&head).bytes();
+            let begin = View::of(&mut head).bytes();
             table[..begin.len()].copy_from_slice(begin);
             // It has room for so many.
             let _ = self.writer.write(&table, facts.len(), now);

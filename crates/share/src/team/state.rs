@@ -28,8 +28,6 @@ pub struct TeamState {
     pub robot: u32,
     /// Whether another robot has this one's number, so that the team does not agree on its facts.
     pub contested: Bool,
-    /// Not used.
-    pub reserved: [u8; 7],
     /// What is wrong, if something is.
     pub trouble: Text<252>,
 }

@@ -215,7 +215,7 @@ impl Work {
             trouble: Text::new(&trouble),
             ..self.state
         };
-        let whole = TeamState {
+        let mut whole = TeamState {
             dropped: state.dropped + counters.dropped,
             refused: state.refused + counters.refused,
             ..state
@@ -223,7 +223,7 @@ impl Work {
         self.state = state;
         if let Some(writer) = &mut self.state_writer {
             // Nobody holds a writer up on the wall clock.
-            let _ = writer.write(View::of(&whole).bytes(), 0, (self.time)());
+            let _ = writer.write(View::of(&mut whole).bytes(), 0, (self.time)());
         }
     }
 

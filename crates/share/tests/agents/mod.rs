@@ -168,8 +168,8 @@ pub fn output(board: &Board, path: &str, depth: usize) -> Writer {
 }
 
 pub fn write(writer: &mut Writer, value: u64) {
-    let number = Number { value };
-    writer.write(View::of(&number).bytes(), 0, clock()()).unwrap();
+    let mut number = Number { value };
+    writer.write(View::of(&mut number).bytes(), 0, clock()()).unwrap();
 }
 
 /// How often somebody was rejected for that reason.

@@ -45,7 +45,7 @@ impl Module for Scout {
     type State = Statements<Victim>;
 
     fn tick(state: &mut Statements<Victim>, io: &ScoutIo, _: &(), now: &Tick) -> Outcome {
-        if let Some(say) = io.say.new().filter(|say| say.victim > 0) {
+        if let Some(say) = io.say.updated().filter(|say| say.victim > 0) {
             let key = say.victim.to_string();
             if say.retract > 0 {
                 state.retract(now.now(), &key);

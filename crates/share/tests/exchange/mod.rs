@@ -198,8 +198,8 @@ fn a_message_to_another_agent_is_answered() {
     let mut receiver = mailbox.receiver().unwrap();
     let limit = Duration::from_secs(20);
     let send = |path: &str, schema: u64, value: u64| {
-        let number = Number { value };
-        arm.peers.send("base", path, schema, 0, View::of(&number).bytes()).unwrap()
+        let mut number = Number { value };
+        arm.peers.send("base", path, schema, 0, View::of(&mut number).bytes()).unwrap()
     };
     let hash = Number::DESCRIPTOR.hash;
     let (first, second) = (send("drive/commands", hash, 1), send("drive/commands", hash, 2));

@@ -56,7 +56,7 @@ pub fn be_an_agent(setup: Setup, endpoint: &str) {
         });
         tally.missed = reader.skipped();
         write(&mut read, tally.last);
-        tallies.write(View::of(&tally).bytes(), 0, clock()()).unwrap();
+        tallies.write(View::of(&mut tally).bytes(), 0, clock()()).unwrap();
         std::thread::sleep(PERIOD);
         // Whoever started this is gone.
         if rustix::process::getppid().is_none_or(|parent| parent.as_raw_nonzero().get() == 1) {

@@ -1,4 +1,4 @@
-//! Drives: wheels that follow their commands, how they move a robot, and what the encoders say of them.
+//! Drives: response of the wheels, kinematics and odometry.
 
 mod differential;
 mod odometer;
@@ -57,7 +57,7 @@ impl From<FourWheels> for Wheels {
 pub enum Drive {
     /// Two wheels that do not slip: they say how the robot moves.
     Differential(Differential),
-    /// Four wheels that rub on the floor: they say what forces there are.
+    /// Four wheels with friction, which give forces.
     SkidSteer(SkidSteer),
 }
 
@@ -85,7 +85,7 @@ impl Drive {
         }
     }
 
-    /// Where the encoders say the robot is, and how it moves (m/s, rad/s).
+    /// Returns pose and twist (m/s, rad/s) by odometry.
     pub fn odometry(&self) -> (Pose, (f64, f64)) {
         let odometer = match self {
             Self::Differential(drive) => &drive.odometer,
@@ -100,7 +100,7 @@ fn follow(speed: f64, command: f64, change: f64) -> f64 {
     speed + clamp(command - speed, -change, change)
 }
 
-/// A command within the limit; 0 for what is not a number.
+/// Limits a command; 0 for NaN.
 fn held(speed: f64, limit: f64) -> f64 {
     if speed.is_finite() { clamp(speed, -limit, limit) } else { 0.0 }
 }

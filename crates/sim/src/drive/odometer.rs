@@ -5,11 +5,11 @@ use slate_module::math::{cos, sin, wrap_angle};
 use crate::geometry::Pose;
 use crate::robot::NoiseDescription;
 
-/// Believes what the encoders of a robot's two sides say.
+/// Dead reckoning from the encoders of both sides.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Odometer {
     wheel_radius: f64,
-    /// What it believes to be between the sides.
+    /// Assumed track width.
     track: f64,
     /// Factors on the wheels' radii and on the track as odometry believes them.
     believed: (f64, f64, f64),

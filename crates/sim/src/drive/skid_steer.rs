@@ -44,9 +44,9 @@ pub struct SkidSteer {
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 struct Wheel {
-    /// From the centre of mass to where it touches the floor.
+    /// Contact point relative to the center of mass.
     arm: Point,
-    /// What presses it on the floor, newtons.
+    /// Normal force, newtons.
     load: f64,
     friction: Friction,
     command: f64,
@@ -63,7 +63,7 @@ pub struct Mass {
     pub moment: f64,
 }
 
-/// How a body moves, in its own frame.
+/// Twist of a body in its frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Velocity {
     /// Forward, of the centre of mass, metres per second.

@@ -4,7 +4,7 @@ use slate_module::{Queue, math};
 
 use crate::geometry::Point;
 
-/// How a robot has behaved: its way, what it came near to, what it touched.
+/// Path, clearance and contacts of a robot.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(super) struct Conduct {
     last: Option<Point>,
@@ -24,7 +24,7 @@ impl Default for Conduct {
 }
 
 impl Conduct {
-    /// Goes on to where it is now; `counts` says whether the way there is one that counts.
+    /// Adds the way to the present position, if it `counts`.
     pub fn go_on(&mut self, truth: &Pose2, counts: bool) -> Point {
         let place = Point::new(truth.x, truth.y);
         if let Some(last) = self.last.replace(place)
@@ -35,7 +35,7 @@ impl Conduct {
         place
     }
 
-    /// Takes in what the robot came near to and touched.
+    /// Adds clearance and contacts.
     pub fn watch(&mut self, robot: &str, clearance: &Clearance, contacts: &Queue<Contacts>) {
         self.clearance = math::min(self.clearance, clearance.distance);
         for contacts in contacts.iter() {

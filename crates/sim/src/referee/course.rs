@@ -9,13 +9,13 @@ use crate::geometry::Point;
 use crate::scenario::Scenario;
 use crate::shortest_path::shortest_path;
 
-/// How a run went so far.
+/// Progress of a run.
 #[interface]
 pub struct Metrics {
     /// The way of the robot until it reached its last goal.
     #[unit("m")]
     pub path_length: f64,
-    /// The shortest way of a disc of half the robot's width among what does not move, from goal to goal.
+    /// Shortest path of a disc of the robot's half width among static bodies, from goal to goal.
     #[unit("m")]
     pub shortest_path: f64,
     /// The least distance to another body.
@@ -27,7 +27,7 @@ pub struct Metrics {
     pub collisions_caused: u64,
 }
 
-/// Whether the robot stays where it went.
+/// Whether the robot stays at its last goal.
 #[interface]
 pub struct Stay {
     /// When it reached its last goal.
@@ -41,34 +41,34 @@ pub struct Stay {
 struct Io {
     /// Where the robot really is.
     truth: Input<Pose2>,
-    /// How far the nearest other body really is.
+    /// True clearance.
     clearance: Input<Clearance>,
     /// All contacts.
     contacts: Queue<Contacts>,
     /// How the mission stands.
     verdict: Output<Verdict>,
-    /// How the run went so far.
+    /// Progress of the run.
     metrics: Output<Metrics>,
-    /// Whether the robot stays where it went, if it shall.
+    /// Whether the robot stays at its last goal, if required.
     stay: Output<Stay>,
 }
 
 #[params]
 struct Params {
-    #[param(default = "r2", doc = "the robot that is judged")]
+    #[param(default = "r2", doc = "name of the robot to judge")]
     robot: Text<28>,
-    #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "the goal is reached within this distance")]
+    #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "distance from a goal at which it counts as reached")]
     tolerance: f64,
-    #[param(default = 120.0, range = 0.0..=1e9, unit = "s", doc = "the time that the robot may take to its last goal")]
+    #[param(default = 120.0, range = 0.0..=1e9, unit = "s", doc = "time limit to the last goal")]
     time_limit: f64,
-    #[param(default = 1, range = 1..=1000000, doc = "how often it goes round its goals")]
+    #[param(default = 1, range = 1..=1000000, doc = "laps of its goals")]
     laps: u64,
-    #[param(default = 0.0, range = 0.0..=1e9, unit = "s", doc = "how long the robot shall stay at its last goal")]
-    hold: f64,
-    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "how near to it that is")]
-    hold_within: f64,
-    #[param(default = 0.9, range = 0.0..=1.0, doc = "for which share of that time")]
-    hold_share: f64,
+    #[param(default = 0.0, range = 0.0..=1e9, unit = "s", doc = "time to stay at the last goal")]
+    hold_time: f64,
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "distance from the goal that counts as staying")]
+    hold_tolerance: f64,
+    #[param(default = 0.9, range = 0.0..=1.0, doc = "minimum fraction of that time")]
+    hold_fraction: f64,
 }
 
 /// Judges whether a robot reaches its goals in time, one after the other, and whether it stays at the last one.
@@ -83,7 +83,7 @@ pub struct Referee {
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Course {
     conduct: Conduct,
-    /// How many goals it has reached.
+    /// Number of reached goals.
     reached: u64,
     /// When it reached the last one, seconds.
     arrived: Option<f64>,
@@ -173,15 +173,15 @@ impl Referee {
             }
         }
         let verdict = match course.arrived {
-            Some(_) if params.hold <= 0.0 => verdict(MissionState::SUCCEEDED, "goal reached"),
+            Some(_) if params.hold_time <= 0.0 => verdict(MissionState::SUCCEEDED, "goal reached"),
             Some(arrived) => {
                 course.stay.0 += 1;
-                course.stay.1 += u64::from(away(all - 1) <= params.hold_within);
+                course.stay.1 += u64::from(away(all - 1) <= params.hold_tolerance);
                 let held = course.stay.1 as f64 / course.stay.0 as f64;
                 io.stay.set(Stay { time_to_goal: arrived, held });
-                match now.seconds() - arrived >= params.hold {
+                match now.seconds() - arrived >= params.hold_time {
                     false => verdict(MissionState::RUNNING, "at the goal"),
-                    true if held >= params.hold_share => {
+                    true if held >= params.hold_fraction => {
                         verdict(MissionState::SUCCEEDED, "goal reached and held")
                     }
                     true => verdict(MissionState::FAILED, "goal reached, and left for too long"),

@@ -10,5 +10,5 @@ use slate_interfaces::{MissionState, Verdict};
 use slate_module::Text;
 
 fn verdict(state: MissionState, reason: &str) -> Verdict {
-    Verdict { state, reserved: [0; 3], reason: Text::new(reason) }
+    Verdict { state, reason: Text::new(reason) }
 }

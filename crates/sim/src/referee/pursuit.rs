@@ -7,10 +7,10 @@ use super::conduct::Conduct;
 use super::verdict;
 use crate::scenario::Scenario;
 
-/// How a robot follows another so far.
+/// Performance of a following robot so far.
 #[interface]
 pub struct Pursuit {
-    /// The share of the time in which the gap was as it shall be, since it first was so.
+    /// Fraction of the time with a gap within its limits, since the first time within.
     pub gap_in_band: f64,
     /// When that was.
     #[unit("s")]
@@ -21,7 +21,7 @@ pub struct Pursuit {
     /// The least gap.
     #[unit("m")]
     pub minimum_gap: f64,
-    /// The greatest gap since it first was as it shall be.
+    /// Maximum gap since the first time within its limits.
     #[unit("m")]
     pub maximum_gap: f64,
     /// The way of the follower.
@@ -42,7 +42,7 @@ pub struct PursuitIo {
     leader: Input<Pose2>,
     /// Where the follower really is.
     follower: Input<Pose2>,
-    /// How far the nearest other body really is from the follower.
+    /// True clearance of the follower.
     clearance: Input<Clearance>,
     /// All contacts.
     contacts: Queue<Contacts>,
@@ -50,27 +50,27 @@ pub struct PursuitIo {
     course: Input<Verdict>,
     /// How the mission stands.
     verdict: Output<Verdict>,
-    /// How the run went so far.
+    /// Progress of the run.
     metrics: Output<Pursuit>,
 }
 
 #[params]
 pub struct PursuitParams {
-    #[param(default = "r3", doc = "the robot that follows")]
+    #[param(default = "r3", doc = "name of the following robot")]
     robot: Text<28>,
-    #[param(default = 0.8, range = 0.0..=100.0, unit = "m", doc = "the least gap")]
-    nearest: f64,
-    #[param(default = 2.0, range = 0.0..=100.0, unit = "m", doc = "the greatest gap")]
-    farthest: f64,
-    #[param(default = 0.95, range = 0.0..=1.0, doc = "the share of the time in which the gap shall be between")]
-    share: f64,
+    #[param(default = 0.8, range = 0.0..=100.0, unit = "m", doc = "minimum gap")]
+    min_gap: f64,
+    #[param(default = 2.0, range = 0.0..=100.0, unit = "m", doc = "maximum gap")]
+    max_gap: f64,
+    #[param(default = 0.95, range = 0.0..=1.0, doc = "minimum fraction of the time with a gap between")]
+    min_fraction: f64,
 }
 
-/// What the judge has seen.
+/// State of the referee.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct PursuitCourse {
     conduct: Conduct,
-    /// When the gap first was as it shall be, seconds.
+    /// First time of a gap within its limits, seconds.
     since: Option<f64>,
     /// Cycles since then, and those in which it was so.
     cycles: (u64, u64),
@@ -148,7 +148,7 @@ impl PursuitCourse {
         course.conduct.go_on(follower, true);
         course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
         let gap = math::hypot(leader.x - follower.x, leader.y - follower.y);
-        let is_right = (params.nearest..=params.farthest).contains(&gap);
+        let is_right = (params.min_gap..=params.max_gap).contains(&gap);
         let extremes = course.extremes.get_or_insert((gap, gap));
         extremes.0 = math::min(extremes.0, gap);
         if is_right && course.since.is_none() {
@@ -164,7 +164,7 @@ impl PursuitCourse {
         let share = course.cycles.1 as f64 / math::max(course.cycles.0 as f64, 1.0);
         let verdict = match led.state {
             MissionState::FAILED => led,
-            MissionState::SUCCEEDED if share >= params.share => {
+            MissionState::SUCCEEDED if share >= params.min_fraction => {
                 verdict(MissionState::SUCCEEDED, "all goals reached, and followed")
             }
             MissionState::SUCCEEDED => verdict(MissionState::FAILED, "too near or too far for too long"),

@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
 
-/// How a robot moves.
+/// Drive of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DriveDescription {
-    /// What kind of drive it is; a differential one unless said.
+    /// Kind of drive; differential by default.
     #[serde(default)]
     pub kind: DriveKind,
     /// Metres.
@@ -18,7 +18,7 @@ pub struct DriveDescription {
     /// Metres between the axles. Of skid steering only, as all that follows.
     #[serde(default)]
     pub wheelbase: Option<f64>,
-    /// The track of a differential drive that would turn as this robot does: what odometry assumes, metres.
+    /// Effective track width for odometry: that of an equivalent differential drive, metres.
     #[serde(default)]
     pub odometry_track: Option<f64>,
     /// How the wheels grip.
@@ -29,7 +29,7 @@ pub struct DriveDescription {
     pub wheel_friction: WheelFriction,
 }
 
-/// Which wheels drive, and how a robot turns with them.
+/// Kind of drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DriveKind {
@@ -40,7 +40,7 @@ pub enum DriveKind {
     SkidSteer,
 }
 
-/// How a wheel grips the floor: coefficients of the force that presses it down.
+/// Friction of a wheel: coefficients of the normal force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Friction {
@@ -88,7 +88,7 @@ impl Friction {
 }
 
 impl DriveDescription {
-    /// Which key has a value that no drive can have, or lacks one, and what is expected.
+    /// Returns the key of an invalid or missing value, and the expectation.
     pub(super) fn mistake(&self) -> Option<(Vec<&'static str>, String)> {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let skids = self.kind == DriveKind::SkidSteer;

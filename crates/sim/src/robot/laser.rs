@@ -17,7 +17,7 @@ pub struct LaserDescription {
     pub range_max: f64,
     /// Full opening angle, from the first beam to the last, radians.
     pub field_of_view: f64,
-    /// How many beams there are, evenly spread.
+    /// Number of beams, evenly spaced.
     pub beams: u32,
     /// Standard deviation of a range, metres.
     pub noise_constant: f64,
@@ -25,7 +25,7 @@ pub struct LaserDescription {
     pub noise_proportional: f64,
     /// Probability that a beam does not come back.
     pub dropout: f64,
-    /// How often it looks, hertz; at every sweep when left out.
+    /// Rate, Hz; each sweep by default.
     #[serde(default)]
     pub rate: Option<f64>,
 }
@@ -41,7 +41,7 @@ impl LaserDescription {
         f64::from(beam) * self.increment() - self.field_of_view / 2.0
     }
 
-    /// Which key has a value that no scanner can have, and what is expected of it.
+    /// Returns the key of an invalid value, and the expectation.
     pub(super) fn mistake(&self) -> Option<(&'static str, &'static str)> {
         let deviation = "expected a standard deviation, not negative";
         let turn = 2.0 * std::f64::consts::PI;

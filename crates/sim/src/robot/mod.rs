@@ -24,15 +24,15 @@ pub use sonar::SonarDescription;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotDescription {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// Kilograms.
     pub mass: f64,
     /// Corners of the convex body, in metres from the middle between the wheels; either way round.
     pub footprint: Vec<[f64; 2]>,
-    /// How it moves.
+    /// Drive.
     pub drive: DriveDescription,
-    /// How far it is from ideal.
+    /// Imperfections.
     pub noise: NoiseDescription,
     /// Profiles of its sonars, by name.
     #[serde(default)]
@@ -48,13 +48,13 @@ pub struct RobotDescription {
     pub bumper: Option<BumperDescription>,
 }
 
-/// Switches around the body that feel what presses on it: one for its front, one for its back.
+/// Bumpers around the body: front and back.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BumperDescription {
-    /// The front feels what touches the body at this x or before it, metres.
+    /// Least x of contacts of the front bumper, metres.
     pub front: f64,
-    /// The back feels what touches the body at this x or behind it, metres.
+    /// Greatest x of contacts of the back bumper, metres.
     pub back: f64,
 }
 

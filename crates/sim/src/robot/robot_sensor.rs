@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{is_deviation, is_probability, is_rate};
 
-/// A sensor that sees other robots: it tells which they are, how far away and in which direction.
+/// Detector of other robots: names, ranges and bearings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RobotSensorDescription {
@@ -12,7 +12,7 @@ pub struct RobotSensorDescription {
     pub range_max: f64,
     /// Full opening angle, radians; at most a full turn.
     pub field_of_view: f64,
-    /// The share of the other's width that must be in view, with nothing before it.
+    /// Fraction of the other's width that must be visible.
     pub visible_share: f64,
     /// Standard deviation of a range, metres.
     pub noise_constant: f64,
@@ -22,13 +22,13 @@ pub struct RobotSensorDescription {
     pub noise_bearing: f64,
     /// Probability that a robot is overlooked.
     pub dropout: f64,
-    /// How often it looks, hertz; at every sweep when left out.
+    /// Rate, Hz; each sweep by default.
     #[serde(default)]
     pub rate: Option<f64>,
 }
 
 impl RobotSensorDescription {
-    /// Which key has a value that no such sensor can have, and what is expected of it.
+    /// Returns the key of an invalid value, and the expectation.
     pub(super) fn mistake(&self) -> Option<(&'static str, &'static str)> {
         let deviation = "expected a standard deviation, not negative";
         let turn = 2.0 * std::f64::consts::PI;

@@ -23,7 +23,7 @@ pub struct SonarDescription {
     /// Probability that another sonar's pulse is heard before the own echo.
     #[serde(default)]
     pub crosstalk: f64,
-    /// How often each is heard, hertz, as they sound one after the other; all of them at every sweep when left out.
+    /// Rate of each sonar, Hz, fired in turns; without it all fire at each sweep.
     #[serde(default)]
     pub rate: Option<f64>,
     /// x and y in metres, direction in degrees.
@@ -31,7 +31,7 @@ pub struct SonarDescription {
 }
 
 impl SonarDescription {
-    /// Which key has a value that no sonar can have, and what is expected of it.
+    /// Returns the key of an invalid value, and the expectation.
     pub(super) fn mistake(&self) -> Option<(&'static str, &'static str)> {
         let right_angle = std::f64::consts::FRAC_PI_2;
         let checks = [

@@ -25,14 +25,14 @@ use robot::Robot;
 /// A robot to be put into a world.
 #[derive(Clone, Debug)]
 pub struct Placement {
-    /// What it is called.
+    /// Name.
     pub name: String,
     /// What it is. Of the profiles of the sensor that sees other robots it has that with the sonars' name, or else the
     /// only one.
     pub description: RobotDescription,
     /// Which profile its sonars have; empty for none.
     pub sonar: String,
-    /// Where it stands.
+    /// Pose.
     pub pose: Pose,
     /// Its script, if it does not obey commands.
     pub script: Option<RandomWalk>,
@@ -60,7 +60,7 @@ pub struct Simulation {
     step: u64,
     contacts: Vec<Contact>,
     touching: Touching,
-    /// What presses on each robot.
+    /// Pressing contacts of each robot.
     felt: Vec<Felt>,
     /// Memory for what is around a robot, for each thread. How many threads there are is no part of the state.
     #[serde(skip, default = "one_thread")]
@@ -209,7 +209,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// In how many threads robots measure; 1 unless said. It changes nothing but the time that it takes.
+    /// Sets the number of measuring threads; 1 by default. Results are the same.
     pub fn set_threads(&mut self, threads: usize) {
         self.nearby.resize_with(threads.max(1), Nearby::default);
     }
@@ -229,12 +229,12 @@ impl Simulation {
         self.robots.iter().position(|robot| robot.name == name)
     }
 
-    /// What the robot of that number is called.
+    /// Returns the name of a robot.
     pub fn name(&self, robot: usize) -> &str {
         &self.robots[robot].name
     }
 
-    /// How many robots there are.
+    /// Returns the number of robots.
     pub fn robot_count(&self) -> usize {
         self.robots.len()
     }
@@ -274,7 +274,7 @@ impl Simulation {
         self.touch();
     }
 
-    /// Finds which contacts begin, and what robots feel of those that last.
+    /// Finds contacts that begin, and the state of the bumpers.
     fn touch(&mut self) {
         let Self { physics, surroundings, robots, felt, touching, contacts, now, .. } = self;
         let statics = surroundings.bodies().len();
@@ -339,7 +339,7 @@ impl Simulation {
         pose
     }
 
-    /// Where the robot's wheels say it is, and how it moves (m/s, rad/s).
+    /// Returns pose and twist (m/s, rad/s) by odometry.
     pub fn odometry(&self, robot: usize) -> (Pose, (f64, f64)) {
         self.robots[robot].drive.odometry()
     }

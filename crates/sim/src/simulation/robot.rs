@@ -10,7 +10,7 @@ use crate::script::Wanderer;
 use crate::sonar::Echo;
 use crate::touching::Felt;
 
-/// A robot and how it moves.
+/// A robot and its motion.
 #[derive(Serialize, Deserialize)]
 pub(super) struct Robot {
     pub name: String,

@@ -1,4 +1,4 @@
-//! What the robots measure, and what their sensors show of it.
+//! Measurements of the robots, with the faults of their sensors.
 
 use slate_module::Random;
 
@@ -18,14 +18,14 @@ impl Simulation {
         self.sensors[robot].laser = Some(LaserScanner::new(laser, random));
     }
 
-    /// Says what goes wrong with the sensors of a robot, and when.
+    /// Sets the faults of a robot's sensors.
     pub fn set_faults(&mut self, robot: usize, faults: &[Fault]) {
         let sensors = &mut self.sensors[robot];
         sensors.sonar_display.set_faults(FaultySensor::Sonar, faults);
         sensors.laser_display.set_faults(FaultySensor::Laser, faults);
     }
 
-    /// Lets the robots measure what is around them.
+    /// Measures with all sensors.
     pub fn sense(&mut self) {
         let Self { sensors, surroundings, now, nearby, .. } = self;
         workers::each(sensors, nearby, |robot, sensors, nearby| {
@@ -33,13 +33,13 @@ impl Simulation {
         });
     }
 
-    /// What the robot's sonars heard, and what they are.
+    /// Returns echoes and sonars of a robot.
     pub fn sonar(&self, robot: usize) -> Option<(&[Echo], &SonarRing)> {
         let sensors = &self.sensors[robot];
         sensors.sonar.as_ref().map(|ring| (sensors.echoes.as_slice(), ring))
     }
 
-    /// What the robot's sonars show now, which is what they heard unless they fail; nothing when they show nothing new.
+    /// Returns new echoes of a robot's sonars, with faults, if any.
     pub fn shown_sonar(&mut self, robot: usize) -> Option<&[Echo]> {
         let Sensors { sonar, echoes, sonar_display, .. } = &mut self.sensors[robot];
         sonar.as_ref().and_then(|_| sonar_display.show(echoes, self.now)).map(Vec::as_slice)
@@ -50,7 +50,7 @@ impl Simulation {
         self.sensors[robot].laser.as_ref()
     }
 
-    /// What the robot's laser scanner shows now, in metres from its first beam on; nothing when it shows nothing new.
+    /// Returns new ranges of a robot's laser, metres, with faults, if any.
     pub fn shown_laser(&mut self, robot: usize) -> Option<(&[f32], &LaserDescription)> {
         let Sensors { laser, laser_display, .. } = &mut self.sensors[robot];
         let laser = laser.as_ref().filter(|laser| laser.last() == Some(self.now))?;
@@ -58,7 +58,7 @@ impl Simulation {
         Some((ranges, laser.description()))
     }
 
-    /// The sensor that sees other robots, and what it saw.
+    /// Returns the detector of robots, and its detections.
     pub fn robot_sensor(&self, robot: usize) -> Option<&RobotSensor> {
         self.sensors[robot].robot_sensor.as_ref()
     }

@@ -12,7 +12,7 @@ use slate_module::{Direction, Flags, Frame, Level, PortSlot};
 use super::snapshot::{Carried, INBOX, INPUT, PortCopy, QUEUE, Snapshot};
 use super::{ShadowState, Shared};
 use crate::log::ModuleLog;
-use crate::runner::Retired;
+use crate::runner::{Memory, Retired};
 
 /// The thread's end.
 pub(super) struct Follower {
@@ -59,7 +59,7 @@ impl Follower {
                 }
             }
             // Only a recorder in lockstep may hold a writer up; the next state comes with the next step.
-            let _ = self.writer.write(View::of(&state).bytes(), 0, snapshot.now);
+            let _ = self.writer.write(View::of(&mut state).bytes(), 0, snapshot.now);
             // There is room for as many as there are.
             let _ = shared.free.push(snapshot);
         }
@@ -145,17 +145,24 @@ fn differ(port: &Carried, old: &mut PortCopy, new: &mut PortCopy) -> bool {
                 return true;
             }
             let (items, bytes) = new.extent(new.slot.items.get());
-            let (old, new) = (old.value.bytes_mut(bytes), new.value.bytes_mut(bytes));
             // As they are committed.
-            port.floats.canonicalize(old, items);
-            port.floats.canonicalize(new, items);
+            // SAFETY: both hold a value of the port with that many items.
+            let [old, new] =
+                [old, new].map(|copy| unsafe { port.form.canonical(copy.value.as_mut_ptr(), bytes, items) });
             old != new
         }
         Direction::Outbox => {
             let count = new.slot.count.get();
             let size = port.shape.size;
+            let differs = |(old, new): (&mut Memory, &mut Memory)| {
+                for value in [&mut *old, &mut *new] {
+                    // SAFETY: both hold a value of the port.
+                    unsafe { port.form.clear_gaps(value.as_mut_ptr(), size, 0) };
+                }
+                old.bytes_mut(size) != new.bytes_mut(size)
+            };
             count != old.slot.count.get()
-                || (0..count).any(|i| old.values[i].bytes_mut(size) != new.values[i].bytes_mut(size))
+                || old.values.iter_mut().zip(&mut new.values).take(count).any(differs)
         }
         _ => false,
     }

@@ -3,7 +3,7 @@
 use std::cell::Cell;
 
 use slate_blackboard::Shape;
-use slate_blackboard::interface::FloatMap;
+use slate_blackboard::interface::CanonicalForm;
 use slate_module::{Description, Direction, Entry, Flags, Frame, PortSlot, Random};
 
 use crate::runner::Memory;
@@ -14,7 +14,7 @@ pub(super) struct Carried {
     pub direction: Direction,
     pub shape: Shape,
     window: usize,
-    pub floats: FloatMap,
+    pub form: CanonicalForm,
 }
 
 /// What the ports of a module carry.
@@ -24,7 +24,7 @@ pub(super) fn carried(description: &Description) -> Vec<Carried> {
         direction: port.direction,
         shape: port.descriptor.shape(port.capacity),
         window: port.window,
-        floats: FloatMap::new(port.descriptor),
+        form: CanonicalForm::new(port.descriptor),
     };
     description.ports.iter().map(of).collect()
 }

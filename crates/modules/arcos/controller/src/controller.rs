@@ -56,7 +56,7 @@ pub enum ControllerError {
     Link {
         /// Where it should be.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the system.
         error: std::io::Error,
     },
     /// There is no link under which a driver could find a new terminal.

@@ -265,7 +265,6 @@ impl<W: Write> Log<'_, W> {
                     translation,
                     rotation,
                     fixed: Bool::from(number("static_transform") != 0.0),
-                    reserved: [0; 7],
                 };
                 self.output.value(&topic("transform"), time, &transform)
             }

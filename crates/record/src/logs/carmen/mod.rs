@@ -157,7 +157,6 @@ impl<W: Write> Log<'_, W> {
                 // A laser at the back looks there.
                 rotation: Quaternion { x: 0.0, y: 0.0, z: back, w: 1.0 - back },
                 fixed: Bool::from(true),
-                reserved: [0; 7],
             };
             self.output.value(&format!("/transforms/{child}"), time, &transform)?;
         }

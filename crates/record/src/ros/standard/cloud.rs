@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Kind, find};
 
 use super::source::Source;
-use super::{Error, Items, Place, Primitive};
+use super::{Error, Items, Place, Primitive, RosPrimitive};
 use crate::ros::cdr::{Writer, wire_length};
 
 /// Where something was heard by sonars, as points in the plane of the robot.

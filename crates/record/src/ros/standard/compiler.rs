@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Kind, find};
 
 use super::messages::{Origin, RULES};
-use super::{Cloud, Items, Number, Place, Primitive, Schema, Step, Text};
+use super::{Cloud, Items, Number, Place, Primitive, RosPrimitive, Schema, Step, Text};
 use crate::ros::schema::{Count, FieldType, Item};
 
 /// What makes the message `name` of a value; nothing when it doesn't fit that.
@@ -199,7 +199,7 @@ impl Compiler<'_> {
     /// Where the covariance of a pose in the plane is.
     fn covariance(&self, path: &str) -> Option<usize> {
         let (kind, offset) = self.find(path)?;
-        matches!(kind, Kind::Array(Kind::F64, 9)).then_some(offset)
+        matches!(kind, Kind::Array(Kind::Primitive(Primitive::F64), 9)).then_some(offset)
     }
 
     /// How many items a list of numbers has, what they are, and where they begin.

@@ -1,6 +1,6 @@
 use slate_blackboard::interface::Enumeration;
 
-use super::{Error, Items, Number, Place, Primitive};
+use super::{Error, Items, Number, Place, Primitive, RosPrimitive};
 use crate::ros::Value;
 use crate::ros::cdr::{Writer, wire_length};
 

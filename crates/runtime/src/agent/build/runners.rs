@@ -4,14 +4,15 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Budget, Writer};
-use slate_blackboard::interface::{Descriptor, FloatMap};
+use slate_blackboard::interface::{CanonicalForm, Descriptor};
 use slate_blackboard::{Access, Carrier, Stamp, Store};
 use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot, Random};
 
 use super::{Builder, SPARE_READERS, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
-    InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, Runner, Slots,
+    InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, PortName, Requirements,
+    Runner, Slots,
 };
 use crate::timing::TimingHistogram;
 use slate_composition::Wire;
@@ -73,6 +74,8 @@ impl Builder<'_, '_> {
             host: &raw const *host,
         };
         let patience = self.ground.patience(&name, supervised.is_some());
+        let required = ports.iter().enumerate().filter(|(_, port)| port.required);
+        let required = required.map(|(p, port)| (p, port.name.as_str()));
         let mut runner = Runner {
             condition: None,
             params_changed: true,
@@ -122,6 +125,8 @@ impl Builder<'_, '_> {
             wake: post.wake,
             log,
             setup: surveyed.setup.clone(),
+            requirements: Requirements::new(required),
+            waiting_for: PortName::default(),
             patience,
             slots,
             random,
@@ -198,7 +203,7 @@ impl Builder<'_, '_> {
             Some((provider, port)) => {
                 let path = format!("{}/{}", self.name(provider), self.port(provider, port).name);
                 let place = self.ground.service(&path);
-                runner.aspects.push(AspectPort::new(p, place, &runner.wake));
+                runner.aspects.push(AspectPort::new(p, &self.port(m, p).name, place, &runner.wake));
             }
             None => {
                 let schema = self.port(m, p).descriptor.hash;
@@ -244,7 +249,7 @@ impl Builder<'_, '_> {
             property,
             index: self.ground.index,
             writer,
-            floats: FloatMap::new(port.descriptor),
+            form: CanonicalForm::new(port.descriptor),
             debug: port.direction == Direction::Debug,
             safe: port.safe.clone().map(Vec::into_boxed_slice),
             actuator,
@@ -274,6 +279,7 @@ impl Builder<'_, '_> {
             memory,
             entries,
             size: port.descriptor.size,
+            form: CanonicalForm::new(port.descriptor),
             index: self.ground.index,
             wake: None,
             refused: 0,

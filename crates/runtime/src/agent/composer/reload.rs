@@ -220,6 +220,7 @@ pub(super) fn alike(old: &Description, new: &Description) -> bool {
             a.name == b.name
                 && a.direction == b.direction
                 && same(a.descriptor, b.descriptor)
+                && a.required == b.required
                 && a.role == b.role
                 && a.stale_after == b.stale_after
                 && a.safe == b.safe

@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use slate_blackboard::channel::Latest;
-use slate_blackboard::interface::{Descriptor, FieldPath, Kind, Value, View, find};
+use slate_blackboard::interface::{Descriptor, FieldPath, Kind, Primitive, Value, View, find};
 use slate_module::Level;
 
 use super::capture::{Subjects, marks};
@@ -76,17 +76,17 @@ impl Field {
 fn is_number(kind: &Kind) -> bool {
     matches!(
         kind,
-        Kind::Bool
-            | Kind::U8
-            | Kind::U16
-            | Kind::U32
-            | Kind::U64
-            | Kind::I8
-            | Kind::I16
-            | Kind::I32
-            | Kind::I64
-            | Kind::F32
-            | Kind::F64
+        Kind::Primitive(Primitive::Bool)
+            | Kind::Primitive(Primitive::U8)
+            | Kind::Primitive(Primitive::U16)
+            | Kind::Primitive(Primitive::U32)
+            | Kind::Primitive(Primitive::U64)
+            | Kind::Primitive(Primitive::I8)
+            | Kind::Primitive(Primitive::I16)
+            | Kind::Primitive(Primitive::I32)
+            | Kind::Primitive(Primitive::I64)
+            | Kind::Primitive(Primitive::F32)
+            | Kind::Primitive(Primitive::F64)
     )
 }
 

@@ -3,9 +3,6 @@
 //! `cargo test` tests the blocks without a robot, `slate run PROJECT_NAME.toml` runs them in the simulator.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, SonarScan, WheelSpeeds};
-use slate_plugin::mapek::prelude::*;
-use slate_plugin::mapek::{AnalyzeBlock, ExecuteBlock, MonitorBlock, PlanBlock, ReactiveBlock};
 use slate_plugin::prelude::*;
 
 // --- what the robot can do -------------------------------------------------------------------------------------------
@@ -15,10 +12,10 @@ use slate_plugin::prelude::*;
 pub struct Body {
     /// Where the robot is.
     #[stale(after = "200ms")]
-    position: Input<Position>,
+    position: Required<Position>,
     /// Where it looks.
     #[stale(after = "200ms")]
-    orientation: Input<Orientation>,
+    orientation: Required<Orientation>,
     /// How its wheels shall turn.
     wheels: Command<WheelSpeeds>,
 }
@@ -111,8 +108,8 @@ repertoire! {
 /// What the Monitor watches.
 #[ports]
 pub struct Sensors {
-    position: Input<Position>,
-    orientation: Input<Orientation>,
+    position: Required<Position>,
+    orientation: Required<Orientation>,
 }
 
 /// Puts together where the robot is.
@@ -147,7 +144,7 @@ pub struct AtTarget {
 #[ports]
 pub struct Observations {
     pose: Observed<Pose2>,
-    target: Input<Point2>,
+    target: Required<Point2>,
 }
 
 /// Tells when the robot arrives or leaves; a pose comes many times a second, and this seldom.
@@ -166,7 +163,7 @@ impl Analyze for Arrival {
         _: &(),
         _: &Tick,
     ) -> Option<AtTarget> {
-        let (pose, target) = (observed.pose.new()?, &observed.target);
+        let (pose, target) = (observed.pose.updated()?, &observed.target);
         let there = math::hypot(target.x - pose.x, target.y - pose.y) < 0.08;
         (last.replace(there) != Some(there)).then_some(AtTarget {
             there: there.into(),
@@ -178,7 +175,7 @@ impl Analyze for Arrival {
 #[ports]
 pub struct Notices {
     arrival: Noticed<AtTarget>,
-    target: Input<Point2>,
+    target: Required<Point2>,
 }
 
 /// Goes to the target, and again whenever a reflex or anything else came between.
@@ -213,7 +210,7 @@ impl Plan for Planner {
 #[ports]
 pub struct Ears {
     #[stale(after = "200ms")]
-    sonar: Input<SonarScan>,
+    sonar: Required<SonarScan>,
 }
 
 #[params]
@@ -252,7 +249,6 @@ plugin!(
 
 #[cfg(test)]
 mod tests {
-    use slate_plugin::mapek::Reflex;
     use slate_plugin::module::testing::Fixture;
 
     use super::*;

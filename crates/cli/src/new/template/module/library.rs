@@ -2,7 +2,6 @@
 //!
 //! `cargo test` tests it without a robot, `slate run PROJECT_NAME.toml` adds it to a robot in the simulator.
 
-use slate_plugin::interfaces::SonarScan;
 use slate_plugin::prelude::*;
 
 /// The nearest thing.
@@ -19,7 +18,7 @@ pub struct Nearest {
 pub struct Io {
     /// What the sonars hear.
     #[stale(after = "500ms")]
-    sonar: Input<SonarScan>,
+    sonar: Required<SonarScan>,
     /// The nearest of it, smoothed.
     nearest: Output<Nearest>,
 }
@@ -88,6 +87,9 @@ mod tests {
     #[test]
     fn it_says_nothing_while_it_hears_nothing() {
         let mut module = Fixture::<NearestThing>::new();
+        assert_eq!(module.tick().waiting_for(), Some("sonar"));
+        module.set("sonar", SonarScan::default());
+        module.expire("sonar");
         assert_eq!(module.tick(), Outcome::Degraded);
         assert_eq!(module.output::<Nearest>("nearest"), None);
     }

@@ -2,7 +2,6 @@
 //!
 //! `cargo test` tests it without a robot, `slate run PROJECT_NAME.toml` runs it in the simulator.
 
-use slate_plugin::interfaces::{Orientation, Point2, Position, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 /// What it reads and writes. What these are linked to is said in the configuration.
@@ -10,12 +9,12 @@ use slate_plugin::prelude::*;
 pub struct Io {
     /// Where the robot is.
     #[stale(after = "200ms")]
-    position: Input<Position>,
+    position: Required<Position>,
     /// Where it looks.
     #[stale(after = "200ms")]
-    orientation: Input<Orientation>,
+    orientation: Required<Orientation>,
     /// Where it shall go.
-    target: Input<Point2>,
+    target: Required<Point2>,
     /// How its wheels shall turn.
     wheels: Command<WheelSpeeds>,
 }
@@ -118,9 +117,13 @@ mod tests {
     }
 
     #[test]
-    fn it_commands_nothing_without_a_place() {
+    fn it_waits_for_a_place_and_commands_nothing_once_it_is_old() {
         let mut follower = Fixture::<Follower>::new();
         follower.set("target", Point2 { x: 1.0, y: 0.0 });
+        assert_eq!(follower.tick().waiting_for(), Some("position"));
+        follower.set("position", Position::default());
+        follower.set("orientation", Orientation { theta: 0.0 });
+        follower.expire("position");
         assert_eq!(follower.tick(), Outcome::Degraded);
         assert_eq!(follower.output::<WheelSpeeds>("wheels"), None);
     }

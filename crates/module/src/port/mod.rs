@@ -1,3 +1,10 @@
+//! The ports of a module: typed views of the slots of a frame.
+
+mod input;
+mod outbox;
+#[cfg(test)]
+mod padding;
+
 use std::marker::PhantomData;
 use std::ops::Deref;
 
@@ -5,6 +12,8 @@ use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Descriptor, Interface};
 
 use crate::{Direction, Entry, Flags, Frame, PortDescription, PortList, PortSlot};
+pub use input::Required;
+pub use outbox::Delivery;
 
 /// The ports of a module, made by the `#[ports]` macro.
 pub trait Ports: Sized {
@@ -63,7 +72,7 @@ pub trait Port: Sized {
     unsafe fn bind(cursor: &mut PortCursor) -> Self;
 }
 
-/// Says that a `#[ports]` struct has exactly one port of type `P`, and what it is called.
+/// A `#[ports]` struct with exactly one port of type `P`; a [`Required<T>`] counts as an [`Input<T>`].
 pub trait HasPort<P> {
     /// Name of the port.
     const PORT: &'static str;
@@ -127,6 +136,7 @@ fn described<T: Interface + ?Sized>(name: &str, doc: &str, direction: Direction)
         doc: doc.into(),
         direction,
         descriptor: T::DESCRIPTOR,
+        required: false,
         role: String::new(),
         stale_after: None,
         safe: None,
@@ -172,7 +182,25 @@ macro_rules! handle {
 }
 
 handle!(
-    /// Reads the newest value of the property that it is linked to; the same during a whole tick.
+    /// Reads the newest value of the property that it is linked to, which may not have one yet.
+    ///
+    /// The value is the same during a whole tick. [`get`](Input::get), [`fresh`](Input::fresh) and
+    /// [`updated`](Input::updated) return an option, so that a missing value can't be taken for zeros; a module that
+    /// can do nothing without the value takes a [`Required`] instead.
+    ///
+    /// ```compile_fail,E0609
+    /// use slate_module::prelude::*;
+    ///
+    /// #[interface]
+    /// pub struct Number {
+    ///     /// The number.
+    ///     pub value: f64,
+    /// }
+    ///
+    /// fn read(input: &Input<Number>) -> f64 {
+    ///     input.value // `input.get()` returns an option
+    /// }
+    /// ```
     Input,
     Input
 );
@@ -206,55 +234,6 @@ handle!(
     Outbox,
     Outbox
 );
-
-impl<T: Interface + ?Sized> Input<T> {
-    /// The value if one was ever written and it is not stale.
-    pub fn fresh(&self) -> Option<&T> {
-        (self.stamp().sequence > 0 && !self.is_stale()).then(|| &**self)
-    }
-
-    /// The value if it was not there in this module's last tick.
-    #[allow(clippy::new_ret_no_self, reason = "it reads as what it gives: what is new")]
-    pub fn new(&self) -> Option<&T> {
-        self.is_new().then(|| &**self)
-    }
-
-    /// Whether the value was written since this module's last tick.
-    pub fn is_new(&self) -> bool {
-        self.slot().flags.get() & Flags::NEW != 0
-    }
-
-    /// Whether the value is older than declared, or its writer is gone or late.
-    pub fn is_stale(&self) -> bool {
-        self.slot().flags.get() & Flags::STALE != 0
-    }
-
-    /// Whether the property has a writer now.
-    pub fn has_writer(&self) -> bool {
-        self.slot().flags.get() & Flags::ALIVE != 0
-    }
-
-    /// When the value was written, and which one it is.
-    pub fn stamp(&self) -> Stamp {
-        self.slot().stamp
-    }
-
-    /// How many values this module never saw.
-    pub fn missed(&self) -> u64 {
-        self.slot().missed
-    }
-}
-
-/// The value; all zero before the first write.
-impl<T: Interface + ?Sized> Deref for Input<T> {
-    type Target = T;
-
-    fn deref(&self) -> &T {
-        let slot = self.slot();
-        // SAFETY: the host sets `data` to a value of this interface and keeps it unchanged during the tick.
-        unsafe { T::from_raw(slot.data, slot.items.get()) }
-    }
-}
 
 /// A value or message that was received, with its stamp.
 #[derive(Debug)]
@@ -423,77 +402,5 @@ impl<T: Interface> Command<T> {
     pub fn send(&self, value: T, priority: Priority) {
         self.slot().priority.set(priority as u32);
         put(self.slot(), value);
-    }
-}
-
-/// How a message fares that was sent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Delivery {
-    /// It was not answered yet.
-    Waiting,
-    /// Its receiver has taken it, and did not refuse it.
-    Done,
-    /// Its receiver refused it, for a reason that the interface defines.
-    Refused(u16),
-    /// Nobody will answer: the outbox is not linked, the receiver is gone or does not keep up, or the message is too long ago.
-    Lost,
-}
-
-impl Delivery {
-    /// As [`Entry::answer`] of an outbox has it.
-    pub fn code(self) -> u32 {
-        match self {
-            Self::Waiting => 0,
-            Self::Done => 1,
-            Self::Lost => 2,
-            Self::Refused(reason) => 1 << 16 | u32::from(reason),
-        }
-    }
-
-    /// What such a code means.
-    pub fn from_code(code: u32) -> Self {
-        match code {
-            0 => Self::Waiting,
-            1 => Self::Done,
-            code if code >> 16 == 1 => Self::Refused(code as u16),
-            _ => Self::Lost,
-        }
-    }
-}
-
-impl<T: Interface> Outbox<T> {
-    /// Sends a message when the tick ends; false when no more fit in this tick.
-    pub fn send(&self, value: T) -> bool {
-        let slot = self.slot();
-        let count = slot.count.get();
-        if count >= slot.capacity {
-            return false;
-        }
-        // SAFETY: the host lends `capacity` entries to this tick alone, each with room for the interface.
-        unsafe { (*slot.entries.add(count)).data.cast::<T>().write(value) };
-        slot.count.set(count + 1);
-        true
-    }
-
-    /// As [`send`](Outbox::send); the number that is returned tells [how the message fares](Outbox::delivery).
-    pub fn post(&self, value: T) -> Option<u64> {
-        let number = self.slot().stamp.sequence + self.slot().count.get() as u64 + 1;
-        self.send(value).then_some(number)
-    }
-
-    /// How a message fares that was posted in this tick or an earlier one. As many are remembered as fit into one tick.
-    pub fn delivery(&self, number: u64) -> Delivery {
-        let slot = self.slot();
-        let sent = slot.stamp.sequence;
-        if number > sent && number <= sent + slot.count.get() as u64 {
-            return Delivery::Waiting;
-        }
-        if number == 0 || slot.entries.is_null() || slot.capacity == 0 {
-            return Delivery::Lost;
-        }
-        let place = (number - 1) as usize % slot.capacity;
-        // SAFETY: the host lends `capacity` entries to this tick.
-        let entry = unsafe { &*slot.entries.add(place) };
-        if entry.stamp.sequence == number { Delivery::from_code(entry.answer.get()) } else { Delivery::Lost }
     }
 }

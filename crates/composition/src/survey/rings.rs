@@ -1,0 +1,41 @@
+//! Rings of modules that wait for each other's first value.
+
+use slate_module::Direction;
+
+use super::levels::{CycleFound, levels};
+use super::{Complaints, Joint, Surveyed, Target, Wire};
+use slate_configuration::Mistake;
+
+/// Complains of required inputs that only modules of their own ring fill: none of these ever runs.
+///
+/// A value of the configuration fills an input first, and so does an output's safe value. A link marked `previous` does
+/// not: there is no value of a cycle before the first.
+pub(super) fn check_rings(modules: &[Surveyed<'_>], joints: &[Joint<'_>], complaints: &mut Complaints<'_>) {
+    let edges: Vec<_> = joints.iter().filter_map(|joint| waits_for(modules, joint)).collect();
+    let Err(CycleFound(ring)) = levels(modules.len(), &edges) else { return };
+    let name = |module: usize| modules[module].module.name.value.as_str();
+    let mut names: Vec<_> = ring.iter().map(|module| name(*module)).collect();
+    names.extend(names.first().copied());
+    let first = joints.iter().find(|joint| {
+        waits_for(modules, joint)
+            .is_some_and(|(writer, reader)| ring.contains(&writer) && ring.contains(&reader))
+    });
+    let span = first.map_or(modules[ring[0]].module.name.span, |joint| joint.link.from.span);
+    complaints.add(
+        span,
+        Mistake::Circle.of(format!("{} wait for each other's first value", names.join(" -> "))),
+        "each of these inputs is required, so that none of the modules ever runs: make one of them an `Input<T>`, which \
+         the module reads with `get()`, or give the output that it reads a first value with `#[safe(...)]`",
+    );
+}
+
+/// The writer and the reader of a link, when the reader does not run before the writer has.
+fn waits_for(modules: &[Surveyed<'_>], joint: &Joint<'_>) -> Option<(usize, usize)> {
+    let (reader, Wire::Port(input)) = joint.port else { return None };
+    let Target::Port(writer, output) = joint.target else { return None };
+    let (own, other) = (&modules[reader], &modules[writer].description.ports[output]);
+    let is_filled = own.inputs.contains_key(&input)
+        || other.safe.is_some()
+        || !matches!(other.direction, Direction::Output | Direction::Debug);
+    (own.description.ports[input].required && !is_filled).then_some((writer, reader))
+}

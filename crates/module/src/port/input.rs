@@ -1,0 +1,168 @@
+//! Inputs: the newest value of a property.
+
+use std::ops::Deref;
+
+use slate_blackboard::Stamp;
+use slate_blackboard::interface::{Descriptor, Interface};
+
+use super::{Input, Port, PortCursor};
+use crate::{Direction, Flags, PortDescription};
+
+impl<T: Interface + ?Sized> Input<T> {
+    /// The newest value, however old; `None` before the first write.
+    pub fn get(&self) -> Option<&T> {
+        self.has_value().then(|| self.value())
+    }
+
+    /// The newest value unless it is stale.
+    pub fn fresh(&self) -> Option<&T> {
+        (self.has_value() && !self.is_stale()).then(|| self.value())
+    }
+
+    /// The newest value if it was written since this module's last tick.
+    pub fn updated(&self) -> Option<&T> {
+        self.is_new().then(|| self.value())
+    }
+
+    /// Whether the value was written since this module's last tick.
+    pub fn is_new(&self) -> bool {
+        self.slot().flags.get() & Flags::NEW != 0
+    }
+
+    /// Whether the value is older than declared, missing, or its writer is gone or late.
+    pub fn is_stale(&self) -> bool {
+        self.slot().flags.get() & Flags::STALE != 0
+    }
+
+    /// Whether the property has a writer now.
+    pub fn has_writer(&self) -> bool {
+        self.slot().flags.get() & Flags::ALIVE != 0
+    }
+
+    /// Time and number of the value; the sequence is 0 before the first write.
+    pub fn stamp(&self) -> Stamp {
+        self.slot().stamp
+    }
+
+    /// The number of values that this module never saw.
+    pub fn missed(&self) -> u64 {
+        self.slot().missed
+    }
+
+    fn has_value(&self) -> bool {
+        self.slot().stamp.sequence > 0
+    }
+
+    /// What the slot points to: the newest value, or zeros before the first write.
+    fn value(&self) -> &T {
+        let slot = self.slot();
+        // SAFETY: the host sets `data` to a value of this interface and keeps it unchanged during the tick.
+        unsafe { T::from_raw(slot.data, slot.items.get()) }
+    }
+}
+
+/// An [`Input`] without whose value the module does not run: the step waits for the first one.
+///
+/// Until then `/module/state` says that the module waits, and for which input. Afterwards the fields of the value are
+/// read directly. The value may be stale; a declaration `#[stale(after = "200ms")]` and [`fresh`](Required::fresh) tell.
+///
+/// ```
+/// use slate_module::prelude::*;
+/// use slate_module::testing::Fixture;
+///
+/// /// A number.
+/// #[interface]
+/// #[derive(PartialEq)]
+/// pub struct Number {
+///     /// The number.
+///     pub value: f64,
+/// }
+///
+/// #[ports]
+/// pub struct Io {
+///     input: Required<Number>,
+///     doubled: Output<Number>,
+/// }
+///
+/// /// Doubles a number.
+/// pub struct Doubler;
+///
+/// #[module(stage = Think)]
+/// impl Module for Doubler {
+///     type Io = Io;
+///     type Params = ();
+///     type State = ();
+///
+///     fn tick(_: &mut (), io: &Io, _: &(), _: &Tick) -> Outcome {
+///         io.doubled.set(Number { value: 2.0 * io.input.value });
+///         Outcome::Ok
+///     }
+/// }
+///
+/// let mut doubler = Fixture::<Doubler>::new();
+/// assert_eq!(doubler.tick().waiting_for(), Some("input"));
+/// doubler.set("input", Number { value: 1.5 });
+/// assert_eq!(doubler.tick(), Outcome::Ok);
+/// assert_eq!(doubler.output::<Number>("doubled"), Some(Number { value: 3.0 }));
+/// ```
+#[derive(Debug)]
+pub struct Required<T: Interface + ?Sized>(Input<T>);
+
+impl<T: Interface + ?Sized> Port for Required<T> {
+    const CARRIES: (Direction, &'static Descriptor) = Input::<T>::CARRIES;
+
+    fn describe(name: &str, doc: &str) -> PortDescription {
+        PortDescription { required: true, ..Input::<T>::describe(name, doc) }
+    }
+
+    unsafe fn bind(cursor: &mut PortCursor) -> Self {
+        // SAFETY: passed on to the caller.
+        Self(unsafe { Input::bind(cursor) })
+    }
+}
+
+impl<T: Interface + ?Sized> Required<T> {
+    /// The value unless it is stale.
+    pub fn fresh(&self) -> Option<&T> {
+        (!self.is_stale()).then(|| self.0.value())
+    }
+
+    /// The value if it was written since this module's last tick.
+    pub fn updated(&self) -> Option<&T> {
+        self.0.updated()
+    }
+
+    /// Whether the value was written since this module's last tick.
+    pub fn is_new(&self) -> bool {
+        self.0.is_new()
+    }
+
+    /// Whether the value is older than declared, or its writer is gone or late.
+    pub fn is_stale(&self) -> bool {
+        self.0.is_stale()
+    }
+
+    /// Whether the property has a writer now.
+    pub fn has_writer(&self) -> bool {
+        self.0.has_writer()
+    }
+
+    /// Time and number of the value.
+    pub fn stamp(&self) -> Stamp {
+        self.0.stamp()
+    }
+
+    /// The number of values that this module never saw.
+    pub fn missed(&self) -> u64 {
+        self.0.missed()
+    }
+}
+
+/// The value, which is there in every tick.
+impl<T: Interface + ?Sized> Deref for Required<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        self.0.value()
+    }
+}
