@@ -8,7 +8,7 @@ use slate::record::replay::PlayError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
-use slate::runtime::remote::{ClientError, Refusal};
+use slate::runtime::remote::{ClientError, OpenError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
 
@@ -88,6 +88,8 @@ pub enum Failure {
     OtherVariant { set: String },
     #[error("{0}")]
     Agent(#[from] ClientError),
+    #[error("{0}")]
+    Unreachable(OpenError),
     #[error("{0}")]
     Library(#[from] LibraryError),
     #[error("{0}")]
@@ -379,6 +381,7 @@ impl Failure {
                 "`slate run {name}` runs it once; for a batch, give the configuration a simulator and make it the \
                  time source (`time.source`)"
             ),
+            Self::Unreachable(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Memory(error) => miette::Diagnostic::help(error)?.to_string(),
             #[cfg(feature = "console")]

@@ -1,5 +1,8 @@
 //! The `slate` command.
 
+#[macro_use]
+mod complain;
+
 mod api;
 mod arguments;
 mod bag;

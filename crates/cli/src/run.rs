@@ -28,6 +28,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     if options.agent.is_none() && !agents.is_empty() {
         return deployment::run(options, &agents);
     }
+    warn_of_little_memory();
     let mut tether = options.supervised.then(Tether::new).transpose()?;
     let mut sets = options.common.set.clone();
     if let Some(seed) = options.seed {
@@ -84,6 +85,8 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         // Another agent can't start, which is said; so none does.
         return Ok(0);
     }
+    // A robot that `slate stop` does not find does not start.
+    let server = Server::open(&mission.agent).map_err(Failure::Unreachable)?;
     // Only now, as a configuration that is refused leaves nothing behind.
     let place = ReportFolder::of(options, &name, seed, mission.keeps_report())?;
     let directory = place.path();
@@ -97,14 +100,8 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         }
         Some(None) => {}
     }
-    let server = Server::open(&mission.agent);
-    match &server {
-        Ok(server) if server.name() != mission.agent.board().agent() => {
-            eprintln!("another agent of this name runs: this one is reached with --agent {}", server.name());
-        }
-        Ok(_) => {}
-        // A robot does not stand still because of it.
-        Err(error) => eprintln!("{error}"),
+    if server.name() != mission.agent.board().agent() {
+        eprintln!("another agent of this name runs: this one is reached with --agent {}", server.name());
     }
     let console = wish.open(&mission, live || options.open || options.watched)?;
     if options.open {
@@ -153,6 +150,22 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     written?;
     drop(place);
     Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
+}
+
+/// Address space that the threads and the shared memory of an agent reserve, bytes; most of it is never used.
+const ADDRESS_SPACE: u64 = 1 << 30;
+
+/// Says what to do when the process may reserve less memory than an agent does: the system would end it without a word.
+fn warn_of_little_memory() {
+    let limit = rustix::process::getrlimit(rustix::process::Resource::As).current;
+    if let Some(limit) = limit.filter(|limit| *limit < ADDRESS_SPACE) {
+        eprintln!(
+            "warning: the address space is limited to {} MiB, and an agent reserves up to {} MiB\n  help: if it ends \
+             early, raise the limit: ulimit -v unlimited",
+            limit >> 20,
+            ADDRESS_SPACE >> 20
+        );
+    }
 }
 
 /// Writes what stays of a run.

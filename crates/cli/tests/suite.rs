@@ -18,6 +18,7 @@ mod operate;
 mod over_http;
 mod page;
 mod plugin_new;
+mod reach;
 mod recompute;
 mod record;
 mod record_live;

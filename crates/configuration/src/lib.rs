@@ -40,6 +40,7 @@ mod division;
 mod ends;
 mod exclusive;
 mod files;
+mod layered;
 mod layers;
 mod levels;
 mod links;
@@ -72,6 +73,7 @@ pub use comparison::Comparison;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
 pub use ends::link_setting;
+pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
 pub use model::{
@@ -126,6 +128,10 @@ pub struct Configuration {
     described: Option<Described>,
     /// What the files say, without the command line and changes at run time.
     files: Table,
+    /// The same, with what waits for the next start as it was before.
+    base: Table,
+    /// What each setting above the files says, in their order.
+    upper: Vec<(SourceKind, Table)>,
     merged: Table,
     agent: model::Agent,
     time_source: Option<Spanned<String>>,
@@ -321,9 +327,12 @@ fn report(sources: &Sources, mut problems: Problems) -> Report {
     let text = |source: usize| sources.0[source].place.part_of.unwrap_or(source);
     problems.0.sort_by_key(|problem| problem.span.map(|span| (text(span.source), span.start)));
     problems.0.dedup_by(|a, b| a.span == b.span && a.message == b.message);
+    // To show one takes as long as its text is long.
+    let unsaid = problems.0.len().saturating_sub(diagnostic::MOST);
+    problems.0.truncate(diagnostic::MOST);
     let diagnostics = problems.0.into_iter().map(|problem| match problem.span {
         Some(span) => Diagnostic::at(sources, span, problem.message, problem.help),
         None => Diagnostic::without_place(problem.message, problem.help),
     });
-    Report::from(diagnostics.collect::<Vec<_>>())
+    Report::of(diagnostics.collect(), unsaid)
 }

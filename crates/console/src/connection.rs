@@ -50,12 +50,18 @@ impl Guests {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Lets the one go that has been idle for the longest, so that its descriptor is free; false when all are at work.
+    pub fn let_oldest_go(&self) -> bool {
+        let mut present = self.present();
+        let oldest = oldest_idle(&present.1).and_then(|number| present.1.remove(&number));
+        oldest.inspect(|guest| guest.leave.notify_one()).is_some()
+    }
+
     /// Counts one more; nothing when all places are taken by who is at work.
     pub fn admit(self: &Arc<Self>) -> Option<Place> {
         let mut present = self.present();
         if present.1.len() >= MOST {
-            let idle = present.1.iter().filter(|(_, guest)| guest.busy == 0 && !guest.is_socket);
-            let oldest = idle.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number)?;
+            let oldest = oldest_idle(&present.1)?;
             if let Some(guest) = present.1.remove(&oldest) {
                 guest.leave.notify_one();
             }
@@ -75,6 +81,11 @@ impl Guests {
     pub fn pages(&self) -> usize {
         self.present().1.values().filter(|guest| guest.is_page).count()
     }
+}
+
+fn oldest_idle(present: &BTreeMap<u64, Guest>) -> Option<u64> {
+    let idle = present.iter().filter(|(_, guest)| guest.busy == 0 && !guest.is_socket);
+    idle.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number)
 }
 
 impl Place {

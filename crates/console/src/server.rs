@@ -19,7 +19,7 @@ use slate_record::page::Followed;
 use slate_runtime::remote::Desk;
 use slate_runtime::{Agent, printable};
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Notify, Semaphore};
 
 use crate::connection::{Guests, Patient, Place};
@@ -27,6 +27,7 @@ use crate::context::{Context, Document, Page};
 use crate::guard::Guard;
 use crate::lease::LOOK;
 use crate::pages::Pages;
+use crate::reserve::{BRIEF, Reserve};
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
 use repeats::Repeats;
@@ -250,34 +251,54 @@ async fn serve(listeners: Vec<std::net::TcpListener>, tls: Option<Tls>, hall: Ar
 }
 
 async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {
+    let mut reserve = Reserve::new();
     loop {
-        let Ok((stream, from)) = listener.accept().await else {
-            // No file handle is left, for example; it may be otherwise in a while.
+        if let Ok((stream, from)) = listener.accept().await {
+            reserve.refill();
+            // One that is closed at once asks again later.
+            if let Some(place) = hall.guests.admit().map(Arc::new) {
+                tokio::spawn(greet(stream, from, (tls.clone(), Arc::clone(&hall)), place));
+            }
+        } else if hall.guests.let_oldest_go() {
+            // No descriptor is left, for example, and that of the one that has been idle for the longest is free in a moment.
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        } else if let Some((stream, from)) = reserve.accept(&listener).await {
+            if let Some(place) = hall.guests.admit().map(Arc::new) {
+                let brief = greet(stream, from, (tls.clone(), Arc::clone(&hall)), place);
+                // The next one needs the reserve, too.
+                let _ = tokio::time::timeout(BRIEF, brief).await;
+            }
+            reserve.refill();
+        } else {
+            // It may be otherwise in a while.
+            reserve.refill();
             tokio::time::sleep(Duration::from_millis(100)).await;
-            continue;
-        };
-        // One that is closed at once asks again later.
-        let Some(place) = hall.guests.admit().map(Arc::new) else { continue };
-        // Small answers are not held back.
-        let _ = stream.set_nodelay(true);
-        let (hall, tls) = (Arc::clone(&hall), tls.clone());
-        let task = async move {
-            let leave = Arc::clone(&place.leave);
-            let greeted = async move {
-                match tls {
-                    None => converse(stream, from, hall, place).await,
-                    Some(tls) => {
-                        if let Ok(Some(stream)) = tokio::time::timeout(REQUEST, tls.accept(stream)).await {
-                            converse(stream, from, hall, place).await;
-                        }
-                    }
-                }
-            };
-            let (greeted, left) = (std::pin::pin!(greeted), std::pin::pin!(leave.notified()));
-            futures_util::future::select(greeted, left).await;
-        };
-        tokio::spawn(task);
+        }
     }
+}
+
+/// Speaks with who has connected, until they end it or have to leave.
+async fn greet(
+    stream: TcpStream,
+    from: SocketAddr,
+    (tls, hall): (Option<Tls>, Arc<Hall>),
+    place: Arc<Place>,
+) {
+    // Small answers are not held back.
+    let _ = stream.set_nodelay(true);
+    let leave = Arc::clone(&place.leave);
+    let greeted = async move {
+        match tls {
+            None => converse(stream, from, hall, place).await,
+            Some(tls) => {
+                if let Ok(Some(stream)) = tokio::time::timeout(REQUEST, tls.accept(stream)).await {
+                    converse(stream, from, hall, place).await;
+                }
+            }
+        }
+    };
+    let (greeted, left) = (std::pin::pin!(greeted), std::pin::pin!(leave.notified()));
+    futures_util::future::select(greeted, left).await;
 }
 
 async fn converse<S>(stream: S, from: SocketAddr, hall: Arc<Hall>, place: Arc<Place>)

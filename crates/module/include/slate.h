@@ -33,7 +33,9 @@
                                                    sizeof(modules) / sizeof((modules)[0]) }
 
 // The version of this interface; a host refuses what was built for another one.
-#define SLATE_ABI 1
+//
+// 2: a description says which inputs are required, and an interface may have padding.
+#define SLATE_ABI 2
 
 // A call went as it should.
 #define SLATE_DONE 0

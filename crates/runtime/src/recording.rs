@@ -245,9 +245,12 @@ pub enum Change {
 /// # Errors
 /// When it is none any more, or a setting is wrong.
 pub fn configuration(name: &str, text: &str, sets: Vec<String>) -> Result<Database, Report> {
-    // Whatever stands at the top was meant for somebody.
-    let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
-    let extra_tables = document.iter().map(|(name, _)| name.to_owned()).collect();
-    let options = Options { sets, extra_tables, ..Options::default() };
+    let options = Options { sets, extra_tables: extra_tables(text), ..Options::default() };
     Database::from_text(name, text, options)
+}
+
+/// Whatever stands at the top of a configuration: it was meant for somebody.
+pub(crate) fn extra_tables(text: &str) -> Vec<String> {
+    let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
+    document.iter().map(|(name, _)| name.to_owned()).collect()
 }

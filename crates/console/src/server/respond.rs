@@ -114,9 +114,15 @@ async fn answer(
         false => Arc::clone(&hall.work).acquire_owned().await.ok(),
     };
     let context = Arc::clone(&hall.context);
-    let worked = tokio::task::spawn_blocking(move || (operation.handler)(&context, &ask)).await;
-    let broken = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log");
-    let answer = worked.map_err(broken)?;
+    let answer = if is_stop {
+        // Here, as there may be no thread left.
+        (operation.handler)(&context, &ask)
+    } else {
+        let worked = tokio::task::spawn_blocking(move || (operation.handler)(&context, &ask)).await;
+        let broken =
+            |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log");
+        worked.map_err(broken)?
+    };
     // Who drives says so many times a second, and who has the controls is in the log.
     if operation.method != "GET" && operation.name != DRIVE {
         let done = match &answer {
