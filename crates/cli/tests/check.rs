@@ -234,23 +234,3 @@ fn a_drawing_has_all_modules_and_links() {
     assert!(said.ends_with("-> none\n"), "{said}");
     assert!(running.folder().join("exp1.svg").is_file());
 }
-
-#[test]
-fn endpoint_that_run_refuses_is_refused() {
-    let running = Running::new("check-endpoint");
-    let tls = if cfg!(feature = "tls") { "certificate" } else { "without TLS" };
-    let mut refused = vec![("tcp:127.0.0.1:7448", "no endpoint"), ("tls:0.0.0.0:7447", tls)];
-    if !cfg!(feature = "zenoh") {
-        refused.push(("zenoh:udp/127.0.0.1:7449", "without Zenoh"));
-    }
-    for (endpoint, word) in refused {
-        let text = EXP1.replacen("[world]", &format!("[share]\nlisten = {endpoint:?}\n[world]"), 1);
-        std::fs::write(running.folder().join("shared.toml"), text).unwrap();
-        let said = findings(&running, 7, &["check", "shared.toml"]).to_string();
-        assert!(said.contains(endpoint) && said.contains(word), "{said}");
-        running.fails(2, &["run", "shared.toml", "--headless"], &[word]);
-    }
-    let text = EXP1.replacen("[world]", "[share]\nlisten = \"local:base\"\n[world]", 1);
-    std::fs::write(running.folder().join("shared.toml"), text).unwrap();
-    running.done(&["check", "shared.toml"]);
-}

@@ -154,3 +154,23 @@ fn name_of_a_robot_is_refused_as_one() {
     let stderr = text(&output.stderr);
     assert!(stderr.contains("`9bad` can't be the name of a robot"), "{stderr}");
 }
+
+#[test]
+fn endpoint_that_run_refuses_is_refused_by_check() {
+    let exp1 = include_str!("../../../examples/exp1/exp1.toml");
+    let running = Running::new("check-endpoint");
+    let tls = if cfg!(feature = "tls") { "certificate" } else { "without TLS" };
+    let mut refused = vec![("tcp:127.0.0.1:7448", "no endpoint"), ("tls:0.0.0.0:7447", tls)];
+    if !cfg!(feature = "zenoh") {
+        refused.push(("zenoh:udp/127.0.0.1:7449", "without Zenoh"));
+    }
+    for (endpoint, word) in refused {
+        let text = exp1.replacen("[world]", &format!("[share]\nlisten = {endpoint:?}\n[world]"), 1);
+        std::fs::write(running.folder().join("shared.toml"), text).unwrap();
+        running.fails(7, &["check", "shared.toml"], &[endpoint, word]);
+        running.fails(2, &["run", "shared.toml", "--headless"], &[word]);
+    }
+    let text = exp1.replacen("[world]", "[share]\nlisten = \"local:base\"\n[world]", 1);
+    std::fs::write(running.folder().join("shared.toml"), text).unwrap();
+    running.done(&["check", "shared.toml"]);
+}
