@@ -322,6 +322,22 @@ impl Configuration {
     }
 }
 
+/// The configuration that a recorded agent had, to load one like it: `text` is what
+/// the agent gave. `sets` are settings of the command line that go over it.
+///
+/// # Errors
+/// When it is none any more, or a setting is wrong.
+pub fn recorded_configuration(name: &str, text: &str, sets: Vec<String>) -> Result<Database, Report> {
+    let options = Options { sets, extra_tables: extra_tables(text), ..Options::default() };
+    Database::from_text(name, text, options)
+}
+
+/// Whatever stands at the top of a configuration: it was meant for somebody.
+pub fn extra_tables(text: &str) -> Vec<String> {
+    let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
+    document.iter().map(|(name, _)| name.to_owned()).collect()
+}
+
 /// All problems in the order of the texts; a setting that is written once is reported once.
 fn report(sources: &Sources, mut problems: Problems) -> Report {
     let text = |source: usize| sources.0[source].place.part_of.unwrap_or(source);

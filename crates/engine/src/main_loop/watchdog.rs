@@ -79,10 +79,10 @@ impl Watchdog {
     fn look(&self, watched: &[Watch], seen: &mut [Seen], now: u64) -> u64 {
         let shared = &self.shared;
         // A stage that begins before the next look is not over by then.
-        let interval = (self.hang / 4).min(shared.shortest_timeout.load(Ordering::Relaxed));
+        let interval = (self.hang / 4).min(shared.timeouts.shortest_timeout.load(Ordering::Relaxed));
         let mut next = now + interval.clamp(SHORTEST, LONGEST);
         next = next.min(self.expire(now));
-        let deadline = shared.deadline.load(Ordering::Acquire);
+        let deadline = shared.timeouts.deadline.load(Ordering::Acquire);
         if deadline > now {
             next = next.min(deadline);
         }
@@ -107,7 +107,7 @@ impl Watchdog {
             if let Some(stage) = &watch.stage
                 && deadline != 0
                 && now >= deadline
-                && shared.deadline.load(Ordering::Acquire) == deadline
+                && shared.timeouts.deadline.load(Ordering::Acquire) == deadline
             {
                 self.give_up(
                     watch,

@@ -18,8 +18,7 @@ pub(crate) use image::{FrozenClock, FrozenModule, FrozenPort, Image};
 pub use slate_configuration::{Comparison, SnapshotCondition, SnapshotTrigger};
 pub(crate) use slate_engine::{Bytes, FrozenMailbox, FrozenProperty};
 
-use crate::configuration::{Database, Report};
-use crate::recording;
+use slate_configuration::{Database, Report, extra_tables, recorded_configuration};
 
 /// Something of the application that goes into snapshots beside the agent: what an observer has collected, say.
 pub trait Keepsake: Send + Sync {
@@ -122,8 +121,8 @@ impl Snapshot {
         let name = format!("the snapshot of {}", self.agent());
         let text = self.configuration_text();
         if let Some(layers) = &self.image.layers {
-            let whole = recording::configuration(&name, text, Vec::new())?;
-            let extra = || recording::extra_tables(text);
+            let whole = recorded_configuration(&name, text, Vec::new())?;
+            let extra = || extra_tables(text);
             let layered = layers.database(&name, extra(), Vec::new());
             // The sum decides; layers that don't make it say nothing.
             if let Ok(layered) = layered
@@ -132,6 +131,6 @@ impl Snapshot {
                 return if sets.is_empty() { Ok(layered) } else { layers.database(&name, extra(), sets) };
             }
         }
-        recording::configuration(&name, text, sets)
+        recorded_configuration(&name, text, sets)
     }
 }
