@@ -392,8 +392,11 @@ fn verify(file: &Path) -> Result<bool, Failure> {
     }
 }
 
+/// The longest message that is shown, bytes: more than any picture has, and little enough for its text.
+const LONGEST_SHOWN: usize = 32 << 20;
+
 fn cat(file: &Path, selection: &Selection, json: bool) -> Result<bool, Failure> {
-    let mut decoder = Decoder::default();
+    let mut decoder = Decoder::up_to(LONGEST_SHOWN);
     selection.visit(&mut logs::open(file)?, |message| {
         let value = decoder.decode(message);
         let topic = &message.channel.topic;

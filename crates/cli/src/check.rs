@@ -10,6 +10,7 @@ use serde::Serialize;
 use serde_json::json;
 use slate::record::misspelt;
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
+use slate::runtime::remote::{OpenError, check_reach};
 use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
 use slate::runtime::{Agent, Mistake, Mode, Options, StartError};
 use slate::share::agent::AgentSharing;
@@ -46,12 +47,12 @@ pub struct CheckOptions {
     json: bool,
 }
 
-/// Sharing that reaches nobody: what the configuration says of it is checked, and nothing is opened.
+/// Sharing that reaches nobody: what the configuration says of it is checked, endpoints too, and nothing is opened.
 struct Offline(AgentSharing);
 
 impl Sharing for Offline {
-    fn start(&mut self, _: Site) -> Result<(), SharingError> {
-        Ok(())
+    fn start(&mut self, site: Site) -> Result<(), SharingError> {
+        self.0.check(&site)
     }
 
     fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
@@ -183,9 +184,19 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
 /// Makes all of it, and returns what is no mistake and yet looks like one.
 fn look(application: &Application) -> Result<Vec<Diagnostic>, Failure> {
     let agent = load(application)?;
+    reach(&application.configuration)?;
     Observation::new(&application.configuration, agent.board())?;
     scene::of(&application.configuration)?;
     Ok(unused(&application.configuration, &agent))
+}
+
+/// Whether tools will find the agent, as a run that they would not find is refused.
+fn reach(configuration: &Configuration) -> Result<(), Failure> {
+    let Err(error) = check_reach(configuration.agent_name()).map_err(OpenError::from) else { return Ok(()) };
+    let Some(name) = configuration.value("agent.name") else { return Err(Failure::Unreachable(error)) };
+    let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+    let diagnostic = configuration.diagnostic(name.span, error.to_string(), help);
+    Err(Failure::Configuration(diagnostic.into()))
 }
 
 /// What stands in the configuration and is for nothing.

@@ -10,8 +10,12 @@ use slate::runtime::snapshot::{Keepsake, Snapshot};
 
 use crate::observation::Observation;
 
-/// The trajectory has a row this often, nanoseconds.
+/// The trajectory has a row of each robot this often, nanoseconds, until it has too many.
 const SAMPLE_PERIOD: u64 = 50_000_000;
+
+/// The most rows of the trajectory. With one more, every other time is left out and the rows after it come half as often, so that a
+/// run of any length takes the same memory and leaves files of the same size.
+const MOST_SAMPLES: usize = 20_000;
 
 /// The name under which a snapshot has it.
 pub const NAME: &str = "run";
@@ -32,13 +36,35 @@ struct State {
     now: u64,
     /// When the next row is due.
     next: u64,
+    /// How often rows come, nanoseconds.
+    #[serde(default = "sample_period")]
+    period: u64,
     samples: Vec<Sample>,
+}
+
+fn sample_period() -> u64 {
+    SAMPLE_PERIOD
+}
+
+impl State {
+    /// Leaves out every other time, and lets rows come half as often.
+    fn thin(&mut self) {
+        let (mut time, mut number) = (None, 0_usize);
+        self.samples.retain(|sample| {
+            if time.replace(sample.time).is_some_and(|last| last != sample.time) {
+                number += 1;
+            }
+            number.is_multiple_of(2)
+        });
+        self.period = self.period.saturating_mul(2);
+    }
 }
 
 impl Course {
     /// At the start of a run of that name, with what its modules remember.
     pub fn new(name: &str, memories: BTreeMap<String, String>) -> Self {
-        Self(Arc::new(Mutex::new(State { name: name.into(), memories, ..State::default() })))
+        let state = State { name: name.into(), memories, period: SAMPLE_PERIOD, ..State::default() };
+        Self(Arc::new(Mutex::new(state)))
     }
 
     /// What the modules began with that remember.
@@ -61,9 +87,12 @@ impl Course {
         let mut state = self.state();
         (state.cycles, state.now) = (cycle.number, cycle.now);
         if wanted && (cycle.now >= state.next || !running) {
-            state.next += SAMPLE_PERIOD;
+            state.next += state.period;
             let samples = observation.robots.iter().filter_map(|robot| robot.sample(cycle.now));
             state.samples.extend(samples);
+            if state.samples.len() > MOST_SAMPLES {
+                state.thin();
+            }
         }
     }
 

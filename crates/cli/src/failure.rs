@@ -8,7 +8,7 @@ use slate::record::replay::PlayError;
 use slate::runtime::configuration::Report;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
-use slate::runtime::remote::{ClientError, Refusal};
+use slate::runtime::remote::{ClientError, OpenError, Refusal};
 use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
 
@@ -89,13 +89,15 @@ pub enum Failure {
     #[error("{0}")]
     Agent(#[from] ClientError),
     #[error("{0}")]
+    Unreachable(OpenError),
+    #[error("{0}")]
     Library(#[from] LibraryError),
     #[error("{0}")]
     Snapshot(SnapshotError),
     #[error("{0}")]
     Memory(#[from] MemoryError),
-    #[error("`{name}` can't be the name of a plugin: {reason}")]
-    PluginName { name: String, reason: &'static str },
+    #[error("`{name}` can't be the name of a {what}: {reason}")]
+    ProjectName { name: String, what: &'static str, reason: &'static str },
     #[error("no recorded module and no type of modules is called `{module}`")]
     NoModule { module: String, help: String },
     #[error("`{agent}` has not confirmed that its actuators are stopped: {trouble}")]
@@ -379,6 +381,7 @@ impl Failure {
                 "`slate run {name}` runs it once; for a batch, give the configuration a simulator and make it the \
                  time source (`time.source`)"
             ),
+            Self::Unreachable(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Snapshot(error) => miette::Diagnostic::help(error)?.to_string(),
             Self::Memory(error) => miette::Diagnostic::help(error)?.to_string(),
             #[cfg(feature = "console")]
@@ -404,7 +407,7 @@ impl Failure {
             Self::Agent(_) => "look at the agent's log".into(),
             Self::Library(error) => error.help.clone(),
             Self::NoModule { help, .. } => help.clone(),
-            Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
+            Self::ProjectName { .. } => "choose another one, such as `wall-follower`".into(),
             Self::NotLoaded { .. } => {
                 "`slate plugin list` shows those that are; of a list of plugins, name them one by one".into()
             }
@@ -416,7 +419,8 @@ impl Failure {
                 }
             }
             Self::NoConsole { agent } => format!(
-                "start it with --set console.port=0, or without --headless; `slate ps` shows whether {agent} is the one"
+                "it has no web console: start it without --headless, or with --set console.port=0 (a free port); of several \
+                 agents of one file, the one with the mission has a console, or the first, unless [agents.{agent}.console] says so"
             ),
             Self::Network(trouble) => trouble.help(),
             Self::Http { help, .. } => help.clone(),

@@ -1,5 +1,8 @@
 //! The `slate` command.
 
+#[macro_use]
+mod complain;
+
 mod api;
 mod arguments;
 mod bag;
@@ -22,6 +25,7 @@ mod examples;
 mod failure;
 mod features;
 mod folder;
+mod gates;
 mod goal;
 mod graph;
 mod http;
@@ -47,6 +51,7 @@ mod scene;
 mod send;
 mod snapshot;
 mod stat;
+mod stay;
 mod stop;
 mod teleop;
 mod top;

@@ -1,6 +1,7 @@
 //! The software stop of agents that run.
 
 use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -144,11 +145,20 @@ fn stop_all(targets: Vec<Target>, reason: &str, tell: impl Fn(&Answer)) -> Resul
     let begin = now();
     for (index, target) in targets.into_iter().enumerate() {
         let (sender, reason) = (sender.clone(), reason.to_owned());
-        // One that hangs keeps its thread until the end of this program, which is near.
-        thread::spawn(move || {
+        let work = Arc::new(Mutex::new(Some(move || {
             // By then nobody may wait any more.
             let _ = sender.send((index, (target.stop)(&reason), begin.elapsed()));
-        });
+        })));
+        let take = |work: &Mutex<Option<_>>| work.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let given = Arc::clone(&work);
+        // One that hangs keeps its thread until the end of this program, which is near.
+        let thread = thread::Builder::new().spawn(move || take(&given).map(|work| work()));
+        // Without a thread for it, this one does it.
+        if thread.is_err()
+            && let Some(work) = take(&work)
+        {
+            work();
+        }
     }
     drop(sender);
     while let Ok((index, outcome, time)) = outcomes.recv_timeout(PATIENCE.saturating_sub(begin.elapsed())) {

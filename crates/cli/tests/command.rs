@@ -235,3 +235,42 @@ fn a_plan_that_fails_in_every_cycle_is_told_once() {
     let log = text(&output.stderr);
     assert_eq!(log.matches("GoToOrigin failed, the plan is given up").count(), 1, "{log}");
 }
+
+#[test]
+fn exit_code_is_the_same_without_anywhere_to_write() {
+    let folder = folder("unwritable");
+    for arguments in
+        [&["stop", "--agent", "nobody"][..], &["run", "nothing"], &["check", "nothing"], &["list"]]
+    {
+        let call = || {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_slate"));
+            command.args(arguments).current_dir(&folder).env("XDG_RUNTIME_DIR", &folder);
+            command
+        };
+        let expected = call().output().unwrap().status.code();
+        let full = || std::fs::File::options().write(true).open("/dev/full").unwrap();
+        let code = call().stdout(full()).stderr(full()).status().unwrap().code();
+        assert_eq!(code, expected, "{arguments:?}");
+        assert!(!matches!(code, Some(0 | 101) | None), "{arguments:?}: {code:?}");
+    }
+}
+
+#[test]
+fn too_little_address_space_gives_advice() {
+    let folder = folder("address-space");
+    for kilobytes in ["900000", "150000"] {
+        let mut limited = Command::new("sh");
+        limited.args([
+            "-c",
+            &format!("ulimit -v {kilobytes}; exec \"$@\""),
+            "sh",
+            env!("CARGO_BIN_EXE_slate"),
+        ]);
+        let output = limited.args(["run", "exp1", "--headless"]).current_dir(&folder).output().unwrap();
+        let said = text(&output.stderr);
+        assert!(
+            said.contains("address space") && said.contains("ulimit -v unlimited"),
+            "{kilobytes}: {output:?}"
+        );
+    }
+}

@@ -43,6 +43,22 @@ fn the_trajectory_has_a_row_for_each_robot_and_moment() {
 }
 
 #[test]
+fn trajectory_of_long_run_is_bounded() {
+    let folder = folder("long");
+    // A mission that does not end before its time is up.
+    let never = "modules.referee.params.tolerance=0.0";
+    exp1(&folder, &["--seed", "1", "--out", "here", "--set", &limit(600), "--set", never]);
+    let csv = std::fs::read_to_string(folder.join("here/trajectory.csv")).unwrap();
+    let rows: Vec<_> = csv.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>()).collect();
+    assert!((10_000..=20_000).contains(&rows.len()), "{}", rows.len());
+    // Of the whole time, and of both robots at each moment but perhaps for the last.
+    let times: Vec<f64> = rows.iter().map(|row| row[0].parse().unwrap()).collect();
+    assert!(times[0] == 0.0 && *times.last().unwrap() > 599.9, "{:?}", times.last());
+    assert!(rows.chunks(2).all(|both| both[0][0] == both[1][0]), "the robots have the same moments");
+    assert!(times.windows(2).all(|two| (0.0..0.21).contains(&(two[1] - two[0]))), "no gap is left");
+}
+
+#[test]
 fn the_pictures_are_well_formed_and_show_the_run() {
     let folder = folder("pictures");
     exp1(&folder, &["--seed", "1", "--out", "here"]);

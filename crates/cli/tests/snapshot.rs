@@ -91,3 +91,69 @@ fn a_running_agent_is_frozen_and_goes_back() {
     let state = running.done(&["module", "list"]);
     assert!(state.contains("WORKING"), "{state}");
 }
+
+/// A headless run's digest and when its simulated time ended.
+fn digest(folder: &Path, arguments: &[&str]) -> (Value, Value) {
+    let output = slate(folder, &[&["run", "--headless", "--json"], arguments].concat());
+    let summary = common::json(&output);
+    (summary["digest"].clone(), summary["sim_time_s"].clone())
+}
+
+#[test]
+fn adaptation_resumed_takes_back_what_it_had_changed() {
+    let folder = folder("snapshot-adaptation");
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/adaptation/adaptation.toml");
+    // It gives up the sonar at about 3 s, and goes back to it at about 9 s.
+    let run = [file, "--seed", "1", "--set", "modules.referee.params.time_limit=11.0"];
+    let straight = digest(&folder, &run);
+    assert!(straight.0.is_string(), "{straight:?}");
+    for at in ["3s", "4s", "5s", "6s"] {
+        let at = format!("snapshot.at=\"{at}\"");
+        let frozen = [&run[..], &["--set", &at, "--set", "snapshot.file=one.snapshot"]].concat();
+        assert_eq!(digest(&folder, &frozen), straight, "a snapshot changes nothing: {at}");
+        assert_eq!(digest(&folder, &["--resume", "one.snapshot"]), straight, "{at}");
+    }
+}
+
+#[test]
+fn config_diff_and_revert_work_after_a_resume() {
+    let mut running = Running::new("snapshot-layers");
+    let speed = "robots.r2.modules.planner.params.careful_speed";
+    let run = [
+        "run",
+        "exp1",
+        "--headless",
+        "--rate",
+        "1",
+        "--seed",
+        "3",
+        "--set",
+        "robots.r2.modules.planner.params.speed=0.3",
+    ];
+    running.start("exp1", &run);
+    running.done(&["config", "set", &format!("{speed}=0.1")]);
+    let before = running.done(&["config", "diff"]);
+    assert!(before.contains("careful_speed = 0.1"), "{before}");
+    running.done(&["snapshot", "save", "here.snapshot"]);
+    running.kill();
+    running.start("exp1", &["run", "--headless", "--rate", "1", "--resume", "here.snapshot"]);
+    assert_eq!(lines(&running.done(&["config", "diff"])), lines(&before));
+    let reverted = running.done(&["config", "revert"]);
+    assert!(reverted.contains("careful_speed: 0.1 -> "), "{reverted}");
+    assert!(!running.done(&["config", "diff"]).contains("careful_speed"));
+}
+
+/// What is told, without where it comes from: a resumed run has no files.
+fn lines(told: &str) -> Vec<String> {
+    told.lines().map(|line| line.split("  #").next().unwrap().trim().to_owned()).collect()
+}
+
+#[test]
+fn device_is_no_snapshot() {
+    let running = Running::new("snapshot-device");
+    running.fails(2, &["snapshot", "info", "/dev/zero"], &["/dev/zero", "it is no file"]);
+    let big = std::fs::File::create(running.folder().join("big.snapshot")).unwrap();
+    // Of which the disk has nothing, and which is more than any memory.
+    big.set_len(1 << 40).unwrap();
+    running.fails(2, &["snapshot", "info", "big.snapshot"], &["something else is in it"]);
+}

@@ -192,3 +192,34 @@ fn without_an_agent_there_is_nothing_to_stop() {
         running.fails(3, &[command, "--agent", "exp1"], &["no agent `exp1`", "slate run"]);
     }
 }
+
+#[test]
+fn stop_works_without_a_free_descriptor() {
+    let mut running = Running::new("stop-reserve");
+    let own = running.command(&["run", "exp1", "--headless", "--rate", "1", "--set", "console.port=0"]);
+    let mut limited = std::process::Command::new("sh");
+    limited.args(["-c", "ulimit -n 40; exec \"$@\"", "sh"]).arg(own.get_program()).args(own.get_args());
+    limited.current_dir(running.folder()).env("XDG_RUNTIME_DIR", running.sockets());
+    running.launch("exp1", limited);
+    drives(&running);
+    let sockets = running.sockets().join("slate");
+    let mut files = std::fs::read_dir(&sockets).unwrap().map(|entry| entry.unwrap().path());
+    let console = files.find(|path| path.extension().is_some_and(|end| end == "console")).unwrap();
+    let console: serde_json::Value = serde_json::from_slice(&std::fs::read(console).unwrap()).unwrap();
+    let address = console["address"].as_str().unwrap();
+    // More idle tools than the agent has descriptors for.
+    let local: Vec<_> = (0..60)
+        .map(|_| std::os::unix::net::UnixStream::connect(sockets.join("exp1.sock")).unwrap())
+        .collect();
+    let place = address.trim_start_matches("http://");
+    let remote: Vec<_> = (0..60).map(|_| std::net::TcpStream::connect(place).unwrap()).collect();
+    std::thread::sleep(Duration::from_millis(500));
+    stops(&running, &["no descriptor is left"], &["exp1"]);
+    let token = console["tokens"]["viewer"].as_str().unwrap();
+    let mut over_http = running.command(&["stop", "--agent", address]);
+    let output = over_http.env("SLATE_TOKEN", token).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    drop((local, remote));
+    assert!(soon(|| running.call(&["get", "/r2/wheels/gate"]).status.success()));
+    stands(&running, "STOPPED");
+}

@@ -2,6 +2,9 @@
 
 use slate_module::{Text, interface};
 
+/// The name of a port, as `/module/state` shows it.
+pub type PortName = Text<56>;
+
 /// How a module is: `/module/state`, written when it changes.
 #[interface]
 pub struct ModuleState {
@@ -12,7 +15,7 @@ pub struct ModuleState {
     /// How it is.
     pub condition: ModuleCondition,
     /// The port that it waits for while it is `WAITING`: a required input without a value, or a service.
-    pub waiting_for: Text<56>,
+    pub waiting_for: PortName,
 }
 
 /// The condition of a module, as others see it.

@@ -338,6 +338,7 @@ fn name_of_file(file: &str) -> String {
     let stem =
         Path::new(file).file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
     let letter = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    let name: String = stem.chars().map(|c| if letter(c) { c } else { '_' }).collect();
+    let all = stem.chars().map(|c| if letter(c) { c } else { '_' });
+    let name: String = all.take(super::problems::LONGEST_AGENT_NAME).collect();
     if name.is_empty() { "agent".into() } else { name }
 }

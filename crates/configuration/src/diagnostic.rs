@@ -126,7 +126,7 @@ impl miette::Diagnostic for Diagnostic {
     }
 }
 
-/// All that is wrong with a configuration.
+/// All that is wrong with a configuration, up to 200 mistakes.
 ///
 /// `Display` writes a line for each, [`Report::render`] and `Debug` show file, line and caret.
 #[derive(Clone)]
@@ -134,7 +134,22 @@ pub struct Report {
     diagnostics: Vec<Diagnostic>,
 }
 
+/// How many mistakes a report shows; nobody reads more at once.
+pub(super) const MOST: usize = 200;
+
 impl Report {
+    /// The first of those that are wrong, and how many there are besides.
+    pub(super) fn of(mut diagnostics: Vec<Diagnostic>, unsaid: usize) -> Self {
+        let unsaid = unsaid + diagnostics.len().saturating_sub(MOST);
+        diagnostics.truncate(MOST);
+        if unsaid > 0 {
+            let help = "mend these first";
+            diagnostics
+                .push(Diagnostic::without_place(format!("and {unsaid} more are wrong"), Some(help.into())));
+        }
+        Self { diagnostics }
+    }
+
     /// What is wrong, in the order of the texts.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         &self.diagnostics
@@ -167,7 +182,7 @@ impl From<Diagnostic> for Report {
 
 impl From<Vec<Diagnostic>> for Report {
     fn from(diagnostics: Vec<Diagnostic>) -> Self {
-        Self { diagnostics }
+        Self::of(diagnostics, 0)
     }
 }
 

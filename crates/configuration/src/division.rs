@@ -104,15 +104,21 @@ impl Division {
 }
 
 impl Layers {
-    /// Leaves what the wanted agent runs, here and in what the files say.
-    pub(super) fn divide(&mut self, mut of_files: Table, options: &Options) -> Table {
+    /// Leaves what the wanted agent runs, here and in the tables of what the files say.
+    pub(super) fn divide<const N: usize>(
+        &mut self,
+        mut of_files: [Table; N],
+        options: &Options,
+    ) -> [Table; N] {
         let Some(wanted) = self.agent.clone().filter(|wanted| self.agents.contains_key(wanted)) else {
             return of_files;
         };
         if !self.incomplete {
             let Self { division, merged, sources, flat_sets: changes, problems, .. } = self;
             let extra = &options.extra_tables;
-            division.leave(&wanted, &mut of_files, sources, extra, &[], &mut Problems::default());
+            for table in &mut of_files {
+                division.leave(&wanted, table, sources, extra, &[], &mut Problems::default());
+            }
             self.clock_elsewhere = division.leave(&wanted, merged, sources, extra, changes, problems);
         }
         of_files

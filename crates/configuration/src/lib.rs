@@ -37,9 +37,9 @@ mod comparison;
 mod database;
 mod diagnostic;
 mod division;
-mod ends;
 mod exclusive;
 mod files;
+mod layered;
 mod layers;
 mod levels;
 mod links;
@@ -71,7 +71,7 @@ use agents::Described;
 pub use comparison::Comparison;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
-pub use ends::link_setting;
+pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
 pub use model::{
@@ -80,6 +80,7 @@ pub use model::{
     Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport,
 };
 use path::Prefix;
+pub use path::link_setting;
 pub use printable::{printable, printable_text};
 use problems::Problems;
 use read::Main;
@@ -126,6 +127,10 @@ pub struct Configuration {
     described: Option<Described>,
     /// What the files say, without the command line and changes at run time.
     files: Table,
+    /// The same, with what waits for the next start as it was before.
+    base: Table,
+    /// What each setting above the files says, in their order.
+    upper: Vec<(SourceKind, Table)>,
     merged: Table,
     agent: model::Agent,
     time_source: Option<Spanned<String>>,
@@ -298,6 +303,53 @@ impl Configuration {
         &self.sources.0
     }
 
+    /// What a link says beside what it reads, as it is written.
+    pub fn link_options(&self, to: &str) -> Vec<(String, String)> {
+        let options = self.settings(&link_setting(to)).unwrap_or_default().into_iter();
+        let named = options.filter_map(|option| {
+            let keys = toml_edit::Key::parse(&option.path).ok()?;
+            let name = keys.get(2).filter(|key| key.get() != "from")?;
+            Some((name.get().to_owned(), option.value.to_string()))
+        });
+        named.collect()
+    }
+
+    /// The path in this agent that a text means.
+    ///
+    /// # Errors
+    /// When it is no URL, or that of another agent.
+    pub fn own_path(&self, text: &str) -> Result<String, Report> {
+        let refusal = |message: Message, help: &str| {
+            Report::from(Diagnostic::without_place(message, Some(help.into())))
+        };
+        let help = "a property is module/property, /module/property or slate://agent/module/property";
+        let url = slate_blackboard::Url::parse(text)
+            .map_err(|error| refusal(Mistake::Value.of(error.to_string()), help))?;
+        match url.agent() {
+            Some(TEAM) => Ok(format!("{TEAM}/{}", url.path_in(""))),
+            Some(agent) if agent != self.agent_name() => {
+                let message = Mistake::OtherAgent
+                    .of(format!("`{text}` belongs to agent `{agent}`, and this is `{}`", self.agent_name()));
+                Err(refusal(message, &format!("ask that agent: --agent {agent}")))
+            }
+            _ => Ok(url.path_in("")),
+        }
+    }
+
+    /// The parameters that links fill, all or in part, each behind its module.
+    pub fn linked_parameters(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.links().iter().filter_map(|link| {
+            let (module, rest) = link.to.value.split_once("/params/")?;
+            Some((module, rest.split('/').next()?))
+        })
+    }
+
+    /// Where another agent is found.
+    pub fn endpoint_of(&self, agent: &str) -> String {
+        let named = self.share().and_then(|share| share.agents.get(agent));
+        named.map_or_else(|| format!("local:{agent}"), |at| at.value.clone())
+    }
+
     /// The name of this agent's table, when the files describe several agents.
     fn described_as(&self) -> Option<&str> {
         self.described.as_ref().map(|described| described.name.as_str())
@@ -316,14 +368,33 @@ impl Configuration {
     }
 }
 
+/// The configuration that a recorded agent had, to load one like it: `text` is what
+/// the agent gave. `sets` are settings of the command line that go over it.
+///
+/// # Errors
+/// When it is none any more, or a setting is wrong.
+pub fn recorded_configuration(name: &str, text: &str, sets: Vec<String>) -> Result<Database, Report> {
+    let options = Options { sets, extra_tables: extra_tables(text), ..Options::default() };
+    Database::from_text(name, text, options)
+}
+
+/// Whatever stands at the top of a configuration: it was meant for somebody.
+pub fn extra_tables(text: &str) -> Vec<String> {
+    let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
+    document.iter().map(|(name, _)| name.to_owned()).collect()
+}
+
 /// All problems in the order of the texts; a setting that is written once is reported once.
 fn report(sources: &Sources, mut problems: Problems) -> Report {
     let text = |source: usize| sources.0[source].place.part_of.unwrap_or(source);
     problems.0.sort_by_key(|problem| problem.span.map(|span| (text(span.source), span.start)));
     problems.0.dedup_by(|a, b| a.span == b.span && a.message == b.message);
+    // To show one takes as long as its text is long.
+    let unsaid = problems.0.len().saturating_sub(diagnostic::MOST);
+    problems.0.truncate(diagnostic::MOST);
     let diagnostics = problems.0.into_iter().map(|problem| match problem.span {
         Some(span) => Diagnostic::at(sources, span, problem.message, problem.help),
         None => Diagnostic::without_place(problem.message, problem.help),
     });
-    Report::from(diagnostics.collect::<Vec<_>>())
+    Report::of(diagnostics.collect(), unsaid)
 }

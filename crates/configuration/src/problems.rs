@@ -178,7 +178,9 @@ impl Problems {
 
     /// Whether a text can name an agent.
     pub(super) fn agent_name(&mut self, name: &str, span: Span) -> bool {
-        let good = Url::parse(&format!("slate://{name}/module")).is_ok();
+        let url = Url::parse(&format!("slate://{name}/module"));
+        // A slash would begin the path.
+        let good = url.is_ok_and(|url| url.agent() == Some(name));
         if name == TEAM {
             let help = "slate://team/... is what all robots of a team know together";
             self.add(span, Mistake::Value.of(format!("no agent can be called `{name}`")), help);
@@ -187,6 +189,13 @@ impl Problems {
         if !good {
             let help = "an agent's name is letters, digits, _ and -, as in slate://name/module/property";
             self.add(span, Mistake::Value.of(format!("`{name}` can't name an agent")), help);
+        } else if name.len() > LONGEST_AGENT_NAME {
+            let message = format!(
+                "an agent's name has at most {LONGEST_AGENT_NAME} letters, and this one {}",
+                name.len()
+            );
+            self.add(span, Mistake::Value.of(message), "choose a shorter one, such as `robot1`");
+            return false;
         }
         good
     }
@@ -215,6 +224,9 @@ impl Problems {
         good
     }
 }
+
+/// How many letters an agent's name may have: it is a part of the path of its socket, which can't be long.
+pub(super) const LONGEST_AGENT_NAME: usize = 64;
 
 /// Did you mean, or else all there is.
 pub(super) fn suggestion(name: &str, known: &[&str]) -> String {

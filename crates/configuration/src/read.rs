@@ -60,13 +60,16 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
     layers.incomplete |= !layers.is_chosen();
     layers.name_agent();
     let of_files = layers.merged.clone();
-    layers.sets(SourceKind::Set, options.sets.iter().map(|text| Written { text, equals: None }));
     layers.flat_sets.clear();
-    layers.hold(waiting);
+    layers.sets(SourceKind::Set, options.sets.iter().map(|text| Written { text, equals: None }));
+    let sets = std::mem::take(&mut layers.flat_sets);
+    let base = layers.hold(waiting, of_files.clone());
     layers.sets(SourceKind::Change, changes.iter().copied());
-    let of_files = layers.divide(of_files, options);
+    let [of_files, base] = layers.divide([of_files, base], options);
     let files = std::mem::take(&mut layers.files);
     let changes = std::mem::take(&mut layers.flat_sets);
+    let sets = sets.into_iter().map(|table| (SourceKind::Set, table));
+    let upper = sets.chain(changes.iter().map(|table| (SourceKind::Change, table.clone()))).collect();
     let paths = std::mem::take(&mut layers.read);
     let described = options.agent.clone().filter(|wanted| layers.agents.contains_key(wanted));
     let described = described.map(|name| Described {
@@ -74,7 +77,8 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
         name,
     });
     let others = described.as_ref().map_or(Vec::new(), |described| described.others.clone());
-    Read { result: build(layers, of_files, options, described), files, changes, others, paths }
+    let below = Below { files: of_files, base, upper };
+    Read { result: build(layers, below, options, described), files, changes, others, paths }
 }
 
 /// Reads all texts that hold at the start, but for the command line.
@@ -101,12 +105,20 @@ pub(super) fn layers(request: &Request<'_>, files: Files) -> Layers {
     layers
 }
 
+/// What a configuration is merged from.
+struct Below {
+    files: Table,
+    base: Table,
+    upper: Vec<(SourceKind, Table)>,
+}
+
 fn build(
     layers: Layers,
-    mut files: Table,
+    below: Below,
     options: &Options,
     described: Option<Described>,
 ) -> Result<Configuration, Report> {
+    let Below { mut files, mut base, upper } = below;
     let Layers { sources, mut problems, mut merged, incomplete, clock_elsewhere, .. } = layers;
     if incomplete {
         return Err(report(&sources, problems));
@@ -139,10 +151,13 @@ fn build(
         (Some(agent), Some(log)) if problems.0.is_empty() => {
             settle(&mut merged, &sources);
             settle(&mut files, &sources);
+            settle(&mut base, &sources);
             Ok(Configuration {
                 sources,
                 described,
                 files,
+                base,
+                upper,
                 merged,
                 agent,
                 time_source,

@@ -1,6 +1,8 @@
 use toml_edit::Document;
 
+use super::compare::leaves;
 use super::problems::Problems;
+use super::scope::flatten;
 use super::source::{Span, Spanned};
 use super::value::{Table, Value};
 
@@ -97,4 +99,18 @@ pub(super) fn first_equals(text: &str) -> Option<usize> {
         escaped = false;
     }
     None
+}
+
+/// What a setting says, with the names of robots in those of their modules; nothing if it can't be read.
+pub(super) fn flat(setting: &str) -> Option<Table> {
+    let mut problems = Problems::default();
+    let table = flatten(parse_set(setting, None, 0, &mut problems)?, &mut problems);
+    problems.0.is_empty().then_some(table)
+}
+
+/// The paths that a setting has a value for.
+pub(super) fn flat_paths(setting: &str) -> Vec<Vec<String>> {
+    let mut paths = Vec::new();
+    leaves(&flat(setting).unwrap_or_default(), &[], &mut |path, _| paths.push(path));
+    paths
 }

@@ -32,6 +32,8 @@ struct Guest {
     /// Requests that are being answered.
     busy: usize,
     is_socket: bool,
+    /// Whether it is the page in a browser.
+    is_page: bool,
     leave: Arc<Notify>,
 }
 
@@ -48,12 +50,18 @@ impl Guests {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    /// Lets the one go that has been idle for the longest, so that its descriptor is free; false when all are at work.
+    pub fn let_oldest_go(&self) -> bool {
+        let mut present = self.present();
+        let oldest = oldest_idle(&present.1).and_then(|number| present.1.remove(&number));
+        oldest.inspect(|guest| guest.leave.notify_one()).is_some()
+    }
+
     /// Counts one more; nothing when all places are taken by who is at work.
     pub fn admit(self: &Arc<Self>) -> Option<Place> {
         let mut present = self.present();
         if present.1.len() >= MOST {
-            let idle = present.1.iter().filter(|(_, guest)| guest.busy == 0 && !guest.is_socket);
-            let oldest = idle.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number)?;
+            let oldest = oldest_idle(&present.1)?;
             if let Some(guest) = present.1.remove(&oldest) {
                 guest.leave.notify_one();
             }
@@ -61,10 +69,23 @@ impl Guests {
         present.0 += 1;
         let number = present.0;
         let leave = Arc::new(Notify::new());
-        let guest = Guest { last: number, busy: 0, is_socket: false, leave: Arc::clone(&leave) };
+        let guest =
+            Guest { last: number, busy: 0, is_socket: false, is_page: false, leave: Arc::clone(&leave) };
         present.1.insert(number, guest);
         Some(Place { guests: Arc::clone(self), number, leave })
     }
+}
+
+impl Guests {
+    /// How many pages browsers show.
+    pub fn pages(&self) -> usize {
+        self.present().1.values().filter(|guest| guest.is_page).count()
+    }
+}
+
+fn oldest_idle(present: &BTreeMap<u64, Guest>) -> Option<u64> {
+    let idle = present.iter().filter(|(_, guest)| guest.busy == 0 && !guest.is_socket);
+    idle.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number)
 }
 
 impl Place {
@@ -79,13 +100,13 @@ impl Place {
         Work(Arc::clone(self))
     }
 
-    /// Counts as a WebSocket from now on; false when there are too many.
-    pub fn becomes_socket(&self) -> bool {
+    /// Counts as a WebSocket from now on, perhaps that of a browser's page; false when there are too many.
+    pub fn becomes_socket(&self, is_page: bool) -> bool {
         let mut present = self.guests.present();
         let sockets = present.1.values().filter(|guest| guest.is_socket).count();
         match present.1.get_mut(&self.number) {
             Some(guest) if sockets < MOST_SOCKETS => {
-                guest.is_socket = true;
+                (guest.is_socket, guest.is_page) = (true, is_page);
                 true
             }
             _ => false,

@@ -26,6 +26,7 @@ mod pages;
 mod picture;
 mod problem;
 mod query;
+mod reserve;
 mod role;
 mod route;
 mod schema;

@@ -1,6 +1,7 @@
 //! The thread of the console: it listens, lets in whom it may, and answers.
 
 mod listen;
+mod repeats;
 mod respond;
 mod secure;
 
@@ -18,7 +19,7 @@ use slate_record::page::Followed;
 use slate_runtime::remote::Desk;
 use slate_runtime::{Agent, printable};
 use tokio::io::{AsyncRead, AsyncWrite};
-use tokio::net::TcpListener;
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::{Notify, Semaphore};
 
 use crate::connection::{Guests, Patient, Place};
@@ -26,8 +27,10 @@ use crate::context::{Context, Document, Page};
 use crate::guard::Guard;
 use crate::lease::LOOK;
 use crate::pages::Pages;
+use crate::reserve::{BRIEF, Reserve};
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
+use repeats::Repeats;
 use secure::Tls;
 
 /// How long a request may take to come.
@@ -83,6 +86,7 @@ pub struct Console {
     addresses: Vec<SocketAddr>,
     link: String,
     file: TokenFile,
+    guests: Arc<Guests>,
     end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
 }
@@ -99,6 +103,7 @@ pub(crate) struct Hall {
     pub guard: Guard,
     pages: Pages,
     guests: Arc<Guests>,
+    repeats: Repeats,
     /// Places of requests that are worked on.
     work: Arc<Semaphore>,
 }
@@ -177,9 +182,10 @@ impl Console {
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
             pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
+            repeats: Repeats::default(),
             work: Arc::new(Semaphore::new(WORKING)),
         });
-        let end = Arc::new(Notify::new());
+        let (guests, end) = (Arc::clone(&hall.guests), Arc::new(Notify::new()));
         let ended = Arc::clone(&end);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -193,7 +199,7 @@ impl Console {
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
         })?;
-        Ok(Self { addresses, link, file, end, thread: Some(thread) })
+        Ok(Self { addresses, link, file, guests, end, thread: Some(thread) })
     }
 
     /// Where it listens.
@@ -204,6 +210,11 @@ impl Console {
     /// What a browser opens: the address, and behind `#` the secret of the highest role, which browsers keep to themselves.
     pub fn link(&self) -> &str {
         &self.link
+    }
+
+    /// How many browsers show the page.
+    pub fn browsers(&self) -> usize {
+        self.guests.pages()
     }
 
     /// The file with the address and the secrets of all roles, which its owner alone can read.
@@ -240,34 +251,54 @@ async fn serve(listeners: Vec<std::net::TcpListener>, tls: Option<Tls>, hall: Ar
 }
 
 async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {
+    let mut reserve = Reserve::new();
     loop {
-        let Ok((stream, from)) = listener.accept().await else {
-            // No file handle is left, for example; it may be otherwise in a while.
+        if let Ok((stream, from)) = listener.accept().await {
+            reserve.refill();
+            // One that is closed at once asks again later.
+            if let Some(place) = hall.guests.admit().map(Arc::new) {
+                tokio::spawn(greet(stream, from, (tls.clone(), Arc::clone(&hall)), place));
+            }
+        } else if hall.guests.let_oldest_go() {
+            // No descriptor is left, for example, and that of the one that has been idle for the longest is free in a moment.
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        } else if let Some((stream, from)) = reserve.accept(&listener).await {
+            if let Some(place) = hall.guests.admit().map(Arc::new) {
+                let brief = greet(stream, from, (tls.clone(), Arc::clone(&hall)), place);
+                // The next one needs the reserve, too.
+                let _ = tokio::time::timeout(BRIEF, brief).await;
+            }
+            reserve.refill();
+        } else {
+            // It may be otherwise in a while.
+            reserve.refill();
             tokio::time::sleep(Duration::from_millis(100)).await;
-            continue;
-        };
-        // One that is closed at once asks again later.
-        let Some(place) = hall.guests.admit().map(Arc::new) else { continue };
-        // Small answers are not held back.
-        let _ = stream.set_nodelay(true);
-        let (hall, tls) = (Arc::clone(&hall), tls.clone());
-        let task = async move {
-            let leave = Arc::clone(&place.leave);
-            let greeted = async move {
-                match tls {
-                    None => converse(stream, from, hall, place).await,
-                    Some(tls) => {
-                        if let Ok(Some(stream)) = tokio::time::timeout(REQUEST, tls.accept(stream)).await {
-                            converse(stream, from, hall, place).await;
-                        }
-                    }
-                }
-            };
-            let (greeted, left) = (std::pin::pin!(greeted), std::pin::pin!(leave.notified()));
-            futures_util::future::select(greeted, left).await;
-        };
-        tokio::spawn(task);
+        }
     }
+}
+
+/// Speaks with who has connected, until they end it or have to leave.
+async fn greet(
+    stream: TcpStream,
+    from: SocketAddr,
+    (tls, hall): (Option<Tls>, Arc<Hall>),
+    place: Arc<Place>,
+) {
+    // Small answers are not held back.
+    let _ = stream.set_nodelay(true);
+    let leave = Arc::clone(&place.leave);
+    let greeted = async move {
+        match tls {
+            None => converse(stream, from, hall, place).await,
+            Some(tls) => {
+                if let Ok(Some(stream)) = tokio::time::timeout(REQUEST, tls.accept(stream)).await {
+                    converse(stream, from, hall, place).await;
+                }
+            }
+        }
+    };
+    let (greeted, left) = (std::pin::pin!(greeted), std::pin::pin!(leave.notified()));
+    futures_util::future::select(greeted, left).await;
 }
 
 async fn converse<S>(stream: S, from: SocketAddr, hall: Arc<Hall>, place: Arc<Place>)

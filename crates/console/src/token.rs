@@ -38,10 +38,7 @@ impl Tokens {
         let read = |(role, path): (&Role, &PathBuf)| {
             let wrong = |reason: String| (path.clone(), reason);
             let text = std::fs::read_to_string(path).map_err(|error| wrong(error.to_string()))?;
-            let mode = path.metadata().map_err(|error| wrong(error.to_string()))?.mode();
-            if mode & 0o077 != 0 {
-                return Err(wrong(format!("others may read it (mode {:o}): chmod 600", mode & 0o777)));
-            }
+            check_secret(path).map_err(wrong)?;
             let token = text.trim();
             if token.len() < SHORTEST || !token.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
                 let how = "openssl rand -hex 32";
@@ -49,7 +46,17 @@ impl Tokens {
             }
             Ok((*role, token.to_owned()))
         };
-        files.iter().map(read).collect::<Result<_, _>>().map(Self)
+        let tokens: BTreeMap<Role, String> = files.iter().map(read).collect::<Result<_, _>>()?;
+        for (role, token) in &tokens {
+            // A secret that stands for two roles would give the lower one what the higher one may do.
+            let lower = tokens.range(..role).find(|(_, other)| *other == token);
+            if let (Some((lower, _)), Some(path)) = (lower, files.get(role)) {
+                let reason =
+                    format!("it has the same token as that of {}: give each role its own", lower.one());
+                return Err((path.clone(), reason));
+            }
+        }
+        Ok(Self(tokens))
     }
 
     /// The role of a secret. How long this takes says nothing of the secrets.
@@ -115,6 +122,15 @@ fn check_folder(folder: &Path) -> io::Result<()> {
     let folder = slate_runtime::printable(folder);
     let message = format!("{folder} is not a folder that only its owner {user} may enter");
     Err(Error::new(ErrorKind::PermissionDenied, message))
+}
+
+/// Finds out whether nobody but its owner may read a file with a secret.
+pub(crate) fn check_secret(path: &Path) -> Result<(), String> {
+    let mode = path.metadata().map_err(|error| error.to_string())?.mode();
+    match mode & 0o077 {
+        0 => Ok(()),
+        _ => Err(format!("others may read it (mode {:o}): chmod 600", mode & 0o777)),
+    }
 }
 
 fn is_same(token: &str, given: &str) -> bool {

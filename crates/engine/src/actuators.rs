@@ -1,6 +1,10 @@
 //! The gates of an agent: a command passes its gate in the thread of its commander, so no wake-up lies between.
+//!
+//! On the wall clock a gate is judged at the time that it is, and not at that of the cycle, which may be long past when a
+//! step returns. The watchdog ends what is stale while nobody else comes to it.
 
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use slate_blackboard::channel::{Budget, Channel, Latest, Writer};
@@ -10,7 +14,7 @@ use slate_blackboard::{Board, BoardError};
 use slate_module::Priority;
 use slate_safety::{Gate, GateState, Verdict};
 
-use crate::clock::monotonic;
+use crate::clock::{Clock, monotonic};
 use crate::digest::Digest;
 use crate::{Bytes, FrozenActuator, FrozenProperty};
 
@@ -25,6 +29,12 @@ pub struct Actuator {
     /// agent's own threads is ever in the gate.
     controls: Mutex<Controls>,
     inner: Mutex<Inner>,
+    clock: Arc<Clock>,
+    /// How long a command holds, nanoseconds.
+    time_to_live: u64,
+    /// The agent's time at which the present command ends; `u64::MAX` for the safe one. It is written in the gate, and
+    /// whoever looks finds out there whether it still holds.
+    expires: Arc<AtomicU64>,
 }
 
 /// The controls, and who has them.
@@ -61,6 +71,9 @@ struct Inner {
     last_state: Option<GateState>,
     /// What was published last, so that only changes and renewals are.
     fresh: bool,
+    /// What the actuator got last, and when: a cycle that changes nothing more of it writes it once.
+    written: (Option<u64>, Vec<u8>),
+    expires: Arc<AtomicU64>,
 }
 
 impl Actuator {
@@ -74,11 +87,13 @@ impl Actuator {
         gate: Gate,
         command: Writer,
         state: Writer,
-        index: u32,
+        (index, clock): (u32, Arc<Clock>),
     ) -> Self {
         let descriptor = gate.descriptor();
         let channel = Channel::new(descriptor.shape(0), 1, Budget { latest: 1, queues: 0, window: 0 });
         let (writer, controls) = channel.writer().ok().zip(channel.latest().ok()).unzip();
+        let time_to_live = gate.time_to_live();
+        let expires = Arc::new(AtomicU64::new(u64::MAX));
         let inner = Inner {
             gate,
             command,
@@ -89,6 +104,8 @@ impl Actuator {
             steered: false,
             last_state: None,
             fresh: false,
+            written: (None, Vec::with_capacity(descriptor.size)),
+            expires: Arc::clone(&expires),
         };
         Self {
             name: name.into(),
@@ -96,7 +113,15 @@ impl Actuator {
             descriptor,
             controls: Mutex::new(Controls { writer, holder: None }),
             inner: Mutex::new(inner),
+            clock,
+            time_to_live,
+            expires,
         }
+    }
+
+    /// The agent's time for who is in the gate and has that of its cycle.
+    fn at(&self, now: u64) -> u64 {
+        now.max(self.clock.now())
     }
 
     /// Wakes a thread when a command has passed.
@@ -168,7 +193,7 @@ impl Actuator {
     /// How its gate stands now; nothing when another thread is in it.
     pub fn look(&self, now: u64) -> Option<GateState> {
         let mut inner = self.free()?;
-        inner.publish(now);
+        inner.publish(self.at(now));
         inner.last_state
     }
 
@@ -189,34 +214,63 @@ impl Actuator {
         None
     }
 
-    /// A commander's command.
+    /// A commander's command, made at the agent's time `now`.
     pub fn offer(&self, commander: u32, priority: Priority, command: &[u8], now: u64) {
         // A reflex must not be lost, whatever else is in the gate for some nanoseconds.
         let inner = if priority == Priority::Reflex { Some(self.locked()) } else { self.free() };
         let Some(mut inner) = inner else { return };
-        let verdict = inner.gate.offer(commander, priority, command, now);
-        if matches!(verdict, Verdict::Passed | Verdict::Limited) {
-            inner.fresh = true;
+        let at = self.at(now);
+        if at - now >= self.time_to_live {
+            // Of a step that took so long: the actuator has its safe command since, or that of somebody else.
+            inner.gate.drop_late(commander, at);
+        } else {
+            let verdict = inner.gate.offer(commander, priority, command, now);
+            inner.fresh |= matches!(verdict, Verdict::Passed | Verdict::Limited);
         }
-        inner.publish(now);
+        inner.publish(at);
     }
 
     /// A commander commands no longer.
     pub fn withdraw(&self, commander: u32, now: u64) {
         // Nor must the end of a command.
         let mut inner = self.locked();
-        inner.gate.withdraw(commander, now);
+        let at = self.at(now);
+        inner.gate.withdraw(commander, at);
+        inner.publish(at);
+    }
+
+    /// How long a command holds unless it is renewed, nanoseconds.
+    pub fn time_to_live(&self) -> u64 {
+        self.time_to_live
+    }
+
+    /// The agent's time at which the present command ends unless it is renewed; nothing for the safe one.
+    pub fn expires(&self) -> Option<u64> {
+        Some(self.expires.load(Ordering::Acquire)).filter(|expires| *expires != u64::MAX)
+    }
+
+    /// Gives the actuator its safe command if the present one has ended, for who watches the loop; whether that was so.
+    /// Until then the gate is not entered, so that nobody meets it there.
+    pub fn expire_stale(&self) -> bool {
+        if self.expires().is_none_or(|expires| self.clock.now() < expires) {
+            return false;
+        }
+        let Some(mut inner) = self.free() else { return false };
+        // Somebody may have been here meanwhile, so this is judged anew.
+        let now = self.clock.now();
         inner.publish(now);
+        true
     }
 
     /// Follows the controls, and ends what is stale; adds what the actuator gets to the digest.
     pub fn expire(&self, now: u64, digest: Option<&mut Digest>) {
         let Some(mut inner) = self.free() else { return };
-        inner.follow_controls(self.commanders.len() as u32 + 1, now);
-        inner.publish(now);
+        let at = self.at(now);
+        inner.follow_controls(self.commanders.len() as u32 + 1, at);
+        inner.publish(at);
         if let Some(digest) = digest {
             let index = inner.index;
-            digest.add(index, inner.gate.output(now).command);
+            digest.add(index, inner.gate.output(at).command);
         }
     }
 
@@ -258,6 +312,7 @@ impl Actuator {
         }
         inner.gate.thaw(&frozen.gate, rearm);
         (inner.index, inner.fresh) = (frozen.index, frozen.fresh);
+        inner.written.0 = None;
         inner.last_state = frozen.shown.as_ref().filter(|shown| shown.0.len() == size_of::<GateState>()).map(
             // SAFETY: the length was checked, every bit pattern of an interface is valid, and no alignment is needed.
             |shown| unsafe { shown.0.as_ptr().cast::<GateState>().read_unaligned() },
@@ -318,14 +373,23 @@ impl Inner {
     /// Publishes the command that holds now, and the gate's state when it changed.
     fn publish(&mut self, now: u64) {
         let output = self.gate.output(now);
-        // Only a recorder in lockstep may refuse, and then the value is recorded in the next cycle.
-        let _ = self.command.write(output.command, 0, now);
+        let (time, command) = &mut self.written;
+        if *time != Some(now) || command != output.command {
+            // Only a recorder in lockstep may refuse, and then the value is recorded in the next cycle.
+            let _ = self.command.write(output.command, 0, now);
+            *time = Some(now);
+            command.clear();
+            command.extend_from_slice(output.command);
+        }
         let mut state = output.state;
+        let has_ended = self.last_state.is_some_and(|last| last.expired != state.expired);
         if self.last_state != Some(state) {
             let _ = self.state.write(View::of(&mut state).bytes(), 0, now);
             self.last_state = Some(state);
         }
-        if std::mem::take(&mut self.fresh) {
+        self.expires.store(self.gate.expires().unwrap_or(u64::MAX), Ordering::Release);
+        // Whoever drives the actuator also learns that nothing commands it any more.
+        if std::mem::take(&mut self.fresh) || has_ended {
             self.wakes.iter().for_each(|wake| wake.notify(1));
         }
     }

@@ -14,6 +14,7 @@ mod frozen;
 pub mod isolation;
 pub mod log;
 pub mod main_loop;
+mod memory;
 mod playback;
 pub mod plugin;
 pub mod runner;
@@ -21,6 +22,6 @@ pub mod service;
 pub mod synchronization;
 pub mod timing;
 
-pub use background::give_way;
+pub use background::{give_way, thread_name};
 pub use frozen::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
 pub use playback::Playback;

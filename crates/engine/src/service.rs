@@ -8,7 +8,8 @@ use slate_module::ModuleKind;
 use slate_module::aspect::ProviderTable;
 
 use crate::digest::Digest;
-use crate::runner::{Memory, PortName};
+use crate::memory::Memory;
+use slate_composition::own::PortName;
 
 /// A service of the host for one module: a table of calls over an object of its own.
 pub trait HostService: Send {

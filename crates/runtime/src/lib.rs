@@ -13,6 +13,7 @@ pub mod recording;
 pub mod remote;
 pub mod sharing;
 pub mod snapshot;
+pub mod stop_line;
 
 pub use agent::{
     Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,

@@ -3,14 +3,15 @@
 mod history;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
-use slate_blackboard::{Pattern, Taps};
+use slate_blackboard::{Board, Pattern, Taps};
 
-use crate::Composer;
-use crate::configuration::{Database, Options, RATE, RecordRule, RecordSelection, Report, period};
 pub use crate::snapshot::PluginMark;
 pub use history::{History, HistoryWish, Left, TakeValue};
+pub use slate_configuration::recorded_configuration as configuration;
+use slate_configuration::{RATE, RecordRule, RecordSelection, period};
 
 /// Records an agent. It sees the values of each property that it has a [tap](Taps::tap) for, in the threads that write
 /// them.
@@ -29,19 +30,55 @@ pub trait Recording: Taps {
     }
 }
 
+/// An agent, for what records it.
+pub trait RecordedAgent {
+    /// Everything that the robot knows.
+    fn board(&self) -> &Arc<Board>;
+
+    /// The agent's time, nanoseconds.
+    fn now(&self) -> u64;
+
+    /// Cycles begun.
+    fn cycles(&self) -> u64;
+
+    /// The plugins that are loaded.
+    fn plugin_marks(&self) -> Vec<PluginMark>;
+
+    /// The modules, each with its kind.
+    fn kinds(&self) -> Vec<(String, String)>;
+
+    /// The links: what each fills, and what it reads.
+    fn links(&self) -> Vec<(String, String)>;
+
+    /// The stages and the modules of each, in the order in which they run.
+    fn order(&self) -> Vec<(String, Vec<String>)>;
+
+    /// The whole configuration as it is now, as TOML.
+    fn configuration_text(&self) -> String;
+}
+
 /// Begins and ends recordings of an agent while it runs. None of this holds up a module.
 pub trait RecordingControl: Send + Sync {
     /// Begins to record into a file that is not there yet. The newest value of each property comes first.
     ///
     /// # Errors
     /// Why it can't.
-    fn start(&self, agent: &Composer, file: &Path, what: &RecordSelection) -> Result<(), RecordingRefusal>;
+    fn start(
+        &self,
+        agent: &dyn RecordedAgent,
+        file: &Path,
+        what: &RecordSelection,
+    ) -> Result<(), RecordingRefusal>;
 
     /// Ends a recording: that into a file, or else the only one.
     ///
     /// # Errors
     /// Why it can't, or why the file has not all.
-    fn stop(&self, agent: &Composer, file: Option<&Path>) -> Result<RecordingEntry, RecordingRefusal>;
+    fn stop(
+        &self,
+        agent: &dyn RecordedAgent,
+        file: Option<&Path>,
+    ) -> Result<RecordingEntry, RecordingRefusal>;
 
     /// What is recorded, and how that goes.
     fn status(&self) -> RecordingStatus;
@@ -50,7 +87,7 @@ pub trait RecordingControl: Send + Sync {
     ///
     /// # Errors
     /// Why it can't.
-    fn save(&self, agent: &Composer, file: &Path) -> Result<SavedFlight, RecordingRefusal>;
+    fn save(&self, agent: &dyn RecordedAgent, file: &Path) -> Result<SavedFlight, RecordingRefusal>;
 
     /// The values of a property among those of the last seconds, which are always in memory.
     ///
@@ -237,17 +274,4 @@ pub enum Change {
         /// What, in words.
         what: String,
     },
-}
-
-/// The configuration that a recorded agent had, to load one like it: `text` is what
-/// [`Composer::configuration_text`](crate::Composer::configuration_text) gave. `sets` are settings of the command line that go over it.
-///
-/// # Errors
-/// When it is none any more, or a setting is wrong.
-pub fn configuration(name: &str, text: &str, sets: Vec<String>) -> Result<Database, Report> {
-    // Whatever stands at the top was meant for somebody.
-    let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
-    let extra_tables = document.iter().map(|(name, _)| name.to_owned()).collect();
-    let options = Options { sets, extra_tables, ..Options::default() };
-    Database::from_text(name, text, options)
 }

@@ -2,7 +2,7 @@
 //! there.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use slate_blackboard::interface::{AccessError, Descriptor, Value, View, find};
@@ -10,7 +10,6 @@ use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Stamp};
 use slate_module::Level;
 
-use crate::agent::{Readers, WeakComposer};
 use crate::clock::{Clock, monotonic};
 use crate::configuration::{ShareSecurity, SharedKnowledge};
 pub use slate_composition::RemotePath;
@@ -315,10 +314,22 @@ impl std::fmt::Debug for Site {
     }
 }
 
+/// The threads that wait for values of other agents.
+pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
+
+/// An agent, as far as what shares for it has something to tell it.
+pub(crate) trait SharingAgent: Send + Sync {
+    /// How something that is wanted of another agent stands from now on.
+    fn remote_stands(&self, path: &RemotePath, standing: Standing);
+
+    /// Logs a line.
+    fn log(&self, level: Level, text: &str);
+}
+
 /// The agent, for whoever shares for it.
 #[derive(Clone)]
 pub struct SharingHost {
-    composer: WeakComposer,
+    agent: Arc<dyn SharingAgent>,
     after_tick: Arc<OnceLock<AfterTick>>,
     readers: Readers,
 }
@@ -331,11 +342,11 @@ impl std::fmt::Debug for SharingHost {
 
 impl SharingHost {
     pub(crate) fn new(
-        composer: WeakComposer,
+        agent: Arc<dyn SharingAgent>,
         after_tick: Arc<OnceLock<AfterTick>>,
         readers: Readers,
     ) -> Self {
-        Self { composer, after_tick, readers }
+        Self { agent, after_tick, readers }
     }
 
     /// Sets what is called when the agent has written values. The first one stays.
@@ -346,9 +357,7 @@ impl SharingHost {
     /// Says how something that is wanted stands; modules are linked to it, or wait for it. This waits for the main loop,
     /// so it is for a thread that nobody waits for.
     pub fn report(&self, path: &RemotePath, standing: Standing) {
-        if let Some(composer) = self.composer.upgrade() {
-            composer.remote_stands(path, standing);
-        }
+        self.agent.remote_stands(path, standing);
     }
 
     /// Values came: wakes the modules with threads that read some of another agent.
@@ -359,9 +368,7 @@ impl SharingHost {
 
     /// Logs a line.
     pub fn log(&self, level: Level, text: &str) {
-        if let Some(composer) = self.composer.upgrade() {
-            composer.log(level, text);
-        }
+        self.agent.log(level, text);
     }
 }
 

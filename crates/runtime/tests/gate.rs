@@ -1,10 +1,20 @@
 //! What an actuator gets.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::disallowed_methods,
+    reason = "a test that fails panics, and wall-clock time is what some are about"
+)]
 
 use crate::common;
 
-use common::{complaint, lockstep, number};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use common::{complaint, load, lockstep, number};
 use slate_blackboard::interface::Value;
-use slate_runtime::{ControlsError, Teleoperation};
+use slate_runtime::{Control, ControlsError, Options, Teleoperation};
 
 const DRIVE: &str = r#"
 [modules.counter]
@@ -159,4 +169,93 @@ fn a_stop_holds_against_a_person_too() {
     assert!(agent.arm());
     agent.step();
     assert_eq!(number(&agent, "wheel/command/value"), 3.0);
+}
+
+#[test]
+fn actuator_command_is_written_once_a_cycle() {
+    let mut agent = lockstep(DRIVE);
+    agent.step();
+    let sequence =
+        |agent: &slate_runtime::Agent| agent.board().read("wheel/command").unwrap().unwrap().1.sequence;
+    let before = sequence(&agent);
+    for _ in 0..10 {
+        agent.step();
+    }
+    assert_eq!(sequence(&agent) - before, 10);
+}
+
+/// A loop that hangs for 600 ms before the driver's step of a cycle, and for 400 ms after it.
+const HANGING: &str = r#"
+loop = { period = "5ms", hang = "3s" }
+[modules.counter]
+params = { hang_at = 40, hang_ms = 600 }
+[modules.driver]
+[modules.tail]
+plugin = "counter"
+stage = "PostLoop"
+params = { hang_at = 40, hang_ms = 400 }
+[links]
+"driver/input" = "counter/number"
+[actuators.wheel]
+command = "driver/wheel"
+time_to_live = "100ms"
+"#;
+
+/// What another thread sees of the wheel's command, each with its time in milliseconds, until it was above 45.
+fn seen_from_outside(mut meanwhile: impl FnMut(&slate_runtime::Composer, f64)) -> Vec<(u64, f64)> {
+    let options = Options { armed: true, ..Options::default() };
+    let mut agent = load(HANGING, &[], options).unwrap();
+    let (composer, stopper) = (agent.composer(), agent.stopper());
+    let board = Arc::clone(agent.board());
+    let running = std::thread::spawn(move || agent.run(Box::new(|_| Control::Continue)));
+    let (begin, mut seen) = (Instant::now(), Vec::new());
+    while begin.elapsed() < Duration::from_secs(20) {
+        let value = board.read("wheel/command/value").unwrap().and_then(|(value, _)| value.as_f64());
+        let value = value.unwrap_or(0.0);
+        seen.push((begin.elapsed().as_millis() as u64, value));
+        meanwhile(&composer, value);
+        if value > 45.0 {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    stopper.stop();
+    running.join().unwrap().unwrap();
+    seen
+}
+
+#[test]
+fn time_to_live_holds_while_a_module_hangs_the_loop() {
+    let seen = seen_from_outside(|_, _| {});
+    let last = seen.iter().rposition(|(_, value)| *value == 39.0).expect("it drove until the hang");
+    let renewed = seen.iter().position(|(_, value)| *value == 39.0).unwrap();
+    // The gate's 100 ms, and what a busy machine may add.
+    let held = seen[last].0 - seen[renewed].0;
+    assert!(held < 500, "the command was seen for {held} ms");
+    let back = seen.iter().position(|(_, value)| *value > 40.0).expect("it drives again");
+    assert!(seen[back].0 - seen[last].0 > 600, "{:?}", &seen[last..=back]);
+    // Also when the driver's step, which belongs to the time before the hang, came late.
+    assert!(seen[last + 1..back].iter().all(|(_, value)| *value == 0.0), "{:?}", &seen[last..=back]);
+}
+
+#[test]
+fn controls_given_back_end_while_the_loop_hangs() {
+    let mut controls = None;
+    let mut let_go = None;
+    let begin = Instant::now();
+    let seen = seen_from_outside(|composer, _| {
+        // The loop hangs in its fortieth cycle.
+        let cycles = composer.cycles();
+        if (1..40).contains(&cycles) {
+            let controls = controls.get_or_insert_with(|| composer.take_controls("wheel", "a test").unwrap());
+            controls.command(&speed(-4.0)).unwrap();
+        } else if let Some(mut controls) = controls.take() {
+            controls.release();
+            let_go = Some(begin.elapsed().as_millis() as u64);
+        }
+    });
+    let last = seen.iter().filter(|(_, value)| *value == -4.0).map(|(at, _)| *at).max().unwrap();
+    // The gate's 100 ms, and what a busy machine may add.
+    let turned = last.saturating_sub(let_go.unwrap());
+    assert!(turned < 400, "the wheel turned for {turned} ms more");
 }

@@ -146,6 +146,24 @@ impl Gate {
         if limited { Verdict::Limited } else { Verdict::Passed }
     }
 
+    /// Drops a command that comes later than its time to live after it was made: its commander loses the actuator, if it
+    /// has it.
+    pub fn drop_late(&mut self, commander: u32, now: u64) {
+        self.withdraw(commander, now);
+        self.expired = self.expired.saturating_add(1);
+    }
+
+    /// How long a command holds unless it is renewed, nanoseconds.
+    pub fn time_to_live(&self) -> u64 {
+        self.configuration.time_to_live
+    }
+
+    /// The host's time at which the command ends unless it is renewed; nothing while the actuator gets its safe one.
+    pub fn expires(&self) -> Option<u64> {
+        let lease = self.lease.as_ref().filter(|lease| lease.commanding)?;
+        Some(lease.renewed.saturating_add(self.configuration.time_to_live))
+    }
+
     /// Ends a commander's lease: the actuator gets its safe command until the next offer.
     pub fn withdraw(&mut self, commander: u32, now: u64) {
         self.settle(now);

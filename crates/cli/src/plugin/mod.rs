@@ -29,6 +29,11 @@ pub enum PluginVerb {
         #[arg(long)]
         json: bool,
     },
+    /// Seals a plugin's library with a checksum, for its way to a robot: no agent opens it when a byte of it has changed.
+    Seal {
+        /// The library.
+        file: PathBuf,
+    },
     /// Lists the plugins of a running agent.
     List {
         /// Prints the list as JSON.
@@ -91,6 +96,11 @@ pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
             new::tell(name, Template::Plugin);
         }
         PluginVerb::Info { file, json } => info::info(file, *json)?,
+        PluginVerb::Seal { file } => {
+            let is_new = slate::runtime::plugin::seal(file)?;
+            let what = if is_new { "is sealed" } else { "was sealed already, and is as it was then" };
+            output::line(format_args!("{} {what}", slate::runtime::printable(file)));
+        }
         PluginVerb::List { json, agent } => list(agent, *json)?,
         PluginVerb::Load { plugin, agent } => load(agent, plugin)?,
         PluginVerb::Unload { name, agent } => {

@@ -530,3 +530,14 @@ fn the_commands_of_the_book_do_what_it_says() {
         done(&folder, &words);
     }
 }
+
+#[test]
+fn message_that_is_too_long_is_told_and_not_read() {
+    let folder = folder("bag-long");
+    write(&folder, "long.mcap", &recording::with_a_long_message(33 << 20));
+    let said = fails(&folder, 1, &["cat", "long.mcap"], &["33554432 are the most"]);
+    assert!(said.len() < 10_000, "{}", said.len());
+    let output = slate(&folder, &["bag", "cat", "long.mcap"]);
+    let lines = text(&output.stdout);
+    assert!(lines.contains("\"short\"") && lines.len() < 10_000, "what is short is shown: {}", lines.len());
+}

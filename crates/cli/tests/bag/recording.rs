@@ -75,3 +75,13 @@ pub fn unreadable() -> Vec<u8> {
     writer.message(1, 0, 2_500_000_000, 0, &[0, 1, 0, 0]).unwrap();
     writer.finish().unwrap()
 }
+
+/// A recording with a message of so many bytes, of which the file has few, and a short one behind it.
+pub fn with_a_long_message(length: usize) -> Vec<u8> {
+    let mut writer = Writer::new(Vec::new(), "test", &Header::default(), Compression::Lz4).unwrap();
+    let (topic, message_encoding, metadata) = ("/text".into(), "json".into(), BTreeMap::new());
+    writer.channel(&Channel { id: 0, schema_id: 0, topic, message_encoding, metadata }).unwrap();
+    writer.message(0, 0, 1, 1, format!("\"{}\"", "a".repeat(length)).as_bytes()).unwrap();
+    writer.message(0, 1, 2, 2, b"\"short\"").unwrap();
+    writer.finish().unwrap()
+}

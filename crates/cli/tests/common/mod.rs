@@ -88,6 +88,12 @@ impl Running {
         &self.sockets
     }
 
+    /// Lets sockets be somewhere else from now on.
+    pub fn use_sockets(&mut self, folder: &Path) {
+        let _ = std::fs::remove_dir_all(&self.sockets);
+        self.sockets = folder.into();
+    }
+
     /// Starts a run, and waits until its tools reach it.
     pub fn start(&mut self, agent: &str, arguments: &[&str]) {
         self.launch(agent, self.command(arguments));

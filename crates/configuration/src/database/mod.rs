@@ -135,11 +135,39 @@ impl Database {
         Self::new(Main::Text { name: name.into(), text: text.into() }, options)
     }
 
+    /// As [`from_text`](Self::from_text), with a session of those changes, but for those that are at paths of `over` or below.
+    pub(super) fn with_changes(
+        name: &str,
+        text: &str,
+        options: Options,
+        (changes, over): (&[String], &[Vec<String>]),
+    ) -> Result<Self, Report> {
+        let main = Main::Text { name: name.into(), text: text.into() };
+        let mut session = Session::default();
+        for table in changes.iter().filter_map(|change| super::set::flat(change)) {
+            session.add(&table);
+        }
+        session.0.retain(|change| !over.iter().any(|path| change.path.starts_with(path)));
+        let texts = session.texts();
+        let written: Vec<_> = texts.iter().map(|text| Written { text, equals: None }).collect();
+        let request = Request { changes: &written, ..Request::new(&main, &options) };
+        let Read { result, files, .. } = read(&request, Files::default());
+        Ok(Self::beginning(main, options, (result?, session, files)))
+    }
+
     fn new(main: Main, options: Options) -> Result<Self, Report> {
         let Read { result, files, .. } = read_all(&main, &options);
+        Ok(Self::beginning(main, options, (result?, Session::default(), files)))
+    }
+
+    fn beginning(
+        main: Main,
+        options: Options,
+        (configuration, session, files): (Configuration, Session, Files),
+    ) -> Self {
         let state = State {
-            configuration: Arc::new(result?),
-            session: Session::default(),
+            configuration: Arc::new(configuration),
+            session,
             files,
             waiting: Vec::new(),
             covered: Vec::new(),
@@ -154,7 +182,7 @@ impl Database {
             patience: Mutex::default(),
             handlers: Handlers::default(),
         };
-        Ok(Self { shared: Arc::new(shared) })
+        Self { shared: Arc::new(shared) }
     }
 
     /// The configuration that holds.

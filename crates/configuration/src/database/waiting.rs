@@ -32,19 +32,22 @@ impl Database {
 }
 
 impl Layers {
-    /// Puts back what files say otherwise and only the next start can have.
-    pub(in super::super) fn hold(&mut self, waiting: &[Change]) {
+    /// Puts back what files say otherwise and only the next start can have, here and in what the files say.
+    pub(in super::super) fn hold(&mut self, waiting: &[Change], mut of_files: Table) -> Table {
         for Change { path, before, names, known, .. } in waiting {
             let Some(value) = before else {
                 take_out(&mut self.merged, names, *known);
+                take_out(&mut of_files, names, *known);
                 continue;
             };
             let text = format!("{path}={value}");
             let id = self.setting(SourceKind::Waiting, &text);
             if let Some(table) = parse_set(&text, Some(path.len()), id, &mut self.problems) {
-                self.merged.merge(table);
+                self.merged.merge(table.clone());
+                of_files.merge(table);
             }
         }
+        of_files
     }
 }
 

@@ -114,9 +114,15 @@ async fn answer(
         false => Arc::clone(&hall.work).acquire_owned().await.ok(),
     };
     let context = Arc::clone(&hall.context);
-    let worked = tokio::task::spawn_blocking(move || (operation.handler)(&context, &ask)).await;
-    let broken = |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log");
-    let answer = worked.map_err(broken)?;
+    let answer = if is_stop {
+        // Here, as there may be no thread left.
+        (operation.handler)(&context, &ask)
+    } else {
+        let worked = tokio::task::spawn_blocking(move || (operation.handler)(&context, &ask)).await;
+        let broken =
+            |_| Problem::new(StatusCode::INTERNAL_SERVER_ERROR, "the request has failed", "see the log");
+        worked.map_err(broken)?
+    };
     // Who drives says so many times a second, and who has the controls is in the log.
     if operation.method != "GET" && operation.name != DRIVE {
         let done = match &answer {
@@ -124,7 +130,14 @@ async fn answer(
             Err(problem) => format!("is refused with {}", problem.status.as_u16()),
         };
         let path = slate_runtime::printable_text(path);
-        hall.context.log(Level::Info, &format!("{who}: {} {path} {done}", operation.method));
+        let text = format!("{who}: {} {path} {done}", operation.method);
+        // A slider that is dragged asks for the same many times a second.
+        let level = if hall.repeats.is_new(&format!("{role} {} {path} {done}", operation.method)) {
+            Level::Info
+        } else {
+            Level::Debug
+        };
+        hall.context.log(level, &text);
     }
     Ok(whole(answer?))
 }

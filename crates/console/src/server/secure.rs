@@ -5,6 +5,7 @@ use std::path::Path;
 use tokio::net::TcpStream;
 
 use super::StartError;
+use crate::token::check_secret;
 
 #[cfg(feature = "tls")]
 mod with {
@@ -100,6 +101,7 @@ pub(super) struct Tls(with::Acceptor);
 
 impl Tls {
     pub fn load(certificate: &Path, key: &Path) -> Result<Self, StartError> {
+        check_secret(key).map_err(|reason| StartError::File { path: key.into(), reason })?;
         let acceptor = with::Acceptor::load(certificate, key).map_err(|(of_certificate, reason)| {
             let path = if of_certificate { certificate } else { key };
             StartError::File { path: path.into(), reason }

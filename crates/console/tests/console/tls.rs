@@ -3,7 +3,7 @@
 use std::io::{BufReader, Write};
 use std::net::TcpStream;
 use std::os::unix::fs::PermissionsExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use rustls::pki_types::{CertificateDer, ServerName};
@@ -20,6 +20,12 @@ fn folder(name: &str) -> PathBuf {
     path
 }
 
+/// Writes a file that only its owner may read.
+fn write_secret(file: &Path, content: &str) {
+    std::fs::write(file, content).unwrap();
+    std::fs::set_permissions(file, std::fs::Permissions::from_mode(0o600)).unwrap();
+}
+
 #[test]
 fn with_a_certificate_it_speaks_tls_and_nothing_else() {
     let folder = folder("console-tls");
@@ -27,10 +33,9 @@ fn with_a_certificate_it_speaks_tls_and_nothing_else() {
     let (certificate, key, token) =
         (folder.join("c.pem"), folder.join("k.pem"), folder.join("operator.token"));
     std::fs::write(&certificate, made.cert.pem()).unwrap();
-    std::fs::write(&key, made.signing_key.serialize_pem()).unwrap();
+    write_secret(&key, &made.signing_key.serialize_pem());
     let secret = "0123456789abcdef0123456789abcdef";
-    std::fs::write(&token, secret).unwrap();
-    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
+    write_secret(&token, secret);
     let text = format!(
         "{CONFIGURATION}\n[console]\nport = 0\naddresses = [\"127.0.0.1\"]\ncertificate = {certificate:?}\nkey = {key:?}\n\
          tokens.operator = {token:?}"
@@ -58,8 +63,7 @@ fn with_a_certificate_it_speaks_tls_and_nothing_else() {
 fn the_link_has_a_name_that_the_certificate_holds_and_requests_may_have_it() {
     let folder = folder("console-tls-names");
     let token = folder.join("viewer.token");
-    std::fs::write(&token, "0123456789abcdef0123456789abcdef").unwrap();
-    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
+    write_secret(&token, "0123456789abcdef0123456789abcdef");
     for (number, (held, said, wanted)) in [
         (&["robot.local"][..], "", "robot.local"),
         (&["robot.local", "127.0.0.1"], "", "127.0.0.1"),
@@ -77,7 +81,7 @@ fn the_link_has_a_name_that_the_certificate_holds_and_requests_may_have_it() {
         let made = rcgen::generate_simple_self_signed(held.clone()).unwrap();
         let (certificate, key) = (folder.join("c.pem"), folder.join("k.pem"));
         std::fs::write(&certificate, made.cert.pem()).unwrap();
-        std::fs::write(&key, made.signing_key.serialize_pem()).unwrap();
+        write_secret(&key, &made.signing_key.serialize_pem());
         let text = format!(
             "{CONFIGURATION}\n[console]\nport = 0\naddresses = [\"127.0.0.1\"]\n{said}\ncertificate = {certificate:?}\n\
              key = {key:?}\ntokens.viewer = {token:?}"
@@ -113,24 +117,50 @@ fn the_link_has_a_name_that_the_certificate_holds_and_requests_may_have_it() {
     }
 }
 
+/// Why no console begins with those settings.
+fn refusal(settings: &str) -> String {
+    let options =
+        slate_runtime::configuration::Options { extra_tables: vec!["console".into()], ..Default::default() };
+    let text = format!("[console]\nport = 0\n{settings}");
+    let database = slate_runtime::configuration::Database::from_text("a.toml", &text, options).unwrap();
+    let agent = slate_runtime::Agent::load_with(&database, &[], slate_runtime::Options::default()).unwrap();
+    let settings = slate_console::Settings::of(&agent.configuration()).unwrap();
+    slate_console::Console::start(&agent, &settings, Vec::new()).unwrap_err().to_string()
+}
+
+const SECRET: &str = "0123456789abcdef0123456789abcdef";
+
 #[test]
 fn a_secret_that_others_can_read_or_guess_is_none() {
-    let folder = folder("console-secrets");
-    let token = folder.join("viewer.token");
-    let refusal = |content: &str, mode: u32| {
-        std::fs::write(&token, content).unwrap();
-        std::fs::set_permissions(&token, std::fs::Permissions::from_mode(mode)).unwrap();
-        let options = slate_runtime::configuration::Options {
-            extra_tables: vec!["console".into()],
-            ..Default::default()
-        };
-        let text = format!("[console]\nport = 0\ntokens.viewer = {token:?}");
-        let database = slate_runtime::configuration::Database::from_text("a.toml", &text, options).unwrap();
-        let agent =
-            slate_runtime::Agent::load_with(&database, &[], slate_runtime::Options::default()).unwrap();
-        let settings = slate_console::Settings::of(&agent.configuration()).unwrap();
-        slate_console::Console::start(&agent, &settings, Vec::new()).unwrap_err().to_string()
-    };
-    assert!(refusal("0123456789abcdef0123456789abcdef", 0o644).contains("chmod 600"));
-    assert!(refusal("secret", 0o600).contains("openssl rand"));
+    let token = folder("console-secrets").join("viewer.token");
+    let settings = format!("tokens.viewer = {token:?}");
+    write_secret(&token, SECRET);
+    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o644)).unwrap();
+    assert!(refusal(&settings).contains("chmod 600"));
+    write_secret(&token, "secret");
+    assert!(refusal(&settings).contains("openssl rand"));
+}
+
+#[test]
+fn key_that_others_can_read_is_refused() {
+    let folder = folder("console-key");
+    let made = rcgen::generate_simple_self_signed(vec!["localhost".into()]).unwrap();
+    let (certificate, key) = (folder.join("c.pem"), folder.join("k.pem"));
+    std::fs::write(&certificate, made.cert.pem()).unwrap();
+    write_secret(&key, &made.signing_key.serialize_pem());
+    std::fs::set_permissions(&key, std::fs::Permissions::from_mode(0o644)).unwrap();
+    let said = refusal(&format!("certificate = {certificate:?}\nkey = {key:?}"));
+    assert!(said.contains("k.pem") && said.contains("mode 644"), "{said}");
+}
+
+#[test]
+fn one_token_for_two_roles_is_refused() {
+    let folder = folder("console-one-token");
+    let [one, other] = ["one.token", "other.token"].map(|name| folder.join(name));
+    write_secret(&one, SECRET);
+    write_secret(&other, &format!("{SECRET}\n"));
+    for operator in [&one, &other] {
+        let said = refusal(&format!("tokens = {{ viewer = {one:?}, operator = {operator:?} }}"));
+        assert!(said.contains("the same token as that of a viewer"), "{said}");
+    }
 }

@@ -1,6 +1,8 @@
 use std::fs::File;
+use std::net::Shutdown;
 use std::os::unix::fs::FileExt;
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::os::unix::net::UnixStream;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use slate_module::{Text, interface};
 
@@ -29,6 +31,8 @@ struct Inner {
     /// Where the system says how much memory it uses.
     sizes: Option<File>,
     last_end: String,
+    /// The host's end of the connection to it.
+    stream: Option<Arc<UnixStream>>,
 }
 
 impl Account {
@@ -36,10 +40,11 @@ impl Account {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// A process has begun.
-    pub fn began(&self, id: u32) {
+    /// A process has begun, with this connection to it.
+    pub fn began(&self, id: u32, stream: Arc<UnixStream>) {
         let mut inner = self.locked();
         inner.id = id;
+        inner.stream = Some(stream);
         // Without it, its memory is shown as nothing.
         inner.sizes = File::open(format!("/proc/{id}/statm")).ok();
     }
@@ -50,9 +55,18 @@ impl Account {
         if inner.id == id {
             inner.id = 0;
             inner.sizes = None;
+            inner.stream = None;
         }
         if let Some(fault) = fault {
             fault.clone_into(&mut inner.last_end);
+        }
+    }
+
+    /// Ends the connection to it: a call that waits for it returns, and the process is ended.
+    pub fn disconnect(&self) {
+        if let Some(stream) = &self.locked().stream {
+            // It fails when the process has just ended.
+            let _ = stream.shutdown(Shutdown::Both);
         }
     }
 

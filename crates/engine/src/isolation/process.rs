@@ -5,6 +5,7 @@ use std::os::unix::net::UnixStream;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Child, ExitStatus};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
@@ -32,7 +33,7 @@ pub(super) type Log<'a> = &'a mut dyn FnMut(i32, &[u8]);
 #[derive(Debug)]
 pub(super) struct Process {
     child: Child,
-    stream: UnixStream,
+    stream: Arc<UnixStream>,
     /// What the stream waits for at most.
     timeout: Duration,
     /// What came with the last answer.
@@ -57,6 +58,7 @@ impl Process {
     pub fn launch(program: Option<&Path>) -> Result<Self, Refusal> {
         let (child, stream) =
             launch(program).map_err(|error| Refusal(format!("its process can't be started: {error}")))?;
+        let stream = Arc::new(stream);
         Ok(Self { child, stream, timeout: Duration::ZERO, body: Vec::new(), end: None })
     }
 
@@ -89,6 +91,11 @@ impl Process {
         }
         sendmsg(&self.stream, &[IoSlice::new(&[0])], &mut control, SendFlags::NOSIGNAL)?;
         Ok(())
+    }
+
+    /// The connection to it.
+    pub fn stream(&self) -> Arc<UnixStream> {
+        Arc::clone(&self.stream)
     }
 
     /// The system's number of it.

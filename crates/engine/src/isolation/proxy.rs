@@ -104,7 +104,7 @@ impl Proxy {
         let mirror = Mirror::new(mapped, &isolation.ports, isolation.params_size)
             .map_err(|_| Refusal("its shared memory is spent".into()))?;
         let mut proxy = Self { process, mirror, isolation: Arc::clone(isolation), noted: false };
-        isolation.account.began(proxy.process.id());
+        isolation.account.began(proxy.process.id(), proxy.process.stream());
         let asked = Asked::new(kind.name(), setup, params, proxy.mirror.frame_address());
         let made = proxy.process.ask(Topic::Create, &encode(&asked)?, STARTING).map(drop);
         match made {

@@ -53,7 +53,7 @@ impl Shared {
         let gates = actuators.iter().cloned().collect();
         let result = self.rebuild(&planning, Some(actuators), work);
         match result {
-            Some(Ok(_)) => *self.gates.lock().unwrap_or_else(PoisonError::into_inner) = gates,
+            Some(Ok(_)) => *self.members.gates.lock().unwrap_or_else(PoisonError::into_inner) = gates,
             _ => {
                 let mut parts = self.parts();
                 (parts.levels, parts.threaded) = before;
@@ -73,7 +73,7 @@ impl Shared {
 
     /// Who has it makes plans, and nobody else does.
     pub(super) fn planning(&self) -> MutexGuard<'_, ()> {
-        self.planning.lock().unwrap_or_else(PoisonError::into_inner)
+        self.members.planning.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Makes the plans anew and exchanges them between two cycles, after `work`.
@@ -120,7 +120,7 @@ impl Shared {
         let plans = [Some(&program), module.as_ref().map(|(_, plan)| plan)].into_iter().flatten();
         let timeouts = plans.flat_map(|plan| &plan.stages).map(|stage| stage.timeout);
         let shortest = timeouts.filter(|timeout| *timeout > 0).min();
-        self.shortest_timeout.store(shortest.unwrap_or(u64::MAX), Ordering::Relaxed);
+        self.timeouts.shortest_timeout.store(shortest.unwrap_or(u64::MAX), Ordering::Relaxed);
         for gauge in before.values().chain(parts.gauges.values()) {
             let is_there = parts.stages().stages().iter().any(|stage| *stage.name == *gauge.name);
             if is_there { gauge.show(&self.board) } else { gauge.hide(&self.board) }
@@ -132,7 +132,7 @@ impl Shared {
     /// Lets the watchdog watch the modules that are there.
     fn watch(&self, parts: &Parts) -> Arc<[Watch]> {
         let watched: Arc<[Watch]> = parts.watched().map(|(seat, stage)| Watch { seat, stage }).collect();
-        *self.watched.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&watched);
+        *self.members.watched.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&watched);
         // After they can be seen, so that a trace which begins now finds them there or here.
         self.tracing.add_tracks(&watched);
         watched
@@ -160,7 +160,7 @@ impl Shared {
         let actuators = actuators.map(|actuators| std::mem::replace(&mut core.actuators, actuators));
         // A run that was ended by a step that did not return has left in the middle of its cycle.
         core.position = Position::default();
-        self.deadline.store(0, Ordering::Release);
+        self.timeouts.deadline.store(0, Ordering::Release);
         let takeover = core.takeover.take_if(|guest| guest.has_left(&watched));
         let takeover = takeover.and_then(|guest| core.let_go(guest));
         let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));

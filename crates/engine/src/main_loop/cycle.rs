@@ -188,7 +188,7 @@ fn time_of_next(shared: &Shared, last: Option<u64>) -> Option<u64> {
     match ask::<TimeRole, _>(shared, |source| source.next(last, planned)) {
         Asked::Answer(time) => match last {
             Some(last) if time < last => {
-                shared.gauges.refused_times.fetch_add(1, Ordering::Relaxed);
+                shared.measures.gauges.refused_times.fetch_add(1, Ordering::Relaxed);
                 Some(last)
             }
             _ => Some(time),
@@ -202,13 +202,13 @@ fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
     let beginning = core.pace.wait(shared, time);
     // In lockstep only the pace suffers, and nothing that a module sees.
     if beginning.late > 0 && !shared.lockstep {
-        shared.gauges.overruns.fetch_add(1, Ordering::Relaxed);
+        shared.measures.gauges.overruns.fetch_add(1, Ordering::Relaxed);
         core.report_overrun(shared, beginning.late);
     }
     shared.clock.set(time);
     core.time = Some(time);
     core.cycle += 1;
-    shared.gauges.cycles.store(core.cycle, Ordering::Relaxed);
+    shared.measures.gauges.cycles.store(core.cycle, Ordering::Relaxed);
     shared.settle(core);
     let nominal = if shared.clock.is_driven() { time } else { shared.clock.at(beginning.nominal) };
     core.position = Position { inside: true, nominal, ..Position::default() };
@@ -216,7 +216,7 @@ fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
         // SAFETY: the seat is idle, and those of the plan belong to who has the token.
         unsafe { seat.runner() }.pin_early();
     }
-    if let Some(start) = shared.cycle_start.as_ref().filter(|start| start.is_wanted()) {
+    if let Some(start) = shared.measures.cycle_start.as_ref().filter(|start| start.is_wanted()) {
         start.emit();
     }
 }
@@ -299,7 +299,7 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
     position.deadline = 0;
     if stage.timeout > 0 && !shared.lockstep {
         position.deadline = turn.mark() + stage.timeout;
-        shared.deadline.store(position.deadline, Ordering::Release);
+        shared.timeouts.deadline.store(position.deadline, Ordering::Release);
     }
     if shared.synchronization.is_wanted()
         && let Some(start) = stage.gauge.start.as_ref().filter(|start| start.is_wanted())
@@ -314,7 +314,7 @@ fn end_stage(shared: &Shared, core: &mut Core, turn: &mut Turn) {
     let Some(stage) = position.stage.and_then(|stage| plan.stages.get(stage)) else { return };
     if position.deadline != 0 {
         position.deadline = 0;
-        shared.deadline.store(0, Ordering::Release);
+        shared.timeouts.deadline.store(0, Ordering::Release);
     }
     if position.stage_began != 0 && !stage.is_empty() {
         let duration = turn.mark().saturating_sub(position.stage_began);
@@ -416,7 +416,7 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
         actuator.expire(turn.now, core.digest.as_mut());
     }
     shared.wrote();
-    if let Some(end) = shared.cycle_end.as_ref().filter(|end| end.is_wanted()) {
+    if let Some(end) = shared.measures.cycle_end.as_ref().filter(|end| end.is_wanted()) {
         end.emit();
     }
     let control = core.observer.as_mut().map_or(Control::Continue, |observer| {
@@ -424,8 +424,8 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     });
     if turn.timed && core.position.began != 0 {
         let duration = monotonic().saturating_sub(core.position.began);
-        shared.gauges.last.store(duration, Ordering::Relaxed);
-        shared.gauges.histogram.record(duration, turn.stands_for_cycles(shared));
+        shared.measures.gauges.last.store(duration, Ordering::Relaxed);
+        shared.measures.gauges.histogram.record(duration, turn.stands_for_cycles(shared));
         if turn.traced
             && let Some(label) = shared.tracing.cycle
         {
@@ -442,7 +442,7 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     if shared.lockstep {
         shared.follow_here();
     }
-    if let Some(look) = shared.after_cycle.get()
+    if let Some(look) = shared.hooks.after_cycle.get()
         && look(shared, turn.now) == Flow::Lost
     {
         return Flow::Lost;

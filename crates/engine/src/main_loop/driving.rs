@@ -60,7 +60,7 @@ pub fn drive(shared: &Shared) {
 
 impl Shared {
     fn ending(&self) -> MutexGuard<'_, Ending> {
-        self.ending.lock().unwrap_or_else(PoisonError::into_inner)
+        self.run.ending.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Before a run.
@@ -72,12 +72,12 @@ impl Shared {
         let runs = ending.runs + 1;
         let end = ending.stopped_before.then_some(End::Stopped);
         *ending = Ending { runs, end, spares: ending.spares, ..Ending::default() };
-        self.running.store(if ending.end.is_none() { runs } else { 0 }, Ordering::Release);
+        self.run.running.store(if ending.end.is_none() { runs } else { 0 }, Ordering::Release);
     }
 
     /// The number of the run that goes on.
     pub fn run(&self) -> u64 {
-        self.running.load(Ordering::Acquire)
+        self.run.running.load(Ordering::Acquire)
     }
 
     /// Whether that run goes on.
@@ -93,10 +93,10 @@ impl Shared {
     /// Ends the run, unless it has ended already.
     pub fn finish(&self, end: End) {
         let mut ending = self.ending();
-        if self.running.swap(0, Ordering::AcqRel) != 0 {
+        if self.run.running.swap(0, Ordering::AcqRel) != 0 {
             ending.end = Some(end);
         }
-        self.changed.notify_all();
+        self.run.changed.notify_all();
     }
 
     /// Ends the run, or the first one when it begins: whoever stops an agent that has just been made means that one.
@@ -111,12 +111,12 @@ impl Shared {
     pub fn put_token_down(&self) {
         self.ending().token_down = true;
         self.token.give_back();
-        self.changed.notify_all();
+        self.run.changed.notify_all();
     }
 
     /// Waits until the run has ended and the core is free.
     pub fn wait(&self) -> End {
-        let waited = self.changed.wait_while(self.ending(), |ending| !ending.token_down);
+        let waited = self.run.changed.wait_while(self.ending(), |ending| !ending.token_down);
         waited.unwrap_or_else(PoisonError::into_inner).end.take().unwrap_or(End::Stopped)
     }
 
@@ -124,7 +124,7 @@ impl Shared {
     pub fn sleep(&self, duration: Duration) {
         if self.is_running() {
             // An error says that a thread panicked while it had the lock, which is no reason to sleep.
-            let _ = self.changed.wait_timeout_while(self.ending(), duration, |_| self.is_running());
+            let _ = self.run.changed.wait_timeout_while(self.ending(), duration, |_| self.is_running());
         } else {
             std::thread::sleep(duration);
         }
@@ -132,7 +132,7 @@ impl Shared {
 
     /// Sleeps; true when the run is over before that.
     pub fn is_over_within(&self, duration: Duration) -> bool {
-        let waited = self.changed.wait_timeout_while(self.ending(), duration, |ending| !ending.over);
+        let waited = self.run.changed.wait_timeout_while(self.ending(), duration, |ending| !ending.over);
         waited.unwrap_or_else(PoisonError::into_inner).0.over
     }
 
@@ -140,7 +140,7 @@ impl Shared {
     pub fn close(&self) -> Option<Box<dyn Any + Send>> {
         let mut ending = self.ending();
         ending.over = true;
-        self.changed.notify_all();
+        self.run.changed.notify_all();
         ending.panic.take()
     }
 
@@ -150,7 +150,7 @@ impl Shared {
         if self.is_running() {
             if ending.spares > ending.tokens {
                 ending.tokens += 1;
-                self.changed.notify_all();
+                self.run.changed.notify_all();
                 return;
             }
             drop(ending);
@@ -174,7 +174,7 @@ impl Shared {
         }
         ending.spares += 1;
         let waits = |ending: &mut Ending| ending.tokens == 0 && self.is_running();
-        let mut ending = self.changed.wait_while(ending, waits).unwrap_or_else(PoisonError::into_inner);
+        let mut ending = self.run.changed.wait_while(ending, waits).unwrap_or_else(PoisonError::into_inner);
         ending.spares -= 1;
         // A token that was given must be taken also when the run ends at that moment.
         let has_token = ending.tokens > 0;

@@ -35,8 +35,8 @@ impl Shared {
             cycle: core.cycle,
             time: core.time,
             digest: core.digest.clone(),
-            overruns: self.gauges.overruns.load(Ordering::Relaxed),
-            refused_times: self.gauges.refused_times.load(Ordering::Relaxed),
+            overruns: self.measures.gauges.overruns.load(Ordering::Relaxed),
+            refused_times: self.measures.gauges.refused_times.load(Ordering::Relaxed),
             time_source: own.map_or(Vec::new(), |guest| guest.code.save()),
         }
     }
@@ -54,8 +54,8 @@ impl Shared {
         core.digest = core.digest.take().and(frozen.digest).map(Digest::resumed);
         core.position = Position::default();
         core.pace.restart();
-        self.gauges.cycles.store(frozen.cycle, Ordering::Relaxed);
-        self.gauges.overruns.store(frozen.overruns, Ordering::Relaxed);
-        self.gauges.refused_times.store(frozen.refused_times, Ordering::Relaxed);
+        self.measures.gauges.cycles.store(frozen.cycle, Ordering::Relaxed);
+        self.measures.gauges.overruns.store(frozen.overruns, Ordering::Relaxed);
+        self.measures.gauges.refused_times.store(frozen.refused_times, Ordering::Relaxed);
     }
 }

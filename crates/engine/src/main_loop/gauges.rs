@@ -136,9 +136,9 @@ const INTERVAL: Duration = Duration::from_millis(100);
 impl Shared {
     /// Shows what was measured, from any thread.
     pub fn publish_timing(&self) {
-        let mut publisher = self.publisher.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut publisher = self.measures.publisher.lock().unwrap_or_else(PoisonError::into_inner);
         let Publisher { state, histogram, copy, shown } = &mut *publisher;
-        let (now, gauges) = (self.clock.now(), &self.gauges);
+        let (now, gauges) = (self.clock.now(), &self.measures.gauges);
         *shown = now;
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         let mut value = LoopState {
@@ -165,7 +165,7 @@ impl Shared {
     /// some microseconds each.
     pub fn publish_until_over(&self) {
         while !self.is_over_within(INTERVAL) {
-            let shown = self.publisher.lock().unwrap_or_else(PoisonError::into_inner).shown;
+            let shown = self.measures.publisher.lock().unwrap_or_else(PoisonError::into_inner).shown;
             if self.clock.now().saturating_sub(shown) >= INTERVAL.as_nanos() as u64 {
                 self.publish_timing();
             }

@@ -135,7 +135,7 @@ impl Shared {
         let takeover = unsafe { self.core() }.takeover.as_ref();
         let Some(takeover) = takeover.filter(|guest| guest.code.is_stirred()) else { return };
         let takeover = Arc::clone(&takeover.code);
-        let planning = match self.planning.try_lock() {
+        let planning = match self.members.planning.try_lock() {
             Ok(planning) => planning,
             Err(TryLockError::Poisoned(error)) => error.into_inner(),
             // Somebody changes the agent, and waits for the loop.

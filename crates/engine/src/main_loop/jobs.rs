@@ -191,20 +191,21 @@ impl Shared {
     /// Has the changes made here that modules ask for. Only the first one counts.
     pub fn change_with(&self, changes: Arc<dyn AskedChanges>) {
         // An agent sets it when it is loaded.
-        let _ = self.changes.set(changes);
+        let _ = self.hooks.changes.set(changes);
     }
 
     /// Makes the changes that modules have asked for in the last cycle, if they are to be made here; nobody has the token
     /// meanwhile.
     pub fn change(&self) {
-        if let Some(changes) = self.changes.get().filter(|changes| self.lockstep && changes.is_asked()) {
+        if let Some(changes) = self.hooks.changes.get().filter(|changes| self.lockstep && changes.is_asked())
+        {
             changes.carry_out();
         }
     }
 
     /// The same for who has the token, and has it again then.
     pub fn change_here(&self) {
-        if self.lockstep && self.changes.get().is_some_and(|changes| changes.is_asked()) {
+        if self.lockstep && self.hooks.changes.get().is_some_and(|changes| changes.is_asked()) {
             self.token.give_back();
             self.change();
             self.token.take();

@@ -49,7 +49,7 @@ pub use seat::Seat;
 pub use slate_composition::own::LoopState;
 pub use slate_configuration::Schedule;
 pub use takeover::{Takeover, Takeovers};
-pub use threads::{ModuleThreads, thread_name};
+pub use threads::ModuleThreads;
 pub use tracing::AgentTrace;
 pub use watchdog::{Watch, Watchdog};
 pub use workers::Workers;
@@ -227,11 +227,29 @@ pub struct Shared {
     pub period: u64,
     /// Whether a time source sets the time and all runs on the loop.
     pub lockstep: bool,
-    /// The number of the run that goes on; 0 for none.
-    running: AtomicU64,
     core: UnsafeCell<Core>,
     token: Token,
     jobs: Jobs,
+    run: Run,
+    members: Members,
+    timeouts: Timeouts,
+    measures: Measures,
+    /// What is called at certain moments.
+    pub hooks: Hooks,
+    /// Whether a recording is played.
+    is_playing: AtomicBool,
+}
+
+/// The run that goes on, and how it ends.
+struct Run {
+    /// Its number; 0 for none.
+    running: AtomicU64,
+    ending: Mutex<Ending>,
+    changed: Condvar,
+}
+
+/// What the loop runs, for those who change it.
+struct Members {
     /// Whoever makes plans has it until they are exchanged.
     planning: Mutex<()>,
     parts: Mutex<Parts>,
@@ -239,24 +257,33 @@ pub struct Shared {
     /// For a stop, which waits for nothing else.
     gates: Mutex<Arc<[Arc<Actuator>]>>,
     threads: Mutex<ModuleThreads>,
-    ending: Mutex<Ending>,
-    changed: Condvar,
-    gauges: LoopGauges,
-    /// Looks at the end of each cycle whether there is something to do between two of them.
-    after_cycle: OnceLock<AfterCycle>,
-    /// What changes the configuration for modules.
-    changes: OnceLock<Arc<dyn AskedChanges>>,
-    publisher: Mutex<Publisher>,
-    cycle_start: Option<Emitter>,
-    cycle_end: Option<Emitter>,
+}
+
+/// How long stages may take.
+struct Timeouts {
     /// When the time of the present stage is up, monotonic; 0 for never.
     deadline: AtomicU64,
     /// The shortest time-out of a stage, nanoseconds.
     shortest_timeout: AtomicU64,
+}
+
+/// What is measured and told of the loop.
+struct Measures {
+    gauges: LoopGauges,
+    publisher: Mutex<Publisher>,
+    cycle_start: Option<Emitter>,
+    cycle_end: Option<Emitter>,
+}
+
+/// What others have called at certain moments; the first one of each stays.
+#[derive(Default)]
+pub struct Hooks {
+    /// Looks at the end of each cycle whether there is something to do between two of them.
+    after_cycle: OnceLock<AfterCycle>,
+    /// What changes the configuration for modules.
+    changes: OnceLock<Arc<dyn AskedChanges>>,
     /// What sends to other agents what was written.
     pub after_tick: Arc<OnceLock<AfterTick>>,
-    /// Whether a recording is played.
-    is_playing: AtomicBool,
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
@@ -311,9 +338,12 @@ impl Shared {
         };
         let emitter = |name| synchronization.emitter(name, "main loop").ok();
         Self {
-            publisher: Mutex::new(Publisher::new(&board)),
-            cycle_start: emitter("/cycle/start"),
-            cycle_end: emitter("/cycle/end"),
+            measures: Measures {
+                gauges: LoopGauges::default(),
+                publisher: Mutex::new(Publisher::new(&board)),
+                cycle_start: emitter("/cycle/start"),
+                cycle_end: emitter("/cycle/end"),
+            },
             board,
             clock,
             logger,
@@ -321,30 +351,26 @@ impl Shared {
             tracing: Tracing::default(),
             period,
             lockstep,
-            running: AtomicU64::new(0),
             core: UnsafeCell::new(core),
             token: Token::default(),
             jobs: Jobs::default(),
-            planning: Mutex::default(),
-            parts: Mutex::new(Parts { schedule, ..Parts::default() }),
-            watched: Mutex::new(Arc::from([])),
-            gates: Mutex::new(Arc::from([])),
-            threads: Mutex::default(),
-            ending: Mutex::default(),
-            changed: Condvar::new(),
-            gauges: LoopGauges::default(),
-            after_cycle: OnceLock::new(),
-            changes: OnceLock::new(),
-            deadline: AtomicU64::new(0),
-            shortest_timeout: AtomicU64::new(u64::MAX),
-            after_tick: Arc::default(),
+            run: Run { running: AtomicU64::new(0), ending: Mutex::default(), changed: Condvar::new() },
+            members: Members {
+                planning: Mutex::default(),
+                parts: Mutex::new(Parts { schedule, ..Parts::default() }),
+                watched: Mutex::new(Arc::from([])),
+                gates: Mutex::new(Arc::from([])),
+                threads: Mutex::default(),
+            },
+            timeouts: Timeouts { deadline: AtomicU64::new(0), shortest_timeout: AtomicU64::new(u64::MAX) },
+            hooks: Hooks::default(),
             is_playing: AtomicBool::new(false),
         }
     }
 
     /// Says that values were written.
     pub fn wrote(&self) {
-        if let Some(call) = self.after_tick.get() {
+        if let Some(call) = self.hooks.after_tick.get() {
             call();
         }
     }
@@ -361,22 +387,22 @@ impl Shared {
 
     /// The modules that the watchdog watches.
     pub fn watched(&self) -> Arc<[Watch]> {
-        Arc::clone(&self.watched.lock().unwrap_or_else(PoisonError::into_inner))
+        Arc::clone(&self.members.watched.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The gates.
     pub fn actuators(&self) -> Arc<[Arc<Actuator>]> {
-        Arc::clone(&self.gates.lock().unwrap_or_else(PoisonError::into_inner))
+        Arc::clone(&self.members.gates.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
     /// The threads of modules.
     pub fn threads(&self) -> MutexGuard<'_, ModuleThreads> {
-        self.threads.lock().unwrap_or_else(PoisonError::into_inner)
+        self.members.threads.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Cycles begun.
     pub fn cycles(&self) -> u64 {
-        self.gauges.cycles.load(Ordering::Relaxed)
+        self.measures.gauges.cycles.load(Ordering::Relaxed)
     }
 
     /// The stages and the modules of each.
@@ -385,13 +411,13 @@ impl Shared {
     }
 
     fn parts(&self) -> MutexGuard<'_, Parts> {
-        self.parts.lock().unwrap_or_else(PoisonError::into_inner)
+        self.members.parts.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Has this called at the end of each cycle with the agent's time, by who has the token. Only the first one counts.
     pub fn watch_cycles(&self, look: AfterCycle) {
         // An agent sets it when it is loaded.
-        let _ = self.after_cycle.set(look);
+        let _ = self.hooks.after_cycle.set(look);
     }
 
     /// Lets a recording be played, from the next cycle on.

@@ -8,6 +8,7 @@ use slate_module::Trigger;
 
 use super::{Publication, Shared};
 use crate::clock::monotonic;
+use crate::isolation::Isolation;
 use crate::runner::{Health, ModuleCondition, Runner, count};
 use crate::timing::{Label, Span, Trace, Track};
 
@@ -42,6 +43,8 @@ pub struct Seat {
     pub has_deadline: bool,
     /// Whether it runs in a process of its own.
     pub is_isolated: bool,
+    /// That process.
+    isolation: Option<Arc<Isolation>>,
     /// Whether its steps reach beyond its ports, so that they are never made beside others.
     pub alone: bool,
     /// Whether it has a turn in every cycle.
@@ -87,6 +90,7 @@ impl Seat {
             retired: AtomicBool::new(false),
             has_deadline: runner.deadline.is_some(),
             is_isolated: runner.supervised.is_some(),
+            isolation: runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation)),
             alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
             in_every_cycle: runner.trigger == Trigger::Stage,
             is_kicked: runner.supervised.as_ref().is_some_and(|supervised| supervised.is_kicked),
@@ -105,6 +109,13 @@ impl Seat {
             track: OnceLock::new(),
             wake: Arc::clone(&runner.wake),
             runner: UnsafeCell::new(runner),
+        }
+    }
+
+    /// Ends the connection to the module's process, so that a step which waits for it returns.
+    pub fn disconnect(&self) {
+        if let Some(isolation) = &self.isolation {
+            isolation.account.disconnect();
         }
     }
 

@@ -7,6 +7,7 @@ use std::time::Duration;
 use slate_module::Trigger;
 
 use super::{Seat, Shared};
+use crate::background::thread_name;
 use crate::clock::monotonic;
 use crate::runner::{ModuleCondition, Runner, StepCall};
 
@@ -154,41 +155,4 @@ fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     runner.commit(shared.clock.now(), code, None);
     seat.unclaim();
     shared.wrote();
-}
-
-/// What Linux shows of a thread's name, bytes.
-const SHOWN: usize = 15;
-
-/// The name of a module's thread. Of one that is too long the end of its scope and the end of its own name are kept, as
-/// names of one robot differ there.
-pub fn thread_name(module: &str) -> String {
-    let tail = |text: &str, length: usize| {
-        let mut start = text.len().saturating_sub(length);
-        while !text.is_char_boundary(start) {
-            start += 1;
-        }
-        text[start..].to_owned()
-    };
-    match module.rsplit_once('/') {
-        _ if module.len() <= SHOWN => module.into(),
-        Some((scope, name)) => {
-            let scope = tail(scope, (SHOWN - 1).saturating_sub(name.len()).max(SHOWN / 3));
-            let rest = SHOWN - 1 - scope.len();
-            format!("{scope}/{}", tail(name, rest))
-        }
-        None => tail(module, SHOWN),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::thread_name;
-
-    #[test]
-    fn threads_of_long_names_differ() {
-        let names = ["r2/planner", "planner_of_long_paths", "robot_1/local_planner", "robot_2/local_planner"];
-        let shown = ["r2/planner", "r_of_long_paths", "bot_1/l_planner", "bot_2/l_planner"];
-        assert_eq!(names.map(thread_name), shown);
-        assert_eq!(thread_name("a_robot_with_a_name/act"), "with_a_name/act");
-    }
 }

@@ -13,8 +13,14 @@ const LOST_LIMIT: usize = 4;
 /// How often it looks, nanoseconds: at least and at most.
 const SHORTEST: u64 = 1_000_000;
 const LONGEST: u64 = 50_000_000;
+/// How much later than its time to live a command ends at most because nobody looked, nanoseconds.
+const LATENESS: u64 = 5_000_000;
 
-/// Sees steps that do not return, and moves the loop past them.
+/// How long a run that has ended waits for steps in processes of their own, nanoseconds.
+const ENDING: u64 = 1_000_000_000;
+
+/// Sees steps that do not return, and moves the loop past them; and ends commands that are not renewed, whatever the loop
+/// does.
 pub struct Watchdog {
     shared: Arc<Shared>,
     /// Nanoseconds.
@@ -51,8 +57,12 @@ impl Watchdog {
     pub fn watch(self) {
         let mut watched = self.shared.watched();
         let mut seen = vec![Seen::default(); watched.len()];
+        let mut ended = None;
         loop {
             let now = monotonic();
+            if !self.shared.is_running() && now >= *ended.get_or_insert(now) + ENDING {
+                leave_processes(&watched);
+            }
             let next = self.look(&watched, &mut seen, now);
             if self.shared.is_over_within(Duration::from_nanos(next.saturating_sub(now))) {
                 return;
@@ -69,9 +79,10 @@ impl Watchdog {
     fn look(&self, watched: &[Watch], seen: &mut [Seen], now: u64) -> u64 {
         let shared = &self.shared;
         // A stage that begins before the next look is not over by then.
-        let interval = (self.hang / 4).min(shared.shortest_timeout.load(Ordering::Relaxed));
+        let interval = (self.hang / 4).min(shared.timeouts.shortest_timeout.load(Ordering::Relaxed));
         let mut next = now + interval.clamp(SHORTEST, LONGEST);
-        let deadline = shared.deadline.load(Ordering::Acquire);
+        next = next.min(self.expire(now));
+        let deadline = shared.timeouts.deadline.load(Ordering::Acquire);
         if deadline > now {
             next = next.min(deadline);
         }
@@ -96,7 +107,7 @@ impl Watchdog {
             if let Some(stage) = &watch.stage
                 && deadline != 0
                 && now >= deadline
-                && shared.deadline.load(Ordering::Acquire) == deadline
+                && shared.timeouts.deadline.load(Ordering::Acquire) == deadline
             {
                 self.give_up(
                     watch,
@@ -115,6 +126,28 @@ impl Watchdog {
             } else {
                 next = next.min(limit);
             }
+        }
+        next
+    }
+
+    /// Gives the actuators whose commands have ended their safe ones; says when to look again, monotonic. In lockstep time
+    /// stands still while a step does not return.
+    fn expire(&self, now: u64) -> u64 {
+        let shared = &self.shared;
+        if shared.clock.is_driven() {
+            return u64::MAX;
+        }
+        let (mut next, mut wrote) = (u64::MAX, false);
+        for actuator in shared.actuators().iter() {
+            wrote |= actuator.expire_stale();
+            // A command that comes before the next look does not end much before the one after it.
+            next = next.min(now + actuator.time_to_live() + LATENESS);
+            if let Some(expires) = actuator.expires() {
+                next = next.min(now + expires.saturating_sub(shared.clock.at(now)).max(SHORTEST));
+            }
+        }
+        if wrote {
+            shared.wrote();
         }
         next
     }
@@ -157,6 +190,12 @@ impl Watchdog {
             self.shared.logger.log(self.shared.clock.now(), Level::Warn, &text);
         }
     }
+}
+
+/// Lets the processes go in which steps still run.
+fn leave_processes(watched: &[Watch]) {
+    let busy = watched.iter().filter(|watch| watch.seat.is_isolated && watch.seat.running().is_some());
+    busy.for_each(|watch| watch.seat.disconnect());
 }
 
 /// What was seen of the modules that are still there.

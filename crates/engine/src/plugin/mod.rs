@@ -3,6 +3,7 @@
 mod copy;
 mod library;
 mod outline;
+mod seal;
 mod whole;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 pub use library::{Residence, load};
 pub use library::{code_of, file_of, load_for, open_as_it_is};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
+pub use seal::seal;
 
 /// Why a file can't be used as a plugin.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

@@ -25,12 +25,13 @@ use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
 use slate_module::{Frame, Host, ModuleKind, Random, Refusal, Trigger};
 
+pub use crate::memory::Memory;
 use crate::service::{AspectPort, HostService, ProviderPort};
 pub use commit::priority;
 pub use conversion::{Conversion, ConvertedSource};
 pub use frozen::FrozenRunner;
 pub use health::{Health, count};
-pub use ports::{InboxPort, InputAge, InputPort, Memory, OutboxPort, OutputPort, QueueGauge, QueuePort};
+pub use ports::{InboxPort, InputAge, InputPort, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub use requirements::{PortName, Requirements};
 pub use retired::{Patience, Retired, describe};
 pub use shadow::{Shadow, ShadowState};

@@ -3,10 +3,9 @@
 use slate_blackboard::channel::Latest;
 use slate_blackboard::interface::Text;
 
-use super::InputPort;
+pub use slate_composition::own::PortName;
 
-/// The name of a port, as `/module/state` shows it.
-pub type PortName = Text<56>;
+use super::InputPort;
 
 /// The required inputs of a module, and whether one of them may be without a value.
 #[derive(Default)]

@@ -7,9 +7,9 @@ use std::time::Duration;
 use slate_module::{Description, Frame, Level, ModuleKind, Refusal};
 
 use super::OwnSetup;
+use crate::background::thread_name;
 use crate::clock::Clock;
 use crate::log::Logger;
-use crate::main_loop::thread_name;
 
 /// How long a module's last calls are waited for, and who is told of one that does not return.
 #[derive(Clone)]

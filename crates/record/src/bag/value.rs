@@ -16,6 +16,8 @@ pub struct Decoder {
     schemas: BTreeMap<u16, Result<ros::Schema, String>>,
     /// By topic.
     unread: BTreeMap<String, Unread>,
+    /// The longest message that is read, bytes; nothing for any.
+    longest: Option<usize>,
 }
 
 /// Messages of a topic that can't be read as values.
@@ -59,9 +61,18 @@ pub enum Value {
 }
 
 impl Decoder {
+    /// One that reads no message of more than so many bytes: a value takes several times the memory of its bytes.
+    pub fn up_to(longest: usize) -> Self {
+        Self { longest: Some(longest), ..Self::default() }
+    }
+
     /// Reads the value of a message of the one file that this decoder is for.
     pub fn decode(&mut self, message: &Message) -> Value {
+        let length = message.data.len();
         let read = match message.channel.message_encoding.as_str() {
+            _ if self.longest.is_some_and(|longest| length > longest) => {
+                Err(format!("it has {length} bytes, and {} are the most", self.longest.unwrap_or_default()))
+            }
             "json" => {
                 serde_json::from_slice(message.data).map(Value::Json).map_err(|error| error.to_string())
             }

@@ -9,8 +9,8 @@ use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::Duration;
 
 use slate_module::Level;
-use slate_runtime::Composer;
 use slate_runtime::configuration::{Record, RecordSelection};
+use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::{
     History, HistoryWish, RecordingControl, RecordingEntry, RecordingRefusal, RecordingStatus, SavedFlight,
     TakeValue,
@@ -100,7 +100,12 @@ impl Recorder {
 }
 
 impl RecordingControl for Recorder {
-    fn start(&self, agent: &Composer, file: &Path, what: &RecordSelection) -> Result<(), RecordingRefusal> {
+    fn start(
+        &self,
+        agent: &dyn RecordedAgent,
+        file: &Path,
+        what: &RecordSelection,
+    ) -> Result<(), RecordingRefusal> {
         let (shared, host) = self.parts()?;
         if locked(&shared.recordings).len() >= MOST {
             return Err(refusal(
@@ -162,7 +167,11 @@ impl RecordingControl for Recorder {
         Ok(())
     }
 
-    fn stop(&self, agent: &Composer, file: Option<&Path>) -> Result<RecordingEntry, RecordingRefusal> {
+    fn stop(
+        &self,
+        agent: &dyn RecordedAgent,
+        file: Option<&Path>,
+    ) -> Result<RecordingEntry, RecordingRefusal> {
         let (shared, host) = self.parts()?;
         let recordings = locked(&shared.recordings).clone();
         let names = || {
@@ -228,7 +237,7 @@ impl RecordingControl for Recorder {
         RecordingStatus { recordings, flight: locked(&shared.flight).clone(), folder }
     }
 
-    fn save(&self, agent: &Composer, file: &Path) -> Result<SavedFlight, RecordingRefusal> {
+    fn save(&self, agent: &dyn RecordedAgent, file: &Path) -> Result<SavedFlight, RecordingRefusal> {
         let (shared, host) = self.parts()?;
         let captured = self.capture(&shared)?;
         let Record { chunk, buffer, .. } = self.state().settings;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use slate_runtime::Composer;
 use slate_runtime::configuration::Value;
+use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::configuration;
 
 use super::flight::{Captured, Past};
@@ -11,7 +11,7 @@ use super::host::Host;
 use super::run::{CONFIGURATION, Preface, told_stages};
 
 /// What stands at the beginning of a file with the last seconds. What was changed within them is told among them.
-pub(super) fn preface(host: &Host, composer: &Composer, captured: &Captured) -> Preface {
+pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Captured) -> Preface {
     let now = || Preface::new(host, composer, false, false);
     let Some((began, first)) = &host.began else { return now() };
     // New code brings modules with settings of their own: what holds now is nearer to it than what held at the beginning.

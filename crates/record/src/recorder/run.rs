@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use slate_blackboard::Board;
-use slate_runtime::Composer;
+use slate_runtime::recording::RecordedAgent;
 
 use super::host::Host;
 
@@ -29,7 +29,7 @@ pub(super) struct Preface {
 
 impl Preface {
     /// `is_whole` says whether all is recorded, and `is_first` whether it is from before the run on.
-    pub fn new(host: &Host, composer: &Composer, is_whole: bool, is_first: bool) -> Self {
+    pub fn new(host: &Host, composer: &dyn RecordedAgent, is_whole: bool, is_first: bool) -> Self {
         let mut run = host.run.clone();
         run.insert("from_cycle".into(), composer.cycles().to_string());
         run.insert("whole".into(), is_whole.to_string());
@@ -40,15 +40,13 @@ impl Preface {
             .plugin_marks()
             .into_iter()
             .map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
-        let modules = composer.modules().into_iter().map(|module| (module.name, module.kind));
-        let links = composer.links().into_iter().map(|link| (link.to, link.from));
         let metadata = vec![
             ("run", run),
             ("plugins", plugins.collect()),
             ("memories", host.memories.clone()),
-            ("modules", modules.collect()),
+            ("modules", composer.kinds().into_iter().collect()),
             ("stages", told_stages(composer.order())),
-            ("links", links.collect()),
+            ("links", composer.links().into_iter().collect()),
         ];
         let text = composer.configuration_text();
         let own = (CONFIGURATION.to_owned(), "application/toml", text.into_bytes());

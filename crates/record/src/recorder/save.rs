@@ -9,8 +9,8 @@ use std::thread::{Builder, JoinHandle};
 
 use slate_blackboard::{Access, Stamp};
 use slate_module::Level;
-use slate_runtime::Composer;
 use slate_runtime::configuration::FlightTrigger;
+use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::SavedFlight;
 
 use super::file::{File, Limits};
@@ -168,7 +168,7 @@ impl Saves {
 pub(super) fn save_to(
     path: &Path,
     host: &Host,
-    composer: &Composer,
+    composer: &dyn RecordedAgent,
     limits: Limits,
     captured: &Captured,
 ) -> Result<SavedFlight, String> {

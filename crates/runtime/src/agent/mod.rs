@@ -11,6 +11,7 @@ mod looping;
 mod memory;
 mod playing;
 mod relinking;
+mod requests;
 mod settings;
 mod sharing;
 mod snapshot;
@@ -48,7 +49,6 @@ use composition::Composition;
 pub use looping::SystemClock;
 use memory::Memories;
 use settings::Settings;
-pub(crate) use sharing::Readers;
 use sharing::Remotes;
 use slate_composition::Catalogue;
 
@@ -266,8 +266,8 @@ impl Agent {
             playback: None,
         };
         let composer = Composer::new(Arc::clone(&shared), composition, options.recording);
-        control.connect(composer.downgrade());
-        changes.connect(composer.downgrade());
+        control.connect(Box::new(composer.downgrade()));
+        changes.connect(Box::new(composer.downgrade()));
         shared.change_with(changes);
         logging::show(&shared.logger, &shared.board)?;
         let restored = composer.start(plugins, &states).map_err(|error| match error {

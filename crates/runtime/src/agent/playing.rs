@@ -10,6 +10,7 @@ use super::{Agent, Composer};
 use crate::configuration::{Configuration, Diagnostic, Report};
 use crate::main_loop::{PlayedCondition, Playing, Rate, Shared};
 use crate::playback::{Playback, PlaybackControl, Played};
+use crate::recording::{History, HistoryWish, Recording, RecordingRefusal, TakeValue};
 use crate::runner::ModuleState;
 
 /// Readers of what no module is linked to from the start.
@@ -105,6 +106,26 @@ impl Agent {
 }
 
 impl Composer {
+    /// Tells the values that a property had: those of the recording that is played, if one is, and else those of the last seconds, if
+    /// they are kept.
+    ///
+    /// # Errors
+    /// Why there are none.
+    pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
+        if let Some(playback) = self.playback() {
+            return playback
+                .history(wish, take)
+                .map_err(|(message, help)| RecordingRefusal { message, help });
+        }
+        let control = self.recording().and_then(Recording::control);
+        let control = control.ok_or_else(|| RecordingRefusal {
+            message: "nothing is kept of this agent's past".into(),
+            help: "`slate run` has what records; a program gives its agent one with `Options::recording`"
+                .into(),
+        })?;
+        control.history(wish, take)
+    }
+
     /// Lets tools control a playback, which the application makes the cycles of.
     pub fn control_playback(&self, control: Arc<dyn PlaybackControl>) {
         self.composition().playback = Some(control);

@@ -3,9 +3,8 @@
 mod wants;
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, PoisonError};
 
-use slate_blackboard::wake::Wake;
 use slate_module::Level;
 
 use super::composer::Composer;
@@ -13,13 +12,10 @@ use super::composition::Composition;
 use crate::configuration::{Configuration, Link, Report};
 use crate::runner::ModuleCondition;
 use crate::sharing::{
-    About, Inspection, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
+    About, Inspection, Readers, RemotePath, Sharing, SharingError, SharingHost, Site, Standing, Want, clocks,
 };
 use slate_composition::RemoteProperty;
 use slate_composition::{Misfit, remote_path};
-
-/// The threads that wait for values of other agents.
-pub(crate) type Readers = Arc<Mutex<Vec<Arc<Wake>>>>;
 
 /// How the agent stands with others.
 #[derive(Default)]
@@ -106,8 +102,8 @@ impl Composer {
                 steady,
                 wake: Arc::clone(&composition.ground.sharing_wake),
                 host: SharingHost::new(
-                    self.downgrade(),
-                    Arc::clone(&self.shared.after_tick),
+                    Arc::new(self.downgrade()),
+                    Arc::clone(&self.shared.hooks.after_tick),
                     Arc::clone(&composition.remotes.readers),
                 ),
             };

@@ -10,14 +10,19 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{say, text};
 use super::{HostService, Means};
-use crate::agent::{Composer, WeakComposer};
 use crate::digest::Digest;
 
 /// How many requests of a module are known.
 const KNOWN: usize = 64;
 
 /// What came of a request.
-type Answer = Result<String, String>;
+pub(crate) type Answer = Result<String, String>;
+
+/// Changes the plugins of an agent for its modules.
+pub(crate) trait PluginChanges: Send + Sync {
+    /// Does what a module asks for, one of [`Plugins`]' requests; in words what came of it, or why it was refused.
+    fn change_plugins(&self, module: &str, what: u32, plugin: &str) -> Answer;
+}
 
 struct Request {
     number: u64,
@@ -30,7 +35,7 @@ struct Request {
 /// What changes an agent for its modules.
 #[derive(Default)]
 pub(crate) struct PluginControl {
-    composer: OnceLock<WeakComposer>,
+    changes: OnceLock<Box<dyn PluginChanges>>,
     /// To the thread, once there is a module that may ask.
     requests: Mutex<Option<Sender<Request>>>,
     /// Counts changes of the list, so that a tick sees with one look that there was none.
@@ -44,9 +49,9 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl PluginControl {
     /// What the changes go through.
-    pub fn connect(&self, composer: WeakComposer) {
+    pub fn connect(&self, changes: Box<dyn PluginChanges>) {
         // It is called once.
-        let _ = self.composer.set(composer);
+        let _ = self.changes.set(changes);
     }
 
     /// The list that modules see from their next tick on.
@@ -63,11 +68,12 @@ impl PluginControl {
             let control = Arc::downgrade(self);
             let work = move || {
                 for request in receiver {
-                    let composer = control.upgrade().and_then(|control| control.composer.get()?.upgrade());
-                    let answer = composer.map_or(Err("the agent ends".into()), |composer| {
-                        let what = "a change of plugins that a module asked for";
-                        composer.make_for_module(&request.module, what, || carry_out(&composer, &request))
+                    let control = control.upgrade();
+                    let changes = control.as_ref().and_then(|control| control.changes.get());
+                    let answer = changes.map_or(Err("the agent ends".into()), |changes| {
+                        changes.change_plugins(&request.module, request.what, &request.plugin)
                     });
+                    drop(control);
                     // Who asked may be gone.
                     let _ = request.answers.send((request.number, answer));
                 }
@@ -77,30 +83,6 @@ impl PluginControl {
         }
         requests.clone()
     }
-}
-
-fn carry_out(composer: &Composer, Request { what, plugin, module, .. }: &Request) -> Answer {
-    let done = match *what {
-        Plugins::LOAD => {
-            composer.load(plugin).map(|loaded| format!("modules: {}", loaded.modules.join(", ")))
-        }
-        Plugins::UNLOAD if composer.runs(module, plugin) => {
-            return Err(format!("`{plugin}` has the code of `{module}`, which asks for it to be unloaded"));
-        }
-        Plugins::UNLOAD => composer.unload(plugin).map(|libraries| {
-            let became = |(name, state): &(String, &str)| format!("the library of {name} is {state}");
-            libraries.iter().map(became).collect::<Vec<_>>().join(", ")
-        }),
-        Plugins::RELOAD => composer.reload(plugin, None).map(|reload| {
-            let became = |(module, state): &(String, Result<(), String>)| match state {
-                Ok(()) => format!("{module} goes on with its state"),
-                Err(reason) => format!("{module} begins afresh: {reason}"),
-            };
-            reload.modules.iter().map(became).collect::<Vec<_>>().join(", ")
-        }),
-        other => return Err(format!("there is no request {other}")),
-    };
-    done.map_err(|error| error.to_string())
 }
 
 struct Service {

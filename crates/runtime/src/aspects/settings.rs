@@ -10,7 +10,6 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{say, text};
 use super::{HostService, Means};
-use crate::agent::WeakComposer;
 use crate::digest::Digest;
 use crate::main_loop::AskedChanges;
 
@@ -19,6 +18,12 @@ const KNOWN: usize = 64;
 
 /// What came of a request.
 type Answer = Result<String, String>;
+
+/// Changes the configuration of an agent for its modules.
+pub(crate) trait SettingsChanges: Send + Sync {
+    /// Makes the changes of those lines, or gives the answer that was recorded; in words what came of it.
+    fn change_settings(&self, module: &str, lines: &str) -> Answer;
+}
 
 struct Request {
     number: u64,
@@ -29,7 +34,7 @@ struct Request {
 
 /// What changes the configuration for modules.
 pub(crate) struct SettingsControl {
-    composer: OnceLock<WeakComposer>,
+    changes: OnceLock<Box<dyn SettingsChanges>>,
     /// In lockstep the loop itself makes the changes, so that they hold from the same cycle on in each run.
     lockstep: bool,
     asked: AtomicBool,
@@ -44,14 +49,14 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 
 impl SettingsControl {
     pub fn new(lockstep: bool) -> Arc<Self> {
-        let (composer, requests, turn) = (OnceLock::new(), Mutex::default(), Mutex::default());
-        Arc::new(Self { composer, lockstep, asked: AtomicBool::new(false), requests, turn })
+        let (changes, requests, turn) = (OnceLock::new(), Mutex::default(), Mutex::default());
+        Arc::new(Self { changes, lockstep, asked: AtomicBool::new(false), requests, turn })
     }
 
     /// What the changes go through.
-    pub fn connect(&self, composer: WeakComposer) {
+    pub fn connect(&self, changes: Box<dyn SettingsChanges>) {
         // It is called once.
-        let _ = self.composer.set(composer);
+        let _ = self.changes.set(changes);
     }
 
     fn ask(self: &Arc<Self>, request: Request) {
@@ -82,14 +87,8 @@ impl AskedChanges for SettingsControl {
         // A change waits until no module runs, and one that runs may ask meanwhile: nothing is locked for that long.
         let requests = std::mem::take(&mut *locked(&self.requests));
         for request in requests {
-            let composer = self.composer.get().and_then(WeakComposer::upgrade);
-            let answer = composer.map_or(Err("the agent ends".into()), |composer| {
-                let Request { module, lines, .. } = &request;
-                let answer = composer.recorded_answer(module, lines).unwrap_or_else(|| {
-                    composer.change_for(module, lines).map_err(|report| report.to_string())
-                });
-                composer.tell_asked(module, lines, &answer);
-                answer
+            let answer = self.changes.get().map_or(Err("the agent ends".into()), |changes| {
+                changes.change_settings(&request.module, &request.lines)
             });
             // Who asked may be gone.
             let _ = request.answers.send((request.number, answer));

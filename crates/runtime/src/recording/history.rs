@@ -3,9 +3,6 @@
 use slate_blackboard::channel::FrozenValue;
 use slate_blackboard::interface::Descriptor;
 
-use super::{Recording, RecordingRefusal};
-use crate::Composer;
-
 /// Which values are asked for. Times are nanoseconds of the agent's time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HistoryWish {
@@ -60,28 +57,6 @@ impl HistoryWish {
         let told = self.most.min(count);
         // In 128 bits no product is too large.
         (1..=told).map(move |place| (place as u128 * count as u128 / told as u128) as usize - 1)
-    }
-}
-
-impl Composer {
-    /// Tells the values that a property had: those of the recording that is played, if one is, and else those of the last seconds, if
-    /// they are kept.
-    ///
-    /// # Errors
-    /// Why there are none.
-    pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
-        if let Some(playback) = self.playback() {
-            return playback
-                .history(wish, take)
-                .map_err(|(message, help)| RecordingRefusal { message, help });
-        }
-        let control = self.recording().and_then(Recording::control);
-        let control = control.ok_or_else(|| RecordingRefusal {
-            message: "nothing is kept of this agent's past".into(),
-            help: "`slate run` has what records; a program gives its agent one with `Options::recording`"
-                .into(),
-        })?;
-        control.history(wish, take)
     }
 }
 

@@ -17,12 +17,16 @@ use super::wire::{LocalWire, Wire};
 use crate::configuration::SaveTo;
 use crate::playback::{Order, PlaybackStatus};
 use crate::recording::{RecordingEntry, RecordingStatus, SavedFlight};
+use crate::stop_line;
 
 /// How long an agent may take for its greeting.
 const GREETING: Duration = Duration::from_secs(5);
 
 /// How long it may take for an answer: a module may be slow to let itself be exchanged.
 const ANSWER: Duration = Duration::from_secs(60);
+
+/// How long an agent may take to confirm a stop over its line; then it is asked as other calls are.
+const LINE: Duration = Duration::from_secs(2);
 
 /// Why an agent was not asked, or does not do it.
 #[derive(Debug, thiserror::Error)]
@@ -89,6 +93,10 @@ impl Client {
     /// # Errors
     /// When there is no such agent, or it does not answer.
     pub fn stop_at_once(name: &str, reason: &str) -> Result<(), ClientError> {
+        // There also when the agent has no descriptor, thread or place for one more tool.
+        if place::socket(name).and_then(|socket| stop_line::stop(&socket, reason, LINE)).is_ok() {
+            return Ok(());
+        }
         let mut client = Self::to_socket(name)?;
         client.say(&Call::Stop { reason: reason.into() })?;
         client.greeting()?;

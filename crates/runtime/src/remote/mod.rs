@@ -50,7 +50,7 @@ pub use desk::Desk;
 pub use lock::Lock;
 pub use messages::lacking;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
-pub use place::{agents, folder};
+pub use place::{agents, check_reach, folder};
 pub use protocol::{
     Answer, Call, Changed, ControlsEntry, Different, Greeting, HolderEntry, LINE_LIMIT, LinkEntry,
     LoadedPlugin, LoadedPlugins, Measured, ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal,

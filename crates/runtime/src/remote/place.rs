@@ -4,9 +4,12 @@ use std::fs::{self, DirBuilder};
 use std::io::{Error, ErrorKind, Result};
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::os::unix::net::{UnixListener, UnixStream};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+
+use rustix::fs::{Access, access};
 
 use super::Lock;
+use crate::stop_line;
 
 /// How many agents of one name there may be.
 const MOST: u32 = 100;
@@ -43,10 +46,47 @@ pub fn agents() -> Vec<String> {
     let mut names: Vec<String> = entries
         .filter_map(|entry| entry.file_name().to_str()?.strip_suffix(".sock").map(str::to_owned))
         // One that nobody listens at was left by an agent that was killed.
-        .filter(|name| socket(name).is_ok_and(|socket| UnixStream::connect(socket).is_ok()))
+        .filter(|name| {
+            let is_there =
+                |socket: PathBuf| stop_line::is_there(&socket) || UnixStream::connect(socket).is_ok();
+            socket(name).is_ok_and(is_there)
+        })
         .collect();
     names.sort();
     names
+}
+
+/// The longest path of a socket, bytes.
+const LONGEST: usize = 107;
+
+/// Finds out whether tools could reach an agent of that name, here and now; nothing is made.
+///
+/// # Errors
+/// Why they could not, such as a folder that can't be written to.
+pub fn check_reach(agent: &str) -> Result<()> {
+    let folder = folder();
+    check_length(&folder, agent)?;
+    if folder.exists() {
+        safe_folder()?;
+    }
+    let there = folder.ancestors().find(|place| place.exists()).unwrap_or(&folder);
+    access(there, Access::WRITE_OK | Access::EXEC_OK).map_err(|error| {
+        let error = Error::from(error);
+        Error::new(error.kind(), format!("{} can't be written to: {error}", crate::printable(there)))
+    })
+}
+
+fn check_length(folder: &Path, agent: &str) -> Result<()> {
+    // Another one of that name gets a number.
+    let length = folder.join(format!("{agent}-{MOST}.sock")).as_os_str().len();
+    if length <= LONGEST {
+        return Ok(());
+    }
+    let message = format!(
+        "the path of its socket in {} would have {length} bytes, and {LONGEST} is the most",
+        crate::printable(folder)
+    );
+    Err(Error::new(ErrorKind::InvalidInput, message))
 }
 
 /// A socket that is bound, and a name that nobody else takes as long as this lives.
@@ -62,6 +102,7 @@ impl Place {
     /// makes room.
     pub fn take(agent: &str) -> Result<(Self, UnixListener)> {
         let folder = folder();
+        check_length(&folder, agent)?;
         match DirBuilder::new().recursive(true).mode(0o700).create(&folder) {
             Err(error) if error.kind() != ErrorKind::AlreadyExists => return Err(error),
             _ => safe_folder()?,

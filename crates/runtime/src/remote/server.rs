@@ -22,6 +22,7 @@ use super::place::Place;
 use super::protocol::{Answer, Call, Greeting, LINE_LIMIT, Refusal, VERSION};
 use super::visit::Visit;
 use crate::Agent;
+use crate::stop_line::StopLine;
 
 /// How many tools may be connected; for one more, the one that was silent for the longest is let go.
 const GUESTS: usize = WORKING + 8;
@@ -50,6 +51,8 @@ pub struct OpenError(#[from] std::io::Error);
 /// The socket of an agent, there as long as this lives. Tools are served by threads of their own, so the agent never
 /// waits for one, nor one for another.
 pub struct Server {
+    /// Goes first, as its socket lies beside that of the place.
+    _stop_line: StopLine,
     place: Place,
     hall: Arc<Hall>,
     /// The listening socket.
@@ -101,6 +104,8 @@ impl Server {
     /// When the socket can't be made, or there is no thread left.
     pub fn open(agent: &Agent) -> Result<Self, OpenError> {
         let (place, listener) = Place::take(agent.board().agent())?;
+        let composer = agent.composer();
+        let stop_line = StopLine::open(&place.socket, move |reason| composer.stop_actuators(reason))?;
         let hall = Arc::new(Hall {
             desk: Desk::new(agent),
             name: place.name.clone(),
@@ -112,7 +117,7 @@ impl Server {
         let handle = UnixStream::from(OwnedFd::from(listener.try_clone()?));
         let shared = Arc::clone(&hall);
         let door = Builder::new().name("remote".into()).spawn(move || receive(&listener, &shared))?;
-        Ok(Self { place, hall, listener: handle, door: Some(door) })
+        Ok(Self { _stop_line: stop_line, place, hall, listener: handle, door: Some(door) })
     }
 
     /// The name under which the agent is reached.

@@ -1,7 +1,7 @@
 //! The file: one CBOR document with a head that can be read without the rest.
 
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -83,13 +83,39 @@ pub(super) fn write(snapshot: &Snapshot, path: &Path) -> Result<(), SnapshotErro
 }
 
 pub(super) fn read(path: &Path) -> Result<Snapshot, SnapshotError> {
-    let bytes = fs::read(path).map_err(|source| SnapshotError::File {
+    let failed = |source| SnapshotError::File {
         file: path.into(),
         what: "read",
         help: "name a file that `slate snapshot save` has written",
         source,
-    })?;
+    };
+    let mut file = fs::File::open(path).map_err(failed)?;
+    let found = file.metadata().map_err(failed)?;
+    // A pipe or a device may have no end.
+    if !found.is_file() {
+        return Err(failed(io::Error::new(io::ErrorKind::InvalidInput, "it is no file")));
+    }
+    let mut bytes = Vec::new();
+    if found.len() > SMALL {
+        // What is no snapshot is not read into memory.
+        (&mut file).take(HEAD).read_to_end(&mut bytes).map_err(failed)?;
+        if !bytes.windows(FIRST.len()).any(|part| part == FIRST) {
+            return Err(damaged(path, "something else is in it".into()));
+        }
+    }
+    file.read_to_end(&mut bytes).map_err(failed)?;
     decode(&bytes, path)
+}
+
+/// Smaller files are read without a look, bytes.
+const SMALL: u64 = 1 << 20;
+
+/// With what a snapshot begins, and within how many bytes.
+const FIRST: &[u8] = b"slate_snapshot";
+const HEAD: u64 = 64;
+
+fn damaged(path: &Path, problem: String) -> SnapshotError {
+    SnapshotError::Damaged { file: path.into(), problem }
 }
 
 /// What is read first, whatever else a later version has.
@@ -99,7 +125,7 @@ struct Beginning {
 }
 
 fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
-    let damaged = |problem: String| SnapshotError::Damaged { file: path.into(), problem };
+    let damaged = |problem: String| damaged(path, problem);
     let document: Document = match ciborium::from_reader(bytes) {
         Ok(document) => document,
         Err(error) => {

@@ -5,14 +5,18 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_engine::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
 
+use crate::configuration::Layered;
 use crate::main_loop::FrozenLoop;
 use crate::runner::FrozenRunner;
 
 /// An agent but for its code.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(crate) struct Image {
-    /// The configuration as TOML.
+    /// The configuration as TOML: the sum of its layers.
     pub configuration: String,
+    /// Its layers; nothing in snapshots of before.
+    #[serde(default)]
+    pub layers: Option<Layered>,
     pub clock: FrozenClock,
     pub main_loop: FrozenLoop,
     /// How many outputs were counted for the digest.

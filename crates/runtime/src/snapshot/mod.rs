@@ -18,7 +18,7 @@ pub(crate) use image::{FrozenClock, FrozenModule, FrozenPort, Image};
 pub use slate_configuration::{Comparison, SnapshotCondition, SnapshotTrigger};
 pub(crate) use slate_engine::{Bytes, FrozenMailbox, FrozenProperty};
 
-use crate::configuration::{Database, Report};
+use slate_configuration::{Database, Report, extra_tables, recorded_configuration};
 
 /// Something of the application that goes into snapshots beside the agent: what an observer has collected, say.
 pub trait Keepsake: Send + Sync {
@@ -111,12 +111,26 @@ impl Snapshot {
         &self.image.configuration
     }
 
-    /// The configuration as it was, to load an agent with. `sets` are settings of the command line that go over it.
+    /// The configuration as it was, layer by layer, to load an agent with: what was changed at run time can be taken back.
+    /// `sets` are settings of the command line that go over it. In a snapshot of a version that wrote no layers, their sum
+    /// is what the files say.
     ///
     /// # Errors
     /// When it is none any more, or a setting is wrong.
     pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
         let name = format!("the snapshot of {}", self.agent());
-        crate::recording::configuration(&name, self.configuration_text(), sets)
+        let text = self.configuration_text();
+        if let Some(layers) = &self.image.layers {
+            let whole = recorded_configuration(&name, text, Vec::new())?;
+            let extra = || extra_tables(text);
+            let layered = layers.database(&name, extra(), Vec::new());
+            // The sum decides; layers that don't make it say nothing.
+            if let Ok(layered) = layered
+                && layered.current().is_same_as(&whole.current())
+            {
+                return if sets.is_empty() { Ok(layered) } else { layers.database(&name, extra(), sets) };
+            }
+        }
+        recorded_configuration(&name, text, sets)
     }
 }

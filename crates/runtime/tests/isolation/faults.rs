@@ -9,7 +9,7 @@ use slate_runtime::{Agent, Control, End, Options};
 use crate::Test;
 use crate::modules::{fault, plugins};
 
-pub const TESTS: [Test; 9] = [
+pub const TESTS: [Test; 10] = [
     ("a segmentation fault ends one process", || ends("segfault", "segmentation fault")),
     ("an abort ends one process", || ends("abort", "abort")),
     ("a stack overflow ends one process", || ends("stack overflow", "ended by signal")),
@@ -19,7 +19,19 @@ pub const TESTS: [Test; 9] = [
     ("a panic ends one process", || ends("panic", "panicked")),
     ("a fault while it waits is noticed too", killed_while_it_waits),
     ("a fault while it is set up is an error of loading", fault_at_the_beginning),
+    ("an agent that ends waits for no step of a process", ends_beside_a_hang),
 ];
+
+fn ends_beside_a_hang() {
+    let text = text("endless loop", 20, "").replace("loop.hang = \"1s\"", "loop.hang = \"60s\"");
+    let mut agent = agent(&text);
+    // The villain hangs from its twentieth step on.
+    let samples = watch(&mut agent, |sample| sample.number == 100);
+    let last = samples.last().unwrap();
+    assert!(last.number == 100 && last.now > last.committed + 500_000_000, "it hangs: {last:?}");
+    let took = last.at.elapsed();
+    assert!(took < Duration::from_secs(5), "the end took {took:?}");
+}
 
 const TIME_TO_LIVE: u64 = 60_000_000;
 

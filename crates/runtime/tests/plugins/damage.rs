@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
-use object::{Object, ObjectSymbol, elf};
+use object::{Object, ObjectSection, ObjectSymbol, elf};
 use proptest::prelude::*;
 use slate_runtime::plugin::{self, LibraryOutline};
 
@@ -309,4 +309,25 @@ pub fn in_a_process_of_its_own(test: &str, work: impl FnOnce()) {
         (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
     let last: Vec<_> = complained.lines().rev().take(20).collect();
     assert!(said.contains("1 passed"), "{}\n{said}\n{}", output.status, last.join("\n"));
+}
+
+#[test]
+fn sealed_library_is_refused_when_any_byte_changes() {
+    let folder = Folder::new();
+    let file = folder.write("libcounter.so", &bytes());
+    assert!(plugin::seal(&file).unwrap());
+    assert!(!plugin::seal(&file).unwrap(), "once is enough");
+    plugin::load(&file).unwrap();
+    let sealed = fs::read(&file).unwrap();
+    assert_eq!(&sealed[..bytes().len()], bytes(), "the library itself is as it was");
+    let parsed = object::File::parse(&*sealed).unwrap();
+    // In tables of the loader, where a changed byte ends who opens it, or ends it later.
+    for name in [".rela.dyn", ".gnu.version", ".text", ".dynsym"] {
+        let Some((at, length)) = parsed.section_by_name(name).and_then(|section| section.file_range()) else {
+            continue;
+        };
+        let mut damaged = sealed.clone();
+        damaged[(at + length / 2) as usize] ^= 0x10;
+        assert_says(&refusal_of(&damaged), &["is damaged: it is not as it was sealed", "copy it again"]);
+    }
 }

@@ -3,6 +3,7 @@
 
 use crate::common;
 mod damage;
+mod layers;
 mod messages;
 mod refusals;
 mod same;

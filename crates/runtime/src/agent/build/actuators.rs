@@ -147,7 +147,8 @@ impl Builder<'_, '_> {
                 let ports = wanted.commands.iter().map(|url| url.value.path_in(""));
                 let guests = wanted.modules.iter().map(|module| module.value.clone());
                 let commanders = ports.chain(guests).collect();
-                Ok(Some(Actuator::new(name, commanders, Gate::new(gate), writer, state, self.ground.index)))
+                let own = (self.ground.index, Arc::clone(&self.ground.means.clock));
+                Ok(Some(Actuator::new(name, commanders, Gate::new(gate), writer, state, own)))
             }
             _ => Err(Failed),
         }

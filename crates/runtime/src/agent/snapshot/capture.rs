@@ -13,6 +13,7 @@ use crate::agent::Composer;
 use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
 use crate::clock::monotonic;
+use crate::configuration::Layered;
 use crate::main_loop::{Seat, Shared};
 use crate::snapshot::{
     Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image, Keepsake, PluginMark,
@@ -37,6 +38,7 @@ pub(super) struct Subject {
 pub(super) struct Subjects {
     pub modules: Vec<Subject>,
     configuration: String,
+    layers: Layered,
     outputs: u32,
     time: Arc<TimePlace>,
     keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
@@ -114,6 +116,7 @@ impl Subjects {
         Ok(Self {
             modules: modules.collect(),
             configuration: text::of(composition, shared.board.agent()),
+            layers: text::layers(composition, shared.board.agent()),
             outputs: composition.ground.index,
             time: Arc::clone(&composition.ground.means.time),
             keepsakes: composition.keepsakes.clone(),
@@ -169,6 +172,7 @@ impl Subjects {
         let levels = shared.logger.levels();
         Some(Ok(Image {
             configuration: self.configuration.clone(),
+            layers: Some(self.layers.clone()),
             clock: FrozenClock { driven: shared.clock.is_driven(), now: shared.clock.now() },
             main_loop,
             outputs: self.outputs,

@@ -1,21 +1,39 @@
-//! The configuration of an agent as it is, in one text.
+//! The configuration of an agent as it is, in one text or layer by layer.
 
 use std::path::{Path, PathBuf};
 
 use crate::agent::composition::Composition;
-use crate::configuration::{PluginEntry, Value};
+use crate::configuration::{Layered, PluginEntry, SourceKind, Value};
 
 /// All settings, a line each, with what the command line has set and what was changed since. The libraries of plugins are
 /// named by absolute paths, and loaded at the start if they are loaded now.
 pub(super) fn of(composition: &Composition, agent: &str) -> String {
+    // An empty path is one.
+    let settings = composition.configuration.settings("").unwrap_or_default().into_iter();
+    let settings = settings.filter(|setting| !is_told_apart(&setting.path));
+    text(composition, agent, settings.map(|setting| format!("{} = {}", setting.path, setting.value)))
+}
+
+/// The same layer by layer.
+pub(super) fn layers(composition: &Composition, agent: &str) -> Layered {
+    let configuration = &composition.configuration;
+    Layered {
+        files: text(composition, agent, configuration.file_lines(&is_told_apart).into_iter()),
+        sets: configuration.lines_of(SourceKind::Set, &is_told_apart),
+        changes: configuration.lines_of(SourceKind::Change, &is_told_apart),
+    }
+}
+
+/// Whether a setting is told as it is now, wherever it comes from.
+fn is_told_apart(path: &str) -> bool {
+    path == "agent.name" || path.starts_with("plugins.")
+}
+
+/// Settings, with the agent's name and its plugins as they are now.
+fn text(composition: &Composition, agent: &str, settings: impl Iterator<Item = String>) -> String {
     let configuration = &composition.configuration;
     let mut lines = vec![format!("agent.name = {}", quoted(agent))];
-    // An empty path is one.
-    for setting in configuration.settings("").unwrap_or_default() {
-        if setting.path != "agent.name" && !setting.path.starts_with("plugins.") {
-            lines.push(format!("{} = {}", setting.path, setting.value));
-        }
-    }
+    lines.extend(settings);
     for module in configuration.modules().iter().filter(|module| configuration.is_loaded(module)) {
         lines.push(format!("modules.{}.plugin = {}", quoted(&module.name), quoted(&module.plugin)));
     }

@@ -12,7 +12,7 @@ use slate_module::aspect::ThreadState;
 use super::thread::{Life, Thread};
 use crate::clock::Clock;
 use crate::log::Logger;
-use crate::main_loop::thread_name;
+use slate_engine::thread_name;
 
 /// How often is looked whether threads have ended.
 const LOOK: Duration = Duration::from_micros(500);

@@ -1,0 +1,84 @@
+//! A configuration as text, layer by layer, so that changes made at run time can be taken back in another process.
+
+use serde::{Deserialize, Serialize};
+
+use super::compare::{differences, leaves, same};
+use super::exclusive::counterpart;
+use super::path::render;
+use super::source::SourceKind;
+use super::value::Table;
+use super::{Configuration, Database, Options, Report};
+
+/// The layers of a configuration.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Layered {
+    /// What the files and the defaults of the program say, as TOML.
+    pub files: String,
+    /// Settings of the command line, `path=value`, later ones last.
+    pub sets: Vec<String>,
+    /// Changes made at run time, `path=value`, later ones last.
+    pub changes: Vec<String>,
+}
+
+impl Configuration {
+    /// What the files say, a line each, but for the settings that `is_left_out`.
+    pub fn file_lines(&self, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
+        lines(&self.base, &|path| !is_left_out(&render(path)))
+    }
+
+    /// The settings of a layer above the files, in their order, of what this agent has.
+    pub fn lines_of(&self, kind: SourceKind, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
+        let is_own = |path: &[String]| {
+            let owner = &path[..path.len().min(2)];
+            !matches!(path[0].as_str(), "modules" | "actuators" | "links")
+                || [&self.base, &self.merged].iter().any(|table| table.entry(owner).is_some())
+        };
+        let tables = self.upper.iter().filter(|(own, _)| *own == kind);
+        tables
+            .flat_map(|(_, table)| lines(table, &|path| is_own(path) && !is_left_out(&render(path))))
+            .collect()
+    }
+
+    /// Whether another configuration has the same at a path.
+    pub fn agrees_with(&self, other: &Self, names: &[String]) -> bool {
+        match (self.merged.entry(names), other.merged.entry(names)) {
+            (Some(own), Some(other)) => same(&own.value, &other.value),
+            (None, None) => true,
+            _ => false,
+        }
+    }
+
+    /// Whether another configuration has the same settings, wherever each comes from.
+    pub fn is_same_as(&self, other: &Self) -> bool {
+        differences(&self.merged, &other.merged).is_empty()
+    }
+}
+
+fn lines(table: &Table, is_kept: &dyn Fn(&[String]) -> bool) -> Vec<String> {
+    let mut lines = Vec::new();
+    leaves(table, &[], &mut |path, value| {
+        if is_kept(&path) {
+            lines.push(format!("{} = {}", render(&path), value.value));
+        }
+    });
+    lines
+}
+
+impl Layered {
+    /// The configuration that they make. `sets` are settings of the command line that go over all of them.
+    ///
+    /// # Errors
+    /// Everything that is wrong with any of the layers.
+    pub fn database(
+        &self,
+        name: &str,
+        extra_tables: Vec<String>,
+        sets: Vec<String>,
+    ) -> Result<Database, Report> {
+        let over: Vec<_> = sets.iter().flat_map(|set| super::set::flat_paths(set)).collect();
+        let over: Vec<_> = over.iter().filter_map(|path| counterpart(path)).chain(over.clone()).collect();
+        let sets = self.sets.iter().cloned().chain(sets).collect();
+        let options = Options { sets, extra_tables, ..Options::default() };
+        Database::with_changes(name, &self.files, options, (&self.changes, &over))
+    }
+}

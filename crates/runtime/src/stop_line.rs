@@ -1,0 +1,131 @@
+//! The stop of an agent when nothing else of it can be reached: a datagram socket and a thread of its own, from the start on.
+//!
+//! A stop over it takes no descriptor, no thread, no memory and no connection that the agent would have to have left. It lies
+//! beside the agent's socket, as `<agent>.stop`, in the folder that only its user may enter. A datagram is the reason; the answer
+//! is one too.
+
+use std::io::{Error, ErrorKind, Result};
+use std::net::Shutdown;
+use std::os::unix::net::UnixDatagram;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+/// The longest reason, bytes; what is longer is cut.
+const REASON: usize = 1024;
+
+/// How often it looks whether the agent ends, where nothing else tells it.
+const LOOK: Duration = Duration::from_millis(500);
+
+/// How long who has asked may take to receive the answer, or the agent to receive who asks.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// What is answered.
+const STOPPED: &[u8] = b"stopped";
+
+/// The line of an agent, there as long as this lives.
+#[derive(Debug)]
+pub struct StopLine {
+    path: PathBuf,
+    socket: Arc<UnixDatagram>,
+    closed: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// Where the line is of the agent with that socket.
+fn beside(socket: &Path) -> PathBuf {
+    socket.with_extension("stop")
+}
+
+impl StopLine {
+    /// Opens the line beside an agent's socket; `stop` stops its actuators for a reason, and waits for nobody.
+    ///
+    /// # Errors
+    /// The socket can't be made, or there is no thread left.
+    pub fn open(socket: &Path, stop: impl Fn(&str) + Send + 'static) -> Result<Self> {
+        let path = beside(socket);
+        match std::fs::remove_file(&path) {
+            // What an agent left that was killed makes room.
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+            _ => {}
+        }
+        let socket = Arc::new(UnixDatagram::bind(&path)?);
+        socket.set_read_timeout(Some(LOOK))?;
+        socket.set_write_timeout(Some(PATIENCE))?;
+        let closed = Arc::new(AtomicBool::new(false));
+        let (own, ends) = (Arc::clone(&socket), Arc::clone(&closed));
+        let thread = Builder::new().name("stop line".into()).spawn(move || listen(&own, &ends, &stop))?;
+        Ok(Self { path, socket, closed, thread: Some(thread) })
+    }
+}
+
+impl Drop for StopLine {
+    fn drop(&mut self) {
+        self.closed.store(true, Ordering::Release);
+        // It looks by itself where this does not end its waiting.
+        let _ = self.socket.shutdown(Shutdown::Both);
+        if let Some(thread) = self.thread.take() {
+            // What it calls does not panic.
+            let _ = thread.join();
+        }
+        // Who removed it before did the same.
+        let _ = std::fs::remove_file(&self.path);
+    }
+}
+
+fn listen(socket: &UnixDatagram, closed: &AtomicBool, stop: &impl Fn(&str)) {
+    let mut reason = [0; REASON];
+    while !closed.load(Ordering::Acquire) {
+        match socket.recv_from(&mut reason) {
+            Ok((0, _)) => std::thread::sleep(Duration::from_millis(1)),
+            Ok((length, from)) => {
+                stop(&String::from_utf8_lossy(&reason[..length]));
+                if let Some(path) = from.as_pathname() {
+                    // Who is gone misses nothing.
+                    let _ = socket.send_to(STOPPED, path);
+                }
+            }
+            Err(error) if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {}
+            Err(_) => std::thread::sleep(Duration::from_millis(10)),
+        }
+    }
+}
+
+/// Whether an agent listens at its line; it is not disturbed by that, however busy it is.
+pub fn is_there(socket: &Path) -> bool {
+    UnixDatagram::unbound().is_ok_and(|own| own.connect(beside(socket)).is_ok())
+}
+
+/// Stops the actuators of the agent with that socket over its line, and returns when it has done so, or after `patience`.
+///
+/// # Errors
+/// Nobody is there (`NotFound` or `ConnectionRefused`), or the stop is not confirmed.
+pub fn stop(socket: &Path, reason: &str, patience: Duration) -> Result<()> {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let line = beside(socket);
+    let folder = line.parent().ok_or(ErrorKind::NotFound)?;
+    let number = COUNT.fetch_add(1, Ordering::Relaxed);
+    // Short, as the path of a socket can't be long.
+    let own = Answering(folder.join(format!(".{}.{number}", std::process::id())));
+    let _ = std::fs::remove_file(&own.0);
+    let answers = UnixDatagram::bind(&own.0)?;
+    answers.connect(&line)?;
+    answers.set_write_timeout(Some(PATIENCE))?;
+    answers.set_read_timeout(Some(patience))?;
+    let reason = &reason.as_bytes()[..reason.floor_char_boundary(REASON.min(reason.len()))];
+    answers.send(if reason.is_empty() { b"by a tool" } else { reason })?;
+    let mut answer = [0; STOPPED.len()];
+    let length = answers.recv(&mut answer)?;
+    if &answer[..length] == STOPPED { Ok(()) } else { Err(Error::from(ErrorKind::InvalidData)) }
+}
+
+/// The socket of who waits for an answer.
+struct Answering(PathBuf);
+
+impl Drop for Answering {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+    }
+}
