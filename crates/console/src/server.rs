@@ -81,6 +81,7 @@ pub struct Console {
     addresses: Vec<SocketAddr>,
     link: String,
     file: TokenFile,
+    guests: Arc<Guests>,
     end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
 }
@@ -165,7 +166,7 @@ impl Console {
             pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
         });
-        let end = Arc::new(Notify::new());
+        let (guests, end) = (Arc::clone(&hall.guests), Arc::new(Notify::new()));
         let ended = Arc::clone(&end);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -179,7 +180,7 @@ impl Console {
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
         })?;
-        Ok(Self { addresses, link, file, end, thread: Some(thread) })
+        Ok(Self { addresses, link, file, guests, end, thread: Some(thread) })
     }
 
     /// Where it listens.
@@ -190,6 +191,11 @@ impl Console {
     /// What a browser opens: the address, and behind `#` the secret of the highest role, which browsers keep to themselves.
     pub fn link(&self) -> &str {
         &self.link
+    }
+
+    /// How many browsers show the page.
+    pub fn browsers(&self) -> usize {
+        self.guests.pages()
     }
 
     /// The file with the address and the secrets of all roles, which its owner alone can read.

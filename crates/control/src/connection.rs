@@ -46,6 +46,8 @@ struct Guest {
     /// Requests that are being answered.
     busy: usize,
     is_socket: bool,
+    /// Whether it is the page in a browser.
+    is_page: bool,
     leave: Arc<Notify>,
     belongings: Arc<Mutex<Belongings>>,
 }
@@ -104,6 +106,7 @@ impl Guests {
             last: number,
             busy: 0,
             is_socket: false,
+            is_page: false,
             leave: Arc::clone(&leave),
             belongings: Arc::clone(&belongings),
         };
@@ -114,6 +117,11 @@ impl Guests {
     /// Lets the connection go that was idle for the longest; false when none is idle.
     pub fn dismiss(&self) -> bool {
         dismiss(&mut self.present().1)
+    }
+
+    /// How many pages browsers show.
+    pub fn pages(&self) -> usize {
+        self.present().1.values().filter(|guest| guest.is_page).count()
     }
 
     /// Ends the traces of all connections, as the agent ends: first those of callers that ask how theirs goes within `hearing`,
@@ -161,13 +169,13 @@ impl Place {
         Work(Arc::clone(self))
     }
 
-    /// Counts as a WebSocket from now on; false when there are too many.
-    pub fn becomes_socket(&self) -> bool {
+    /// Counts as a WebSocket from now on, perhaps that of a browser's page; false when there are too many.
+    pub fn becomes_socket(&self, is_page: bool) -> bool {
         let mut present = self.guests.present();
         let sockets = present.1.values().filter(|guest| guest.is_socket).count();
         match present.1.get_mut(&self.number) {
             Some(guest) if sockets < MOST_SOCKETS => {
-                guest.is_socket = true;
+                (guest.is_socket, guest.is_page) = (true, is_page);
                 true
             }
             _ => false,

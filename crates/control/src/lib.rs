@@ -30,6 +30,7 @@ pub mod operations;
 mod picture;
 mod problem;
 mod query;
+mod repeats;
 mod role;
 mod schema;
 mod select;

@@ -18,6 +18,7 @@ use crate::operation::{self, Ask, Caller, Operation, Pace, check_query};
 use crate::operations::{DRIVE, OPERATIONS, SET_VALUE, STOP};
 use crate::problem::Problem;
 use crate::query::Query;
+use crate::repeats::Repeats;
 use crate::role::Role;
 
 /// The longest body, bytes.
@@ -37,6 +38,7 @@ pub struct Service {
     /// Whether a request waits for a place, or is refused without one.
     waits: bool,
     turn: Arc<AsyncMutex<()>>,
+    repeats: Repeats,
     /// The change that is under way.
     change: Mutex<&'static str>,
 }
@@ -81,7 +83,14 @@ impl Service {
     /// That of an agent, for so many requests at once that may take long; one more waits, or is refused.
     pub fn new(context: Arc<Context>, places: usize, waits: bool) -> Self {
         let work = Arc::new(Semaphore::new(places));
-        Self { context, work, waits, turn: Arc::default(), change: Mutex::new("") }
+        Self {
+            context,
+            work,
+            waits,
+            turn: Arc::default(),
+            repeats: Repeats::default(),
+            change: Mutex::new(""),
+        }
     }
 
     /// The agent and what belongs to it.
@@ -197,7 +206,11 @@ impl Service {
             Err(problem) => format!("is refused with {}", problem.status.as_u16()),
         };
         let path = slate_runtime::printable_text(path);
-        self.context.log(Level::Info, &format!("{}: {} {path} {done}", caller.who, operation.method));
+        let request = format!("{} {path} {done}", operation.method);
+        // A slider that is dragged asks for the same many times a second.
+        let is_new = caller.is_told || self.repeats.is_new(&format!("{} {request}", caller.role));
+        let level = if is_new { Level::Info } else { Level::Debug };
+        self.context.log(level, &format!("{}: {request}", caller.who));
     }
 }
 

@@ -11,7 +11,7 @@ use std::time::Duration;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use hyper::header::{
-    CONNECTION, HeaderMap, HeaderValue, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_PROTOCOL, UPGRADE,
+    CONNECTION, HeaderMap, HeaderValue, ORIGIN, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_PROTOCOL, UPGRADE,
 };
 use hyper::upgrade::Upgraded;
 use hyper::{Method, Request, Response, StatusCode};
@@ -161,7 +161,9 @@ pub(crate) fn open<B>(
         let message = "too many WebSockets are open";
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
     };
-    if !place.becomes_socket() {
+    // Only browsers say which page they come from.
+    let is_page = kind == Kind::Live && headers.contains_key(ORIGIN);
+    if !place.becomes_socket(is_page) {
         return Err(full());
     }
     let mut answer = response(StatusCode::SWITCHING_PROTOCOLS, "", Body::Whole(None));
