@@ -3,23 +3,32 @@
 use slate_blackboard::Url;
 use toml_edit::Key;
 
-use super::Configuration;
 use super::diagnostic::{Diagnostic, Report};
 use super::mistake::{Message, Mistake};
 use super::team::TEAM;
+use super::{Configuration, Link};
 
 /// The path of a link in the configuration.
 pub fn link_setting(to: &str) -> String {
     format!("links.{}", Key::new(to).display_repr())
 }
 
+/// The path of one of the senders of an inbox.
+pub fn sender_setting(to: &str, from: &str) -> String {
+    format!("{}.{}", link_setting(to), Key::new(from).display_repr())
+}
+
 impl Configuration {
-    /// What a link says beside what it reads, as it is written.
-    pub fn link_options(&self, to: &str) -> Vec<(String, String)> {
-        let options = self.settings(&link_setting(to)).unwrap_or_default().into_iter();
+    /// What a link says beside its ends, as it is written.
+    pub fn link_options(&self, link: &Link) -> Vec<(String, String)> {
+        let of_sender = sender_setting(&link.to.value, &link.from.value.to_string());
+        let is_sender = self.value(&of_sender).is_some();
+        let path = if is_sender { of_sender } else { link_setting(&link.to.value) };
+        let depth = Key::parse(&path).map_or(0, |keys| keys.len());
+        let options = self.settings(&path).unwrap_or_default().into_iter();
         let named = options.filter_map(|option| {
             let keys = Key::parse(&option.path).ok()?;
-            let name = keys.get(2).filter(|key| key.get() != "from")?;
+            let name = keys.get(depth).filter(|key| key.get() != "from")?;
             Some((name.get().to_owned(), option.value.to_string()))
         });
         named.collect()

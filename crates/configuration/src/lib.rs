@@ -40,6 +40,7 @@ mod division;
 mod ends;
 mod exclusive;
 mod files;
+mod inferred;
 mod layered;
 mod layers;
 mod levels;
@@ -56,6 +57,7 @@ mod record;
 pub mod replacement;
 mod schedule;
 mod scope;
+mod senders;
 mod set;
 mod share;
 mod snapshot;
@@ -72,7 +74,8 @@ use agents::Described;
 pub use comparison::Comparison;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
-pub use ends::link_setting;
+pub use ends::{link_setting, sender_setting};
+pub use inferred::Wiring;
 pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
@@ -107,6 +110,9 @@ pub struct Options {
     pub agent: Option<String>,
     /// Names at the top that belong to the application, such as `world`.
     pub extra_tables: Vec<String>,
+    /// Settings of the application that may be paths, relative to the file that they are written in, such as `world.arena`;
+    /// `*` is any name. What has neither a slash nor the ending `.toml` is a name, and no path.
+    pub paths: Vec<String>,
 }
 
 /// A value and where it comes from.
@@ -307,6 +313,11 @@ impl Configuration {
     /// The name of this agent's table, when the files describe several agents.
     fn described_as(&self) -> Option<&str> {
         self.described.as_ref().map(|described| described.name.as_str())
+    }
+
+    /// The text at a place.
+    pub fn text_at(&self, span: Span) -> &str {
+        self.sources.of(span).text.get(span.start..span.end).unwrap_or_default()
     }
 
     /// An error at a place of this configuration, found by whoever uses it.

@@ -18,7 +18,7 @@ pub(super) const LIST: Operation = Operation {
     method: "GET",
     path: "/links",
     name: "links",
-    summary: "The links, by their inputs",
+    summary: "The links, by their destinations",
     role: Role::Viewer,
     parameters: &[TOKEN],
     body: None,
@@ -31,7 +31,7 @@ pub(super) const LINK: Operation = Operation {
     method: "PUT",
     path: "/links/{input}",
     name: "link",
-    summary: "Links an input",
+    summary: "Links an input, or adds a sender to an inbox",
     role: Role::Developer,
     parameters: &[DRY_RUN],
     body: Some(|| {
@@ -54,7 +54,7 @@ pub(super) const UNLINK: Operation = Operation {
     method: "DELETE",
     path: "/links/{input}",
     name: "unlink",
-    summary: "Takes the link of an input away",
+    summary: "Takes the links of an input or inbox away",
     role: Role::Developer,
     parameters: &[DRY_RUN],
     body: None,
@@ -97,5 +97,5 @@ pub(super) fn link(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
 }
 
 pub(super) fn unlink(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    conflict(context, Call::Unlink { to: ask.part("input").into(), dry_run: ask.is_dry()? })
+    conflict(context, Call::Unlink { to: ask.part("input").into(), from: None, dry_run: ask.is_dry()? })
 }

@@ -346,9 +346,19 @@ impl Client {
         self.call(&Call::Link { to: to.into(), from: from.into(), options: options.to_vec(), dry_run })
     }
 
-    /// Takes the link of an input away, or only finds out whether that can be done.
+    /// Takes the links of an input or inbox away, or only finds out whether that can be done.
     pub fn unlink(&mut self, to: &str, dry_run: bool) -> Result<Vec<Changed>, ClientError> {
-        self.call(&Call::Unlink { to: to.into(), dry_run })
+        self.unlink_from(to, None, dry_run)
+    }
+
+    /// Takes the link between a destination and a source away, or all of the destination.
+    pub fn unlink_from(
+        &mut self,
+        to: &str,
+        from: Option<&str>,
+        dry_run: bool,
+    ) -> Result<Vec<Changed>, ClientError> {
+        self.call(&Call::Unlink { to: to.into(), from: from.map(Into::into), dry_run })
     }
 
     /// The settings at a path and below it; an empty path is everything.

@@ -150,7 +150,7 @@ impl Desk {
                 let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
                 let changes = changes.map_err(Refusal::from)?;
                 if dry_run {
-                    self.check_remote(&link, &from)?;
+                    self.check_remote(&link)?;
                 }
                 if !dry_run {
                     self.composer.say_changes("a tool has linked", &changes);
@@ -161,9 +161,12 @@ impl Desk {
                 }
                 result(changed)
             }
-            Call::Unlink { to, dry_run } => {
-                let composer = &self.composer;
-                let changes = if dry_run { composer.check_unlink(&to) } else { composer.unlink(&to) };
+            Call::Unlink { to, from, dry_run } => {
+                let (composer, from) = (&self.composer, from.as_deref());
+                let changes = match dry_run {
+                    true => composer.check_unlink_from(&to, from),
+                    false => composer.unlink_from(&to, from),
+                };
                 let changes = changes.map_err(Refusal::from)?;
                 if !dry_run {
                     self.composer.say_changes("a tool has unlinked", &changes);
@@ -174,6 +177,8 @@ impl Desk {
                 let entry = |link: crate::LinkStatus| LinkEntry {
                     to: link.to,
                     from: link.from,
+                    sends: link.sends,
+                    inferred: link.inferred,
                     options: link.options,
                     queue: link.queue,
                     age: link.age,

@@ -107,12 +107,12 @@ pub enum Call {
         /// Its name.
         name: String,
     },
-    /// Links an input: a list of [`Changed`].
+    /// Links an input or inbox: a list of [`Changed`].
     #[serde(rename = "link")]
     Link {
-        /// The input.
+        /// The destination: an input or an inbox.
         to: String,
-        /// What it reads.
+        /// The source: a property or an outbox.
         from: String,
         /// What else is said of the link: keys and values of its table, as a configuration has them.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -121,11 +121,14 @@ pub enum Call {
         #[serde(default)]
         dry_run: bool,
     },
-    /// Takes the link of an input away: a list of [`Changed`].
+    /// Takes the links of an input or inbox away, or one of them: a list of [`Changed`].
     #[serde(rename = "unlink")]
     Unlink {
-        /// The input.
+        /// The destination.
         to: String,
+        /// The source; all links of the destination unless given.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        from: Option<String>,
         /// Whether it is only found out if it can be done.
         #[serde(default)]
         dry_run: bool,
