@@ -236,7 +236,7 @@ fn controls_given_back_end_while_the_loop_hangs() {
         if (1..40).contains(&cycles) {
             let controls = controls.get_or_insert_with(|| composer.take_controls("wheel", "a test").unwrap());
             controls.command(&speed(-4.0)).unwrap();
-        } else if let Some(controls) = controls.take() {
+        } else if let Some(mut controls) = controls.take() {
             controls.release();
             let_go = Some(begin.elapsed().as_millis() as u64);
         }
