@@ -26,6 +26,7 @@ mod failure;
 mod features;
 mod folder;
 mod goal;
+#[path = "graph/drawing.rs"]
 mod graph;
 mod http;
 mod interface;
