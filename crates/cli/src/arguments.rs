@@ -240,6 +240,14 @@ pub struct RunOptions {
     #[arg(long)]
     pub headless: bool,
 
+    /// Opens the web console in a browser.
+    #[arg(long)]
+    pub open: bool,
+
+    /// Stays when the mission has ended, until Ctrl-C, also without a browser.
+    #[arg(long)]
+    pub stay: bool,
+
     /// How fast time goes: `realtime`, a factor, or `max` (staged mode only); headless staged runs of a simulator go as
     /// fast as they can, unless they are one of several agents. A robot without a simulator goes with the wall clock.
     #[arg(long, value_parser = parse_rate, allow_hyphen_values = true)]
@@ -264,6 +272,10 @@ pub struct RunOptions {
     /// One of several agents that are started together: it waits for the others, and ends with the one that starts it.
     #[arg(long, hide = true)]
     pub supervised: bool,
+
+    /// The one of several agents that has a web console, as a person watches them.
+    #[arg(long, hide = true)]
+    pub watched: bool,
 }
 
 #[derive(Debug, Args)]

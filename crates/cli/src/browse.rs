@@ -52,7 +52,7 @@ pub fn console(options: &ConsoleOptions) -> Result<bool, Failure> {
 }
 
 /// Has the system open a link.
-fn open(link: &str) -> Result<(), Failure> {
+pub fn open(link: &str) -> Result<(), Failure> {
     let usual = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
     let program = std::env::var("BROWSER").ok().filter(|name| !name.is_empty());
     let program = program.unwrap_or_else(|| usual.into());

@@ -47,12 +47,12 @@ pub struct CheckOptions {
     json: bool,
 }
 
-/// Sharing that reaches nobody: what the configuration says of it is checked, and nothing is opened.
+/// Sharing that reaches nobody: what the configuration says of it is checked, endpoints too, and nothing is opened.
 struct Offline(AgentSharing);
 
 impl Sharing for Offline {
-    fn start(&mut self, _: Site) -> Result<(), SharingError> {
-        Ok(())
+    fn start(&mut self, site: Site) -> Result<(), SharingError> {
+        self.0.check(&site)
     }
 
     fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}

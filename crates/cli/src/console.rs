@@ -8,8 +8,9 @@ use crate::mission::Mission;
 #[cfg(feature = "console")]
 mod built_in {
     use std::path::Path;
-    use std::sync::Arc;
+    use std::sync::{Arc, OnceLock};
 
+    use serde_json::json;
     use slate::console::{Console, Document, Settings};
     use slate::runtime::Agent;
 
@@ -19,8 +20,27 @@ mod built_in {
 
     /// A run is reached as long as this lives.
     pub struct Opened {
-        _console: Console,
+        console: Console,
         _trails: Trails,
+        over: Arc<OnceLock<String>>,
+    }
+
+    impl Opened {
+        /// What a browser opens.
+        pub fn link(&self) -> &str {
+            self.console.link()
+        }
+
+        /// Whether a browser shows the page.
+        pub fn has_browser(&self) -> bool {
+            self.console.browsers() > 0
+        }
+
+        /// Tells those who look that the run is over, and how it ended.
+        pub fn tell_over(&self, how: &str) {
+            // It ends once.
+            let _ = self.over.set(how.to_owned());
+        }
     }
 
     /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and secrets is for
@@ -63,10 +83,13 @@ mod built_in {
             let world = Document { name: "world".into(), read: Arc::new(move || scene.clone()) };
             let trails = Trails::follow(Arc::clone(&mission.observation), mission.agent.clock());
             let trail = Document { name: "trails".into(), read: trails.reader() };
-            match Console::start(&mission.agent, &self.settings, vec![world, trail]) {
+            let over = Arc::<OnceLock<String>>::default();
+            let told = Arc::clone(&over);
+            let run = Document { name: "run".into(), read: Arc::new(move || json!({ "over": told.get() })) };
+            match Console::start(&mission.agent, &self.settings, vec![world, trail, run]) {
                 Ok(console) => {
                     eprintln!("console: {}", console.link());
-                    Ok(Some(Opened { _console: console, _trails: trails }))
+                    Ok(Some(Opened { console, _trails: trails, over }))
                 }
                 Err(error) if self.is_named => Err(error.into()),
                 // A run that nobody has asked it of goes on without.
@@ -91,6 +114,23 @@ mod built_in {
         None
     }
 
+    /// There is none.
+    pub enum Opened {}
+
+    impl Opened {
+        pub fn link(&self) -> &str {
+            match *self {}
+        }
+
+        pub fn has_browser(&self) -> bool {
+            match *self {}
+        }
+
+        pub fn tell_over(&self, _: &str) {
+            match *self {}
+        }
+    }
+
     pub struct Wish;
 
     impl Wish {
@@ -103,10 +143,10 @@ mod built_in {
             ))
         }
 
-        pub fn open(&self, _: &Mission, _: bool) -> Result<Option<()>, Failure> {
+        pub fn open(&self, _: &Mission, _: bool) -> Result<Option<Opened>, Failure> {
             Ok(None)
         }
     }
 }
 
-pub use built_in::{Wish, open_playback};
+pub use built_in::{Opened, Wish, open_playback};

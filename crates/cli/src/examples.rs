@@ -43,6 +43,63 @@ const EXAMPLES: [Example; 3] = [
     },
 ];
 
+/// An example that is configuration, in the folder `examples` of Slate's sources.
+struct FileExample {
+    name: &'static str,
+    about: &'static str,
+    file: &'static str,
+}
+
+const FILE_EXAMPLES: [FileExample; 7] = [
+    FileExample {
+        name: "mapping",
+        about: "a robot with a laser makes a map and plans its way through it",
+        file: "mapping/mapping.toml",
+    },
+    FileExample {
+        name: "adaptation",
+        about: "a robot whose sensors fail, and a loop that looks after it",
+        file: "adaptation/adaptation.toml",
+    },
+    FileExample { name: "reflexes", about: "reflexes of three ranks", file: "reflexes/reflexes.toml" },
+    FileExample {
+        name: "strategies",
+        about: "plans that are chosen by past outcomes",
+        file: "strategies/strategies.toml",
+    },
+    FileExample {
+        name: "camera",
+        about: "a camera, and what is found in its pictures",
+        file: "camera/camera.toml",
+    },
+    FileExample {
+        name: "sharing",
+        about: "two agents, of which one reads the other",
+        file: "sharing/team.toml",
+    },
+    FileExample {
+        name: "team",
+        about: "eight robots that explore an arena and tell each other what they find",
+        file: "team/team.toml",
+    },
+];
+
+impl FileExample {
+    /// Its file: in the sources that this program was built from, or else in those where it is called.
+    fn path(&self) -> Option<PathBuf> {
+        let built = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).join(self.file);
+        let here = Path::new("examples").join(self.file);
+        [built, here].into_iter().find(|path| path.is_file())
+    }
+}
+
+/// The file that a name means: an example's, or that of the name itself.
+fn file_of(name: &str) -> PathBuf {
+    let own = Path::new(name);
+    let example = FILE_EXAMPLES.iter().find(|example| example.name == name).filter(|_| !own.is_file());
+    example.and_then(FileExample::path).unwrap_or_else(|| own.to_owned())
+}
+
 /// The settings that choose among variants; a later one goes over an earlier.
 const CHOICES: [&str; 2] = ["controller", "pace"];
 
@@ -109,11 +166,11 @@ pub fn plugins() -> Vec<Plugin> {
 
 /// The agents that a file describes, if it describes several.
 pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, Failure> {
-    let path = Path::new(name);
+    let path = file_of(name);
     if EXAMPLES.iter().any(|example| example.name == name) || !path.is_file() {
         return Ok(Vec::new());
     }
-    Ok(Configuration::agents(path, &Options { host: host.map(Into::into), ..Options::default() })?)
+    Ok(Configuration::agents(&path, &Options { host: host.map(Into::into), ..Options::default() })?)
 }
 
 /// The first file in a folder that may be a configuration.
@@ -145,7 +202,8 @@ pub fn find(
         let sets = variants.into_iter().chain(sets).collect();
         return Ok(Application::new(name, example.read(options(sets))?));
     }
-    let path = Path::new(name);
+    let path = file_of(name);
+    let path = path.as_path();
     if path.is_dir() {
         return Err(Failure::Folder { path: path.into(), inside: first_toml(path) });
     }
@@ -153,8 +211,8 @@ pub fn find(
         return Err(Failure::Unseekable { path: path.into() });
     }
     if !path.is_file() {
-        let near = nearest_names(name, EXAMPLES.iter().map(|example| example.name));
-        let all = EXAMPLES.map(|example| example.name).join(", ");
+        let near = nearest_names(name, names());
+        let all = names().collect::<Vec<_>>().join(", ");
         let help = match near.first() {
             Some(near) => format!("did you mean `{near}`? Examples: {all}; or name a configuration file"),
             None => format!("examples: {all}; or name a configuration file"),
@@ -181,19 +239,26 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
 
 /// What the examples are called.
 pub fn names() -> impl Iterator<Item = &'static str> {
-    EXAMPLES.iter().map(|example| example.name)
+    EXAMPLES.iter().map(|example| example.name).chain(FILE_EXAMPLES.iter().map(|example| example.name))
 }
 
 /// Lists the examples.
 pub fn list(json: bool) -> Result<bool, Failure> {
     if json {
         let one = |example: &Example| serde_json::json!({"name": example.name, "about": example.about});
-        let all: Vec<_> = EXAMPLES.iter().map(one).collect();
+        let file = |example: &FileExample| {
+            let path = format!("examples/{}", example.file);
+            serde_json::json!({"name": example.name, "about": example.about, "file": path})
+        };
+        let all: Vec<_> = EXAMPLES.iter().map(one).chain(FILE_EXAMPLES.iter().map(file)).collect();
         output::document("slate.examples/1", &serde_json::json!({ "examples": all }));
         return Ok(true);
     }
     for example in &EXAMPLES {
         output::line(format_args!("{:10} {}", example.name, example.about));
+    }
+    for example in &FILE_EXAMPLES {
+        output::line(format_args!("{:10} {}  (examples/{})", example.name, example.about, example.file));
     }
     Ok(true)
 }

@@ -96,8 +96,8 @@ pub enum Failure {
     Snapshot(SnapshotError),
     #[error("{0}")]
     Memory(#[from] MemoryError),
-    #[error("`{name}` can't be the name of a plugin: {reason}")]
-    PluginName { name: String, reason: &'static str },
+    #[error("`{name}` can't be the name of a {what}: {reason}")]
+    ProjectName { name: String, what: &'static str, reason: &'static str },
     #[error("no recorded module and no type of modules is called `{module}`")]
     NoModule { module: String, help: String },
     #[error("`{agent}` has not confirmed that its actuators are stopped: {trouble}")]
@@ -407,7 +407,7 @@ impl Failure {
             Self::Agent(_) => "look at the agent's log".into(),
             Self::Library(error) => error.help.clone(),
             Self::NoModule { help, .. } => help.clone(),
-            Self::PluginName { .. } => "choose another one, such as `wall-follower`".into(),
+            Self::ProjectName { .. } => "choose another one, such as `wall-follower`".into(),
             Self::NotLoaded { .. } => {
                 "`slate plugin list` shows those that are; of a list of plugins, name them one by one".into()
             }
@@ -419,7 +419,8 @@ impl Failure {
                 }
             }
             Self::NoConsole { agent } => format!(
-                "start it with --set console.port=0, or without --headless; `slate ps` shows whether {agent} is the one"
+                "it has no web console: start it without --headless, or with --set console.port=0 (a free port); of several \
+                 agents of one file, the one with the mission has a console, or the first, unless [agents.{agent}.console] says so"
             ),
             Self::Network(trouble) => trouble.help(),
             Self::Http { help, .. } => help.clone(),

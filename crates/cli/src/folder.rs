@@ -3,7 +3,42 @@
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
+use crate::arguments::RunOptions;
 use crate::failure::Failure;
+
+/// Where a run keeps what stays of it.
+pub struct ReportFolder {
+    path: PathBuf,
+    /// Nothing while nothing is kept.
+    folder: Option<Folder>,
+}
+
+impl ReportFolder {
+    /// The folder of a run, which is made now if the run `keeps` a report, or the user names it; else when something is kept.
+    pub fn of(options: &RunOptions, name: &str, seed: u64, keeps: bool) -> Result<Self, Failure> {
+        let usual = PathBuf::from("runs").join(format!("{name}-{seed}"));
+        let folder = match &options.out {
+            Some(out) => Folder::take(out)?,
+            None if !keeps => return Ok(Self { path: usual, folder: None }),
+            None => Folder::take_next(&usual)?,
+        };
+        if options.out.is_none() && folder.path != usual {
+            let [usual, own] = [&usual, &folder.path].map(|path| slate::runtime::printable(path));
+            eprintln!("another run writes its report into {usual}, so this one does into {own}");
+        }
+        Ok(Self { path: folder.path.clone(), folder: Some(folder) })
+    }
+
+    /// The folder, whether it is there or not.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the run keeps anything.
+    pub fn is_there(&self) -> bool {
+        self.folder.is_some() || self.path.is_dir()
+    }
+}
 
 /// Keeps other runs out of a folder as long as it is there. The system ends that with the process, however that ends.
 pub struct Folder {

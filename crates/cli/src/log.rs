@@ -1,7 +1,8 @@
 use std::time::Duration;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde_json::Value;
+use slate::blackboard::{Pattern, is_within};
 use slate::runtime::remote::{Client, ClientError, Reading};
 
 use crate::connection::AgentOption;
@@ -10,9 +11,18 @@ use crate::output;
 
 #[derive(Debug, Args)]
 pub struct LogOptions {
-    /// How many of the last lines; all that the agent keeps unless given.
+    /// How many of the last lines, of those that are asked for; all that the agent keeps unless given.
     #[arg(long, short = 'n')]
     pub lines: Option<usize>,
+    /// Shows lines of this level and of worse ones.
+    #[arg(long, value_enum, value_name = "LEVEL")]
+    pub level: Option<Level>,
+    /// Shows lines of these modules, such as `r2/planner` or 'r2/*'; may be given several times.
+    #[arg(long, value_name = "MODULE", value_parser = module)]
+    pub module: Vec<Of>,
+    /// Shows lines with this text, in lower or upper case.
+    #[arg(long, value_name = "TEXT")]
+    pub text: Option<String>,
     /// Goes on with the lines that come, until it is interrupted or the agent ends.
     #[arg(long, short)]
     pub follow: bool,
@@ -23,6 +33,42 @@ pub struct LogOptions {
     pub agent: AgentOption,
 }
 
+/// How bad the news of a line are; the worst comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub enum Level {
+    Error,
+    Warn,
+    Info,
+    Debug,
+}
+
+/// The modules of a name or a pattern.
+#[derive(Clone, Debug)]
+pub struct Of {
+    name: String,
+    pattern: Pattern,
+}
+
+fn module(text: &str) -> Result<Of, String> {
+    let name = text.trim_start_matches('/').to_owned();
+    let pattern = Pattern::parse(&name).map_err(|error| error.to_string())?;
+    Ok(Of { name, pattern })
+}
+
+impl LogOptions {
+    /// Whether a line is asked for.
+    fn wants(&self, reading: &Reading) -> bool {
+        let text = |name: &str| reading.value.get(name).and_then(Value::as_str).unwrap_or_default();
+        let level = Level::from_str(text("level"), true).unwrap_or(Level::Debug);
+        let own = text("module");
+        let of_module = |of: &Of| is_within(own, &of.name) || of.pattern.matches(own);
+        let has = |wanted: &String| text("text").to_lowercase().contains(&wanted.to_lowercase());
+        self.level.is_none_or(|least| level <= least)
+            && (self.module.is_empty() || self.module.iter().any(of_module))
+            && self.text.as_ref().is_none_or(has)
+    }
+}
+
 /// How often new lines are asked for.
 const PERIOD: Duration = Duration::from_millis(200);
 
@@ -30,10 +76,13 @@ const PERIOD: Duration = Duration::from_millis(200);
 pub fn log(options: &LogOptions) -> Result<bool, Failure> {
     let mut client = options.agent.connect()?;
     let mut kept = client.history("/log/tail")?;
-    if let Some(lines) = options.lines {
-        kept.drain(..kept.len().saturating_sub(lines));
-    }
     let mut last = 0;
+    if let Some(lines) = options.lines {
+        let wanted: Vec<_> = (0..kept.len()).filter(|place| options.wants(&kept[*place])).collect();
+        let first = wanted.len().checked_sub(lines).map_or(Some(0), |before| wanted.get(before).copied());
+        let mut skipped = kept.drain(..first.unwrap_or(kept.len()));
+        last = skipped.next_back().map_or(0, |reading| reading.sequence);
+    }
     loop {
         for reading in &kept {
             // What the agent no longer keeps was never asked for at the beginning.
@@ -42,7 +91,9 @@ pub fn log(options: &LogOptions) -> Result<bool, Failure> {
                 eprintln!("{lost} lines came too fast to be shown; log.targets.file has them all");
             }
             last = reading.sequence;
-            show(reading, options.json);
+            if options.wants(reading) {
+                show(reading, options.json);
+            }
         }
         if !options.follow || output::is_unread() {
             return Ok(true);

@@ -25,6 +25,7 @@ mod examples;
 mod failure;
 mod features;
 mod folder;
+mod gates;
 mod goal;
 #[path = "graph/drawing.rs"]
 mod graph;
@@ -51,6 +52,7 @@ mod scene;
 mod send;
 mod snapshot;
 mod stat;
+mod stay;
 mod stop;
 mod teleop;
 mod top;

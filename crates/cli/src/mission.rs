@@ -26,6 +26,8 @@ const STANDARD: [&str; 5] =
 
 /// What a run left.
 pub struct Finished {
+    /// The agent, which makes no more cycles.
+    pub agent: Agent,
     pub summary: Summary,
     pub scene: Scene,
     pub trajectory: Trajectory,
@@ -115,6 +117,20 @@ impl Mission {
         }
     }
 
+    /// Whether the run leaves a report, though no tool records anything: it has a mission, robots to follow or a recording.
+    pub fn keeps_report(&self) -> bool {
+        let configuration = &self.application.configuration;
+        let record = configuration.record();
+        configuration.mission().is_some() || !self.observation.robots.is_empty() || record.enabled
+    }
+
+    /// Whether the agent may stay when its run is over: the drivers of real actuators end with the run.
+    pub fn can_stay(&self) -> bool {
+        let configuration = &self.application.configuration;
+        let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
+        is_simulated || configuration.actuators().is_empty()
+    }
+
     /// The world at the start.
     #[cfg(feature = "console")]
     pub fn scene(&self) -> &Scene {
@@ -175,8 +191,8 @@ impl Mission {
             message,
             sim_time_s: now as f64 * 1e-9,
             wall_time_s: wall_time.as_secs_f64(),
-            path_length_m: path_length.unwrap_or(0.0),
-            shortest_path_m: shortest_path.unwrap_or(0.0),
+            path_length_m: path_length,
+            shortest_path_m: shortest_path,
             collisions: count(collisions),
             collisions_caused: count(collisions_caused),
             min_clearance_m: minimum_clearance,
@@ -190,7 +206,7 @@ impl Mission {
         };
         let trajectory = self.course.take_trajectory();
         let remembered = self.agent.remember();
-        Ok(Finished { summary, scene: self.scene, trajectory, remembered, recorded })
+        Ok(Finished { agent: self.agent, summary, scene: self.scene, trajectory, remembered, recorded })
     }
 
     fn judge(&self, end: &End) -> (Outcome, Option<String>) {

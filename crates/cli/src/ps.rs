@@ -6,6 +6,7 @@ use slate::runtime::remote::{Client, ClientError};
 
 use crate::connection::ask_all;
 use crate::failure::Failure;
+use crate::gates::Held;
 use crate::process::Process;
 use crate::{duration, output};
 
@@ -18,8 +19,19 @@ struct Row {
     modules: Option<(usize, usize)>,
     /// Cycles of the main loop.
     cycles: Option<u64>,
+    /// The actuators that let no command through.
+    #[serde(flatten)]
+    held: Held,
     /// Why it can't be asked.
     trouble: Option<String>,
+}
+
+/// What an agent says of itself.
+#[derive(Default)]
+struct Answer {
+    modules: Option<(usize, usize)>,
+    cycles: Option<u64>,
+    held: Held,
 }
 
 /// Lists them.
@@ -28,12 +40,13 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
         .into_iter()
         .map(|(agent, answer)| {
             let process = Process::of(&agent);
-            let (modules, cycles, trouble) = match answer {
-                Some(Ok((modules, cycles))) => (Some(modules), cycles, None),
-                Some(Err(error)) => (None, None, Some(error.to_string())),
-                None => (None, None, Some("it does not answer".into())),
+            let (answer, trouble) = match answer {
+                Some(Ok(answer)) => (answer, None),
+                Some(Err(error)) => (Answer::default(), Some(error.to_string())),
+                None => (Answer::default(), Some("it does not answer".into())),
             };
-            Row { agent, process, modules, cycles, trouble }
+            let Answer { modules, cycles, held } = answer;
+            Row { agent, process, modules, cycles, held, trouble }
         })
         .collect();
     if json {
@@ -57,20 +70,31 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
             process.and_then(|process| process.uptime).map_or_else(dash, |time| format!("{time:.0} s")),
             row.cycles.map_or_else(dash, |cycles| cycles.to_string()),
             row.modules.map_or_else(dash, |(all, _)| all.to_string()),
-            match (&row.trouble, row.modules) {
-                (Some(trouble), _) => trouble.clone(),
-                (None, Some((_, ill))) if ill > 0 => format!("{ill} not as intended"),
-                _ => "ok".into(),
-            },
+            state(row),
         ]
     };
     output::columns([head].into_iter().chain(rows.iter().map(row)));
     Ok(true)
 }
 
-fn look(client: &mut Client) -> Result<((usize, usize), Option<u64>), ClientError> {
+/// How an agent is, in words.
+fn state(row: &Row) -> String {
+    if let Some(trouble) = &row.trouble {
+        return trouble.clone();
+    }
+    let ill = row.modules.map_or(0, |(_, ill)| ill);
+    let ill = (ill > 0).then(|| format!("{ill} not as intended"));
+    let words: Vec<_> = row.held.words().into_iter().chain(ill).collect();
+    if words.is_empty() { "ok".into() } else { words.join("; ") }
+}
+
+fn look(client: &mut Client) -> Result<Answer, ClientError> {
     let modules = client.modules()?;
     let ill = modules.iter().filter(|module| !matches!(module.condition.as_str(), "WORKING" | "INACTIVE"));
     let cycles = client.read("/loop/histogram/count")?;
-    Ok(((modules.len(), ill.count()), cycles.and_then(|reading| reading.value.as_u64())))
+    Ok(Answer {
+        modules: Some((modules.len(), ill.count())),
+        cycles: cycles.and_then(|reading| reading.value.as_u64()),
+        held: Held::of(client)?,
+    })
 }

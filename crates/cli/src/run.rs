@@ -1,6 +1,5 @@
 use std::io::IsTerminal;
-use std::path::{Path, PathBuf};
-use std::time::Instant;
+use std::path::Path;
 
 use slate::record::{Recorded, Report};
 use slate::runtime::Rate;
@@ -9,14 +8,16 @@ use slate::runtime::remote::Server;
 use slate::runtime::snapshot::Snapshot;
 
 use crate::arguments::{ModeName, RunOptions};
+use crate::browse;
 use crate::console;
 use crate::deployment::{self, Tether};
 use crate::display::{Display, Lines};
 use crate::examples;
 use crate::failure::Failure;
-use crate::folder::Folder;
+use crate::folder::ReportFolder;
 use crate::mission::{How, Mission};
 use crate::output;
+use crate::stay::{Interrupt, stay};
 
 /// Runs an application once, or all the agents of a file; returns what the process ends with.
 pub fn run(options: &RunOptions) -> Result<u8, Failure> {
@@ -79,29 +80,8 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         mission.resume(snapshot)?;
     }
     drop(snapshot);
-    let stopper = mission.agent.stopper();
     let supervised = options.supervised;
-    // The first Ctrl-C ends the run with its report, the second one the process.
-    let mut asked: Option<Instant> = None;
-    let handled = ctrlc::set_handler(move || {
-        match asked {
-            // The end of each thread of the supervisor may be another signal; its second Ctrl-C is none that is caught.
-            Some(_) if supervised => {}
-            Some(first) if first.elapsed() < deployment::ONE_REQUEST => {}
-            Some(_) => std::process::exit(130),
-            None => {
-                asked = Some(deployment::now());
-                stopper.stop();
-                if supervised {
-                    // Whoever supervises may be gone, and then nobody else ends what hangs.
-                    deployment::end_later();
-                }
-            }
-        }
-    });
-    if let Err(error) = handled {
-        eprintln!("Ctrl-C will end the run without a report: {error}");
-    }
+    let interrupt = Interrupt::handle(mission.agent.stopper(), supervised);
     if let Some(tether) = &mut tether
         && !tether.wait()
     {
@@ -111,20 +91,9 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     // A robot that `slate stop` does not find does not start.
     let server = Server::open(&mission.agent).map_err(Failure::Unreachable)?;
     // Only now, as a configuration that is refused leaves nothing behind.
-    let folder = match &options.out {
-        Some(out) => Folder::take(out)?,
-        None => {
-            let usual = PathBuf::from("runs").join(format!("{name}-{seed}"));
-            let folder = Folder::take_next(&usual)?;
-            if folder.path != usual {
-                let [usual, own] = [&usual, &folder.path].map(|path| slate::runtime::printable(path));
-                eprintln!("another run writes its report into {usual}, so this one does into {own}");
-            }
-            folder
-        }
-    };
-    let directory = folder.path.clone();
-    mission.record(&directory);
+    let place = ReportFolder::of(options, &name, seed, mission.keeps_report())?;
+    let directory = place.path();
+    mission.record(directory);
     match judge {
         None => eprintln!("the configuration has no [mission], so the agent runs until it is interrupted"),
         // Whoever supervises both knows when that one has ended.
@@ -137,12 +106,21 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     if server.name() != mission.agent.board().agent() {
         eprintln!("another agent of this name runs: this one is reached with --agent {}", server.name());
     }
-    let console = wish.open(&mission, live)?;
+    let console = wish.open(&mission, live || options.open || options.watched)?;
+    if options.open {
+        match &console {
+            Some(console) => browse::open(console.link())?,
+            None => eprintln!("no browser is opened, as the configuration switches the console off"),
+        }
+    }
     let display = live.then(|| Display::start(&name, seed, &mission, &log_lines));
+    let can_stay = mission.can_stay();
     let finished = mission.run();
-    drop((server, console));
     drop(display);
     let finished = finished?;
+    if let Some(console) = &console {
+        console.tell_over(&finished.summary.headline());
+    }
     let is_lost = finished.remembered.is_err() || matches!(finished.recorded, Some(Err(_)));
     if let Err(error) = finished.remembered {
         // The report is written in any case, and if it can't be, that is told too.
@@ -152,9 +130,10 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         Report { summary: &finished.summary, scene: &finished.scene, trajectory: &finished.trajectory };
     // What came of the run is known also where the disk is full.
     output::line(&finished.summary);
-    let written = leave(&report, &log_lines, &directory);
-    if written.is_ok() {
-        output::line(format_args!("report: {}", slate::runtime::printable(&directory)));
+    // A run that keeps no report has one beside what tools kept of it.
+    let written = if place.is_there() { leave(&report, &log_lines, directory) } else { Ok(()) };
+    if place.is_there() && written.is_ok() {
+        output::line(format_args!("report: {}", slate::runtime::printable(directory)));
     }
     match finished.recorded {
         Some(Ok(recorded)) => tell(&recorded),
@@ -164,8 +143,15 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     if options.common.json {
         output::document("slate.run/1", &finished.summary);
     }
+    if can_stay {
+        stay(&interrupt, console.as_ref(), options.stay);
+    } else if options.stay {
+        eprintln!("the run does not stay, as the drivers of its actuators end with it");
+    }
+    drop((server, console));
+    drop(finished.agent);
     written?;
-    drop(folder);
+    drop(place);
     Ok(if is_lost { 2 } else { u8::from(!finished.summary.succeeded()) })
 }
 

@@ -14,6 +14,7 @@ use slate::runtime::remote::{Client, ClientError, Watched};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
+use crate::gates::Held;
 use crate::process::Process;
 use crate::watch::{end_well_on_interrupt, is_interrupted};
 use crate::{duration, output};
@@ -135,6 +136,7 @@ struct Look {
     process: Option<Process>,
     state: Value,
     cycle: Value,
+    held: Held,
     rows: Vec<Row>,
 }
 
@@ -172,16 +174,25 @@ impl Look {
             Order::Max => rows.sort_by_key(|row| std::cmp::Reverse(row.max)),
             Order::Jitter => rows.sort_by_key(|row| std::cmp::Reverse(row.jitter)),
         }
+        let held = Held::of(client)?;
         let (agent, count) = (client.name().to_owned(), values.len());
         // Another computer's processes are not seen here.
         let process = Some(&agent).filter(|_| client.is_local()).and_then(|agent| Process::of(agent));
-        Ok(Self { agent, process, state: values[count - 2].clone(), cycle: values[count - 1].clone(), rows })
+        Ok(Self {
+            agent,
+            process,
+            state: values[count - 2].clone(),
+            cycle: values[count - 1].clone(),
+            held,
+            rows,
+        })
     }
 
     fn json(&self) -> Value {
-        let Self { agent, process, state, cycle, rows } = self;
+        let Self { agent, process, state, cycle, held, rows } = self;
         json!({
             "schema": "slate.top/1", "agent": agent, "process": process, "loop": state, "cycle": cycle, "modules": rows,
+            "stopped": held.stopped, "disarmed": held.disarmed,
         })
     }
 
@@ -192,8 +203,9 @@ impl Look {
         let cycles =
             self.state.get("cycles").or(self.cycle.get("count")).and_then(Value::as_u64).unwrap_or(0);
         let process = self.process.as_ref().map_or(String::new(), |process| format!(", {process}"));
+        let held = self.held.words().map_or(String::new(), |words| format!("actuators {words}\n"));
         let head = format!(
-            "{}{process}\n{cycles} cycles: p50 {}, p99 {}, max {}\n",
+            "{}{process}\n{held}{cycles} cycles: p50 {}, p99 {}, max {}\n",
             self.agent,
             time(&self.cycle, "p50"),
             time(&self.cycle, "p99"),

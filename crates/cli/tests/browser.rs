@@ -138,6 +138,18 @@ fn exp3_shows_all_its_robots() {
     visit("exp3.cjs", &link, "exp3");
 }
 
+#[test]
+fn run_stays_while_a_browser_shows_it_and_says_that_it_is_over() {
+    let _turn = shared_turn();
+    let mut running = Running::new("browser-over");
+    let link = open(&mut running, "exp1", "exp1", &ENDLESS);
+    visit("over.cjs", &link, "exp1");
+    let output = running.finish();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(stderr.contains("the run is over; the agent stays"), "{stderr}");
+}
+
 /// Where an example that is configuration alone lies.
 fn example(file: &str) -> String {
     format!("{}/../../examples/{file}", env!("CARGO_MANIFEST_DIR"))

@@ -153,6 +153,9 @@ fn the_example_runs_with_one_command_to_its_end() {
     ] {
         assert!(printed.lines().any(|printed| printed.starts_with(line)), "no `{line}` in:\n{printed}");
     }
+    // The page of one of them is enough for whoever watches.
+    let links: Vec<_> = printed.lines().filter(|line| line.contains("console: http")).collect();
+    assert_eq!(links.len(), usize::from(cfg!(feature = "console")), "{printed}");
     let summary: Value =
         serde_json::from_str(printed.lines().find(|line| line.starts_with('{')).unwrap()).unwrap();
     for agent in ["robot", "watcher"] {

@@ -34,4 +34,5 @@ mod surface;
 mod switches;
 mod team;
 mod trace;
+mod tutorial;
 mod values;

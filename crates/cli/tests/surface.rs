@@ -138,8 +138,9 @@ fn the_documents_in_json_keep_their_form() {
         ),
         (
             &["ps"],
-            r#"{"agents":[{"agent":"text","cycles":"number","modules":["number"],"process":{"id":"number","memory":"number",
-                "threads":"number","uptime":"number"},"trouble":null}],"schema":"slate.ps/1"}"#,
+            r#"{"agents":[{"agent":"text","cycles":"number","disarmed":[],"modules":["number"],"process":{"id":"number",
+                "memory":"number","threads":"number","uptime":"number"},"stopped":[],"trouble":null}],
+                "schema":"slate.ps/1"}"#,
         ),
         (
             &["check", "exp1"],

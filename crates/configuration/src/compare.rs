@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::Configuration;
 use super::source::Spanned;
 use super::value::{Table, Value};
 
@@ -63,17 +62,6 @@ fn values<'a>(
         found.push((path.clone(), old_itself, new_itself));
     }
     tables(old_table, new_table, &path, found);
-}
-
-impl Configuration {
-    /// Whether another configuration has the same at a path.
-    pub fn agrees_with(&self, other: &Self, names: &[String]) -> bool {
-        match (self.merged.entry(names), other.merged.entry(names)) {
-            (Some(own), Some(other)) => same(&own.value, &other.value),
-            (None, None) => true,
-            _ => false,
-        }
-    }
 }
 
 /// Whether two values are equal, wherever they are written.

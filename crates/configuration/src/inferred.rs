@@ -2,8 +2,8 @@
 
 use slate_blackboard::{Url, is_within};
 
-use super::ends::{link_setting, sender_setting};
 use super::model::{Filter, Link, Transport};
+use super::path::{link_setting, sender_setting};
 use super::source::Spanned;
 use super::{Configuration, Span, Value};
 

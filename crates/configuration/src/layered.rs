@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::compare::{differences, leaves};
+use super::compare::{differences, leaves, same};
 use super::exclusive::counterpart;
 use super::path::render;
 use super::source::SourceKind;
@@ -37,6 +37,15 @@ impl Configuration {
         tables
             .flat_map(|(_, table)| lines(table, &|path| is_own(path) && !is_left_out(&render(path))))
             .collect()
+    }
+
+    /// Whether another configuration has the same at a path.
+    pub fn agrees_with(&self, other: &Self, names: &[String]) -> bool {
+        match (self.merged.entry(names), other.merged.entry(names)) {
+            (Some(own), Some(other)) => same(&own.value, &other.value),
+            (None, None) => true,
+            _ => false,
+        }
     }
 
     /// Whether another configuration has the same settings, wherever each comes from.

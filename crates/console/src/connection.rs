@@ -32,6 +32,8 @@ struct Guest {
     /// Requests that are being answered.
     busy: usize,
     is_socket: bool,
+    /// Whether it is the page in a browser.
+    is_page: bool,
     leave: Arc<Notify>,
 }
 
@@ -67,9 +69,17 @@ impl Guests {
         present.0 += 1;
         let number = present.0;
         let leave = Arc::new(Notify::new());
-        let guest = Guest { last: number, busy: 0, is_socket: false, leave: Arc::clone(&leave) };
+        let guest =
+            Guest { last: number, busy: 0, is_socket: false, is_page: false, leave: Arc::clone(&leave) };
         present.1.insert(number, guest);
         Some(Place { guests: Arc::clone(self), number, leave })
+    }
+}
+
+impl Guests {
+    /// How many pages browsers show.
+    pub fn pages(&self) -> usize {
+        self.present().1.values().filter(|guest| guest.is_page).count()
     }
 }
 
@@ -90,13 +100,13 @@ impl Place {
         Work(Arc::clone(self))
     }
 
-    /// Counts as a WebSocket from now on; false when there are too many.
-    pub fn becomes_socket(&self) -> bool {
+    /// Counts as a WebSocket from now on, perhaps that of a browser's page; false when there are too many.
+    pub fn becomes_socket(&self, is_page: bool) -> bool {
         let mut present = self.guests.present();
         let sockets = present.1.values().filter(|guest| guest.is_socket).count();
         match present.1.get_mut(&self.number) {
             Some(guest) if sockets < MOST_SOCKETS => {
-                guest.is_socket = true;
+                (guest.is_socket, guest.is_page) = (true, is_page);
                 true
             }
             _ => false,

@@ -1,6 +1,7 @@
 //! The thread of the console: it listens, lets in whom it may, and answers.
 
 mod listen;
+mod repeats;
 mod respond;
 mod secure;
 
@@ -29,6 +30,7 @@ use crate::pages::Pages;
 use crate::reserve::{BRIEF, Reserve};
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
+use repeats::Repeats;
 use secure::Tls;
 
 /// How long a request may take to come.
@@ -84,6 +86,7 @@ pub struct Console {
     addresses: Vec<SocketAddr>,
     link: String,
     file: TokenFile,
+    guests: Arc<Guests>,
     end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
 }
@@ -100,6 +103,7 @@ pub(crate) struct Hall {
     pub guard: Guard,
     pages: Pages,
     guests: Arc<Guests>,
+    repeats: Repeats,
     /// Places of requests that are worked on.
     work: Arc<Semaphore>,
 }
@@ -178,9 +182,10 @@ impl Console {
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
             pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
+            repeats: Repeats::default(),
             work: Arc::new(Semaphore::new(WORKING)),
         });
-        let end = Arc::new(Notify::new());
+        let (guests, end) = (Arc::clone(&hall.guests), Arc::new(Notify::new()));
         let ended = Arc::clone(&end);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -194,7 +199,7 @@ impl Console {
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
         })?;
-        Ok(Self { addresses, link, file, end, thread: Some(thread) })
+        Ok(Self { addresses, link, file, guests, end, thread: Some(thread) })
     }
 
     /// Where it listens.
@@ -205,6 +210,11 @@ impl Console {
     /// What a browser opens: the address, and behind `#` the secret of the highest role, which browsers keep to themselves.
     pub fn link(&self) -> &str {
         &self.link
+    }
+
+    /// How many browsers show the page.
+    pub fn browsers(&self) -> usize {
+        self.guests.pages()
     }
 
     /// The file with the address and the secrets of all roles, which its owner alone can read.

@@ -2,7 +2,7 @@
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { post, Problem } from "/api.js";
 import { connection, useReadings } from "/live.js";
-import { problemOf, reload, useResource } from "/store.js";
+import { problemOf, reload, useOver, useResource } from "/store.js";
 import { Trouble } from "/parts.js";
 import { isOver } from "/stop.js";
 
@@ -29,6 +29,10 @@ function Hold({ children, done }) {
     onKeyDown=${(event) => isKey(event) && (event.preventDefault(), begin())} onKeyUp=${(event) => isKey(event) && end()}>${children}</button>`;
 }
 
+function Over({ how, isGone }) {
+  return html`<div class="banner over" role="status"><b>The run is over.</b> ${how}. ${isGone ? "The agent has ended; what is shown is its end." : "The agent stays as long as this page is open."}</div>`;
+}
+
 function Gone({ state }) {
   const [, redraw] = useState(0);
   useEffect(() => {
@@ -53,6 +57,7 @@ export function Banner({ agent, state, broken, isOther, seen }) {
   const actuators = useResource("/actuators", 5) ?? [];
   const gates = useReadings(actuators.map(({ name }) => `${name}/gate`), 4);
   const stopped = agent?.stopped ?? null;
+  const over = useOver();
   const disarmed = actuators.filter(({ name }) => gates[`${name}/gate`]?.value.mode === "DISARMED").map(({ name }) => name);
   const act = (path) => async () => {
     try {
@@ -74,7 +79,8 @@ export function Banner({ agent, state, broken, isOther, seen }) {
     if (stopped === null) isOver();
   }, [stopped]);
   return html`<div class="banners">
-    ${["lost", "silent"].includes(state) && html`<${Gone} state=${state} />`}
+    ${over && html`<${Over} how=${over} isGone=${state === "lost"} />`}
+    ${!over && ["lost", "silent"].includes(state) && html`<${Gone} state=${state} />`}
     ${isOther && html`<div class="banner other" role="status"><b>Another run has begun.</b> Trails and plots are of this one alone. <span class="grow"></span> <button onClick=${seen}>Good</button></div>`}
     ${stopped !== null && html`<div class="banner stopped" role="alert">
       <b>Stopped</b> ${stopped} <span class="grow"></span> <${Hold} done=${act("/reset")}>Hold to reset</${Hold}>

@@ -3,7 +3,7 @@ import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { post, Problem } from "/api.js";
 import { clock, isPast, lookBack, lookLive, onConnection } from "/live.js";
 import { rememberedBy } from "/history.js";
-import { reload, usePlayback, useResource } from "/store.js";
+import { reload, useOver, usePlayback, useResource } from "/store.js";
 import { time } from "/format.js";
 import { Trouble } from "/parts.js";
 
@@ -85,11 +85,13 @@ export function Bar({ agent }) {
   const has = (path) => operations.some((operation) => operation.path.endsWith(path));
   const recordings = useResource(has("/recordings") ? "/recordings" : null, 1);
   const playback = usePlayback();
+  const over = useOver();
   const isRemembered = Boolean(recordings?.flight || playback);
   useEffect(() => {
     if (isRemembered && agent) rememberedBy(agent.name);
   }, [isRemembered, agent?.name]);
-  if (!recordings) return null;
+  // Of a run that is over nothing more is recorded, and nothing is kept.
+  if (!recordings || over) return null;
   const act = async (path, body) => {
     try {
       setProblem(null);

@@ -9,12 +9,15 @@ const signed = (text, unit) => (text.startsWith("-") ? `−${text.slice(1)}` : t
 /** A number with two places, as they are on a map. */
 export const fixed = (value, unit = "") => signed(value.toFixed(2), unit);
 
-/** A number and its unit. */
+/** An angle of so many radians, in degrees. */
+export const degrees = (radians) => `${signed(((radians * 180) / Math.PI).toFixed(1))}°`;
+
+/** A number and its unit; an angle also in degrees. */
 export function number(value, unit = "") {
   if (value === null || value === undefined) return "NaN";
   if (unit === "ns") return duration(value);
   const text = Number.isInteger(value) && !(unit in PLACES) ? String(value) : value.toFixed(PLACES[unit] ?? 3);
-  return signed(text, unit);
+  return unit === "rad" ? `${signed(text, unit)} (${degrees(value)})` : signed(text, unit);
 }
 
 /** A duration of nanoseconds, with three digits. */

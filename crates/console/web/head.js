@@ -2,7 +2,7 @@
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { clock, isPast, useReading } from "/live.js";
 import { time, word } from "/format.js";
-import { usePlayback, useProperties } from "/store.js";
+import { useOver, usePlayback, useProperties } from "/store.js";
 import { toggleTheme } from "/theme.js";
 import { copy, nameOf, write } from "/layouts.js";
 import { Problem, get, put } from "/api.js";
@@ -81,12 +81,13 @@ export function Head(properties) {
   const verdicts = useProperties().filter(({ interface: name }) => name === "Verdict");
   const names = { live: "Live", connecting: "Connecting", silent: "No answer", lost: "No connection" };
   const isPlayed = Boolean(usePlayback());
+  const isOver = Boolean(useOver());
   const isBack = state === "live" && (isPast() || isPlayed);
   return html`<header class="head">
     <div class="title">
       <img src="/icon.svg" alt="" width="28" height="28" />
       <h1>${agent?.name ?? "Slate"}</h1>
-      <span class="connection" data-state=${isBack ? "past" : state}>${isBack ? (isPlayed ? "A recording" : "Looking back") : names[state]}</span>
+      <span class="connection" data-state=${isBack ? "past" : isOver ? "over" : state}>${isBack ? (isPlayed ? "A recording" : "Looking back") : isOver ? "Run over" : names[state]}</span>
       <${Clock} />
       ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
       <span class="grow"></span>

@@ -1,5 +1,5 @@
 // Small parts that panels have in common.
-import { html, useEffect, useState } from "/lib/preact.js";
+import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { age } from "/format.js";
 import { clock, isOfNow } from "/live.js";
 
@@ -48,4 +48,25 @@ export function useSize() {
     return () => observer.disconnect();
   }, [element]);
   return [setElement, size];
+}
+
+/** A menu that opens at a press of its title, and closes at Escape and at a press elsewhere. */
+export function Menu({ title, children }) {
+  const menu = useRef(null);
+  useEffect(() => {
+    const close = (isKey) => {
+      if (!menu.current?.open) return;
+      menu.current.open = false;
+      if (isKey) menu.current.querySelector("summary").focus();
+    };
+    const press = (event) => event.key === "Escape" && close(true);
+    const point = (event) => menu.current?.contains(event.target) || close(false);
+    document.addEventListener("keydown", press);
+    document.addEventListener("pointerdown", point);
+    return () => {
+      document.removeEventListener("keydown", press);
+      document.removeEventListener("pointerdown", point);
+    };
+  }, []);
+  return html`<details class="menu" ref=${menu}><summary>${title}</summary><div>${children}</div></details>`;
 }

@@ -13,5 +13,5 @@ export * from "/store.js";
 export { clock, connection, isOfNow, isPast, onConnection, useReading, useReadings, watch } from "/live.js";
 export { openPanel } from "/open.js";
 export { useSelected, select } from "/selection.js";
-export { Age, Bar, Empty, Field, Trouble, useSize } from "/parts.js";
+export { Age, Bar, Empty, Field, Menu, Trouble, useSize } from "/parts.js";
 export { colors, onTheme } from "/theme.js";

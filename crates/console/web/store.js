@@ -82,3 +82,9 @@ export const useProperties = () => useResource("/properties", 5) ?? [];
 
 /** What values are made of, by the names of interfaces. */
 export const useInterfaces = () => useResource("/interfaces", 30) ?? {};
+
+/** How the run ended, if it is over: the agent may stay as long as somebody looks. */
+export function useOver() {
+  const documents = useResource("/documents") ?? [];
+  return useResource(documents.includes("run") ? "/documents/run" : null, 1)?.over ?? null;
+}

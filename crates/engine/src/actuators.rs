@@ -71,6 +71,8 @@ struct Inner {
     last_state: Option<GateState>,
     /// What was published last, so that only changes and renewals are.
     fresh: bool,
+    /// What the actuator got last, and when: a cycle that changes nothing more of it writes it once.
+    written: (Option<u64>, Vec<u8>),
     expires: Arc<AtomicU64>,
 }
 
@@ -102,6 +104,7 @@ impl Actuator {
             steered: false,
             last_state: None,
             fresh: false,
+            written: (None, Vec::with_capacity(descriptor.size)),
             expires: Arc::clone(&expires),
         };
         Self {
@@ -309,6 +312,7 @@ impl Actuator {
         }
         inner.gate.thaw(&frozen.gate, rearm);
         (inner.index, inner.fresh) = (frozen.index, frozen.fresh);
+        inner.written.0 = None;
         inner.last_state = frozen.shown.as_ref().filter(|shown| shown.0.len() == size_of::<GateState>()).map(
             // SAFETY: the length was checked, every bit pattern of an interface is valid, and no alignment is needed.
             |shown| unsafe { shown.0.as_ptr().cast::<GateState>().read_unaligned() },
@@ -369,8 +373,14 @@ impl Inner {
     /// Publishes the command that holds now, and the gate's state when it changed.
     fn publish(&mut self, now: u64) {
         let output = self.gate.output(now);
-        // Only a recorder in lockstep may refuse, and then the value is recorded in the next cycle.
-        let _ = self.command.write(output.command, 0, now);
+        let (time, command) = &mut self.written;
+        if *time != Some(now) || command != output.command {
+            // Only a recorder in lockstep may refuse, and then the value is recorded in the next cycle.
+            let _ = self.command.write(output.command, 0, now);
+            *time = Some(now);
+            command.clear();
+            command.extend_from_slice(output.command);
+        }
         let mut state = output.state;
         let has_ended = self.last_state.is_some_and(|last| last.expired != state.expired);
         if self.last_state != Some(state) {

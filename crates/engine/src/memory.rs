@@ -9,16 +9,19 @@ impl Memory {
     }
 
     /// Where it is.
+    #[inline]
     pub fn as_ptr(&self) -> *const u8 {
         self.0.as_ptr().cast()
     }
 
     /// Where it is, to be written.
+    #[inline]
     pub fn as_mut_ptr(&mut self) -> *mut u8 {
         self.0.as_mut_ptr().cast()
     }
 
     /// As [`bytes_mut`](Memory::bytes_mut), to be read.
+    #[inline]
     pub fn bytes(&self, count: usize) -> &[u8] {
         let count = count.min(size_of_val(&*self.0));
         // SAFETY: the memory is initialised and has so many bytes.
@@ -26,6 +29,7 @@ impl Memory {
     }
 
     /// The first `count` bytes; as many as there are, if there are fewer.
+    #[inline]
     pub fn bytes_mut(&mut self, count: usize) -> &mut [u8] {
         let count = count.min(size_of_val(&*self.0));
         // SAFETY: the memory is initialised and has so many bytes.

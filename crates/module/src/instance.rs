@@ -97,7 +97,8 @@ impl<M: Module> Instance for Authored<M> {
     }
 
     fn restore(&mut self, state: &[u8]) -> Result<(), Refusal> {
-        let old = std::mem::replace(&mut self.state, decode(state)?);
+        let state = decode(state).map_err(|error| Refusal(format!("its state does not fit: {error}")))?;
+        let old = std::mem::replace(&mut self.state, state);
         // The new state is in place, so a panic of the old one's end is no refusal.
         let _ = place::catch_aside(|| drop(old)).map_err(discard);
         Ok(())
@@ -135,5 +136,25 @@ pub fn encode<T: serde::Serialize>(state: &T) -> Result<Vec<u8>, Refusal> {
 /// # Errors
 /// What doesn't fit.
 pub fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, Refusal> {
-    ciborium::from_reader(bytes).map_err(|error| Refusal(error.to_string()))
+    ciborium::from_reader(bytes).map_err(|error| {
+        Refusal(match error {
+            ciborium::de::Error::Io(_) => "it ends too early".into(),
+            ciborium::de::Error::Syntax(at) => format!("byte {at} is no CBOR"),
+            ciborium::de::Error::Semantic(_, problem) => problem,
+            ciborium::de::Error::RecursionLimitExceeded => "it is nested too deeply".into(),
+        })
+    })
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test that fails panics")]
+mod tests {
+    use super::{decode, encode};
+
+    #[test]
+    fn state_that_does_not_fit_is_refused_in_words() {
+        let saved = encode(&None::<u64>).unwrap();
+        assert_eq!(decode::<u64>(&saved).unwrap_err().0, "invalid type: null, expected u64");
+        assert_eq!(decode::<u64>(&[]).unwrap_err().0, "it ends too early");
+    }
 }

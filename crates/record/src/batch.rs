@@ -27,7 +27,10 @@ pub struct Batch {
     /// How many runs were asked for, when it was cut off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub runs_asked: Option<u64>,
-    /// Share of the runs that reached the goal.
+    /// Runs that reached the goal, with or without collisions.
+    #[serde(default)]
+    pub goals_reached: u64,
+    /// Share of the runs that reached the goal and caused no collision.
     pub success_rate: Option<f64>,
     /// 95 % Wilson interval of the success rate.
     pub success_interval: [f64; 2],
@@ -37,7 +40,7 @@ pub struct Batch {
     /// Success weighted by path length: the mean over all runs of 0 for a failure and else the shortest way divided by
     /// the way that was gone, at most 1.
     pub spl: Option<f64>,
-    /// Seeds of the runs that did not reach the goal, ascending.
+    /// Seeds of the runs that did not reach the goal or caused a collision, ascending.
     pub failed_seeds: Vec<u64>,
     /// The same seeds by what the runs ended with.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
@@ -164,7 +167,10 @@ impl Batch {
         failed.sort_by_key(|summary| summary.seed);
         let mut failures: BTreeMap<String, Vec<u64>> = BTreeMap::new();
         for summary in &failed {
-            let why = summary.message.clone().unwrap_or_else(|| summary.outcome.to_string());
+            let why = match summary.reached_goal() {
+                true => "goal reached, with collisions caused".to_owned(),
+                false => summary.message.clone().unwrap_or_else(|| summary.outcome.to_string()),
+            };
             failures.entry(why).or_default().push(summary.seed);
         }
         let total = |count: fn(&Summary) -> u64| summaries.iter().map(count).sum();
@@ -175,6 +181,7 @@ impl Batch {
             (name.clone(), Companion::of(&runs))
         };
         let spread = |figure: fn(&Summary) -> f64| Spread::of(summaries.iter().map(figure));
+        let lengths = || summaries.iter().filter_map(|summary| summary.path_length_m);
         Batch {
             example: shared(summaries.iter().map(|summary| summary.example.as_str())),
             mode: shared(summaries.iter().map(|summary| summary.mode.as_str())),
@@ -182,10 +189,11 @@ impl Batch {
             runs,
             interrupted: false,
             runs_asked: None,
+            goals_reached: summaries.iter().filter(|summary| summary.reached_goal()).count() as u64,
             success_rate: per_run(successes as f64),
             success_interval: wilson_interval(successes, runs),
             collisions: Collisions::of(
-                summaries.iter().map(|summary| summary.path_length_m),
+                lengths(),
                 total(|summary| summary.collisions),
                 total(|summary| summary.collisions_caused),
             ),
@@ -193,7 +201,7 @@ impl Batch {
             failed_seeds: failed.iter().map(|summary| summary.seed).collect(),
             failures,
             sim_time_s: spread(|summary| summary.sim_time_s),
-            path_length_m: spread(|summary| summary.path_length_m),
+            path_length_m: Spread::of(lengths()),
             min_clearance_m: Spread::of(summaries.iter().filter_map(|summary| summary.min_clearance_m)),
             route_switches: spread(|summary| summary.route_switches as f64),
             reflexes: spread(|summary| summary.reflexes as f64),
@@ -221,7 +229,7 @@ impl Batch {
 }
 
 fn weighted_success(summary: &Summary) -> f64 {
-    let (length, shortest) = (summary.path_length_m, summary.shortest_path_m);
+    let (length, shortest) = (summary.path_length_m.unwrap_or(0.0), summary.shortest_path_m.unwrap_or(0.0));
     if !summary.succeeded() {
         0.0
     } else if length <= shortest {

@@ -48,10 +48,12 @@ pub struct Summary {
     pub sim_time_s: f64,
     /// Time on the wall from start to end, seconds. The only figure that differs between equal runs.
     pub wall_time_s: f64,
-    /// Length of the way that the robot went, metres.
-    pub path_length_m: f64,
-    /// Length of the shortest way without collision from start to goal, metres.
-    pub shortest_path_m: f64,
+    /// Length of the robot's path, metres; none of a run without a judge.
+    #[serde(default)]
+    pub path_length_m: Option<f64>,
+    /// Length of the shortest path without collision from start to goal, metres; none of a run without a judge.
+    #[serde(default)]
+    pub shortest_path_m: Option<f64>,
     /// Contacts of the robot with anything.
     pub collisions: u64,
     /// Contacts where the robot was the one moving in.
@@ -78,9 +80,25 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Whether the goal was reached.
+    /// Whether the goal was reached, and the robot caused no collision.
     pub fn succeeded(&self) -> bool {
+        self.reached_goal() && self.collisions_caused == 0
+    }
+
+    /// Whether the goal was reached, with or without collisions.
+    pub fn reached_goal(&self) -> bool {
         self.outcome == Outcome::GoalReached
+    }
+
+    /// How the run ended, in words.
+    pub fn verdict(&self) -> String {
+        match self.collisions_caused {
+            caused if caused > 0 && self.reached_goal() => {
+                let noun = if caused == 1 { "collision" } else { "collisions" };
+                format!("{}, with {caused} {noun} caused", self.outcome)
+            }
+            _ => self.outcome.to_string(),
+        }
     }
 
     /// The summary as one line of JSON, without line feed.
@@ -109,14 +127,18 @@ impl Summary {
     pub(crate) fn rows(&self) -> Vec<(String, String)> {
         let mut rows = Vec::new();
         let mut row = |name: &str, value: String| rows.push((name.to_owned(), value));
-        let (length, shortest) = (self.path_length_m, self.shortest_path_m);
-        row("path length", format!("{length:.2} m  (shortest {shortest:.2} m)"));
-        row("collisions", format!("{}  (caused by the robot: {})", self.collisions, self.collisions_caused));
-        let clearance =
-            self.min_clearance_m.map_or("no obstacle".to_owned(), |metres| format!("{metres:.3} m"));
-        row("least clearance", clearance);
-        row("route switches", self.route_switches.to_string());
-        row("reflexes", self.reflexes.to_string());
+        if let Some(length) = self.path_length_m {
+            let shortest = self.shortest_path_m.map(|shortest| format!("  (shortest {shortest:.2} m)"));
+            row("path length", format!("{length:.2} m{}", shortest.unwrap_or_default()));
+            let caused = self.collisions_caused;
+            row("collisions", format!("{}  (caused by the robot: {caused})", self.collisions));
+            let clearance = self.min_clearance_m.map(|metres| format!("{metres:.3} m"));
+            row("least clearance", clearance.unwrap_or_else(|| "no obstacle".to_owned()));
+        }
+        if self.path_length_m.is_some() || self.route_switches + self.reflexes > 0 {
+            row("route switches", self.route_switches.to_string());
+            row("reflexes", self.reflexes.to_string());
+        }
         for (name, value) in &self.figures {
             row(&name.replace('_', " "), self.measured(name, *value));
         }
@@ -142,8 +164,8 @@ impl Summary {
 
     /// The headline without the message, which may be long.
     pub(crate) fn title(&self) -> String {
-        let Summary { example, seed, outcome, sim_time_s, .. } = self;
-        format!("{example}, seed {seed}: {outcome} after {sim_time_s:.1} s")
+        let Summary { example, seed, sim_time_s, .. } = self;
+        format!("{example}, seed {seed}: {} after {sim_time_s:.1} s", self.verdict())
     }
 
     /// The conditions in one line.

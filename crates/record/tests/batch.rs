@@ -32,10 +32,10 @@ fn success_interval_is_that_of_wilson() {
 
 #[test]
 fn success_is_weighted_by_path_length() {
-    let run = |outcome, path_length_m, shortest_path_m| Summary {
+    let run = |outcome, length, shortest| Summary {
         outcome,
-        path_length_m,
-        shortest_path_m,
+        path_length_m: Some(length),
+        shortest_path_m: Some(shortest),
         ..summary(1)
     };
     let batch = Batch::of(&[
@@ -52,10 +52,10 @@ fn success_is_weighted_by_path_length() {
 
 #[test]
 fn collisions_are_counted_per_kilometre_of_way() {
-    let run = |collisions, collisions_caused, path_length_m| Summary {
+    let run = |collisions, collisions_caused, length| Summary {
         collisions,
         collisions_caused,
-        path_length_m,
+        path_length_m: Some(length),
         ..summary(1)
     };
     let collisions = Batch::of(&[run(3, 1, 300.0), run(1, 0, 200.0)]).collisions;
@@ -80,7 +80,7 @@ fn collisions_per_kilometre_have_the_bound_of_poisson() {
         (29, 79.082),
         (49, 124.342),
     ] {
-        let run = Summary { collisions_caused, path_length_m: 2000.0, ..summary(1) };
+        let run = Summary { collisions_caused, path_length_m: Some(2000.0), ..summary(1) };
         let bound = Batch::of(&[run]).collisions.collisions_caused_per_km_bound.unwrap();
         let expected = chi_squared / 2.0 / 2.0;
         assert!((bound - expected).abs() < 0.0003, "{collisions_caused}: {bound} and not {expected}");
@@ -189,7 +189,7 @@ proptest! {
     ) {
         let mut runs: Vec<Summary> = (0..).zip(figures).map(|(seed, (time, length, reached))| Summary {
             sim_time_s: time,
-            path_length_m: length,
+            path_length_m: Some(length),
             outcome: if reached { Outcome::GoalReached } else { Outcome::TimedOut },
             ..summary(seed)
         }).collect();
@@ -203,7 +203,7 @@ proptest! {
     #[test]
     fn the_bound_grows_with_the_collisions_and_stays_above_them(collisions_caused in 0_u64..1_000_000) {
         let bound = |collisions_caused| {
-            let run = Summary { collisions_caused, path_length_m: 1000.0, ..summary(1) };
+            let run = Summary { collisions_caused, path_length_m: Some(1000.0), ..summary(1) };
             Batch::of(&[run]).collisions.collisions_caused_per_km_bound.unwrap()
         };
         let (own, next) = (bound(collisions_caused), bound(collisions_caused + 1));
@@ -223,4 +223,31 @@ proptest! {
         prop_assert!(0.0 <= low && low <= rate && rate <= high && high <= 1.0);
         prop_assert_eq!(batch.failed_seeds.len() as u64, failures);
     }
+}
+
+#[test]
+fn run_with_caused_collisions_is_no_success() {
+    let collided = Summary { collisions: 14, collisions_caused: 12, ..summary(2) };
+    assert!(!collided.succeeded() && collided.reached_goal());
+    assert!(collided.headline().contains("goal reached, with 12 collisions caused after"), "{collided}");
+    let batch = Batch::of(&[summary(1), collided]);
+    assert_eq!((batch.goals_reached, batch.success_rate), (2, Some(0.5)));
+    assert_eq!(batch.failed_seeds, [2]);
+    assert_eq!(batch.failures["goal reached, with collisions caused"], [2]);
+    let text = batch.to_string();
+    assert!(text.contains("1 of 2 runs reached the goal and caused no collision"), "{text}");
+    assert!(text.contains("1 more reached the goal and caused collisions"), "{text}");
+}
+
+#[test]
+fn run_without_a_judge_has_no_path_length() {
+    let (path_length_m, shortest_path_m) = (None, None);
+    let (route_switches, reflexes) = (0, 0);
+    let run = Summary { path_length_m, shortest_path_m, route_switches, reflexes, ..summary(1) };
+    let text = run.to_string();
+    assert!(!text.contains("path length") && !text.contains("collisions"), "{text}");
+    assert!(text.contains("simulated time"), "{text}");
+    let json: serde_json::Value = serde_json::from_str(&run.json_line().unwrap()).unwrap();
+    assert!(json["path_length_m"].is_null());
+    assert_eq!(Batch::of(&[run]).path_length_m, None);
 }

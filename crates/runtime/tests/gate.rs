@@ -171,6 +171,19 @@ fn a_stop_holds_against_a_person_too() {
     assert_eq!(number(&agent, "wheel/command/value"), 3.0);
 }
 
+#[test]
+fn actuator_command_is_written_once_a_cycle() {
+    let mut agent = lockstep(DRIVE);
+    agent.step();
+    let sequence =
+        |agent: &slate_runtime::Agent| agent.board().read("wheel/command").unwrap().unwrap().1.sequence;
+    let before = sequence(&agent);
+    for _ in 0..10 {
+        agent.step();
+    }
+    assert_eq!(sequence(&agent) - before, 10);
+}
+
 /// A loop that hangs for 600 ms before the driver's step of a cycle, and for 400 ms after it.
 const HANGING: &str = r#"
 loop = { period = "5ms", hang = "3s" }

@@ -75,6 +75,11 @@ fn numbers(reader: &mut QueueReader) -> Vec<u64> {
 
 /// The times at which values came that are written every millisecond for 100 ms.
 fn served(options: Options) -> Vec<u64> {
+    served_and_lost(options).0
+}
+
+/// The same, and how many values count as lost for the reader.
+fn served_and_lost(options: Options) -> (Vec<u64>, u64) {
     let mut line = Line::new();
     let mut writer = output(&line.boards[0], "out/number", 256);
     let want = Want::new("out/number", options).expect(Number::DESCRIPTOR, 0).depth(256);
@@ -87,7 +92,17 @@ fn served(options: Options) -> Vec<u64> {
         line.run(MILLISECOND, 0);
         times.extend(numbers(&mut reader).iter().map(|_| value));
     }
-    times
+    (times, reader.skipped())
+}
+
+#[test]
+fn values_that_a_rate_leaves_out_are_not_lost() {
+    let newest = Options::default();
+    for options in [newest.minimum_interval(10 * MILLISECOND), newest.periodic(10 * MILLISECOND)] {
+        let (times, lost) = served_and_lost(options);
+        assert!(times.len() < 12, "{times:?}");
+        assert_eq!(lost, 0, "{options:?}");
+    }
 }
 
 #[test]

@@ -3,7 +3,8 @@
 
 use slate_interfaces::{
     Bumper, Chassis, Clearance, Contact, Contacts, Echo, FourWheelSpeeds, LaserScan, Odometry, Orientation,
-    Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
+    Pose2, Position, Quaternion, Sighting, Sightings, SonarPlacement, SonarScan, Transform, Twist2,
+    WheelSpeeds,
 };
 use slate_module::prelude::*;
 use slate_module::{
@@ -61,6 +62,8 @@ struct BumperIo {
 struct LaserIo {
     /// Scan of the laser scanner.
     laser: Output<LaserScan>,
+    /// Where the laser scanner is mounted on the robot.
+    laser_mount: Output<Transform>,
 }
 
 /// Outputs of a robot with a detector of robots.
@@ -182,6 +185,7 @@ impl Instance for Simulator {
         if self.started {
             self.advance((now.elapsed() * 1e9 + 0.5) as u64);
         }
+        let is_first = !self.started;
         self.started = true;
         let contacts = self.simulation.take_contacts();
         ports.with(|io: &WorldIo| {
@@ -203,7 +207,12 @@ impl Instance for Simulator {
                 ports.with(|io: &BumperIo| self.feel(robot, io));
             }
             if laser {
-                ports.with(|io: &LaserIo| self.scan(robot, io));
+                ports.with(|io: &LaserIo| {
+                    if is_first {
+                        self.tell_mount(robot, io);
+                    }
+                    self.scan(robot, io);
+                });
             }
             if robot_sensor {
                 ports.with(|io: &SightingsIo| self.see(robot, io));
@@ -259,6 +268,20 @@ impl Simulator {
     fn feel(&self, robot: usize, io: &BumperIo) {
         let felt = self.simulation.felt(robot);
         io.bumper.set(Bumper { front: felt.front.into(), back: felt.back.into() });
+    }
+
+    fn tell_mount(&self, robot: usize, io: &LaserIo) {
+        let Some(laser) = self.simulation.laser(robot) else { return };
+        let [x, y, degrees] = laser.description().mount;
+        let half = degrees.to_radians() / 2.0;
+        io.laser_mount.set(Transform {
+            parent: Text::new("base_link"),
+            child: Text::new("laser"),
+            translation: Position { x, y, z: 0.0 },
+            rotation: Quaternion { z: math::sin(half), w: math::cos(half), ..Quaternion::IDENTITY },
+            fixed: true.into(),
+            ..Transform::default()
+        });
     }
 
     fn scan(&mut self, robot: usize, io: &LaserIo) {

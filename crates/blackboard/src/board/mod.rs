@@ -141,11 +141,13 @@ impl Board {
         access: Access,
         memory: Option<Arc<dyn ValueMemory>>,
     ) -> Result<Arc<Property>, BoardError> {
-        self.add(self.new_channel(path, doc, descriptor, store, access, memory)?)
+        let property = self.new_channel(path, doc, descriptor, store, access, memory)?;
+        self.tap(&property);
+        self.add(property)
     }
 
     /// Makes a property as [`add_channel_in`](Board::add_channel_in) does, which nobody finds before it is
-    /// [placed](Board::place).
+    /// [placed](Board::place) and whose values nobody sees before it is [tapped](Board::tap).
     ///
     /// # Errors
     /// When a setting's memory can't be had.
@@ -169,11 +171,17 @@ impl Board {
         let told = Arc::clone(&source);
         channel.set_hook(move |link| told.link(link));
         let carrier = Carrier::Channel(Arc::clone(&channel));
-        let property = Property::new(source, doc, descriptor, access, carrier, setter);
-        if let Some(tap) = self.taps.0.get().and_then(|taps| taps.tap(&property)) {
+        Ok(Arc::new(Property::new(source, doc, descriptor, access, carrier, setter)))
+    }
+
+    /// Has the values of a property seen that [`new_channel`](Board::new_channel) made, from its first write on.
+    /// A property that is made on trial stays untapped, so a recorder never hears of it.
+    pub fn tap(&self, property: &Property) {
+        if let Carrier::Channel(channel) = property.carrier()
+            && let Some(tap) = self.taps.0.get().and_then(|taps| taps.tap(property))
+        {
             channel.set_tap(tap);
         }
-        Ok(Arc::new(property))
     }
 
     /// Puts properties and other names at their paths, all at once, in the place of what stands there. What stood there

@@ -43,7 +43,7 @@ impl Progress {
         let part = |done: u64| u128::from(done) * u128::from(PARTS) / u128::from(self.runs);
         let is_next_part = part(self.done) < part(self.done + 1);
         self.done += 1;
-        self.reached += u64::from(summary.succeeded());
+        self.reached += u64::from(summary.reached_goal());
         let of_others = summary.robots.values().filter_map(|figures| figures.get("collisions_caused"));
         self.collisions_caused += summary.collisions_caused + of_others.sum::<f64>() as u64;
         // After the last run, its figures follow.

@@ -56,12 +56,13 @@ pub struct Running {
 }
 
 impl Member {
-    /// An agent that does not run yet.
+    /// An agent that does not run yet; the one that `is_shown` has a web console for whoever watches the run.
     pub fn new(
         options: &RunOptions,
         (index, name): (usize, &str),
         width: usize,
         application: &Application,
+        is_shown: bool,
     ) -> Self {
         let configuration = &application.configuration;
         let mission_of = configuration.mission().and_then(|mission| mission.outcome.agent());
@@ -75,7 +76,7 @@ impl Member {
             restarts: 0,
             code: None,
             summary: None,
-            arguments: arguments(options, name, application),
+            arguments: arguments(options, name, application, is_shown),
             index,
             width,
             json: options.common.json,
@@ -177,19 +178,22 @@ pub fn code(status: ExitStatus) -> u8 {
 }
 
 /// What the agent's process is started with, beside that it is the agent's.
-fn arguments(options: &RunOptions, name: &str, application: &Application) -> Vec<OsString> {
+fn arguments(options: &RunOptions, name: &str, application: &Application, is_shown: bool) -> Vec<OsString> {
     // All are named, so that none that comes later is forgotten.
     let RunOptions {
         name: file,
         agent: _,
         common,
-        headless: _,
+        headless,
+        open,
+        stay,
         rate,
         seed,
         resume: _,
         out,
         disarmed: _,
         supervised: _,
+        watched: _,
     } = options;
     let Common { mode, workers, set, host, json } = common;
     let mut arguments: Vec<OsString> = vec!["--supervised".into(), "--headless".into()];
@@ -218,6 +222,9 @@ fn arguments(options: &RunOptions, name: &str, application: &Application) -> Vec
     add("seed", seed.map(|seed| seed.to_string().into()));
     add("out", out.as_ref().map(|out| out.join(name).into()));
     arguments.extend(json.then(|| "--json".into()));
+    arguments.extend(stay.then(|| "--stay".into()));
+    arguments.extend((is_shown && !headless).then(|| "--watched".into()));
+    arguments.extend((is_shown && *open).then(|| "--open".into()));
     arguments.push("--".into());
     arguments.extend(file.as_ref().map(Into::into));
     arguments

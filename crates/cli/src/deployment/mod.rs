@@ -15,6 +15,7 @@ use slate::runtime::configuration::{Configuration, Spanned};
 use slate::runtime::isolation::{Supervisor, describe};
 
 use crate::arguments::RunOptions;
+use crate::examples::Application;
 use crate::failure::Failure;
 use crate::{examples, output};
 use member::{Member, Running, code};
@@ -84,8 +85,8 @@ fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failur
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
     let file = options.name.as_deref().unwrap_or_default();
     let mut files: BTreeMap<PathBuf, &str> = BTreeMap::new();
-    let mut members = Vec::new();
-    for (index, name) in names.iter().enumerate() {
+    let mut applications = Vec::new();
+    for name in names {
         let (sets, host) = (options.common.set.clone(), options.common.host.as_deref());
         let application = examples::find(file, Some(name), Vec::new(), sets, host)?;
         let configuration = &application.configuration;
@@ -98,9 +99,17 @@ fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failur
                 ));
             }
         }
-        members.push(Member::new(options, (index, name), width, &application));
+        applications.push((name, application));
     }
-    Ok(members)
+    // One page is enough: that of the agent which has the mission, or of the first.
+    let has_mission = |(_, application): &(&String, Application)| {
+        application.configuration.mission().is_some_and(|mission| mission.outcome.agent().is_none())
+    };
+    let shown = applications.iter().position(has_mission).unwrap_or(0);
+    let member = |(index, (name, application)): (usize, &(&String, Application))| {
+        Member::new(options, (index, name), width, application, index == shown)
+    };
+    Ok(applications.iter().enumerate().map(member).collect())
 }
 
 /// The files that an agent writes by its configuration.

@@ -69,6 +69,15 @@ impl Template {
         ]
     }
 
+    /// What a project of it is.
+    fn noun(self) -> &'static str {
+        match self {
+            Self::Mapek => "robot",
+            Self::Module => "module",
+            Self::Plugin => "plugin",
+        }
+    }
+
     /// What the project is, and what to do with it when it runs.
     fn about(self) -> (&'static str, &'static str) {
         match self {
@@ -191,7 +200,7 @@ pub fn tell(name: &str, template: Template) {
 /// Writes the files of a project, and returns which.
 pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec<PathBuf>, Failure> {
     if let Some(reason) = objection(name) {
-        return Err(Failure::PluginName { name: name.into(), reason });
+        return Err(Failure::ProjectName { name: name.into(), what: template.noun(), reason });
     }
     // Of two kinds of modules of one name, nobody could say which is meant.
     let kind = name.replace('-', "_");
@@ -200,7 +209,7 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
     let linked = examples::plugins();
     if linked.iter().flat_map(|plugin| plugin.kinds()).any(|own| is_taken(own.name())) {
         let reason = "modules that come with Slate are called so";
-        return Err(Failure::PluginName { name: name.into(), reason });
+        return Err(Failure::ProjectName { name: name.into(), what: template.noun(), reason });
     }
     let slate = checkout(slate)?;
     let folder = Path::new(name);

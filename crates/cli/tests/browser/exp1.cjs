@@ -44,12 +44,15 @@ visit(async () => {
   await page.fill("input[aria-label='Search for properties']", "truth");
   await page.click("[data-path='simulator/r1/truth']");
   const inspected = page.locator(".inspector td.number").first();
-  await until("a value", async () => / (m|rad)$/.test(await inspected.innerText()));
+  await until("a value", async () => / (m|rad( \(.*°\))?)$/.test(await inspected.innerText()));
   const seen = await inspected.innerText();
   await until("the value changes", async () => (await inspected.innerText()) !== seen);
   assert((await page.locator(".inspector tbody th").allInnerTexts()).join(" ") === "x y theta", "fields are not as their interface has them");
   await page.click("button[aria-label='Plot theta']");
-  await until("it is plotted", async () => /rad$/.test(await page.innerText(".tile[data-panel=plot] .series b")));
+  await until("it is plotted", async () => /rad \(.*°\)$/.test(await page.innerText(".tile[data-panel=plot] .series b")));
+  // A parameter is found by its name.
+  await page.fill("input[aria-label='Search for properties']", "careful_speed");
+  await page.waitForSelector("[data-path='r2/planner/params']");
   // A part of one, by JSONPath and by JSON Pointer.
   await page.fill("input[aria-label='Search for properties']", "sonar");
   await page.click("[data-path='simulator/r2/sonar']");
@@ -328,6 +331,8 @@ visit(async () => {
   assert((await page.evaluate(() => window.keys)) === 1, "no key came with the controls");
   await page.evaluate(() => dispatchEvent(new KeyboardEvent("keyup", { key: "a" })));
   await press("a", "the wheels turn as the key says", turns);
+  await until("the map says who drives", async () => (await page.locator(".readout tr[data-route=TELEOPERATION]").count()) === 1);
+  await until("the overview says who drives", async () => (await page.innerText(".overview .route")).includes("Teleoperation"));
   await page.waitForTimeout(400);
   await browser.accessible(page, "the controls");
   await browser.picture(page, "drive");

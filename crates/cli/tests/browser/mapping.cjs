@@ -60,6 +60,25 @@ visit(async () => {
   }
   await browser.accessible(page, "a map with all that a robot believes");
 
+  // What the laser hits lies where the occupied cells are: the scanner is ahead of the robot's middle.
+  const mount = await value(`${AGENT}/simulator/r2/laser_mount`);
+  assert(Math.abs(mount.translation.x - 0.12) < 1e-9 && mount.child === "laser", JSON.stringify(mount));
+  await until("the laser's points are seen", async () => (await colored(["accent"])) > 100);
+  const withScans = await colored(["accent"]);
+
+  // The menu closes at Escape, and at a press elsewhere.
+  const isOpen = () => page.evaluate(() => document.querySelector(".map details.menu").open);
+  await page.click(".map summary:has-text('Layers')");
+  assert(await isOpen(), "the menu does not open");
+  await page.click("label:has-text('Scans')");
+  await until("the scans are not seen", async () => (await colored(["accent"])) < withScans / 2);
+  await page.click("label:has-text('Scans')");
+  await page.keyboard.press("Escape");
+  assert(!(await isOpen()), "the menu ignores Escape");
+  await page.click(".map summary:has-text('Layers')");
+  await page.click(".head h1");
+  assert(!(await isOpen()), "the menu ignores a press elsewhere");
+
   // A layer is left out.
   await page.click(".map summary:has-text('Layers')");
   await page.click("label:has-text('Planned ways')");
@@ -68,6 +87,14 @@ visit(async () => {
   await page.click(".map summary:has-text('Layers')");
 
   // What is painted is in the map, and in the way of the plan; and it is taken back.
+  await tool("Paint");
+  // The tools need several lines in a narrow tile, and all of the menu is seen.
+  await page.setViewportSize({ width: 900, height: 900 });
+  await page.click(".map summary:has-text('Layers')");
+  const [menu, tile] = await page.evaluate(() => [".map details.menu > div", ".map"].map((one) => document.querySelector(one).getBoundingClientRect().left));
+  assert(menu >= tile, `the menu is cut off: it begins at ${menu}, the map at ${tile}`);
+  await page.keyboard.press("Escape");
+  await page.setViewportSize({ width: 1440, height: 900 });
   await tool("Paint");
   const here = (await estimate()).pose;
   const goal = await value(`${AGENT}/r2/knowledge/goal`);

@@ -130,7 +130,14 @@ async fn answer(
             Err(problem) => format!("is refused with {}", problem.status.as_u16()),
         };
         let path = slate_runtime::printable_text(path);
-        hall.context.log(Level::Info, &format!("{who}: {} {path} {done}", operation.method));
+        let text = format!("{who}: {} {path} {done}", operation.method);
+        // A slider that is dragged asks for the same many times a second.
+        let level = if hall.repeats.is_new(&format!("{role} {} {path} {done}", operation.method)) {
+            Level::Info
+        } else {
+            Level::Debug
+        };
+        hall.context.log(level, &text);
     }
     Ok(whole(answer?))
 }

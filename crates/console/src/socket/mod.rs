@@ -15,7 +15,7 @@ use std::time::Duration;
 use futures_util::stream::{SplitSink, SplitStream};
 use futures_util::{SinkExt, StreamExt};
 use hyper::header::{
-    CONNECTION, HeaderMap, HeaderValue, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_PROTOCOL, UPGRADE,
+    CONNECTION, HeaderMap, HeaderValue, ORIGIN, SEC_WEBSOCKET_ACCEPT, SEC_WEBSOCKET_PROTOCOL, UPGRADE,
 };
 use hyper::upgrade::Upgraded;
 use hyper::{Method, Request, Response, StatusCode};
@@ -175,7 +175,9 @@ pub(crate) fn open<B>(
         Kind::Remote => Some(Arc::clone(&context.tools).try_acquire_owned().map_err(|_| full())?),
         Kind::Live | Kind::Teleoperation | Kind::Foxglove => None,
     };
-    if !place.becomes_socket() {
+    // Only browsers say which page they come from.
+    let is_page = kind == Kind::Live && headers.contains_key(ORIGIN);
+    if !place.becomes_socket(is_page) {
         return Err(full());
     }
     let mut answer = response(StatusCode::SWITCHING_PROTOCOLS, "", Body::Whole(None));

@@ -307,3 +307,20 @@ fn modules_links_and_levels_change_while_it_runs() {
         "{lines}"
     );
 }
+
+#[test]
+fn repeated_request_is_in_the_log_once() {
+    let run = Running::start("repeated");
+    let developer = run.client("developer");
+    for step in 1..=5 {
+        let body = json!({ "step": f64::from(step) });
+        developer.send("PATCH", &run.at("sensor/params"), Some(&body)).json();
+    }
+    developer.send("PUT", "/modules/sensor", Some(&json!({ "enabled": false }))).json();
+    // The log has a thread of its own.
+    run.wait_for("the last request", || {
+        run.get("/log").text().contains("PUT /api/v1/modules/sensor is done")
+    });
+    let lines = run.get("/log").text();
+    assert_eq!(lines.matches("/sensor/params is done").count(), 1, "{lines}");
+}

@@ -75,10 +75,20 @@ export function world(context, colors, view, size, { polygons = [], circles = []
   }
 }
 
-/** Where a robot has been: a line of another dash and colour for each route, and squares where that changes. */
-export function trail(context, colors, view, size, { points: all }, now) {
+/** Where a robot has been: a line of another dash and colour for each route, and squares where that changes. Of several robots each
+ *  has a band of its `own` colour beneath, which is also that of a line without a route. */
+export function trail(context, colors, view, size, { points: all }, now, own = null) {
   const points = all.at(-1)?.time > now ? all.filter(({ time }) => time <= now) : all;
   let begin = 0;
+  if (own && points.length > 1) {
+    context.setLineDash([]);
+    context.globalAlpha = 0.3;
+    context.lineWidth = 8;
+    context.strokeStyle = own;
+    outline(context, points.map(({ x, y }) => toPixel(view, size, x, y)), false);
+    context.stroke();
+    context.globalAlpha = 1;
+  }
   context.lineWidth = 2.5;
   context.lineJoin = "round";
   while (begin < points.length) {
@@ -86,13 +96,14 @@ export function trail(context, colors, view, size, { points: all }, now) {
     let end = begin;
     while (end + 1 < points.length && points[end].route === route) end += 1;
     const { color, dash } = STYLE[route] ?? STYLE.IDLE;
-    context.strokeStyle = colors[color];
+    const ink = own && color === "idle" ? own : colors[color];
+    context.strokeStyle = ink;
     context.setLineDash(dash);
     outline(context, points.slice(begin, end + 1).map(({ x, y }) => toPixel(view, size, x, y)), false);
     context.stroke();
     if (begin > 0) {
       const [x, y] = toPixel(view, size, points[begin].x, points[begin].y);
-      context.fillStyle = colors[color];
+      context.fillStyle = ink;
       context.fillRect(x - 3, y - 3, 6, 6);
     }
     if (end === begin) break;

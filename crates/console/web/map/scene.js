@@ -8,6 +8,25 @@ const robotOf = (path, names) => path.split("/").find((part) => names.includes(p
 // Of several goals of a robot the one that its Plan has made of what it was told.
 const where = (goals) => goals.filter(({ path, robot }) => !path.includes("knowledge") || !goals.some((other) => other.robot === robot && !other.path.includes("knowledge")));
 
+const isWithin = (path, whole) => path === whole || path.startsWith(`${whole}/`);
+
+/** The scans that sensors make: not what blocks make of them, which lies upon them. Without links, the first of each kind. */
+export function measured(scans, links) {
+  const moduleOf = (path) => path.slice(0, path.lastIndexOf("/"));
+  const plain = links.map(({ to, from }) => ({ to: to.replace(/^\//, ""), from: String(from).replace(/^(slate:\/\/[^/]*)?\//, "") }));
+  const isMade = (scan) => scans.some((other) => other !== scan && other.robot === scan.robot && plain.some(({ to, from }) => isWithin(to, moduleOf(scan.path)) && isWithin(from, other.path)));
+  const isFirst = (scan, place) => scans.findIndex((other) => other.robot === scan.robot && other.interface === scan.interface) === place;
+  return scans.filter((scan, place) => (links.length ? !isMade(scan) : isFirst(scan, place)));
+}
+
+/** Where a sensor is, of a robot that is at a pose: `mount` is its place on the robot, a Transform. */
+export function mounted(pose, mount) {
+  if (!mount) return pose;
+  const { translation: at, rotation: turn } = mount;
+  const [sine, cosine] = [Math.sin(pose.theta), Math.cos(pose.theta)];
+  return { x: pose.x + at.x * cosine - at.y * sine, y: pose.y + at.x * sine + at.y * cosine, theta: pose.theta + 2 * Math.atan2(turn.z, turn.w) };
+}
+
 /** Poses, scans, goals and the rest, each with the robot that it belongs to. */
 export function find(properties, world) {
   const names = (world?.robots ?? []).map(({ name }) => name);
@@ -28,7 +47,7 @@ export function find(properties, world) {
     robots,
     // What no robot of the scene is: a bare arrow.
     poses: [...poses.filter(({ robot }) => !robot), ...of("Odometry").filter(({ path }) => !robotOf(path, names))].map(({ path }) => ({ path })),
-    scans: anchored("SonarScan", "LaserScan"),
+    scans: anchored("SonarScan", "LaserScan").map((scan) => ({ ...scan, mount: of("Transform").find(({ path }) => path === `${scan.path}_mount`)?.path })),
     sightings: anchored("Sightings"),
     grids: of("OccupancyGrid").map(({ path }) => ({ path })),
     paths: of("Path").map(({ path }) => ({ path })),

@@ -1,5 +1,5 @@
 // Images as the robot sees them, and upon them what its modules have found.
-import { Empty, html, leaves, part, source, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState, watch } from "/slate.js";
+import { Empty, html, leaves, Menu, part, source, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState, watch } from "/slate.js";
 import { video } from "/video.js";
 
 // What an item that was found is called, if it says so.
@@ -106,8 +106,8 @@ function Panel({ options, setOptions }) {
       <a download=${`${path.replaceAll("/", "-")}.png`} href=${source(agent?.name ?? "", path, { format: "png" })}>Save as PNG</a>
       <span class="grow"></span>
       <span class="muted number">${pixel ? `${pixel[0]}, ${pixel[1]} px` : shown ? `${shown.width} × ${shown.height}` : ""}</span>
-      ${kinds.size > 0 && html`<details class="menu"><summary>Overlays</summary><div>
-        ${[...kinds.keys()].map((path) => html`<label key=${path}><input type="checkbox" checked=${overlays.includes(path)} onChange=${() => toggle(path)} /> ${path}</label>`)}</div></details>`}
+      ${kinds.size > 0 && html`<${Menu} title="Overlays">
+        ${[...kinds.keys()].map((path) => html`<label key=${path}><input type="checkbox" checked=${overlays.includes(path)} onChange=${() => toggle(path)} /> ${path}</label>`)}</${Menu}>`}
     </div>
     <div class="picture"><div class="frame" ref=${frame} onPointerMove=${(event) => shown && point(event)} onPointerLeave=${() => setPixel(null)}>
       <canvas ref=${canvas} role="img" aria-label=${`What is at ${path}`} hidden=${!shown}></canvas>

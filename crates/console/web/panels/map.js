@@ -1,10 +1,11 @@
 // The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
-import { clock, colors, Empty, fixed, html, isOfNow, isPast, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
+import { clock, colors, degrees, Empty, fixed, html, isOfNow, isPast, Menu, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
 import * as draw from "/map/draw.js";
 import { paint as paintStroke, setPlace, targets } from "/map/edit.js";
 import * as layers from "/map/layers.js";
-import { find } from "/map/scene.js";
+import { find, measured, mounted } from "/map/scene.js";
 import { forget, trail } from "/map/trails.js";
+import { gatesOf, routeOf } from "/route.js";
 import { fit, toPixel, toWorld, zoom } from "/map/view.js";
 
 const NO_GOAL = {
@@ -20,11 +21,11 @@ const BRUSHES = [0.1, 0.2, 0.4, 0.8];
 // So near to a pose it is taken hold of, pixels.
 const GRASP = 24;
 
+// Of several robots, each has a colour of its own.
+const own = (scheme, place) => scheme.series[place % scheme.series.length];
+
 // Nothing says how large the world of a robot without a simulator is.
 const SOMEWHERE = { minimum: [-3, -3], maximum: [3, 3] };
-
-// Only the first scan of a robot, as what its blocks make of it lies upon it.
-const firstScans = (scans) => scans.filter(({ robot }, place) => scans.findIndex((other) => other.robot === robot) === place);
 
 function Panel({ options, setOptions }) {
   const agent = useAgent();
@@ -35,7 +36,10 @@ function Panel({ options, setOptions }) {
   const world = useResource(documents.includes("world") ? "/documents/world" : null);
   const before = useResource(documents.includes("trails") ? "/documents/trails" : null)?.robots;
   const scene = useMemo(() => find(properties, world), [properties, world]);
+  const shownScans = useMemo(() => measured(scene.scans, links), [scene, links]);
   const parameters = useResource("/parameters", 10);
+  const actuators = useResource("/actuators", 5) ?? [];
+  const gates = Object.fromEntries(scene.robots.map(({ name }) => [name, gatesOf(actuators, name)]));
   const able = useMemo(() => targets(properties, links, interfaces, agent?.role, parameters), [properties, links, interfaces, agent?.role, parameters]);
   const [box, size] = useSize();
   const canvas = useRef(null);
@@ -58,9 +62,9 @@ function Panel({ options, setOptions }) {
 
   // What is drawn is watched, each at the rate of a picture.
   const watched = useMemo(() => {
-    const { robots, poses, scans, sightings, goals, grids, paths: ways, estimates } = scene;
-    const paths = [...robots.flatMap(({ pose, status }) => [pose, status]), ...poses.map(({ path }) => path)];
-    if (isShown("scans")) paths.push(...firstScans(scans).map(({ path }) => path));
+    const { robots, poses, sightings, goals, grids, paths: ways, estimates } = scene;
+    const paths = [...robots.flatMap(({ name, pose, status }) => [pose, status, ...gates[name]]), ...poses.map(({ path }) => path)];
+    if (isShown("scans")) paths.push(...shownScans.flatMap(({ path, mount }) => [path, mount]));
     if (isShown("sightings")) paths.push(...sightings.map(({ path }) => path));
     if (isShown("goals")) paths.push(...goals.map(({ path }) => path));
     if (isShown("grids")) paths.push(...grids.map(({ path }) => path));
@@ -69,7 +73,7 @@ function Panel({ options, setOptions }) {
     // What is dragged is seen, whatever else is.
     if (tool === "pose" || tool === "goal") paths.push(...able[tool].map(({ shows, path, how }) => shows ?? (how === "send" ? null : path)));
     return [...new Set(paths.filter(Boolean))];
-  }, [scene, able, tool, options.scans, options.sightings, options.goals, options.grids, options.paths, options.estimates]);
+  }, [scene, shownScans, actuators, able, tool, options.scans, options.sightings, options.goals, options.grids, options.paths, options.estimates]);
   useEffect(() => {
     state.readings.clear();
     const ends = watched.map((path) =>
@@ -122,7 +126,7 @@ function Panel({ options, setOptions }) {
     const timer = setInterval(() => {
       setSummary(scene.robots.map(({ name, pose, status, isScripted }) => {
         const place = state.readings.get(pose)?.value;
-        const route = state.readings.get(status)?.value.route;
+        const route = routeNow(name, status);
         return { name, place, route: route ?? (isScripted ? "scripted" : "") };
       }));
       setOfNow([...state.readings].filter(([, reading]) => isOfNow(reading)).map(([path]) => path).join(", "));
@@ -131,6 +135,7 @@ function Panel({ options, setOptions }) {
   }, [scene]);
 
   const value = (path) => state.readings.get(path)?.value;
+  const routeNow = (robot, status) => routeOf(value(status)?.route, (gates[robot] ?? []).map(value));
 
   function paint() {
     const element = canvas.current;
@@ -158,11 +163,11 @@ function Panel({ options, setOptions }) {
       const several = live.length > 1;
       live.forEach(({ path, robot }) => draw.goal(context, scheme, view, size, value(path).x, value(path).y, several ? `goal of ${robot ?? path}` : "goal"));
     };
-    if (isShown("trails")) trails.forEach((trail) => draw.trail(context, scheme, view, size, trail, clock.now));
+    if (isShown("trails")) trails.forEach((trail, place) => draw.trail(context, scheme, view, size, trail, clock.now, trails.length > 1 ? own(scheme, place) : null));
     if (isShown("scans")) {
-      for (const { path, interface: name, robot } of firstScans(scene.scans)) {
+      for (const { path, interface: name, robot, mount } of shownScans) {
         const [pose, scan] = [value(robot.pose), value(path)];
-        if (pose && scan) (name === "SonarScan" ? draw.sonar : draw.laser)(context, scheme, view, size, pose, scan);
+        if (pose && scan) (name === "SonarScan" ? draw.sonar : draw.laser)(context, scheme, view, size, mounted(pose, mount && value(mount)), scan);
       }
     }
     if (isShown("sightings")) {
@@ -171,8 +176,7 @@ function Panel({ options, setOptions }) {
       }
     }
     for (const body of scene.robots) {
-      const route = value(body.status)?.route;
-      const color = route === "REACTIVE" ? scheme.reactive : route === "DELIBERATIVE" ? scheme.deliberative : scheme.idle;
+      const color = scheme[{ REACTIVE: "reactive", DELIBERATIVE: "deliberative", TELEOPERATION: "amber" }[routeNow(body.name, body.status)] ?? "idle"];
       draw.robot(context, scheme, view, size, body, value(body.pose) ?? body, color);
     }
     if (isShown("paths")) {
@@ -226,7 +230,7 @@ function Panel({ options, setOptions }) {
     }
     const shown = chosen.shows ?? (chosen.how === "send" ? null : chosen.path);
     const before = shown && (value(shown)?.pose ?? value(shown));
-    const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${fixed(place.x, "m")}, y ${fixed(place.y, "m")}${chosen.turned ? `, ${fixed(place.theta, "rad")}` : ""}`;
+    const words = `${tool === "pose" ? "Pose" : "Goal"}: x ${fixed(place.x, "m")}, y ${fixed(place.y, "m")}${chosen.turned ? `, ${degrees(place.theta)}` : ""}`;
     return change(words, () => setPlace(agent.name, chosen, place, before));
   };
   const undo = async () => {
@@ -359,20 +363,20 @@ function Panel({ options, setOptions }) {
       ${scene.robots.length > 0 && html`<select aria-label="Follow" value=${options.follow ?? ""} onChange=${(event) => setOptions({ follow: event.target.value })}>
         <option value="">Follow none</option>${scene.robots.map(({ name }) => html`<option key=${name} value=${name}>Follow ${name}</option>`)}</select>`}
       <span class="grow"></span>
-      <details class="menu"><summary>Layers</summary><div>
+      <${Menu} title="Layers">
         ${Object.entries(LAYERS).map(([name, title]) => html`<label key=${name}><input type="checkbox" checked=${isShown(name)} onChange=${(event) => setOptions({ [name]: event.target.checked })} /> ${title}</label>`)}
         <button onClick=${() => { forget(); state.dirty = true; }}>Clear trails</button>
-      </div></details>
+      </${Menu}>
     </div>
     <div class="canvas-box" ref=${box}>
       <canvas ref=${canvas} tabindex="0" role="img" data-tool=${tool} aria-label=${`Map. ${summary.map(({ name, place, route }) => place ? `${name} at ${place.x.toFixed(1)}, ${place.y.toFixed(1)} ${word(route)}` : name).join("; ")}`}
         onPointerDown=${down} onPointerMove=${move} onPointerUp=${up} onPointerCancel=${() => { state.pointers.clear(); state.aim = state.stroke = null; }} onPointerLeave=${() => setHover(null)} onKeyDown=${press}></canvas>
       <table class="readout">
         <caption class="hidden">Robots</caption>
-        <tbody>${summary.map(({ name, place, route }) => html`<tr key=${name} data-route=${route}>
-          <th scope="row">${name}</th>
+        <tbody>${summary.map(({ name, place, route }, row) => html`<tr key=${name} data-route=${route}>
+          <th scope="row">${summary.length > 1 && html`<span class="own" style=${{ background: `var(--series-${(row % 6) + 1})` }}></span>`}${name}</th>
           <td class="number">${place ? fixed(place.x, "m") : "–"}</td><td class="number">${place ? fixed(place.y, "m") : "–"}</td>
-          <td class="number">${place ? fixed(place.theta, "rad") : "–"}</td><td>${word(route)}</td></tr>`)}</tbody>
+          <td class="number" title=${place ? fixed(place.theta, "rad") : ""}>${place ? degrees(place.theta) : "–"}</td><td>${word(route)}</td></tr>`)}</tbody>
       </table>
       <p class="pointer number">${hover ? `${fixed(hover[0], "m")}  ${fixed(hover[1], "m")}` : ""}</p>
       <p class="legend" aria-hidden="true"><span class="deliberative">● Deliberative</span><span class="reactive">■ Reactive</span></p>

@@ -1,6 +1,7 @@
 // A robot as MAPE-K: what its blocks say, which route decides, what Execute does.
 import { Age, brief, Empty, html, Problem, put, reload, select, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState, word } from "/slate.js";
 import { robots } from "/blocks.js";
+import { useRoute } from "/route.js";
 import { Strip } from "/strip.js";
 
 const ROUTES = ["IDLE", "DELIBERATIVE", "REACTIVE"];
@@ -56,7 +57,7 @@ function Robot({ robot, isAllowed, fail }) {
   const readings = useReadings(paths, 5);
   const status = readings[robot.status]?.value;
   const { Monitor, Analyze, Plan, Execute: executes, Knowledge, ReactiveModel } = robot.blocks;
-  const route = status?.route;
+  const route = useRoute(robot.name, status?.route);
   const cards = (modules, active) => modules.map((module) => html`<${Block} key=${module.name} module=${module} interfaces=${interfaces} readings=${readings} active=${active} />`);
   const deliberative = route === "DELIBERATIVE" ? "DELIBERATIVE" : undefined;
   const reactive = route === "REACTIVE" ? "REACTIVE" : undefined;

@@ -1,15 +1,17 @@
 // How the agent is, at a glance: what is out of the ordinary first.
 import { duration, Empty, Field, html, number, useInterfaces, useProperties, useReadings, useResource, word } from "/slate.js";
+import { useRoute } from "/route.js";
 
 const HEALTHY = ["WORKING", "INACTIVE"];
 
 function Robot({ status, name }) {
+  const route = useRoute(name, status?.route);
   return html`<section>
     <div class="group"><h3>${name}</h3></div><dl>
-    <${Field} name="Route"><span class="route" data-route=${status?.route}>${status ? word(status.route) : "–"}</span></${Field}>
-    <${Field} name="Does">${status?.tree || status?.running || "nothing"}</${Field}>
-    <${Field} name="Waits">${status ? `${status.normal} planned, ${status.high} reflexes` : "–"}</${Field}>
-    <${Field} name="Changes of the route">${status?.route_switches ?? "–"}</${Field}>
+    <${Field} name="Route"><span class="route" data-route=${route}>${route ? word(route) : "–"}</span></${Field}>
+    <${Field} name="Action">${status?.tree || status?.running || "none"}</${Field}>
+    <${Field} name="Pending">${status ? `${status.normal} planned, ${status.high} reflexes` : "–"}</${Field}>
+    <${Field} name="Route switches">${status?.route_switches ?? "–"}</${Field}>
   </dl></section>`;
 }
 

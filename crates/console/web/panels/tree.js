@@ -51,7 +51,9 @@ function Panel({ options, setOptions }) {
   const [closed, setClosed] = useState(() => new Set());
   const rates = useRates(properties ?? []);
   const wanted = text.toLowerCase().split(/\s+/).filter(Boolean);
-  const fits = ({ path, interface: name }) => wanted.every((part) => path.toLowerCase().includes(part) || name.toLowerCase().includes(part));
+  // A parameter is a field of what its module has.
+  const parameters = ({ path, access, interface: name }) => (access === "setting" ? Object.keys(interfaces[name]?.properties ?? {}).map((field) => `${path}/${field}`) : []);
+  const fits = (property) => wanted.every((part) => [property.path, property.interface, ...parameters(property)].some((text) => text.toLowerCase().includes(part)));
   const shown = (properties ?? []).filter((property) => (options.usual || wanted.length || !USUAL.test(property.path)) && fits(property));
   const isOpen = (path) => wanted.length > 0 || !closed.has(path);
   const toggle = (path) => setClosed((before) => {
@@ -62,7 +64,7 @@ function Panel({ options, setOptions }) {
   if (!properties) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
   return html`
     <div class="bar-of-tools">
-      <input type="search" placeholder="Path or interface" aria-label="Search for properties" value=${text} onInput=${(event) => setText(event.target.value)} />
+      <input type="search" placeholder="Path, parameter or interface" aria-label="Search for properties" value=${text} onInput=${(event) => setText(event.target.value)} />
       <label><input type="checkbox" checked=${options.usual === true} onChange=${(event) => setOptions({ usual: event.target.checked })} /> With state and timing of modules</label>
       <span class="muted">${shown.length} of ${properties.length}</span>
     </div>

@@ -10,14 +10,20 @@ impl fmt::Display for Batch {
             return writeln!(formatter, "no runs");
         };
         let [low, high] = self.success_interval.map(|bound| bound * 100.0);
-        let reached = self.runs - self.failed_seeds.len() as u64;
+        let succeeded = self.runs - self.failed_seeds.len() as u64;
+        // A batch that was written before this was counted has no such runs.
+        let collided = self.goals_reached.saturating_sub(succeeded);
+        let without = if collided > 0 { " and caused no collision" } else { "" };
         writeln!(
             formatter,
-            "{}: {reached} of {} runs reached the goal, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
+            "{}: {succeeded} of {} runs reached the goal{without}, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
             self.example,
             self.runs,
             rate * 100.0
         )?;
+        if collided > 0 {
+            writeln!(formatter, "{collided} more reached the goal and caused collisions")?;
+        }
         let mut line = |name: &str, value: String| writeln!(formatter, "  {name:<23} {value}");
         line("SPL", number(self.spl))?;
         for (name, value) in self.collisions.lines() {

@@ -17,6 +17,9 @@ use mcap::write::{Metadata, NoSeek};
 use mcap::{Attachment, WriteOptions};
 use slate_blackboard::{Access, Stamp};
 
+/// Path, schema and access of the values that a channel carries.
+type Carried = (String, u64, &'static str);
+
 /// How much there is of a file before its disk has it, bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
@@ -39,6 +42,8 @@ pub(super) struct File {
     /// Those of mailboxes, by number and sender.
     mailboxes: BTreeMap<(u32, u32), u16>,
     others: BTreeMap<u32, u16>,
+    /// By what they carry. A property that is made anew, as links changed, goes on in the channel of the one before.
+    known: BTreeMap<Carried, u16>,
     /// What the present piece has defined.
     repeated: Repeated,
     /// What is added to the agent's time for the file's.
@@ -74,6 +79,7 @@ impl File {
             channels: Vec::new(),
             mailboxes: BTreeMap::new(),
             others: BTreeMap::new(),
+            known: BTreeMap::new(),
             repeated: Repeated::default(),
             epoch: preface.epoch,
             limits,
@@ -117,6 +123,10 @@ impl File {
             Access::Setting => "setting",
             Access::Messages => "messages",
         };
+        let carried = (channel.path.clone(), channel.descriptor.hash, access);
+        if let Some(id) = self.known.get(&carried) {
+            return Ok(*id);
+        }
         let mut metadata = BTreeMap::from([
             ("access".to_owned(), access.to_owned()),
             ("hash".to_owned(), format!("{:016x}", channel.descriptor.hash)),
@@ -128,7 +138,12 @@ impl File {
         metadata.extend(from.map(|from| ("from".to_owned(), format!("/{from}"))));
         let topic = format!("/{}", channel.path);
         let ros::Definition { name, text } = ros::definition(channel.descriptor);
-        self.define(&name, &text, &topic, metadata)
+        let id = self.define(&name, &text, &topic, metadata)?;
+        // Mailboxes have a channel for each sender.
+        if sender.is_none() {
+            self.known.insert(carried, id);
+        }
+        Ok(id)
     }
 
     /// Adds a channel with its schema, which will stand in the file once more behind the present piece.

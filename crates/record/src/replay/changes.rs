@@ -11,14 +11,71 @@ fn switched(path: &str) -> Option<&str> {
     path.strip_suffix("/enabled").filter(|module| !module.contains('.'))
 }
 
-/// The setting that a change gives a value, unless it is a switch.
-fn setting(change: &Change) -> Option<(String, String)> {
+/// The setting that a change gives a value or takes back, unless it is a switch or an option of a link.
+fn setting(change: &Change) -> Option<(&str, Option<&str>)> {
     match change {
-        Change::Setting { path, value: Some(value) } if switched(path).is_none() => {
-            Some((path.clone(), value.clone()))
-        }
+        Change::Setting { path, .. } if switched(path).is_some() => None,
+        Change::Setting { path, value: Some(value) } => Some((path, Some(value))),
+        Change::Setting { path, value: None } if path.starts_with("links.") && linked(path).is_none() => None,
+        Change::Setting { path, value: None } => Some((path, None)),
         _ => None,
     }
+}
+
+/// The input that the path of a link leads to.
+fn linked(path: &str) -> Option<&str> {
+    path.strip_prefix("links.\"")?.strip_suffix('"').filter(|input| !input.contains('"'))
+}
+
+/// Settings that were changed at once, and so are changed at once: an input that loses its link has its value then.
+#[derive(Default)]
+struct Edit {
+    taken_back: Vec<String>,
+    set: Vec<(String, String)>,
+}
+
+impl Edit {
+    /// Whether a setting can be changed together with those that are there: all that is taken back comes first.
+    fn fits(&self, (path, value): (&str, Option<&str>)) -> bool {
+        let concerns = |set: &str| set == path || is_below(set, path) || is_below(path, set);
+        value.is_some() || !self.set.iter().any(|(set, _)| concerns(set))
+    }
+
+    fn add(&mut self, (path, value): (&str, Option<&str>)) {
+        match value {
+            Some(value) => self.set.push((path.to_owned(), value.to_owned())),
+            None => self.taken_back.push(path.to_owned()),
+        }
+    }
+
+    fn make(self, agent: &Agent) -> Result<(), String> {
+        let Self { taken_back, mut set } = self;
+        let database = database(agent)?;
+        let paths: Vec<&str> = taken_back.iter().map(String::as_str).collect();
+        let propose = |set: &[(String, String)]| {
+            database.propose_instead(&paths, set).map_err(|report| report.to_string())
+        };
+        let mut proposal = propose(&set)?;
+        // A link that a file has is overlaid.
+        let links = proposal.configuration().links();
+        let stays = |path: &&String| {
+            linked(path).is_some_and(|input| links.iter().any(|link| link.to.value == input))
+        };
+        let is_set = |path: &&String| set.iter().any(|(own, _)| own == *path);
+        let overlaid: Vec<_> = taken_back.iter().filter(stays).filter(|path| !is_set(path)).collect();
+        if !overlaid.is_empty() {
+            let removed = overlaid.into_iter().map(|path| (path.clone(), "false".to_owned()));
+            // What is set instead of a link comes after it.
+            set.splice(0..0, removed);
+            proposal = propose(&set)?;
+        }
+        proposal.commit().map(drop).map_err(|report| report.to_string())
+    }
+}
+
+/// Whether a path is that of a setting within what another one names.
+fn is_below(path: &str, other: &str) -> bool {
+    path.strip_prefix(other).is_some_and(|rest| rest.starts_with('.'))
 }
 
 /// Makes changes once more, each after the cycle of its number, or at its time; those until this one, which is told as `place`, are
@@ -32,20 +89,16 @@ pub(super) fn make_until(
     until: u64,
     place: &str,
 ) -> Result<(), String> {
-    let mut settings = Vec::new();
+    let mut edit = Edit::default();
     while let Some((_, change)) = changes.pop_front_if(|(after, _)| *after <= until) {
         let made = match setting(&change) {
             Some(own) => {
-                settings.push(own);
-                // What was changed at once is changed at once.
+                edit.add(own);
                 let next = changes.front().filter(|(after, _)| *after <= until);
-                if next.is_some_and(|(_, next)| setting(next).is_some()) {
+                if next.and_then(|(_, next)| setting(next)).is_some_and(|next| edit.fits(next)) {
                     continue;
                 }
-                database(agent).and_then(|database| {
-                    let set = database.set(&std::mem::take(&mut settings));
-                    set.map(drop).map_err(|report| report.to_string())
-                })
+                std::mem::take(&mut edit).make(agent)
             }
             None => make(agent, &change),
         };

@@ -17,7 +17,10 @@ const LOG: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");
 
 /// What becomes of a channel of the file.
 pub(super) enum Fate {
-    Played(usize),
+    Played {
+        track: usize,
+        is_setting: bool,
+    },
     /// To a mailbox, by a sender.
     Sent(usize, u32),
     Log(ros::Schema),
@@ -82,13 +85,30 @@ pub(super) fn fate(
         return Err(Some(format!("{error}: play it elsewhere with --map '{topic}=/a/path'")));
     }
     let form = Form::of(message, known).map_err(Some)?;
-    let says = |key: &str, value: &str| message.channel.metadata.get(key).is_some_and(|said| said == value);
+    let said = |key: &str| message.channel.metadata.get(key).cloned();
+    let (origin, access) = (said("hash"), said("access").unwrap_or_default());
+    let is_setting = access == "setting";
+    let is_compared = said("repeats").is_some_and(|repeats| repeats == "true") && access == "output";
+    // An input that is set at times and filled by links at others is one property.
+    let is_other_half = |track: &Track| {
+        track.topic == *topic
+            && track.origin.is_some()
+            && track.origin == origin
+            && !track.accesses.contains(&access)
+    };
+    if let Some(place) = tracks.iter().position(is_other_half) {
+        let track = &mut tracks[place];
+        track.accesses.insert(access);
+        track.is_compared |= is_compared;
+        return Ok(Fate::Played { track: place, is_setting });
+    }
     tracks.push(Track {
         topic: topic.clone(),
         path: path.into(),
         form,
-        is_compared: says("repeats", "true") && says("access", "output"),
-        is_setting: says("access", "setting"),
+        is_compared,
+        origin,
+        accesses: [access].into(),
         is_on_loop: false,
         is_counted: true,
         last_sequence: 0,
@@ -97,7 +117,7 @@ pub(super) fn fate(
         values: Vec::new(),
     });
     // There are not more channels than that.
-    Ok(Fate::Played(tracks.len() - 1))
+    Ok(Fate::Played { track: tracks.len() - 1, is_setting })
 }
 
 /// A property has one writer.

@@ -225,7 +225,7 @@ impl Witness {
         let reel = self.comparer.reel.get();
         let timeline = &reel.timeline;
         self.comparer.computed(timeline).all(|(track, next)| {
-            let place = timeline.place(track, next);
+            let place = timeline.computed(track, next).map(|(place, _)| place);
             place.and_then(|place| timeline.time(place)).is_none_or(|next| next > time)
         })
     }
@@ -337,7 +337,7 @@ impl Comparer {
         mut next: usize,
         is_missed: impl Fn(u64) -> bool,
     ) -> Result<usize, Error> {
-        while let Some(place) = reel.timeline.place(track, next)
+        while let Some((place, number)) = reel.timeline.computed(track, next)
             && let Some(time) = reel.timeline.time(place).filter(|time| is_missed(*time))
         {
             let sequence = reel.timeline.value(place)?.sequence;
@@ -349,7 +349,7 @@ impl Comparer {
                 recorded: format!("value {sequence}"),
                 replayed: "no such value".into(),
             });
-            next += 1;
+            next = number + 1;
         }
         Ok(next)
     }
@@ -376,10 +376,10 @@ impl Comparer {
         let mut reel = reel.get();
         let has_times = self.has_times;
         let mut next = self.miss(&mut reel, path, track, next, |time| has_times && time < stamp.time)?;
-        let place = reel.timeline.place(track, next);
-        let place = place.filter(|place| !has_times || reel.timeline.time(*place) == Some(stamp.time));
-        if let Some(place) = place {
-            next += 1;
+        let place = reel.timeline.computed(track, next);
+        let place = place.filter(|(place, _)| !has_times || reel.timeline.time(*place) == Some(stamp.time));
+        if let Some((place, number)) = place {
+            next = number + 1;
             let recorded = reel.timeline.value(place)?;
             let form = &reel.timeline.tracks[track].form;
             if form.descriptor.hash != channel.descriptor.hash {

@@ -42,8 +42,10 @@ pub(super) struct Track {
     pub form: Form,
     /// Whether a run of the same writes the same values.
     pub is_compared: bool,
-    /// Whether tools set it, and the configuration.
-    pub is_setting: bool,
+    /// The hash of its schema, if an agent recorded it, and the accesses of its channels: an input may be set at times, and filled
+    /// by links at others.
+    pub origin: Option<String>,
+    pub accesses: BTreeSet<String>,
     /// Whether it is written on the loop of a run in lockstep.
     pub is_on_loop: bool,
     /// Whether the numbers of the recording count its values.
@@ -87,6 +89,8 @@ struct Moment {
     /// When it is played.
     due: u64,
     track: u16,
+    /// Whether tools set it, or the configuration.
+    is_setting: bool,
     /// Of its record.
     checksum: u32,
     spot: Spot,
@@ -175,7 +179,7 @@ impl Timeline {
                 let is_chosen = is_chosen(&message.channel.topic);
                 let (tracks, mailboxes) = (&mut timeline.tracks, &mut timeline.mailboxes);
                 let fate = fate(tracks, mailboxes, &message, is_chosen, choice, known);
-                if let Ok(Fate::Played(track)) = &fate {
+                if let Ok(Fate::Played { track, .. }) = &fate {
                     let own = &mut tracks[*track];
                     own.is_on_loop =
                         own.is_compared && is_on_loop(message.channel.topic.trim_start_matches('/'));
@@ -193,7 +197,7 @@ impl Timeline {
                 timeline.times.push(time);
             }
             match &fates[&id] {
-                Fate::Played(track) => {
+                Fate::Played { track, is_setting } => {
                     let own = &mut timeline.tracks[*track];
                     let number = own.values.len() as u64 + 1;
                     own.form.note(message.data).map_err(|error| {
@@ -208,11 +212,13 @@ impl Timeline {
                     // Their places are given when they are in order.
                     own.values.push(0);
                     let time = own.latest;
-                    if own.is_on_loop {
+                    let is_on_loop = own.is_on_loop && !is_setting;
+                    if is_on_loop {
                         on_loop = on_loop.max(time);
                     }
-                    let due = if own.is_on_loop { on_loop } else { time };
-                    let entry = Moment { time, due, track: *track as u16, checksum, spot };
+                    let due = if is_on_loop { on_loop } else { time };
+                    let (track, is_setting) = (*track as u16, *is_setting);
+                    let entry = Moment { time, due, track, is_setting, checksum, spot };
                     timeline.entries.push(entry);
                 }
                 Fate::Sent(mailbox, sender) => {
@@ -301,8 +307,20 @@ impl Timeline {
 
     /// Whether a value was set between the cycle of its time and the next, and not before all cycles.
     pub fn is_set_between(&self, place: usize) -> bool {
-        let track = self.tracks.get(self.track(place)).filter(|track| track.is_setting);
+        let track = self.tracks.get(self.track(place)).filter(|_| self.is_setting(place));
         track.is_some_and(|track| track.values.first() != Some(&(place as u32)))
+    }
+
+    /// Whether tools set a value, or the configuration.
+    fn is_setting(&self, place: usize) -> bool {
+        self.entries.get(place).is_some_and(|entry| entry.is_setting)
+    }
+
+    /// The place of a track's first computed value from that number on, and its number.
+    pub fn computed(&self, track: usize, from: usize) -> Option<(usize, usize)> {
+        let values = self.tracks[track].values.iter().enumerate().skip(from);
+        let mut computed = values.map(|(number, place)| (number, *place as usize));
+        computed.find(|(_, place)| !self.is_setting(*place)).map(|(number, place)| (place, number))
     }
 
     /// Whose value it is.

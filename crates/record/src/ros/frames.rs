@@ -1,6 +1,6 @@
 //! The frames in which robots tell what they know, and the transforms between them, as ROS's REP-105 has them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use slate_blackboard::interface::Interface;
 use slate_interfaces::Transform;
@@ -25,7 +25,13 @@ pub struct Frames {
     moving: Vec<FrameTransform>,
     fixed: Vec<FrameTransform>,
     told: BTreeSet<String>,
+    /// By the topics of sensors that are mounted somewhere, their own frames.
+    mounted: BTreeMap<String, String>,
 }
+
+/// The end of the topic of a [`Transform`] that tells where a sensor is mounted, behind the sensor's own topic. The sensor's frame
+/// is called as the last part of its topic.
+const MOUNT: &str = "_mount";
 
 #[derive(Clone, Debug, Default)]
 struct Robot {
@@ -100,7 +106,19 @@ impl Frames {
             0 | 1 => vec![Robot::new("", all.pop().map(|(_, pose)| pose))],
             _ => all.into_iter().map(|(name, pose)| Robot::new(&name, Some(pose))).collect(),
         };
-        let mut frames = Self { robots, moving: Vec::new(), fixed: Vec::new(), told: BTreeSet::new() };
+        let mut frames = Self {
+            robots,
+            moving: Vec::new(),
+            fixed: Vec::new(),
+            told: BTreeSet::new(),
+            mounted: BTreeMap::new(),
+        };
+        for (topic, _) in topics.clone().filter(|(_, kind)| *kind == "slate_msgs/msg/Transform") {
+            let Some(sensor) = topic.strip_suffix(MOUNT) else { continue };
+            let Some(robot) = frames.owner(topic).and_then(|at| frames.robots.get(at)) else { continue };
+            let frame = joined(&robot.name, sensor.rsplit('/').next().unwrap_or_default());
+            frames.mounted.insert(sensor.to_owned(), frame);
+        }
         for (topic, _) in topics.filter(|(_, kind)| *kind == "slate_msgs/msg/Odometry") {
             let Some(robot) = frames.owner(topic).and_then(|at| frames.robots.get_mut(at)) else { continue };
             // That beside the place goes before others.
@@ -136,6 +154,9 @@ impl Frames {
 
     /// The frame in which a topic's values are told that do not say their own.
     pub fn of(&self, topic: &str) -> &str {
+        if let Some(frame) = self.mounted.get(topic) {
+            return frame;
+        }
         let robot = self.owner(topic).and_then(|at| self.robots.get(at));
         robot.map_or(MAP, |robot| &robot.base)
     }

@@ -191,6 +191,10 @@ fn each_of_several_robots_has_its_own_frames_and_is_where_it_was() {
         fixed: true.into(),
     };
     values.add("/r2/camera/mount", 0, &mount);
+    // Beside a sensor's topic: its values are told in that frame.
+    let mount = Transform { child: "range".into(), ..mount };
+    values.add("/simulator/r2/range_mount", 0, &mount);
+    values.add("/simulator/r2/range", 0, &Echo { range: 1.5, ..Echo::default() });
     let echo = Echo { range: 1.5, ..Echo::default() };
     for step in 0..20 {
         let (time, far) = (step * 100_000_000, step as f64 * 0.1);
@@ -221,7 +225,7 @@ fn each_of_several_robots_has_its_own_frames_and_is_where_it_was() {
     for robots in [&robots[..], &[]] {
         let export = RosExport { robots, ..RosExport::default() };
         let log = export_ros(&own, &Selection::default(), &export, &out).unwrap();
-        assert_eq!((log.transforms, log.left_out.len(), log.unread.len()), (61, 0, 0));
+        assert_eq!((log.transforms, log.left_out.len(), log.unread.len()), (62, 0, 0));
         let lines = read(&out);
         for reader in ["mcap", "rosbags"] {
             let of = |topic: &str| {
@@ -237,13 +241,14 @@ fn each_of_several_robots_has_its_own_frames_and_is_where_it_was() {
                 ("/r1/echo", "r1/base_link"),
                 ("/r2/echo", "r2/base_link"),
                 ("/referee/echo", "map"),
+                ("/simulator/r2/range", "r2/range"),
                 ("/r2/localizer/estimate", "map"),
             ] {
                 assert_eq!(of(topic)["header"]["frame_id"], frame, "{reader}: {topic}");
             }
             let mut all = transforms(&lines, reader, "/tf");
             let fixed = transforms(&lines, reader, "/tf_static");
-            assert_eq!(fixed.len(), 1);
+            assert_eq!(fixed.len(), 2);
             for step in 0..20 {
                 let far = step as f64 * 0.1;
                 let at = |child: &str| {
@@ -261,6 +266,7 @@ fn each_of_several_robots_has_its_own_frames_and_is_where_it_was() {
                 ("r1/odom", "map"),
                 ("r2/base_link", "map"),
                 ("r2/camera", "r2/base_link"),
+                ("r2/range", "r2/base_link"),
             ];
             assert_eq!(parents, wanted.into());
         }

@@ -1,7 +1,9 @@
 //! Modules that run on a recording have their places among those that are played.
 
-use slate_record::replay::Plan;
+use slate_record::replay::{Plan, Verdict};
+use slate_runtime::{Agent, NewLink};
 
+use crate::replay::repaired::verdict;
 use crate::replay::support::{file, play, record};
 
 /// Each but the source runs when there is something new, and says what it saw of it: one stands before the source, two beside each
@@ -80,4 +82,68 @@ fn other_links_give_other_places_and_who_is_switched_off_is_not_well() {
         drop(agent.database().unwrap().set(changes).unwrap());
     });
     is_the_same(&path);
+}
+
+/// An input that is set by hand, and what may fill it instead: one of its fields, or all of it.
+const BY_HAND: &str = r#"
+[agent]
+name = "robot"
+[loop]
+period = "10ms"
+[log.targets]
+console = false
+[modules.source]
+[modules.scale]
+inputs.number.value = 1.5
+[record]
+enabled = true
+"#;
+
+const LINKS: [(&str, &str); 2] =
+    [("scale/number/value", "source/number/value"), ("scale/number", "source/number")];
+
+fn link((to, from): (&str, &str)) -> NewLink {
+    NewLink::new(to, from)
+}
+
+/// Records it while `between` changes it; the recording is played, `scale` runs on it, and the whole run is made again.
+fn is_playable(name: &str, between: impl FnMut(&Agent, usize)) {
+    let path = file(name);
+    record(&path, BY_HAND, between);
+    play(&path, Plan::default());
+    let (_, outcome, _) = play(&path, Plan { modules: ["scale".into()].into(), ..Plan::default() });
+    let outcome = outcome.unwrap();
+    assert_eq!(outcome.first, None, "{name}: {outcome:?}");
+    let scaled = outcome.properties.iter().find(|own| own.url == "/scale/scaled");
+    assert!(scaled.is_some_and(|own| own.same > 20), "{name}: {outcome:?}");
+    let verdict = verdict(&path);
+    assert!(matches!(verdict, Verdict::Identical { .. }), "{name}: {verdict:?}");
+}
+
+fn set(agent: &Agent, value: &str) {
+    agent.database().unwrap().set(&[("modules.scale.inputs.number.value", value)]).unwrap();
+}
+
+#[test]
+fn link_on_trial_leaves_no_trace_in_a_recording() {
+    for (place, with) in LINKS.into_iter().enumerate() {
+        is_playable(&format!("on-trial-{place}.mcap"), |agent, cycle| match cycle {
+            5 => drop(agent.composer().check_link(&link(with)).unwrap()),
+            9 => set(agent, "0.5"),
+            _ => {}
+        });
+    }
+}
+
+#[test]
+fn link_and_unlink_of_a_set_input_can_be_replayed() {
+    for (place, with) in LINKS.into_iter().enumerate() {
+        is_playable(&format!("linked-for-a-while-{place}.mcap"), |agent, cycle| match cycle {
+            4 => set(agent, "0.5"),
+            8 => drop(agent.composer().link(&link(with)).unwrap()),
+            16 => drop(agent.composer().unlink(with.0).unwrap()),
+            20 => set(agent, "2.5"),
+            _ => {}
+        });
+    }
 }

@@ -9,7 +9,7 @@ use slate_runtime::{Agent, Options, RecordedTimes};
 use crate::replay::support::{file, plugins, recorded, times};
 
 /// What comes of the run of a recording, made again.
-fn verdict(path: &Path) -> Verdict {
+pub fn verdict(path: &Path) -> Verdict {
     let comparison = Comparison::open(path).unwrap();
     let database = comparison.run().configuration(Vec::new()).unwrap();
     let options = Options {

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, Placement, Property};
 
-use super::build::{Rewiring, rewire};
+use super::build::{Made, Rewiring, rewire};
 use super::composition::{Composition, Levels, listeners};
 use super::unlinked::Unlinked;
 use crate::configuration::{Configuration, Diagnostic, Report};
@@ -99,7 +99,8 @@ impl Composition {
         let listeners = listeners(&survey);
         let woken = self.woken(&listeners);
         let standing = self.standing();
-        let rewiring = rewire(configuration, &survey, &mut self.ground, &changed, &woken);
+        let made = Made::Later(self.ground.means.clock.now());
+        let rewiring = rewire(configuration, &survey, &mut self.ground, &changed, &woken, made);
         let Rewiring { mut wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
             self.undo(&standing, std::iter::empty());
             Report::from(diagnostics)
@@ -175,7 +176,8 @@ impl Composition {
             return Ok(());
         }
         let standing = self.standing();
-        let result = rewire(configuration, survey, &mut self.ground, &changed, &BTreeSet::new());
+        let nobody = BTreeSet::new();
+        let result = rewire(configuration, survey, &mut self.ground, &changed, &nobody, Made::OnTrial);
         let result = result.map(drop);
         self.undo(&standing, std::iter::empty());
         result

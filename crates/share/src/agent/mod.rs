@@ -24,7 +24,7 @@ use slate_module::Level;
 use slate_runtime::sharing::{About, Inspection, RemotePath, Sharing, SharingError, Site, TEAM, Want};
 
 use crate::carrier::{Carrier, CarrierError};
-use crate::peers::{Happening, Notice, Peers, Rights, Setup, locked};
+use crate::peers::{Happening, KnownCarriers, Notice, Peers, Rights, Setup, locked};
 use crate::session::{Identity, Limits};
 use crate::team::{Inbox, News, Team};
 use bridge::Bridge;
@@ -197,6 +197,31 @@ impl Sharing for AgentSharing {
 }
 
 impl AgentSharing {
+    /// Finds out whether the endpoints of a configuration can be listened at and dialled, as far as that can be told before:
+    /// nothing is opened, and no certificate is read.
+    ///
+    /// # Errors
+    /// The first that can't.
+    pub fn check(&self, site: &Site) -> Result<(), SharingError> {
+        let carriers = KnownCarriers::new(self.carriers.clone());
+        let has_certificate = site.security.as_ref().is_some_and(|security| security.credentials.is_some());
+        let check = |endpoint: &str| {
+            let carrier = carriers.of(endpoint)?;
+            match has_certificate && endpoint.starts_with("tls:") {
+                true => Ok(()),
+                false => carrier.check(endpoint),
+            }
+        };
+        let listen = site.listen.iter().map(|endpoint| (About::Listen(endpoint.clone()), endpoint));
+        let agents = site.agents.iter().map(|(agent, endpoint)| (About::Agent(agent.clone()), endpoint));
+        for (about, endpoint) in listen.chain(agents) {
+            let refused =
+                |error: CarrierError| SharingError { message: error.to_string(), help: help(&error), about };
+            check(endpoint).map_err(refused)?;
+        }
+        Ok(())
+    }
+
     /// The carriers, of which TLS knows the agent's certificate.
     fn carriers(&self, site: &Site) -> Result<(Carriers, Option<Warning>), SharingError> {
         #[cfg_attr(not(feature = "tls"), allow(unused_mut, reason = "nothing else adds to them"))]

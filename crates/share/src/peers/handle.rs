@@ -10,11 +10,11 @@ use std::time::Duration;
 use slate_blackboard::Board;
 use slate_blackboard::wake::Wake;
 
+use super::carriers::Carriers;
 use super::door::open_door;
 use super::line::{Line, locked};
 use super::refusals::Refusals;
 use super::{Happening, Peer, RemoteProperty, Rights, Status, Want};
-use crate::carrier::local::Local;
 use crate::carrier::{Carrier, CarrierError};
 use crate::session::{Answer, Identity, Limits, SendError};
 
@@ -91,7 +91,7 @@ pub(super) struct Common {
     time: Option<Clock>,
     limits: Limits,
     pub rights: Rights,
-    carriers: BTreeMap<String, Arc<dyn Carrier>>,
+    carriers: Carriers,
     pub poll: Option<u64>,
     pub updated: Option<Arc<Wake>>,
     pub notice: Option<Notice>,
@@ -129,24 +129,7 @@ impl Common {
     }
 
     pub fn carrier(&self, endpoint: &str) -> Result<&Arc<dyn Carrier>, CarrierError> {
-        let scheme = endpoint.split(':').next().unwrap_or_default();
-        self.carriers.get(scheme).ok_or_else(|| CarrierError::NoEndpoint {
-            endpoint: endpoint.into(),
-            expected: match scheme {
-                "tls" => {
-                    "this program was built without TLS: build it with the feature `tls`, as in \
-                            `cargo build --release --features tls`"
-                }
-                "zenoh" if endpoint.starts_with("zenoh:tls") => {
-                    "there is no TLS of Zenoh: it has a carrier of its own, such as tls:192.168.1.5:7447"
-                }
-                "zenoh" => {
-                    "this program was built without Zenoh: build it with the feature `zenoh`, as in \
-                            `cargo build --release --features zenoh`"
-                }
-                _ => "it begins with the name of a carrier and a colon, such as local:base",
-            },
-        })
+        self.carriers.of(endpoint)
     }
 
     /// Shows and tells that somebody may not come in.
@@ -312,12 +295,6 @@ impl Peers {
     /// # Errors
     /// When an endpoint can't be listened at.
     pub fn start(board: &Arc<Board>, setup: Setup) -> Result<Self, CarrierError> {
-        let mut carriers = setup.carriers;
-        carriers.entry("local".into()).or_insert_with(|| Arc::new(Local));
-        #[cfg(feature = "tls")]
-        carriers.entry("tls".into()).or_insert_with(|| Arc::new(crate::carrier::tls::Tls::default()));
-        #[cfg(feature = "zenoh")]
-        carriers.entry("zenoh".into()).or_insert_with(|| Arc::new(crate::carrier::zenoh::Zenoh));
         let common = Arc::new(Common {
             board: Arc::clone(board),
             identity: setup.identity,
@@ -325,7 +302,7 @@ impl Peers {
             time: setup.time,
             limits: setup.limits,
             rights: setup.rights,
-            carriers,
+            carriers: Carriers::new(setup.carriers),
             poll: setup.poll,
             updated: setup.updated,
             notice: setup.notice,

@@ -1,5 +1,6 @@
 //! Other agents on this agent's board.
 
+mod carriers;
 mod door;
 mod export;
 mod handle;
@@ -14,6 +15,7 @@ mod state;
 
 use slate_blackboard::interface::Descriptor;
 
+pub(crate) use carriers::Carriers as KnownCarriers;
 pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
 pub use import::Status;
 pub(crate) use line::locked;

@@ -79,6 +79,15 @@ impl Options {
         Self { mode: Mode::Periodic(period), ..self }
     }
 
+    /// Whether values are left out because nobody wants them so often.
+    pub(super) fn thins(&self) -> bool {
+        let is_limited = match self.mode {
+            Mode::OnChange(interval) => interval > 0,
+            Mode::Periodic(_) => true,
+        };
+        is_limited && self.content == Content::Newest
+    }
+
     /// Values are made smaller in that way.
     #[must_use]
     pub fn compression(self, compression: Compression) -> Self {

@@ -16,7 +16,8 @@ pub(super) struct Reading {
     /// The newest value that was shown, and where it came from.
     pub seen: Option<Seen>,
     pub lost: u64,
-    /// How many values of the same origin lie between the last value and the next one, whether they were to be sent or not.
+    /// How many values of the same origin lie between the last value and the next one, and did not come. What the subscription's
+    /// own rate leaves out is not among them.
     pub skipped: u64,
     pub received: u64,
 }
@@ -53,7 +54,9 @@ impl Reading {
         if let Some(seen) = self.seen.filter(|seen| seen.instance == instance) {
             // The other agent's numbers may be any.
             let between = sequence.saturating_sub(seen.sequence);
-            self.skipped = self.skipped.saturating_add(between);
+            if !self.options.thins() {
+                self.skipped = self.skipped.saturating_add(between);
+            }
             if self.options.content == Content::All {
                 self.lost = self.lost.saturating_add(between);
             }

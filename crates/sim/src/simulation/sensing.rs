@@ -45,6 +45,11 @@ impl Simulation {
         sonar.as_ref().and_then(|_| sonar_display.show(echoes, self.now)).map(Vec::as_slice)
     }
 
+    /// The robot's laser scanner, if it carries one.
+    pub fn laser(&self, robot: usize) -> Option<&LaserScanner> {
+        self.sensors[robot].laser.as_ref()
+    }
+
     /// Returns new ranges of a robot's laser, metres, with faults, if any.
     pub fn shown_laser(&mut self, robot: usize) -> Option<(&[f32], &LaserDescription)> {
         let Sensors { laser, laser_display, .. } = &mut self.sensors[robot];

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use slate_blackboard::channel::Writer;
 use slate_module::Direction;
 
-use super::{Builder, Ground};
+use super::{Builder, Ground, Made};
 use crate::configuration::Configuration;
 use slate_composition::{Complaints, Survey, Target, Wire};
 
@@ -20,8 +20,15 @@ pub(in crate::agent) fn deepening(
     ground: &mut Ground,
 ) -> Deeper {
     let complaints = Complaints::new(configuration);
-    let builder =
-        Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
+    let builder = Builder {
+        configuration,
+        survey,
+        ground,
+        complaints,
+        placements: Vec::new(),
+        kept: BTreeSet::new(),
+        made: Made::OnTrial,
+    };
     let mut deeper = Deeper::new();
     for joint in &survey.joints {
         let (Some(window), Some(owner)) = (builder.window(joint.port), builder.writing(joint.target)) else {

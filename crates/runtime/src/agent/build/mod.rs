@@ -131,8 +131,15 @@ pub(super) fn build(
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder =
-        Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
+    let mut builder = Builder {
+        configuration,
+        survey,
+        ground,
+        complaints,
+        placements: Vec::new(),
+        kept: BTreeSet::new(),
+        made: Made::AtStart,
+    };
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
@@ -146,6 +153,28 @@ struct Builder<'a, 's> {
     placements: Vec<Placement>,
     /// Ports that links filled before, and fill again.
     kept: BTreeSet<(usize, Wire)>,
+    made: Made,
+}
+
+/// When properties are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Made {
+    /// With their module: configured values have the time 0.
+    AtStart,
+    /// For other links of a module that goes on, at that time of the agent.
+    Later(u64),
+    /// To find out whether links fit: no recorder hears of them.
+    OnTrial,
+}
+
+impl Made {
+    /// The time of a configured value.
+    fn time(self) -> u64 {
+        match self {
+            Self::Later(now) => now,
+            Self::AtStart | Self::OnTrial => 0,
+        }
+    }
 }
 
 struct Failed;

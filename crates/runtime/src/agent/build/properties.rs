@@ -8,7 +8,7 @@ use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, BoardError, Placement, Property, Store};
 use slate_module::{Direction, Interface, PortDescription};
 
-use super::{Builder, Failed, SPARE_READERS};
+use super::{Builder, Failed, Made, SPARE_READERS};
 use crate::aspects::followed;
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
@@ -168,7 +168,7 @@ impl Builder<'_, '_> {
         let store = Store { capacity, depth: 1, budget };
         let memory = self.setting_memory(m);
         let made = self.ground.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
-        self.added(m, made)
+        self.made(m, made)
     }
 
     /// What tools must not set of the parameters, as links fill it: each with what it is linked to.
@@ -215,7 +215,7 @@ impl Builder<'_, '_> {
         let store = self.setting_store(m, Implied::Enabled, &path);
         let (doc, descriptor) = ("Whether the module runs.", enabled_descriptor());
         let made = self.ground.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
-        let property = self.added(m, made)?;
+        let property = self.made(m, made)?;
         self.set_first(&property, Some(&[self.surveyed(m).module.enabled.value.into()]));
         Ok(property)
     }
@@ -246,8 +246,17 @@ impl Builder<'_, '_> {
         let memory = self.setting_memory(m);
         let board = &self.ground.board;
         let made = board.new_channel(path, &port.doc, port.descriptor, store, Access::Setting, memory);
-        let property = self.added(m, made)?;
+        let property = self.made(m, made)?;
         self.set_first(&property, value.as_deref());
+        Ok(property)
+    }
+
+    /// A property that was made, which recorders see from now on unless it is only a trial.
+    fn made(&mut self, m: usize, made: Result<Arc<Property>, BoardError>) -> Result<Arc<Property>, Failed> {
+        let property = self.added(m, made)?;
+        if self.made != Made::OnTrial {
+            self.ground.board.tap(&property);
+        }
         Ok(property)
     }
 
@@ -256,7 +265,9 @@ impl Builder<'_, '_> {
     fn set_first(&self, property: &Property, value: Option<&[u8]>) {
         let kept = self.ground.kept.get(property.path());
         let kept = kept.filter(|kept| kept.schema == property.descriptor().hash);
-        let first = kept.map(|kept| (kept.bytes.as_slice(), kept.time)).or(value.map(|bytes| (bytes, 0)));
+        let first = kept
+            .map(|kept| (kept.bytes.as_slice(), kept.time))
+            .or(value.map(|bytes| (bytes, self.made.time())));
         if let Some((bytes, time)) = first {
             // A setting has a writer of the host, and nobody holds it up.
             let _ = property.set_bytes(bytes, time);

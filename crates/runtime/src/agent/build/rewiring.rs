@@ -7,7 +7,7 @@ use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Placement};
 use slate_module::Direction;
 
-use super::{Builder, Failed, Ground};
+use super::{Builder, Failed, Ground, Made};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::runner::Wiring;
 use slate_composition::{Complaints, Survey, Wire};
@@ -30,10 +30,18 @@ pub(in crate::agent) fn rewire(
     ground: &mut Ground,
     changed: &BTreeMap<usize, BTreeSet<Wire>>,
     paths: &BTreeSet<String>,
+    made: Made,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let complaints = Complaints::new(configuration);
-    let mut builder =
-        Builder { configuration, survey, ground, complaints, placements: Vec::new(), kept: BTreeSet::new() };
+    let mut builder = Builder {
+        configuration,
+        survey,
+        ground,
+        complaints,
+        placements: Vec::new(),
+        kept: BTreeSet::new(),
+        made,
+    };
     let mut wirings = BTreeMap::new();
     for (m, wires) in changed {
         // What is wrong was complained about.

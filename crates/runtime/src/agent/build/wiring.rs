@@ -273,7 +273,7 @@ impl Builder<'_, '_> {
             let mut writer = new_writer(&property)?;
             if is_set {
                 // Nobody reads it yet.
-                let _ = writer.write(&value, items, 0);
+                let _ = writer.write(&value, items, self.made.time());
             }
             Some(writer)
         };

@@ -1,0 +1,33 @@
+//! Which requests are told of in the log.
+
+use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use tokio::time::Instant;
+
+/// The same request counts as new again after so long.
+const QUIET: Duration = Duration::from_secs(10);
+
+/// How many requests are remembered.
+const MOST: usize = 256;
+
+/// Requests of the last seconds.
+#[derive(Default)]
+pub(super) struct Repeats(Mutex<BTreeMap<String, Instant>>);
+
+impl Repeats {
+    /// Whether a request was not made a moment ago.
+    pub fn is_new(&self, request: &str) -> bool {
+        let now = Instant::now();
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() >= MOST {
+            known.retain(|_, last| now.duration_since(*last) < QUIET);
+            if known.len() >= MOST {
+                known.clear();
+            }
+        }
+        let last = known.insert(request.to_owned(), now);
+        last.is_none_or(|last| now.duration_since(last) >= QUIET)
+    }
+}
