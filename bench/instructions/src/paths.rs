@@ -122,7 +122,7 @@ fn cycle(count: u32, recorded: bool) -> Result<(), String> {
     let recorder = recorded.then(|| Recorder::on_demand(&settings));
     let mut configuration = String::from("[log.targets]\nconsole = false\n");
     for module in 0..17 {
-        let _ = writeln!(configuration, "[modules.m{module:02}]\nplugin = \"segment\"");
+        let _ = writeln!(configuration, "[modules.m{module:02}]\nkind = \"segment\"");
     }
     configuration.push_str("[links]\n");
     for module in 1..17 {

@@ -43,7 +43,7 @@ impl Module for Segment {
 pub fn row(modules: usize) -> String {
     let mut text = String::from("[log.targets]\nconsole = false\n");
     for module in 0..modules {
-        let _ = write!(text, "[modules.m{module:04}]\nplugin = \"segment\"\n");
+        let _ = write!(text, "[modules.m{module:04}]\nkind = \"segment\"\n");
     }
     text.push_str("[links]\n");
     for module in 1..modules {

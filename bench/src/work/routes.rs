@@ -205,7 +205,7 @@ const REFLEX: &str = r#"
 [links]
 "driver/command" = "wheels/command"
 "avoid/range" = "range_sensor/range"
-"avoid/reflex" = "execute/reflexes"
+"execute/reflexes" = "avoid/reflex"
 "#;
 
 const PLAN: &str = r#"
@@ -217,7 +217,7 @@ const PLAN: &str = r#"
 "range_monitor/range" = "range_sensor/range"
 "nearness/range" = "range_monitor/percept"
 "planner/range" = "nearness/change"
-"planner/plan" = "execute/plan"
+"execute/plan" = "planner/plan"
 "planner/situation" = "execute/status"
 "#;
 

@@ -130,13 +130,13 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
         let sets = [QUIET.map(String::from).to_vec(), options.set.clone()].concat();
         let found =
             examples::find(&options.name, agent.as_deref(), Vec::new(), sets, options.host.as_deref());
-        let loaded = found.and_then(|application| look(&application).map(|warnings| (application, warnings)));
+        let loaded = found.and_then(|application| look(&application).map(|seen| (application, seen)));
         match loaded {
-            Ok((application, warnings)) => {
+            Ok((application, (links, warnings))) => {
                 let configuration = &application.configuration;
                 counts.agents += 1;
                 counts.modules += configuration.modules().len();
-                counts.links += configuration.links().len();
+                counts.links += links;
                 counts.actuators += configuration.actuators().len();
                 complain("warning", &Report::from(warnings));
             }
@@ -182,13 +182,13 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
     Ok(if errors == 0 { 0 } else { ASSERTION_FALSE })
 }
 
-/// Makes all of it, and returns what is no mistake and yet looks like one.
-fn look(application: &Application) -> Result<Vec<Diagnostic>, Failure> {
+/// Makes all of it, and returns how many links it has, and what is no mistake and yet looks like one.
+fn look(application: &Application) -> Result<(usize, Vec<Diagnostic>), Failure> {
     let agent = load(application)?;
     reach(&application.configuration)?;
     Observation::new(&application.configuration, agent.board())?;
     scene::of(&application.configuration)?;
-    Ok(unused(&application.configuration, &agent))
+    Ok((agent.composer().links().len(), unused(&application.configuration, &agent)))
 }
 
 /// Whether tools will find the agent, as a run that they would not find is refused.
@@ -215,6 +215,7 @@ fn unused(configuration: &Configuration, agent: &Agent) -> Vec<Diagnostic> {
             ));
         }
     }
+    warnings.extend(agent.composer().loose_ends());
     for own in misspelt(&configuration.record().selection, agent.board()) {
         let Some(setting) = configuration.value(own.setting) else { continue };
         warnings.push(warn(setting.span, own.to_string(), &own.help));

@@ -34,7 +34,7 @@ fn meaning(mistake: Mistake) -> (&'static str, &'static str) {
         ),
         Mistake::Kind => (
             "no plugin brings such a module",
-            "The kind of a module is said by `plugin = \"kind\"`, and is the module's own name unless said. Kinds come with the \
+            "The kind of a module is said by `kind = \"...\"`, and is the module's own name unless said. Kinds come with the \
              command, or with libraries that [plugins] names. `slate plugin list` shows the kinds of an agent that runs.",
         ),
         Mistake::Ends => (

@@ -47,6 +47,9 @@ pub enum ConfigVerb {
         /// Writes all of it into the file of this computer, which `slate run --host` named.
         #[arg(long)]
         host: bool,
+        /// Writes the links too that nobody has written, as types and roles leave no choice.
+        #[arg(long)]
+        expanded: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
@@ -61,7 +64,7 @@ pub fn config(verb: &ConfigVerb) -> Result<bool, Failure> {
             show_changes(&agent.connect()?.revert(path.as_deref().unwrap_or_default())?);
         }
         ConfigVerb::Diff { json, agent } => diff(agent, *json)?,
-        ConfigVerb::Save { host, agent } => save(agent, *host)?,
+        ConfigVerb::Save { host, expanded, agent } => save(agent, *host, *expanded)?,
     }
     Ok(true)
 }
@@ -132,8 +135,15 @@ fn show(difference: &Different) {
     }
 }
 
-fn save(agent: &AgentOption, host: bool) -> Result<(), Failure> {
-    let saved = agent.connect()?.save(if host { SaveTo::Host } else { SaveTo::Origin })?;
+fn save(agent: &AgentOption, host: bool, expanded: bool) -> Result<(), Failure> {
+    let mut client = agent.connect()?;
+    if expanded {
+        for link in client.links()?.into_iter().filter(|link| link.inferred) {
+            client.link(&link.to, &link.from, &[], false)?;
+            output::line(format_args!("\"/{}\" = \"{}\"", link.to, link.from));
+        }
+    }
+    let saved = client.save(if host { SaveTo::Host } else { SaveTo::Origin })?;
     if saved.files.is_empty() {
         output::line("nothing to save: the files say it all");
     }

@@ -106,6 +106,9 @@ const CHOICES: [&str; 2] = ["controller", "pace"];
 /// Names at the top of a configuration that belong to applications.
 const EXTRA_TABLES: [&str; 5] = ["world", "report", "console", CHOICES[0], CHOICES[1]];
 
+/// Settings of applications that may be paths.
+const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];
+
 impl Example {
     fn read(&self, options: Options) -> Result<Database, Failure> {
         Ok(Database::from_text(&format!("{}.toml", self.name), self.configuration, options)?)
@@ -191,6 +194,7 @@ pub fn find(
         host: host.map(Into::into),
         agent: agent.map(Into::into),
         extra_tables: EXTRA_TABLES.map(Into::into).to_vec(),
+        paths: PATHS.map(Into::into).to_vec(),
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
         let variants = example.variants(&example.read(options(sets.clone()))?.current())?;

@@ -12,11 +12,12 @@ use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct LinkOptions {
-    /// The input, such as `follower/pose`; all links are listed unless it is given.
+    /// The destination: an input such as `follower/pose`, or an inbox; all links are listed unless it is given.
     #[arg(add = ArgValueCompleter::new(complete::of_links))]
     to: Option<String>,
 
-    /// The property that it reads, such as `localizer/pose`; the link that it has is shown unless it is given.
+    /// The source: a property such as `localizer/pose`, or an outbox; the links of the destination are shown unless it is
+    /// given.
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     from: Option<String>,
 
@@ -78,9 +79,13 @@ pub struct LinkOptions {
 
 #[derive(Debug, Args)]
 pub struct UnlinkOptions {
-    /// The input, such as `follower/pose`.
+    /// The destination: an input such as `follower/pose`, or an inbox.
     #[arg(add = ArgValueCompleter::new(complete::of_links))]
     to: String,
+
+    /// The sender that an inbox loses; all links of the destination unless given.
+    #[arg(add = ArgValueCompleter::new(complete::of_properties))]
+    from: Option<String>,
 
     /// Finds out whether it can be done, and does not do it.
     #[arg(long)]
@@ -115,7 +120,7 @@ impl LinkOptions {
     }
 }
 
-/// Links an input, or lists the links; true, as what is refused is a failure.
+/// Links a destination, or lists the links; true, as what is refused is a failure.
 pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
     let mut agent = options.agent.connect_to(options.to.as_deref().unwrap_or_default())?;
     let (Some(to), Some(from)) = (&options.to, &options.from) else {
@@ -157,7 +162,10 @@ fn only(links: Vec<LinkEntry>, to: &str) -> Result<Vec<LinkEntry>, Failure> {
 }
 
 fn row(link: LinkEntry) -> [String; 7] {
-    let options: Vec<_> = link.options.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    let mut options: Vec<_> = link.options.iter().map(|(name, value)| format!("{name} = {value}")).collect();
+    if link.inferred {
+        options.push("inferred".into());
+    }
     let queue = match link.queue {
         Some((_, lost)) if link.evicted => format!("evicted: it fell behind and reads no more, {lost} lost"),
         Some((waiting, lost)) => format!("{waiting} waiting, {lost} lost"),
@@ -168,9 +176,10 @@ fn row(link: LinkEntry) -> [String; 7] {
     [link.to, "<-".into(), link.from, options.join(", "), age, queue, trouble]
 }
 
-/// Takes the link of an input away.
+/// Takes the links of an input or inbox away, or one of them.
 pub fn unlink(options: &UnlinkOptions) -> Result<bool, Failure> {
-    let changed = options.agent.connect_to(&options.to)?.unlink(&options.to, options.dry_run)?;
+    let mut agent = options.agent.connect_to(&options.to)?;
+    let changed = agent.unlink_from(&options.to, options.from.as_deref(), options.dry_run)?;
     show(&changed, options.dry_run, options.json);
     Ok(true)
 }

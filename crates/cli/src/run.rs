@@ -73,6 +73,9 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     let judge = application.configuration.mission().map(|mission| mission.outcome.agent().map(str::to_owned));
     let wish = console::Wish::of(&application.configuration)?;
     let mission = Mission::load(application, how)?;
+    for end in mission.agent.composer().loose_ends() {
+        eprintln!("warning: {}", slate::runtime::configuration::Report::from(vec![end]));
+    }
     if let Some(snapshot) = &snapshot {
         mission.resume(snapshot)?;
     }

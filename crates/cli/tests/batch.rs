@@ -31,7 +31,7 @@ fn the_number_of_jobs_changes_no_byte() {
 /// EXP1 with a second judge, whose robot is R1.
 fn with_two_judges() -> String {
     let text = include_str!("../../../examples/exp1/exp1.toml");
-    let judge = "[modules.second_judge]\nplugin = \"referee\"\nparams = { robot = \"r1\" }\n\n[links]\n\
+    let judge = "[modules.second_judge]\nkind = \"referee\"\nparams = { robot = \"r1\" }\n\n[links]\n\
                  \"second_judge/truth\" = \"simulator/r1/truth\"\n\
                  \"second_judge/clearance\" = \"simulator/r1/clearance\"\n\
                  \"second_judge/contacts\" = \"simulator/contacts\"\n";

@@ -176,7 +176,7 @@ fn what_is_wrong_is_said_with_its_place_and_its_mend() {
     refused("key", &["run", "exp1", "--set", "loop.perod=1"], &["--set", "period"]);
     refused(
         "plugin",
-        &["run", "exp1", "--set", "modules.simulator.plugin=simulater"],
+        &["run", "exp1", "--set", "modules.simulator.kind=simulater"],
         &["simulater", "simulator"],
     );
     refused("controller", &["run", "exp1", "--set", "controller=best"], &["best", "slate, rocs, rocs-fixed"]);
@@ -226,7 +226,7 @@ fn who_reads_only_the_beginning_does_no_harm() {
 fn a_plan_that_fails_in_every_cycle_is_told_once() {
     let blind = [
         "robots.r2.links.\"execute/position\"=false",
-        "robots.r2.links.\"avoid_obstacle/reflex\"=false",
+        "robots.r2.links.\"execute/reflexes\".\"avoid_obstacle/reflex\"=false",
         "modules.referee.params.time_limit=5",
     ];
     let mut arguments = vec!["run", "exp1", "--headless"];

@@ -112,7 +112,7 @@ fn files_that_can_not_be_read_are_named() {
 fn mistakes_in_a_file_are_shown_with_file_and_line() {
     mistaken("syntax", "[modules.simulator]\nparams = {\n", 2, &[]);
     mistaken("table", "[agent]\nname = \"a\"\n[lops]\nperiod = \"20ms\"\n", 3, &["lops", "loop"]);
-    mistaken("plugin", "[modules.a]\nplugin = \"simulater\"\n", 2, &["simulater", "simulator"]);
+    mistaken("plugin", "[modules.a]\nkind = \"simulater\"\n", 2, &["simulater", "simulator"]);
     mistaken("unlinked", "[modules.referee]\n[links]\n\"referee/truht\" = \"a/b\"\n", 3, &["truht", "truth"]);
     let exp1 = include_str!("../../../examples/exp1/exp1.toml");
     let line = |text: &str, part: &str| text.lines().position(|line| line.contains(part)).unwrap() as u32 + 1;
@@ -122,18 +122,12 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
         mistaken(name, &text, line(&text, to.lines().last().unwrap()), words);
     };
     change("reversed", "start = [-2.0, 2.0,", "start = [2.0, -2.0,", &["the least x, 2, is above"]);
-    change(
-        "interface",
-        "\"range_monitor/sonar\" = \"/simulator/r2/sonar\"",
-        "\"range_monitor/sonar\" = \"/simulator/r2/position\"",
-        &["SonarScan", "Position"],
-    );
-    change(
-        "role",
-        "\"planner/range\" = \"pass_range/change\"",
-        "\"planner/range\" = \"range_monitor/percept\"",
-        &["planner/range"],
-    );
+    let truth = "\"referee/truth\" = \"simulator/r2/truth\"";
+    let with = |link: &str| format!("{truth}\n{link}");
+    let wrong = with("\"r2/range_monitor/sonar\" = \"simulator/r2/position\"");
+    change("interface", truth, &wrong, &["SonarScan", "Position"]);
+    let wrong = with("\"r2/planner/range\" = \"r2/range_monitor/percept\"");
+    change("role", truth, &wrong, &["planner/range"]);
     change(
         "property",
         "\"referee/truth\" = \"simulator/r2/truth\"",
@@ -143,7 +137,7 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
     change(
         "twice",
         "pass_range = {}",
-        "pass_range = {}\nsecond = { plugin = \"go_to_origin_planner\" }",
+        "pass_range = {}\nsecond = { kind = \"go_to_origin_planner\" }",
         &["second"],
     );
     change("limits", "limits = { left = [-12.3, 12.3]", "limits = { left = [12.3, -12.3]", &["left"]);

@@ -74,8 +74,8 @@ fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look
     for (code, to, from, words) in [
         (
             5,
-            "scout/execute/look",
             "slate://r2/scout/finder/found",
+            "scout/execute/look",
             "sends messages, and `slate://r2/scout/finder/found`",
         ),
         (5, "scout/finder/range", "slate://team/obstacles", "FactTable has no field"),
@@ -92,7 +92,7 @@ fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look
     }
     for (to, from) in [
         ("scout/atlas/obstacles", "slate://r5/scout/finder/found"),
-        ("scout/execute/look", "slate://r5/scout/explorer/orders"),
+        ("slate://r5/scout/explorer/orders", "scout/execute/look"),
     ] {
         running.done(&["link", to, from, "--agent", "r1", "--dry-run"]);
     }

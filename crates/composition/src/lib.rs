@@ -19,10 +19,10 @@ pub use setup::{Describe, OwnSetup, Wire, describe};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
     Absent, Complaints, Host, Implied, Joint, Lead, Misfit, RESERVED, Remote, Survey, Surveyed, Target, Way,
-    elsewhere, needs, remote_path, scope, survey,
+    elsewhere, infer, loose, needs, remote_path, scope, survey,
 };
 
-/// What a configuration is made of with the kinds of a catalogue.
+/// What a configuration is made of with the kinds of a catalogue; [`infer`] adds the links that need not be written.
 ///
 /// # Errors
 /// Everything that does not fit.
@@ -31,7 +31,7 @@ pub use survey::{
 /// use slate_composition::{Catalogue, check};
 /// use slate_configuration::{Configuration, Options};
 ///
-/// let text = "[modules.eye]\nplugin = \"camera\"";
+/// let text = "[modules.eye]\nkind = \"camera\"";
 /// let configuration = Configuration::from_text("robot.toml", text, &Options::default())?;
 /// let report = check(&configuration, &Catalogue::default()).err().map(|report| report.to_string());
 /// assert!(report.is_some_and(|report| report.contains("no plugin brings a module `camera`")));

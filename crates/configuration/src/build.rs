@@ -1,5 +1,5 @@
 use std::cmp::Ordering;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use slate_blackboard::Url;
 use slate_module::{Stage, Trigger};
@@ -77,7 +77,7 @@ impl Build<'_> {
 
     fn module(&mut self, name: &str, entry: &Entry) -> Option<Module> {
         let known = [
-            "plugin",
+            "kind",
             "enabled",
             "isolated",
             "isolation",
@@ -90,19 +90,15 @@ impl Build<'_> {
             "inputs",
         ];
         let table = self.problems.as_table(&format!("modules.{name}"), entry)?;
-        self.problems.unknown_keys(table, &format!("in module `{name}`"), &known);
         let type_name = name.rsplit('/').next().unwrap_or(name);
-        let plugin = match table.get("plugin") {
-            Some(value) => self.problems.as_text("plugin", value, type_name)?,
-            None => Spanned::new(type_name.into(), entry.key),
-        };
+        let kind = self.kind(name, table, type_name, entry.key, &known)?;
         let stage = table.get("stage").and_then(|value| {
             self.problems.choice("stage", value, &Stage::ALL.map(|stage| (stage.name(), stage)))
         });
         let mut part = |part| self.problems.table(table, part).cloned().unwrap_or_default();
         Some(Module {
             name: Spanned::new(name.into(), entry.key),
-            plugin,
+            kind,
             stage,
             params: part("params"),
             inputs: part("inputs"),
@@ -115,11 +111,33 @@ impl Build<'_> {
                 None => Spanned::new(false, entry.key),
             },
             isolation: self.isolation(name, table),
-            memory: (self.problems.text(table, "memory", "r2.memory"))
-                .map(|file| Spanned::new(PathBuf::from(&file.value), file.span)),
+            memory: self.problems.text(table, "memory", "r2.memory").map(|file| self.beside(&file)),
             trigger: self.trigger(table),
             deadline: self.problems.duration(table, "deadline"),
         })
+    }
+
+    /// The kind of a module, which is its own name unless said; also reports unknown keys.
+    fn kind(
+        &mut self,
+        name: &str,
+        table: &Table,
+        usual: &str,
+        key: Span,
+        known: &[&str],
+    ) -> Option<Spanned<String>> {
+        let mut table = table.clone();
+        if let Some(old) = table.entries.remove("plugin") {
+            let kind = old.value.value.as_str().unwrap_or(usual);
+            let message =
+                Mistake::Key.of(format!("module `{name}` has `plugin`, which is called `kind` in a module"));
+            self.problems.add(old.key, message, format!("write kind = \"{kind}\"; a plugin is a library"));
+        }
+        self.problems.unknown_keys(&table, &format!("in module `{name}`"), known);
+        match table.get("kind") {
+            Some(value) => self.problems.as_text("kind", value, usual),
+            None => Some(Spanned::new(usual.into(), key)),
+        }
     }
 
     fn isolation(&mut self, name: &str, table: &Table) -> Isolation {

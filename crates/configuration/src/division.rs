@@ -9,6 +9,7 @@ use super::Options;
 use super::layers::Layers;
 use super::problems::{Problems, suggestion};
 use super::scope::{SECTIONS, each_text, resolve_keys};
+use super::senders::make_table;
 use super::source::{SourceKind, Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
 use crate::mistake::Mistake;
@@ -67,8 +68,13 @@ impl Division {
             };
             table.entries.retain(|name, entry| side.keeps(name, entry, sources, problems));
             for entry in table.entries.values_mut() {
-                let keys: &[&str] = if section == "modules" { &[] } else { &["from", "command", "commands"] };
-                resolve_keys(&mut entry.value, keys, &|url| side.address(url));
+                match section {
+                    "links" => make_table(&mut entry.value, &|url| side.address(url), problems),
+                    "actuators" => {
+                        resolve_keys(&mut entry.value, &["command", "commands"], &|url| side.address(url));
+                    }
+                    _ => resolve_keys(&mut entry.value, &[], &|url| side.address(url)),
+                }
             }
         }
         for name in extra_tables.iter().map(String::as_str).chain(["mission"]) {

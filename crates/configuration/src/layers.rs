@@ -9,6 +9,7 @@ use super::files::{File, Files, Unreadable};
 use super::path;
 use super::problems::{Problem, Problems, suggestion};
 use super::scope::flatten;
+use super::senders::merge_layer;
 use super::set::{Written, parse_set};
 use super::source::{Place, Source, SourceKind, Sources, Span};
 use super::value::{Entry, Table, Value};
@@ -40,6 +41,8 @@ pub(super) struct Layers {
     pub(super) own: bool,
     /// Whether the agent may run on another machine, which has files that are not here.
     pub(super) elsewhere: bool,
+    /// The application's settings that are paths.
+    pub(super) paths: Vec<Vec<String>>,
     /// The files that were read, each by the path that is the same for all that lead to it.
     pub(super) read: BTreeSet<PathBuf>,
     /// Files that include the current one, outermost first.
@@ -126,10 +129,15 @@ impl Layers {
                 self.file(&folder.clone().unwrap_or_default().join(&file.value), Some(file.span));
             }
         }
+        if let Some(folder) = self.sources.0[id].path().and_then(Path::parent) {
+            for path in &self.paths {
+                beside(&mut table, path, folder);
+            }
+        }
         // After the included ones, which this text overrides.
         self.rank(id);
         let flat = flatten(table, &mut self.problems);
-        self.merged.merge(flat);
+        merge_layer(&mut self.merged, flat);
     }
 
     /// Settings of the command line or of run time; they change what the files set up, and add nothing by mistake.
@@ -146,10 +154,10 @@ impl Layers {
             // A change of before, which is read again.
             let was_good = kind == SourceKind::Change && equals.is_none();
             if !self.incomplete {
-                self.refuse_new(was_good, &mut flat, "modules", "module", &["plugin"]);
+                self.refuse_new(was_good, &mut flat, "modules", "module", &["kind"]);
                 self.refuse_new(was_good, &mut flat, "actuators", "actuator", &["command", "commands"]);
             }
-            self.merged.merge(flat.clone());
+            merge_layer(&mut self.merged, flat.clone());
             self.flat_sets.push(flat);
         }
     }
@@ -225,6 +233,21 @@ impl Layers {
     fn rank(&mut self, id: usize) {
         self.sources.0[id].rank = self.ranks;
         self.ranks += 1;
+    }
+}
+
+/// Makes what stands at a path of a file's table relative to its folder, when it is a path and no name.
+fn beside(table: &mut Table, path: &[String], folder: &Path) {
+    let Some((name, rest)) = path.split_first() else { return };
+    let named = table.entries.iter_mut().filter(|(own, _)| name == "*" || *own == name);
+    for (_, entry) in named {
+        match &mut entry.value.value {
+            Value::Table(inner) => beside(inner, rest, folder),
+            Value::Text(text) if rest.is_empty() && (text.contains('/') || text.ends_with(".toml")) => {
+                *text = folder.join(&*text).to_string_lossy().into_owned();
+            }
+            _ => {}
+        }
     }
 }
 

@@ -39,6 +39,7 @@ mod diagnostic;
 mod division;
 mod exclusive;
 mod files;
+mod inferred;
 mod layered;
 mod layers;
 mod levels;
@@ -55,6 +56,7 @@ mod record;
 pub mod replacement;
 mod schedule;
 mod scope;
+mod senders;
 mod set;
 mod share;
 mod snapshot;
@@ -71,6 +73,7 @@ use agents::Described;
 pub use comparison::Comparison;
 pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
+pub use inferred::Wiring;
 pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
@@ -80,7 +83,7 @@ pub use model::{
     Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport,
 };
 use path::Prefix;
-pub use path::link_setting;
+pub use path::{link_setting, sender_setting};
 pub use printable::{printable, printable_text};
 use problems::Problems;
 use read::Main;
@@ -106,6 +109,9 @@ pub struct Options {
     pub agent: Option<String>,
     /// Names at the top that belong to the application, such as `world`.
     pub extra_tables: Vec<String>,
+    /// Settings of the application that may be paths, relative to the file that they are written in, such as `world.arena`;
+    /// `*` is any name. What has neither a slash nor the ending `.toml` is a name, and no path.
+    pub paths: Vec<String>,
 }
 
 /// A value and where it comes from.
@@ -303,12 +309,16 @@ impl Configuration {
         &self.sources.0
     }
 
-    /// What a link says beside what it reads, as it is written.
-    pub fn link_options(&self, to: &str) -> Vec<(String, String)> {
-        let options = self.settings(&link_setting(to)).unwrap_or_default().into_iter();
+    /// What a link says beside its ends, as it is written.
+    pub fn link_options(&self, link: &Link) -> Vec<(String, String)> {
+        let of_sender = sender_setting(&link.to.value, &link.from.value.to_string());
+        let is_sender = self.value(&of_sender).is_some();
+        let path = if is_sender { of_sender } else { link_setting(&link.to.value) };
+        let depth = toml_edit::Key::parse(&path).map_or(0, |keys| keys.len());
+        let options = self.settings(&path).unwrap_or_default().into_iter();
         let named = options.filter_map(|option| {
             let keys = toml_edit::Key::parse(&option.path).ok()?;
-            let name = keys.get(2).filter(|key| key.get() != "from")?;
+            let name = keys.get(depth).filter(|key| key.get() != "from")?;
             Some((name.get().to_owned(), option.value.to_string()))
         });
         named.collect()
@@ -353,6 +363,11 @@ impl Configuration {
     /// The name of this agent's table, when the files describe several agents.
     fn described_as(&self) -> Option<&str> {
         self.described.as_ref().map(|described| described.name.as_str())
+    }
+
+    /// The text at a place.
+    pub fn text_at(&self, span: Span) -> &str {
+        self.sources.of(span).text.get(span.start..span.end).unwrap_or_default()
     }
 
     /// An error at a place of this configuration, found by whoever uses it.

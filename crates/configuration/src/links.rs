@@ -1,9 +1,11 @@
 use slate_blackboard::Url;
 
 use super::build::{Build, absolute};
+use super::inferred::Wiring;
 use super::model::{Compression, Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport};
-use super::source::Spanned;
-use super::value::{Entry, Table};
+use super::senders::is_of_senders;
+use super::source::{Span, Spanned};
+use super::value::{Entry, Table, Value};
 use crate::mistake::Mistake;
 
 /// What a link may say.
@@ -25,12 +27,37 @@ const KEYS: [&str; 12] = [
 impl Build<'_> {
     pub(super) fn links(&mut self, root: &Table, agent: &str) -> Vec<Link> {
         let table = self.problems.table(root, "links");
-        let links = table.into_iter().flat_map(Table::iter);
-        links.filter_map(|(to, entry)| self.link(to, entry, agent)).collect()
+        let mut links = Vec::new();
+        for (to, entry) in table.into_iter().flat_map(Table::iter) {
+            match &entry.value.value {
+                Value::Table(senders) if is_of_senders(senders) => {
+                    let senders = senders.iter();
+                    links.extend(
+                        senders.filter_map(|(from, sender)| self.sender(to, entry.key, from, sender, agent)),
+                    );
+                }
+                // No senders.
+                Value::List(list) if list.is_empty() => {}
+                _ => links.extend(self.link(to, entry, agent)),
+            }
+        }
+        links
+    }
+
+    /// One of several senders.
+    fn sender(&mut self, to: &str, key: Span, from: &str, entry: &Entry, agent: &str) -> Option<Link> {
+        let empty = Table::default();
+        let table = match entry.value.as_bool() {
+            Some(false) => return None,
+            Some(true) => &empty,
+            None => self.problems.as_table(from, entry)?,
+        };
+        let from = self.source(&Spanned::new(from.into(), entry.key), agent)?;
+        Some(self.with_options(destination(to, key, agent), from, table))
     }
 
     fn link(&mut self, to: &str, entry: &Entry, agent: &str) -> Option<Link> {
-        let to = Spanned::new(to.into(), entry.key);
+        let to = destination(to, entry.key, agent);
         match entry.value.as_bool() {
             // It takes the link of an earlier layer out.
             Some(false) => return None,
@@ -48,25 +75,26 @@ impl Build<'_> {
         let Some(table) = entry.value.as_table() else {
             let from =
                 self.problems.as_text(&format!("\"{}\"", to.value), &entry.value, "module/property")?;
-            return Some(Link {
-                to,
-                from: self.source(&from, agent)?,
-                previous: false,
-                stale: None,
-                filter: Filter::default(),
-                policy: None,
-                window: None,
-                transport: Transport::default(),
-            });
+            let from = self.source(&from, agent)?;
+            return Some(self.with_options(to, from, &Table::default()));
         };
-        self.problems.unknown_keys(table, &format!("in link `{}`", to.value), &KEYS);
         if table.get("from").is_none() {
             let help = "write { from = \"module/property\" }";
             self.problems.add(entry.value.span, format!("link `{}` has no `from`", to.value), help);
         }
         let from = self.problems.text(table, "from", "module/property");
-        let link = Link {
-            from: from.and_then(|from| self.source(&from, agent))?,
+        let Some(from) = from.and_then(|from| self.source(&from, agent)) else {
+            self.problems.unknown_keys(table, &format!("in link `{}`", to.value), &KEYS);
+            return None;
+        };
+        Some(self.with_options(to, from, table))
+    }
+
+    /// A link with what its table says beside the source.
+    fn with_options(&mut self, to: Spanned<String>, from: Spanned<Url>, table: &Table) -> Link {
+        self.problems.unknown_keys(table, &format!("in link `{}`", to.value), &KEYS);
+        Link {
+            from,
             previous: self.problems.flag(table, "previous").is_some_and(|flag| flag.value),
             stale: self.problems.duration(table, "stale"),
             filter: Filter {
@@ -81,9 +109,9 @@ impl Build<'_> {
                 .count(table, "window", WINDOW_LIMIT)
                 .map(|window| Spanned::new(window.value as u16, window.span)),
             transport: self.transport(table),
+            wiring: Wiring::Written,
             to,
-        };
-        Some(link)
+        }
     }
 
     fn source(&mut self, from: &Spanned<String>, agent: &str) -> Option<Spanned<Url>> {
@@ -169,6 +197,20 @@ impl Build<'_> {
             self.problems.add(text.span, Mistake::Value.of(format!("`{}` is no rate", text.value)), help);
         }
         rate.map(|rate| Spanned::new(rate, text.span))
+    }
+}
+
+/// The path of what a link fills; one in this agent that is written with the agent's name is the same.
+fn destination(to: &str, span: Span, agent: &str) -> Spanned<String> {
+    let own = to.strip_prefix("slate://").and_then(|rest| rest.strip_prefix(agent)?.strip_prefix('/'));
+    Spanned::new(own.unwrap_or(to).into(), span)
+}
+
+impl Link {
+    /// What it fills, as a URL: absolute, and with an agent when it is another one's inbox.
+    pub fn destination(&self) -> Option<Url> {
+        let is_url = self.to.value.starts_with("slate://");
+        Url::parse(&if is_url { self.to.value.clone() } else { format!("/{}", self.to.value) }).ok()
     }
 }
 

@@ -63,12 +63,16 @@ impl Build<'_> {
             (entry.value.as_bool() != Some(false)).then_some(entry)
         };
         let (file, syslog, remote) = (wanted("file"), wanted("syslog"), wanted("remote"));
-        LogTargets {
+        let mut targets = LogTargets {
             console: problems.flag(table, "console").is_some_and(|flag| flag.value),
             file: file.and_then(|entry| problems.log_file(entry)),
             syslog: syslog.and_then(|entry| problems.syslog(&entry.value)),
             remote: remote.and_then(|entry| problems.remote(&entry.value)),
+        };
+        if let Some(LogFile { path, .. }) = &mut targets.file {
+            path.value = self.sources.folder(path.span).join(&path.value);
         }
+        targets
     }
 }
 

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use slate_blackboard::{Pattern, Url};
 use slate_module::{Level, Stage, Trigger};
 
+use super::inferred::Wiring;
 use super::source::{Span, Spanned};
 use super::value::Table;
 use crate::levels::Levels;
@@ -16,15 +17,15 @@ use crate::syslog::SyslogAddress;
 pub struct Module {
     /// Its name with that of its robot, such as `r2/planner`; its URL is `/r2/planner`.
     pub name: Spanned<String>,
-    /// Which type of module it is.
-    pub plugin: Spanned<String>,
+    /// Its kind, such as `pure_pursuit`.
+    pub kind: Spanned<String>,
     /// Whether it runs from the start.
     pub enabled: Spanned<bool>,
     /// Whether it runs in a process of its own.
     pub isolated: Spanned<bool>,
     /// What holds for that process.
     pub isolation: Isolation,
-    /// The file in which it remembers its state from run to run; relative to the folder that the agent is started in.
+    /// The file in which it remembers its state from run to run; relative to the file that names it.
     pub memory: Option<Spanned<PathBuf>>,
     /// Overrides the stage that the module names itself.
     pub stage: Option<Spanned<Stage>>,
@@ -69,12 +70,12 @@ pub struct PluginEntry {
     pub load: bool,
 }
 
-/// An input that reads a property.
+/// A destination and its source: an input that reads a property, or an inbox that takes an outbox's messages.
 #[derive(Clone, Debug)]
 pub struct Link {
-    /// The path of the input port in this agent, such as `follower/pose`.
+    /// The path of the input or inbox in this agent, such as `follower/pose`; the URL of another agent's inbox.
     pub to: Spanned<String>,
-    /// The property; absolute, and without an agent when it is one of this agent.
+    /// The property or outbox; absolute, and without an agent when it is one of this agent.
     pub from: Spanned<Url>,
     /// Whether it reads last cycle's value, and so breaks a cycle of modules.
     pub previous: bool,
@@ -88,6 +89,8 @@ pub struct Link {
     pub window: Option<Spanned<u16>>,
     /// How the values travel.
     pub transport: Transport,
+    /// Who says that it is there.
+    pub wiring: Wiring,
 }
 
 /// Which values a link lets through: those that meet all of it.
@@ -406,7 +409,7 @@ pub struct LogTargets {
 /// A log file that is rotated.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogFile {
-    /// Where it is; relative to the folder that the agent was started in.
+    /// Where it is; relative to the file that names it.
     pub path: Spanned<PathBuf>,
     /// The size at which a new file is begun, bytes.
     pub size: u64,

@@ -60,3 +60,8 @@ fn of_robot(path: &[String]) -> Option<Vec<String>> {
 pub fn link_setting(to: &str) -> String {
     format!("links.{}", toml_edit::Key::new(to).display_repr())
 }
+
+/// The path of one of the senders of an inbox.
+pub fn sender_setting(to: &str, from: &str) -> String {
+    format!("{}.{}", link_setting(to), toml_edit::Key::new(from).display_repr())
+}

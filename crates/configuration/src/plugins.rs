@@ -1,6 +1,6 @@
 //! The plugins that are libraries, and named lists of plugins.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use super::Configuration;
 use super::build::Build;
@@ -49,8 +49,7 @@ impl Build<'_> {
         let file = match table.get("file") {
             Some(value) => {
                 let text = self.problems.as_text("file", value, "plugins/libfollower.so")?;
-                let path = self.folder(text.span).join(&text.value);
-                Some(Spanned::new(path, text.span))
+                Some(self.beside(&text))
             }
             None => None,
         };
@@ -68,14 +67,18 @@ impl Build<'_> {
         Some(PluginEntry { name: Spanned::new(name.into(), entry.key), file, members, load })
     }
 
-    /// Where the file is that a path is written in; the command line's are relative to where it was given.
-    pub(super) fn folder(&self, span: Span) -> PathBuf {
-        let source = self.sources.of(span);
-        source.path.as_deref().and_then(Path::parent).map(Path::to_owned).unwrap_or_default()
+    /// A path as it is written in a file: relative to that file. The command line's are relative to where it was given.
+    pub(super) fn beside(&self, text: &Spanned<String>) -> Spanned<PathBuf> {
+        Spanned::new(self.sources.folder(text.span).join(&text.value), text.span)
     }
 }
 
 impl Configuration {
+    /// The folder that paths at a place are relative to: that of the file that they are written in.
+    pub fn folder_of(&self, span: Span) -> PathBuf {
+        self.sources.folder(span)
+    }
+
     /// The plugins that are libraries, and named lists of plugins, by name.
     pub fn plugins(&self) -> &[PluginEntry] {
         &self.plugins
@@ -84,7 +87,7 @@ impl Configuration {
     /// The same with another module of that kind, which a plugin brought that was loaded by hand from `origin`.
     pub fn with_module(&self, name: &str, kind: &str, origin: &str) -> Self {
         let mut configuration = self.clone();
-        let text = format!("modules.\"{name}\".plugin = \"{kind}\"");
+        let text = format!("modules.\"{name}\".kind = \"{kind}\"");
         let span = Span { source: configuration.sources.0.len(), start: 0, end: text.len() };
         let rank = configuration.sources.0.iter().map(|source| source.rank).max().unwrap_or(0) + 1;
         configuration.sources.0.push(Source {
@@ -98,7 +101,7 @@ impl Configuration {
         });
         configuration.modules.push(Module {
             name: Spanned::new(name.into(), span),
-            plugin: Spanned::new(kind.into(), span),
+            kind: Spanned::new(kind.into(), span),
             enabled: Spanned::new(true, span),
             isolated: Spanned::new(false, span),
             isolation: Isolation::default(),
@@ -112,16 +115,19 @@ impl Configuration {
         configuration
     }
 
-    /// The same with the modules that [`with_module`](Configuration::with_module) added to another one.
+    /// The same with the modules that [`with_module`](Configuration::with_module) added to another one, and with its links
+    /// that are not written.
     pub fn with_loaded_of(&self, other: &Self) -> Self {
         let missing = |module: &&Module| {
             other.is_loaded(module) && !self.modules.iter().any(|own| own.name.value == module.name.value)
         };
         let add = |configuration: Self, module: &Module| {
             let origin = &other.sources.of(module.name.span).name;
-            configuration.with_module(&module.name, &module.plugin, origin)
+            configuration.with_module(&module.name, &module.kind, origin)
         };
-        other.modules.iter().filter(missing).fold(self.clone(), add)
+        let configuration = other.modules.iter().filter(missing).fold(self.clone(), add);
+        let links = configuration.inferred_of(other);
+        configuration.with_inferred(links)
     }
 
     /// Whether a module of this configuration came with a plugin that was loaded by hand.

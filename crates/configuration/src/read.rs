@@ -85,6 +85,7 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
 pub(super) fn layers(request: &Request<'_>, files: Files) -> Layers {
     let Request { main, options, elsewhere, .. } = request;
     let mut layers = Layers::of(options.agent.clone(), files, *elsewhere);
+    layers.paths = options.paths.iter().map(|path| path.split('.').map(String::from).collect()).collect();
     layers.defaults();
     layers.sets(SourceKind::Default, options.defaults.iter().map(|text| Written { text, equals: None }));
     match main {

@@ -1,7 +1,5 @@
 //! What an agent records of itself.
 
-use std::path::PathBuf;
-
 use slate_blackboard::Pattern;
 
 use super::build::Build;
@@ -20,7 +18,7 @@ impl Build<'_> {
         self.problems.unknown_keys(table, "in [record]", &KNOWN);
         record.enabled = self.problems.flag(table, "enabled").is_some_and(|flag| flag.value);
         let file = self.problems.text(table, "file", "run.mcap");
-        record.file = file.map(|file| Spanned::new(PathBuf::from(&file.value), file.span));
+        record.file = file.map(|file| self.beside(&file));
         if let Some(select) = self.patterns(table, "select") {
             record.selection.select = select;
         }

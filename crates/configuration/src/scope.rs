@@ -3,6 +3,7 @@ use std::collections::btree_map::Entry as Slot;
 use slate_blackboard::Url;
 
 use super::problems::Problems;
+use super::senders;
 use super::source::Spanned;
 use super::value::{Entry, Table, Value};
 use crate::mistake::Mistake;
@@ -62,7 +63,7 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
         };
         let Some(path) = path else { continue };
         match section {
-            "links" => resolve_keys(&mut entry.value, &["from"], &in_agent(scope)),
+            "links" => senders::make_table(&mut entry.value, &in_agent(scope), problems),
             "actuators" => {
                 resolve_keys(&mut entry.value, &["command", "commands"], &in_agent(scope));
                 if let Value::Table(table) = &mut entry.value.value
@@ -90,16 +91,13 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
     }
 }
 
-/// The path of the input that a link feeds.
+/// The path of what a link fills, or the URL of another agent's inbox.
 fn destination(key: &str, scope: &str, entry: &Entry, problems: &mut Problems) -> Option<String> {
-    let url = problems.url(key, entry.key)?;
-    if url.agent().is_some() {
-        let help =
-            format!("write the input as `/{}`, in the configuration of its own agent", url.path_in(""));
-        problems.add(entry.key, "a link feeds an input of this agent", help);
-        return None;
-    }
-    Some(url.path_in(scope))
+    problems.url(key, entry.key).map(|url| path_or_url(&url, scope))
+}
+
+fn path_or_url(url: &Url, scope: &str) -> String {
+    if url.agent().is_some() { url.to_string() } else { url.path_in(scope) }
 }
 
 /// Changes the URLs of a value: the value itself when it is text, else the values of these keys.
@@ -118,7 +116,7 @@ pub(super) fn resolve_keys(
 }
 
 /// Makes URLs absolute; what is none stays as written and is reported by whoever reads it.
-fn in_agent(scope: &str) -> impl Fn(&str) -> Option<String> {
+pub(super) fn in_agent(scope: &str) -> impl Fn(&str) -> Option<String> {
     move |text| {
         let url = Url::parse(text).ok()?;
         let relative = url.agent().is_none() && url.path_in("").contains('/');
@@ -152,13 +150,20 @@ pub(super) fn flatten_path(mut path: Vec<String>) -> Vec<String> {
     if let [section, name, ..] = &mut path[..] {
         *name = flat_name(section, name, &scope);
     }
+    if let [section, _, sender, ..] = &mut path[..]
+        && section == "links"
+        && sender.contains('/')
+        && let Some(whole) = in_agent(&scope)(sender)
+    {
+        *sender = whole;
+    }
     path
 }
 
 /// The name in a section after [`flatten`], of one that stands in the scope of a robot (or in none).
 pub(super) fn flat_name(section: &str, name: &str, scope: &str) -> String {
     match (section, Url::parse(name)) {
-        ("links", Ok(url)) => url.path_in(scope),
+        ("links", Ok(url)) => path_or_url(&url, scope),
         ("modules" | "actuators", _) => join(scope, name),
         _ => name.into(),
     }

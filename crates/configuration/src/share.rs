@@ -1,5 +1,4 @@
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 use slate_blackboard::Pattern;
 
@@ -87,7 +86,7 @@ impl Build<'_> {
             facts,
             period: period.map_or(PERIOD, |period| period.value),
             room: self.count(table, "room", 65_536).map_or(ROOM, |room| room.value as usize),
-            save: self.problems.text(table, "save", "knowledge").map(|folder| PathBuf::from(folder.value)),
+            save: self.problems.text(table, "save", "knowledge").map(|folder| self.beside(&folder).value),
         })
     }
 
@@ -114,7 +113,7 @@ impl Build<'_> {
                 return None;
             };
             let text = self.problems.as_text(name, value, &format!("keys/{name}.pem"))?;
-            Some(Spanned::new(self.folder(text.span).join(&text.value), text.span))
+            Some(self.beside(&text))
         };
         let [certificate, key, authority] = files.map(&mut file);
         let credentials = certificate

@@ -1,7 +1,5 @@
 //! When an agent takes a snapshot by itself.
 
-use std::path::PathBuf;
-
 use super::build::Build;
 use super::source::Spanned;
 use super::value::Table;
@@ -25,7 +23,7 @@ impl Build<'_> {
             self.problems.add(span, "[snapshot] has no file", "write file = \"exp1.snapshot\"");
         }
         let file = self.problems.text(table, "file", "exp1.snapshot")?;
-        Some(SnapshotTrigger { at, when, file: Spanned::new(PathBuf::from(&file.value), file.span) })
+        Some(SnapshotTrigger { at, when, file: self.beside(&file) })
     }
 }
 

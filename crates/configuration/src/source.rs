@@ -165,6 +165,12 @@ impl Sources {
         &self.0[span.source]
     }
 
+    /// The folder of the file that a place is in; empty where there is none.
+    pub(super) fn folder(&self, span: Span) -> PathBuf {
+        let file = self.of(span).path.as_deref();
+        file.and_then(Path::parent).map(Path::to_owned).unwrap_or_default()
+    }
+
     pub(super) fn rank(&self, span: Span) -> usize {
         self.of(span).rank
     }

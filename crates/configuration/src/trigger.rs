@@ -12,7 +12,7 @@ pub struct SnapshotTrigger {
     pub at: Option<Spanned<u64>>,
     /// At the end of each cycle in which this has become true.
     pub when: Option<Spanned<SnapshotCondition>>,
-    /// Where it is written to; relative to the folder that the agent was started in.
+    /// Where it is written to; relative to the file that names it.
     pub file: Spanned<PathBuf>,
 }
 

@@ -216,7 +216,7 @@ impl Reader<'_> {
         if path.is_none() {
             self.add(value.span, format!("`{name}` takes the path of a file"), "such as \"console.pem\"");
         }
-        path.map(PathBuf::from)
+        path.map(|path| self.configuration.folder_of(value.span).join(path))
     }
 
     fn texts(&mut self, table: &Table, name: &str, example: &str) -> Vec<(String, Span)> {

@@ -20,7 +20,7 @@ export function robots(modules, properties, links) {
     const execute = moduleOf(status, names);
     const robot = execute.includes("/") ? execute.slice(0, execute.lastIndexOf("/") + 1) : "";
     const own = modules.filter(({ name }) => name.startsWith(robot) && (robot || !name.includes("/")));
-    const sendsTo = (module, mailbox) => links.some(({ to, from }) => from === `/${execute}/${mailbox}` && moduleOf(to, names) === module);
+    const sendsTo = (module, mailbox) => links.some(({ to, from }) => to === `${execute}/${mailbox}` && moduleOf(from.replace(/^\//, ""), names) === module);
     const has = (module, port) => outputs.get(module).some(({ path }) => path === `${module}/${port}`);
     const block = ({ name }) =>
       name === execute ? "Execute"

@@ -98,10 +98,16 @@ pub struct ModuleEntry {
 /// A link of an agent.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LinkEntry {
-    /// The input.
+    /// The destination: an input or an inbox.
     pub to: String,
-    /// What it reads.
+    /// The source: a property or an outbox.
     pub from: String,
+    /// Whether messages go over it, from an outbox to an inbox.
+    #[serde(default)]
+    pub sends: bool,
+    /// Whether nobody has written it, as types and roles leave no choice.
+    #[serde(default)]
+    pub inferred: bool,
     /// What else the configuration says of it: keys and values of its table.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub options: Vec<(String, String)>,

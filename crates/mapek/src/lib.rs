@@ -320,7 +320,7 @@
 //!
 //! let wiring = robot.build()?;
 //! assert!(wiring.links.contains(&("arrival/pose".into(), "pose_monitor/percept".into())));
-//! assert!(wiring.links.contains(&("back_off/reflex".into(), "execute/reflexes".into())));
+//! assert!(wiring.links.contains(&("execute/reflexes".into(), "back_off/reflex".into())));
 //!
 //! // Each block is tested by itself, without an agent and without a thread.
 //!

@@ -329,11 +329,11 @@ impl Robot {
         match &parts.execute {
             Some(execute) => {
                 if let Some(plan) = &parts.plan {
-                    links.push((format!("{plan}/plan"), format!("{execute}/plan")));
+                    links.push((format!("{execute}/plan"), format!("{plan}/plan")));
                     links.push((format!("{plan}/situation"), format!("{execute}/status")));
                 }
                 for model in &parts.reactive {
-                    links.push((format!("{model}/reflex"), format!("{execute}/reflexes")));
+                    links.push((format!("{execute}/reflexes"), format!("{model}/reflex")));
                 }
             }
             None => {

@@ -37,9 +37,9 @@ fn a_robot_says_what_its_configuration_would() {
         ("planner/free", "way/change"),
         ("near/range", "sonar/value"),
         ("avoid/range", "sonar/value"),
-        ("planner/plan", "execute/plan"),
+        ("execute/plan", "planner/plan"),
         ("planner/situation", "execute/status"),
-        ("avoid/reflex", "execute/reflexes"),
+        ("execute/reflexes", "avoid/reflex"),
     ];
     let own: Vec<_> = wiring.links.iter().map(|(to, from)| (to.as_str(), from.as_str())).collect();
     assert_eq!(own, links);

@@ -73,7 +73,7 @@ const MODULES: usize = 17;
 fn caterpillar() -> String {
     let mut text = String::from("[log.targets]\nconsole = false\n");
     for module in 0..MODULES {
-        write!(text, "[modules.m{module:02}]\nplugin = \"segment\"\n").unwrap();
+        write!(text, "[modules.m{module:02}]\nkind = \"segment\"\n").unwrap();
     }
     text.push_str("[links]\n");
     for module in 1..MODULES {

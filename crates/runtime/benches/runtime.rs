@@ -153,7 +153,7 @@ fn agent(text: &str, options: Options) -> Agent {
 fn row(modules: usize) -> Agent {
     let mut text = String::from("time.source = \"reaction\"\n[modules.reaction]\n");
     for module in 0..modules {
-        write!(text, "[modules.m{module:02}]\nplugin = \"segment\"\n").unwrap();
+        write!(text, "[modules.m{module:02}]\nkind = \"segment\"\n").unwrap();
     }
     text.push_str("[links]\n");
     for module in 1..modules {
@@ -250,7 +250,7 @@ fn stages(workers: usize, cycles: u64) {
     let mut text = String::new();
     for (number, stage) in Stage::ALL.iter().flat_map(|stage| [stage; 3]).enumerate() {
         let stage = stage.name();
-        write!(text, "[modules.m{number:02}]\nplugin = \"segment\"\nstage = \"{stage}\"\n").unwrap();
+        write!(text, "[modules.m{number:02}]\nkind = \"segment\"\nstage = \"{stage}\"\n").unwrap();
     }
     text.push_str("[links]\n");
     for module in 1..30 {
@@ -287,7 +287,7 @@ fn thousand(duration: Duration) {
     for (name, rate) in [("a thousand modules, each millisecond", Rate::REALTIME), ("in a row", Rate::Max)] {
         let mut text = String::from("loop.period = \"1ms\"\n");
         for module in 0..1000 {
-            write!(text, "[modules.m{module:03}]\nplugin = \"idle\"\n").unwrap();
+            write!(text, "[modules.m{module:03}]\nkind = \"idle\"\n").unwrap();
         }
         let mut agent = agent(&text, Options { rate, ..Options::default() });
         let start = Instant::now();

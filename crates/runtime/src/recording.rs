@@ -47,7 +47,7 @@ pub trait RecordedAgent {
     /// The modules, each with its kind.
     fn kinds(&self) -> Vec<(String, String)>;
 
-    /// The links: what each fills, and what it reads.
+    /// The links, each under the port that has it: an input and what it reads, or an outbox and its inbox.
     fn links(&self) -> Vec<(String, String)>;
 
     /// The stages and the modules of each, in the order in which they run.

@@ -122,9 +122,9 @@ const ROBOT: &str = r#"
 time.source = "counter"
 [modules.counter]
 [modules.a]
-plugin = "relay"
+kind = "relay"
 [modules.b]
-plugin = "relay"
+kind = "relay"
 [modules.sender]
 [modules.receiver]
 [modules.driver]
@@ -134,7 +134,7 @@ plugin = "relay"
 "b/input" = "a/output"
 "driver/input" = "b/output"
 "reporter/input" = "wheel/command"
-"sender/note" = "receiver/notes"
+"receiver/notes" = "sender/note"
 "receiver/history" = "counter/number"
 [actuators.wheel]
 command = "driver/wheel"

@@ -52,7 +52,7 @@ timeouts.Act = "1s"
 [modules.counter]
 deadline = "1s"
 [modules.periodic]
-plugin = "counter"
+kind = "counter"
 every = "4ms"
 [modules.relay]
 [modules.driver]

@@ -8,9 +8,9 @@ use slate_runtime::Agent;
 const CHAIN: &str = r#"
 [modules.counter]
 [modules.b]
-plugin = "relay"
+kind = "relay"
 [modules.a]
-plugin = "relay"
+kind = "relay"
 [links]
 "b/input" = "counter/number"
 "a/input" = "b/output"
@@ -45,9 +45,9 @@ fn a_cycle_of_links_is_refused_by_name() {
     let text = complaint(
         r#"
 [modules.a]
-plugin = "relay"
+kind = "relay"
 [modules.b]
-plugin = "relay"
+kind = "relay"
 [links]
 "a/input" = "b/output"
 "b/input" = "a/output"
@@ -67,7 +67,7 @@ fn messages_and_queues_deliver_every_value_in_order() {
 [modules.sender]
 [modules.receiver]
 [links]
-"sender/note" = "receiver/notes"
+"receiver/notes" = "sender/note"
 "receiver/history" = "counter/number"
 "#,
     );
@@ -98,7 +98,7 @@ fn another_module_changes_nobody_elses_random_numbers() {
         agent.step();
         number(&agent, "dice/number/value")
     };
-    assert_eq!(run(""), run("[modules.aaa]\nplugin = \"dice\"\n"));
+    assert_eq!(run(""), run("[modules.aaa]\nkind = \"dice\"\n"));
 }
 
 #[test]

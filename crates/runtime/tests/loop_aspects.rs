@@ -137,7 +137,7 @@ fn a_module_that_is_switched_off_or_unloaded_has_the_loop_no_more() {
 
 #[test]
 fn one_module_has_the_loop() {
-    let text = "[modules.a]\nplugin = \"conductor\"\n[modules.b]\nplugin = \"conductor\"\n";
+    let text = "[modules.a]\nkind = \"conductor\"\n[modules.b]\nkind = \"conductor\"\n";
     let Err(StartError::Configuration(report)) =
         Agent::load(&configuration(text), &plugins(), Options::default())
     else {

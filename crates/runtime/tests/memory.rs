@@ -92,7 +92,7 @@ fn a_memory_is_that_of_one_run_at_a_time() {
     let _first = agent(&text, true).unwrap();
     let told = refusal(&text);
     assert!(told.contains("counter.memory") && told.contains("other run"), "{told}");
-    let two = format!("{text}[modules.other]\nplugin = \"counter\"\n{text}");
+    let two = format!("{text}[modules.other]\nkind = \"counter\"\n{text}");
     drop(_first);
     let told = refusal(&two);
     assert!(told.contains("`other`") && told.contains("another run or module has it"), "{told}");

@@ -88,7 +88,7 @@ every = "10ms"
 [modules.receiver]
 [links]
 "relay/input" = "counter/number"
-"sender/note" = "receiver/notes"
+"receiver/notes" = "sender/note"
 "receiver/history" = "counter/number"
 "#;
 
@@ -134,14 +134,14 @@ fn mesh() -> String {
     let mut text = String::from("time.source = \"s00\"\nagent.seed = 7\n");
     let width = 12;
     for i in 0..width {
-        writeln!(text, "[modules.s{i:02}]\nplugin = \"dice\"").unwrap();
+        writeln!(text, "[modules.s{i:02}]\nkind = \"dice\"").unwrap();
     }
     for level in 0..3 {
         for i in 0..width {
-            writeln!(text, "[modules.m{level}_{i:02}]\nplugin = \"mixer\"").unwrap();
+            writeln!(text, "[modules.m{level}_{i:02}]\nkind = \"mixer\"").unwrap();
         }
     }
-    text.push_str("[modules.driver]\n[modules.a_reader]\nplugin = \"relay\"\nstage = \"Act\"\n");
+    text.push_str("[modules.driver]\n[modules.a_reader]\nkind = \"relay\"\nstage = \"Act\"\n");
     text.push_str(
         "[modules.sender]\n[modules.receiver]\n[actuators.wheel]\ncommand = \"driver/wheel\"\n[links]\n",
     );
@@ -156,7 +156,7 @@ fn mesh() -> String {
         }
     }
     text.push_str("\"driver/input\" = \"m2_00/output\"\n\"a_reader/input\" = \"wheel/command\"\n");
-    text.push_str("\"sender/note\" = \"receiver/notes\"\n\"receiver/history\" = \"m2_03/output\"\n");
+    text.push_str("\"receiver/notes\" = \"sender/note\"\n\"receiver/history\" = \"m2_03/output\"\n");
     text
 }
 
@@ -200,7 +200,7 @@ every = "50us"
 [modules.twin]
 on = "left"
 [modules.other]
-plugin = "twin"
+kind = "twin"
 on = ["left", "right"]
 [links]
 "twin/left" = "twins/left"

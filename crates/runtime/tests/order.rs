@@ -12,7 +12,7 @@ fn a_reader_of_a_command_that_passed_runs_after_its_commander() {
 [modules.counter]
 [modules.driver]
 [modules.a]
-plugin = "relay"
+kind = "relay"
 stage = "Act"
 [links]
 "driver/input" = "counter/number"
@@ -33,7 +33,7 @@ fn a_reader_of_the_last_command_runs_before_its_commander() {
 [modules.counter]
 [modules.driver]
 [modules.z]
-plugin = "relay"
+kind = "relay"
 stage = "Act"
 [links]
 "driver/input" = "counter/number"
@@ -59,11 +59,11 @@ fn a_module_may_read_what_it_wrote_in_the_last_cycle() {
 fn a_sender_may_send_for_the_next_cycle() {
     let run = |link: &str| {
         let mut agent = lockstep(&format!(
-            "[modules.sender]\n[modules.receiver]\nstage = \"Think\"\n[links]\n\"sender/note\" = {link}\n"
+            "[modules.sender]\n[modules.receiver]\nstage = \"Think\"\n[links]\n\"receiver/notes\" = {link}\n"
         ));
         (0..3).for_each(|_| assert!(agent.step()));
         number(&agent, "receiver/sum/first")
     };
-    assert_eq!(run("\"receiver/notes\""), 6.0);
-    assert_eq!(run("{ from = \"receiver/notes\", previous = true }"), 3.0);
+    assert_eq!(run("\"sender/note\""), 6.0);
+    assert_eq!(run("{ from = \"sender/note\", previous = true }"), 3.0);
 }

@@ -19,7 +19,7 @@ use slate_module::prelude::*;
 
 /// A module that asks once, and another plugin's module.
 fn robot(asking: &str, other: &str) -> String {
-    format!("[modules.{asking}]\nplugin = \"scripted\"\n[modules.{other}]\nplugin = \"extra\"\n")
+    format!("[modules.{asking}]\nkind = \"scripted\"\n[modules.{other}]\nkind = \"extra\"\n")
 }
 
 /// Asks in its first tick, and passes on what comes of it.

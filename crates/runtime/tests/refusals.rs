@@ -208,8 +208,8 @@ fn each_misfit_is_refused_with_its_place_and_what_to_do_and_nothing_is_left() {
 
 fn unknown_names() {
     refused(
-        "[modules.a]\nplugin = \"relais\"\n",
-        &["test.toml:3:10", "no plugin brings a module `relais`", "did you mean relay?"],
+        "[modules.a]\nkind = \"relais\"\n",
+        &["test.toml:3:8", "no plugin brings a module `relais`", "did you mean relay?"],
     );
     refused(
         "[modules.relay]\n[links]\n\"relai/input\" = \"counted/number\"\n",
@@ -256,10 +256,23 @@ fn links_that_do_not_fit() {
     );
     refused(
         "[modules.sender]\n[links]\n\"sender/note\" = \"counted/number\"\n",
-        &["test.toml:4:17", "sends messages", "link an outbox to an inbox"],
+        &["test.toml:4:1", "sends messages", "a link names its destination first"],
     );
     refused(
-        "[modules.relay]\n[modules.b]\nplugin = \"relay\"\n[links]\n\"relay/input\" = \"b/input\"\n\"b/input\" = \"relay/input\"\n",
+        "[modules.receiver]\n[links]\n\"receiver/notes\" = \"counted/number\"\n",
+        &["test.toml:4:20", "receives messages", "link an outbox to an inbox"],
+    );
+    refused(
+        "[modules.sender]\n[modules.second]\nkind = \"sender\"\n[modules.receiver]\n[links]\n\
+         \"sender/note\" = \"receiver/notes\"\n\"second/note\" = \"receiver/notes\"\n",
+        &["write \"receiver/notes\" = [\"second/note\", \"sender/note\"]"],
+    );
+    refused(
+        "[modules.relay]\n[links]\n\"counted/number\" = \"relay/input\"\n",
+        &["test.toml:4:1", "is an output", "write \"relay/input\" = \"counted/number\""],
+    );
+    refused(
+        "[modules.relay]\n[modules.b]\nkind = \"relay\"\n[links]\n\"relay/input\" = \"b/input\"\n\"b/input\" = \"relay/input\"\n",
         &[
             "test.toml:7:13",
             "b/input -> relay/input -> b/input read each other in a circle",
@@ -287,7 +300,7 @@ fn one_writer_and_one_of_a_kind() {
         &["test.toml:6:11", "`/driver/wheel` commands `left` already", "a command port of its own"],
     );
     refused(
-        "[modules.plan]\n[modules.other]\nplugin = \"plan\"\n",
+        "[modules.plan]\n[modules.other]\nkind = \"plan\"\n",
         &["test.toml:2:10", "a robot has one Plan, and `other` is it already", "put it into another robot"],
     );
 }
@@ -351,7 +364,7 @@ fn triggers_and_actuators() {
 
 #[test]
 fn every_misfit_is_shown_at_once() {
-    let text = "[modules.a]\nplugin = \"nothing\"\n[modules.tuned]\nparams = { gain = 9.0, gian = 1.0 }\n";
+    let text = "[modules.a]\nkind = \"nothing\"\n[modules.tuned]\nparams = { gain = 9.0, gian = 1.0 }\n";
     let Err(StartError::Configuration(report)) = load(text, &more(), Options::default()) else {
         panic!("it should not start");
     };

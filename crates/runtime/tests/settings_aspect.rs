@@ -136,7 +136,7 @@ const LINK: &str = "links.\"gauge/input\"=\"beat/twice\"";
 
 fn text(asker: &str, clock: &str) -> String {
     format!(
-        "{clock}[modules.beat]\n[modules.gauge]\n[modules.{asker}]\nplugin = \"asker\"\n\
+        "{clock}[modules.beat]\n[modules.gauge]\n[modules.{asker}]\nkind = \"asker\"\n\
          [links]\n\"gauge/input\" = \"beat/count\"\n"
     )
 }
@@ -302,7 +302,7 @@ fn modules_on_threads_of_their_own_that_ask_at_once_do_not_wait_for_each_other()
             Outcome::Ok
         };
         SCRIPTS.lock().unwrap().insert(asker.into(), Box::new(script));
-        modules += &format!("[modules.{asker}]\nplugin = \"asker\"\n");
+        modules += &format!("[modules.{asker}]\nkind = \"asker\"\n");
     }
     let text = format!("[loop]\nperiod = \"2ms\"\n[modules.beat]\n[modules.gauge]\n{modules}");
     let database = Database::from_text("test.toml", &text, Default::default()).unwrap();

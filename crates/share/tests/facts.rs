@@ -232,7 +232,7 @@ fn a_fact_reaches_robots_that_its_origin_does_not_know() {
 fn what_does_not_fit_is_named_kept_out_and_passed_on() {
     let folder = Folder::new();
     let strange = text(&folder, "strange", &["middle"], "")
-        .replace("scout = {}", "scout = { plugin = \"stranger\" }")
+        .replace("scout = {}", "scout = { kind = \"stranger\" }")
         .replace("rescuer = {}", "")
         .replace("\"rescuer/victims\" = \"slate://team/victims\"", "");
     let alike = strange.replace("strange\"", "alike\"").replace("/strange", "/alike");

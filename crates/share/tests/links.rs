@@ -199,7 +199,7 @@ agents.base.at = "{}"
 [links]
 "reader/number" = {{ from = "slate://base/counter/number", stale = "5s" }}
 "reader/all" = "slate://base/counter/number"
-"reader/note" = "slate://base/counter/notes"
+"slate://base/counter/notes" = "reader/note"
 "#,
         folder.endpoint("arm"),
         folder.endpoint("base")
@@ -219,7 +219,7 @@ fn values_queues_and_messages_cross_and_absence_shows() {
         wait_for("fresh values", || reader.number("reader/fresh") > 3.0);
         reader.hears_all();
         wait_for("all messages", || counter.number("counter/sum") == 55.0);
-        assert_eq!(reader.trouble("reader/note"), None);
+        assert_eq!(reader.trouble("slate://base/counter/notes"), None);
         drop(counter);
         wait_for("what is gone to be stale", || reader.number("reader/fresh") == 0.0);
         let counter = Running::start("base", &base(&folder), mode);
@@ -238,10 +238,12 @@ fn messages_that_nobody_was_there_for_trouble_a_link_no_longer_than_that() {
     let sender = Running::start("arm", &text, Mode::Staged);
     wait_for("all messages to be sent", || sender.number("reader/fresh") > 20.0);
     wait_for("the trouble", || {
-        sender.trouble("reader/note").is_some_and(|trouble| trouble.contains("agent `base` is not there"))
+        sender
+            .trouble("slate://base/counter/notes")
+            .is_some_and(|trouble| trouble.contains("agent `base` is not there"))
     });
     let counter = Running::start("base", &base(&folder), Mode::Staged);
-    wait_for("its end", || sender.trouble("reader/note").is_none());
+    wait_for("its end", || sender.trouble("slate://base/counter/notes").is_none());
     assert_eq!(counter.number("counter/sum"), 0.0, "nobody sends them again");
 }
 
@@ -330,7 +332,7 @@ fn a_carrier_concerns_the_link_that_names_it() {
     let folder = Folder::new();
     let links = r#"
 "reader/number" = { from = "slate://base/counter/number", carrier = "other" }
-"reader/note" = { from = "slate://base/counter/notes", carrier = "other" }
+"slate://base/counter/notes" = { from = "reader/note", carrier = "other" }
 "reader/all" = "slate://base/counter/number"
 "reader/other/value" = "slate://base/counter/number/value"
 "#;
@@ -338,7 +340,7 @@ fn a_carrier_concerns_the_link_that_names_it() {
     let reader = Running::start("arm", &reading(&folder, links), Mode::Staged);
     wait_for("values of the others", || reader.number("reader/changes") > 10.0);
     reader.hears_all();
-    for to in ["reader/number", "reader/note"] {
+    for to in ["reader/number", "slate://base/counter/notes"] {
         let trouble = reader.trouble(to).unwrap();
         assert!(trouble.contains("`base` is at local:") && trouble.contains("not by `other`"), "{trouble}");
     }
@@ -407,7 +409,7 @@ fn an_agent_that_no_link_wants_any_more_is_not_dialled() {
     let folder = Folder::new();
     let arm = Running::start("arm", &arm(&folder, ""), Mode::Staged);
     wait_for("what shows of it", || arm.board.get("peers/base/link").is_some());
-    for input in ["reader/number", "reader/all", "reader/note"] {
+    for input in ["reader/number", "reader/all", "slate://base/counter/notes"] {
         arm.composer.unlink(input).unwrap();
     }
     wait_for("it to be forgotten", || arm.board.get("peers/base/link").is_none());

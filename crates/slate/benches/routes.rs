@@ -204,7 +204,7 @@ period = "5ms"
 [modules.execute]
 [links]
 "avoid/range" = "range_sensor/range"
-"avoid/reflex" = "execute/reflexes"
+"execute/reflexes" = "avoid/reflex"
 [actuators.wheels]
 command = "execute/wheels"
 "#;
@@ -242,7 +242,7 @@ fn reflex(samples: usize) -> Vec<u64> {
 }
 
 fn actions_per_second() -> f64 {
-    let text = "time.source = \"execute\"\n[modules.busy]\n[modules.execute]\n[links]\n\"busy/plan\" = \"execute/plan\"\n\"busy/situation\" = \"execute/status\"\n[actuators.wheels]\ncommand = \"execute/wheels\"\n";
+    let text = "time.source = \"execute\"\n[modules.busy]\n[modules.execute]\n[links]\n\"execute/plan\" = \"busy/plan\"\n\"busy/situation\" = \"execute/status\"\n[actuators.wheels]\ncommand = \"execute/wheels\"\n";
     let mut agent = agent(text, Mode::Staged, Rate::Max);
     let start = Instant::now();
     while start.elapsed() < Duration::from_secs(1) {

@@ -163,14 +163,19 @@ fn agent(sets: &[&str]) -> Agent {
 }
 
 fn agent_in((mode, rate): (Mode, Rate), sets: &[&str]) -> Agent {
-    let mut text = slate_exp1::CONFIGURATION.to_owned();
-    for sensor in ["position", "orientation", "sonar"] {
-        text = text.replace(&format!("/simulator/r2/{sensor}"), &format!("/trouble/{sensor}"));
+    let mut links = String::new();
+    for (sensor, readers) in [
+        ("position", &["position_monitor", "avoid_obstacle", "knowledge", "execute"][..]),
+        ("orientation", &["orientation_monitor", "avoid_obstacle", "knowledge", "execute"]),
+        ("sonar", &["range_monitor", "avoid_obstacle", "avoid_wall"]),
+    ] {
+        links += &format!("\"trouble/{sensor}_in\" = \"simulator/r2/{sensor}\"\n");
+        for reader in readers {
+            links += &format!("\"r2/{reader}/{sensor}\" = \"trouble/{sensor}\"\n");
+        }
     }
-    let links = ["position", "orientation", "sonar"]
-        .map(|sensor| format!("\"trouble/{sensor}_in\" = \"simulator/r2/{sensor}\"\n"))
-        .concat();
-    let text = text.replacen("[links]\n", &format!("[modules.trouble]\n[links]\n{links}"), 1);
+    let text =
+        slate_exp1::CONFIGURATION.replacen("[links]\n", &format!("[modules.trouble]\n[links]\n{links}"), 1);
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: ["world", "report", "controller", "pace"].map(Into::into).to_vec(),
@@ -353,7 +358,7 @@ fn a_planner_that_crashes_begins_anew() {
         for seed in 0..4 {
             let setting = format!("robots.r2.modules.planner.params.{crash}");
             let seed = format!("agent.seed={seed}");
-            let plugin = "robots.r2.modules.planner.plugin=crashing_planner";
+            let plugin = "robots.r2.modules.planner.kind=crashing_planner";
             let mut agent = agent(&[plugin, &setting, &seed]);
             CRASHED.store(false, Ordering::Relaxed);
             finish(&mut agent);
@@ -364,7 +369,7 @@ fn a_planner_that_crashes_begins_anew() {
 
 #[test]
 fn a_reflex_that_crashes_begins_anew() {
-    let plugin = "robots.r2.modules.avoid_obstacle.plugin=crashing_reflex";
+    let plugin = "robots.r2.modules.avoid_obstacle.kind=crashing_reflex";
     for seed in 0..4 {
         let seed = format!("agent.seed={seed}");
         let mut agent = agent(&[plugin, "robots.r2.modules.avoid_obstacle.params.panic_at=40", &seed]);

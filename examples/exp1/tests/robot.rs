@@ -19,10 +19,6 @@ use slate_wheeled::go_to_origin::GoToOriginPlanner;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledModel};
 use slate_wheeled::monitors::{OrientationMonitor, PositionMonitor, RangeMonitor};
 
-fn configuration(sets: &[&str]) -> Configuration {
-    read(slate_exp1::CONFIGURATION, sets)
-}
-
 fn read(text: &str, sets: &[&str]) -> Configuration {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
@@ -94,11 +90,12 @@ fn the_configuration_says_what_the_typed_builder_says() {
             (format!("r2/{to}"), from)
         })
         .collect();
-    let configured: BTreeSet<_> = configuration(&[])
+    let configured: BTreeSet<_> = agent(&[])
+        .composer()
         .links()
-        .iter()
-        .filter(|link| link.to.value.starts_with("r2/"))
-        .map(|link| (link.to.value.clone(), link.from.value.to_string()))
+        .into_iter()
+        .filter(|link| link.to.starts_with("r2/"))
+        .map(|link| (link.to, link.from))
         .collect();
     assert_eq!(built, configured);
 }
@@ -221,13 +218,16 @@ fn twenty_seeds_reach_the_goal_and_cause_no_contact() {
 fn odometry_alone_reaches_the_goal_with_unchanged_blocks() {
     // The odometry takes the place of the positioning system and of the compass, whoever reads them.
     let modules = "odometry_monitor = {}\nlocalize = { params = { start_x = 0.6, start_y = 0.8 } }\n";
-    let links = "\"odometry_monitor/odometry\" = \"/simulator/r2/odometry\"\n\
-                 \"localize/odometry\" = \"odometry_monitor/percept\"\n";
-    let text = slate_exp1::CONFIGURATION
-        .replace("/simulator/r2/position", "localize/position")
-        .replace("/simulator/r2/orientation", "localize/orientation")
-        .replace("[robots.r2.modules]\n", &format!("[robots.r2.modules]\n{modules}"))
-        .replace("[robots.r2.links]\n", &format!("[robots.r2.links]\n{links}"));
+    let mut links = String::new();
+    for (sensor, monitor) in [("position", "position_monitor"), ("orientation", "orientation_monitor")] {
+        for reader in [monitor, "avoid_obstacle", "knowledge", "execute"] {
+            links += &format!("\"{reader}/{sensor}\" = \"localize/{sensor}\"\n");
+        }
+    }
+    let text = slate_exp1::CONFIGURATION.replace(
+        "[robots.r2.modules]\n",
+        &format!("[robots.r2.links]\n{links}[robots.r2.modules]\n{modules}"),
+    );
     // Odometry drifts by some percent of the way.
     let mut agent = loaded(&text, &["world.layout=authors", "modules.referee.params.tolerance=0.2"]);
     let (mut drift, mut steps) = (0.0_f64, 0);

@@ -28,7 +28,7 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r3.modules.avoid_obstacle.enabled=false",
             "robots.r3.modules.give_way.enabled=false",
             "robots.r3.modules.avoid_wall.enabled=true",
-            "robots.r3.modules.avoid_wall.params.fixed=true",
+            "robots.r3.modules.avoid_wall.params.corrected_clamp=true",
             "robots.r3.modules.planner.params.speed=0.11",
             "robots.r3.modules.planner.params.careful_speed=0.11",
         ],

@@ -184,7 +184,7 @@ fn blocks(text: &str) -> BTreeSet<String> {
         if line.starts_with('[') {
             in_modules = line.starts_with("[robots.") && line.ends_with(".modules]");
         } else if let (true, Some((name, rest))) = (in_modules, line.split_once(" = ")) {
-            let plugin = rest.split("plugin = \"").nth(1).and_then(|rest| rest.split('"').next());
+            let plugin = rest.split("kind = \"").nth(1).and_then(|rest| rest.split('"').next());
             blocks.insert(plugin.unwrap_or(name).to_owned());
         }
     }

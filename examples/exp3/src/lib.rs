@@ -40,10 +40,10 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
         &[
             "robots.r2.modules.avoid_obstacle.enabled=false",
             "robots.r2.modules.avoid_wall.enabled=true",
-            "robots.r2.modules.avoid_wall.params.fixed=true",
+            "robots.r2.modules.avoid_wall.params.corrected_clamp=true",
             "robots.r3.modules.avoid_obstacle.enabled=false",
             "robots.r3.modules.avoid_wall.enabled=true",
-            "robots.r3.modules.avoid_wall.params.fixed=true",
+            "robots.r3.modules.avoid_wall.params.corrected_clamp=true",
             "robots.r2.modules.planner.params.speed=0.0975",
             "robots.r2.modules.planner.params.careful_speed=0.0975",
             "robots.r3.modules.planner.params.max_linear_velocity=0.11",

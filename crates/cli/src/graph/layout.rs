@@ -292,6 +292,7 @@ mod tests {
             output: "o".into(),
             input: "i".into(),
             flow: Flow::Values,
+            inferred: false,
         };
         Graph {
             title: "test".into(),

@@ -29,6 +29,7 @@ const STYLE: &str = "
   .edge { fill: none; stroke: #57606a; stroke-opacity: 0.75; }
   .messages { stroke: #d55e00; stroke-width: 1.8; }
   .previous { stroke-dasharray: 2 3; }
+  .inferred { stroke-opacity: 0.4; }
   .back { stroke: #0072b2; }
   .edge:hover { stroke-width: 3; stroke-opacity: 1; }
   @media (prefers-color-scheme: dark) {
@@ -155,10 +156,11 @@ fn edges(graph: &Graph, outputs: &[Vec<&str>], sizes: &[(f64, f64)], layout: &La
             Flow::Messages => " messages",
             Flow::Previous => " previous",
         };
+        let inferred = if edge.inferred { " inferred" } else { "" };
         let back = if layout.back[index] { " back" } else { "" };
         let _ = writeln!(
             text,
-            "<path class=\"edge{flow}{back}\" d=\"{path}\" marker-end=\"url(#arrow)\"><title>{}</title></path>",
+            "<path class=\"edge{flow}{inferred}{back}\" d=\"{path}\" marker-end=\"url(#arrow)\"><title>{}</title></path>",
             escaped(&title(graph, edge))
         );
     }
@@ -166,7 +168,8 @@ fn edges(graph: &Graph, outputs: &[Vec<&str>], sizes: &[(f64, f64)], layout: &La
 
 fn title(graph: &Graph, edge: &Edge) -> String {
     let name = |index: usize| graph.nodes[index].name.as_str();
-    format!("{}/{} → {}/{}", name(edge.from), edge.output, name(edge.to), edge.input)
+    let inferred = if edge.inferred { ", inferred from types and roles" } else { "" };
+    format!("{}/{} → {}/{}{inferred}", name(edge.from), edge.output, name(edge.to), edge.input)
 }
 
 /// A line through points that leaves and reaches each of them level.

@@ -26,9 +26,10 @@ pub fn mermaid(graph: &Graph) -> String {
         };
         let _ = writeln!(
             text,
-            "  n{} {arrow}|\"{}\"| n{}",
+            "  n{} {arrow}|\"{}{}\"| n{}",
             edge.from,
             edge.output.replace('"', "#quot;"),
+            if edge.inferred { " (inferred)" } else { "" },
             edge.to
         );
     }
@@ -55,10 +56,11 @@ pub fn dot(graph: &Graph) -> String {
         };
         let _ = writeln!(
             text,
-            "  n{} -> n{} [label={}, style={style}];",
+            "  n{} -> n{} [label={}, style={style}{}];",
             edge.from,
             edge.to,
-            quoted(&edge.output)
+            quoted(&edge.output),
+            if edge.inferred { ", color=gray" } else { "" }
         );
     }
     text.push_str("}\n");
@@ -71,6 +73,7 @@ pub fn json(graph: &Graph) -> String {
     let edges = graph.edges.iter().map(|edge| {
         json!({
             "from": name(edge.from), "output": edge.output, "to": name(edge.to), "input": edge.input, "flow": edge.flow,
+            "inferred": edge.inferred,
         })
     });
     let edges: Vec<_> = edges.collect();

@@ -92,7 +92,7 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
     let candidate = candidate(options, &kinds)?;
     let Candidate { name, kind, is_recorded } = &candidate;
     if !is_recorded {
-        sets.push(format!("modules.{}.plugin={}", quoted(name), quoted(kind)));
+        sets.push(format!("modules.{}.kind={}", quoted(name), quoted(kind)));
     }
     // A module with a deadline has each tick timed; no tick takes that long.
     sets.push(format!("modules.{}.deadline=\"60s\"", quoted(name)));

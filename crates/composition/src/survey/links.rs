@@ -12,8 +12,8 @@ use super::{Complaints, Joint, Survey, Surveyed, Wire};
 use crate::catalogue::Catalogue;
 pub use remote::{elsewhere, path as remote_path};
 use sinks::Sink;
-use slate_configuration::Configuration;
 use slate_configuration::Mistake;
+use slate_configuration::{Configuration, Link};
 use sources::Sources;
 
 pub(super) fn survey_links<'a>(
@@ -23,15 +23,19 @@ pub(super) fn survey_links<'a>(
     survey: &mut Survey<'a>,
     complaints: &mut Complaints<'a>,
 ) {
-    let own: Vec<Option<Sink>> =
-        configuration.links().iter().map(|link| sinks::sink(survey, dormant, link, complaints)).collect();
+    let own: Vec<Option<Sink>> = configuration
+        .links()
+        .iter()
+        .map(|link| sinks::sink(configuration, survey, dormant, link, complaints))
+        .collect();
     check_overlaps(configuration, &own, survey, complaints);
     survey.remote = remote::all(configuration, catalogue);
     survey.carriers.clone_from(&catalogue.carriers);
     survey.has_jpeg = catalogue.has_jpeg;
     let mut sources = Sources::new(configuration, dormant, survey, &own, complaints);
-    let joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
+    let mut joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
     let Sources { absent, misfits, .. } = sources;
+    joints.sort_by_cached_key(|joint| join(&survey.wire_path(joint.port.0, joint.port.1), &joint.field));
     survey.absent = absent;
     survey.misfits = misfits;
     survey.joints = joints;
@@ -53,7 +57,12 @@ fn check_overlaps<'a>(
         });
         let Some((_, other)) = other else { continue };
         let name = &survey.modules[sink.module].module.name.value;
-        let to = &configuration.links()[i].to;
+        let Link { to, from, .. } = &configuration.links()[i];
+        if sink.sends {
+            let message = format!("`{}` sends to `{}` already", from.value, other.to.value);
+            complaints.add(from.span, Mistake::TwoSources.of(message), "an outbox sends to one inbox");
+            continue;
+        }
         let message = Mistake::TwoSources
             .of(format!("`{}` of `{name}` is linked already, by `{}`", to.value, other.to.value));
         complaints.add(to.span, message, "link each field once, or the whole input");
@@ -87,6 +96,12 @@ fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p str, &'p str
         Some(length) => (&path[..length], path[length..].trim_start_matches('/')),
         None => path.split_once('/').unwrap_or((path, "")),
     }
+}
+
+/// What a path that no port has is called: all of it, where names of ports begin like it.
+fn deep_name<'p>(ports: &[PortDescription], first: &'p str, rest: &'p str) -> &'p str {
+    let is_deep = ports.iter().any(|port| port.name != first && is_within(&port.name, first));
+    if is_deep { rest } else { first }
 }
 
 /// A path and the path of a field below it.

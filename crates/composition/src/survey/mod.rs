@@ -2,8 +2,10 @@
 
 mod aspects;
 mod host;
+mod infer;
 mod levels;
 mod links;
+mod loose;
 mod module;
 mod order;
 mod rings;
@@ -23,7 +25,9 @@ pub use crate::Wire;
 use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::link::{Filter, Place, Program};
 pub use aspects::needs;
+pub use infer::infer;
 pub use links::{elsewhere, remote_path};
+pub use loose::loose;
 use slate_configuration::{Configuration, Diagnostic, Link, Module, Span};
 use slate_configuration::{Message, Mistake};
 
@@ -303,12 +307,16 @@ impl<'a> Survey<'a> {
         let names = || configuration.modules().iter().map(|module| module.name.value.as_str());
         let there = |name: &str| self.modules.iter().any(|surveyed| surveyed.module.name.value == name);
         for link in configuration.links() {
-            let owns =
-                |name: &&str| link.to.value.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
-            let owner = names().filter(owns).max_by_key(|name| name.len());
-            if let Some(owner) = owner.filter(|owner| !there(owner)) {
+            let (to, from) = (link.destination(), Some(link.from.value.clone()));
+            // A module that sends has the link of its outbox.
+            for (own, other) in [(&to, &from), (&from, &to)] {
+                let (Some(own), Some(other)) = (own, other) else { continue };
+                let own = own.path_in("");
+                let owns = |name: &&str| own.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
+                let owner = names().filter(owns).max_by_key(|name| name.len());
+                let Some(owner) = owner.filter(|owner| !there(owner)) else { continue };
                 // Which part of it is a field is not known yet.
-                let mut path = link.from.value.path_in("");
+                let mut path = other.path_in("");
                 while let Some((shorter, _)) =
                     path.rsplit_once('/').map(|(a, b)| (a.to_owned(), b.to_owned()))
                 {
@@ -362,7 +370,7 @@ pub fn survey<'a>(
     // Whose ports are not known: nothing is said of links to them.
     let (mut dormant, mut is_complete) = (Vec::new(), true);
     for module in configuration.modules() {
-        if catalogue.is_dormant(&module.plugin.value) {
+        if catalogue.is_dormant(&module.kind.value) {
             dormant.push(module.name.value.as_str());
         } else if let Some(surveyed) = module::survey_module(configuration, module, catalogue, complaints) {
             modules.push(surveyed);

@@ -29,11 +29,11 @@ pub(super) fn survey_module<'a>(
         complaints.add(module.name.span, message, "rename it");
         return None;
     }
-    let Some(kind) = catalogue.kind(&module.plugin.value) else {
-        let help = suggest(&module.plugin.value, catalogue.kinds().map(ModuleKind::name));
+    let Some(kind) = catalogue.kind(&module.kind.value) else {
+        let help = suggest(&module.kind.value, catalogue.kinds().map(ModuleKind::name));
         complaints.add(
-            module.plugin.span,
-            Mistake::Kind.of(format!("no plugin brings a module `{}`", module.plugin.value)),
+            module.kind.span,
+            Mistake::Kind.of(format!("no plugin brings a module `{}`", module.kind.value)),
             help,
         );
         return None;
@@ -65,7 +65,7 @@ pub(super) fn survey_module<'a>(
     if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
         let message =
             format!("module type `{}` names a port `{}`, which every module has", kind.name(), port.name);
-        complaints.add(module.plugin.span, message, "rename the port");
+        complaints.add(module.kind.span, message, "rename the port");
         return None;
     }
     // What is wrong with a value is no reason not to judge the links.

@@ -7,6 +7,7 @@ use super::super::scope::{SECTIONS, flat_name, in_scope};
 use super::super::value::Value;
 use super::comments;
 use super::overwrite::{overwrite, overwrite_value};
+use super::senders;
 
 /// The table of a document in which settings are: all of it, or that of an agent, which is added if there is none.
 pub(super) fn part<'a>(document: &'a mut DocumentMut, agent: Option<&str>) -> &'a mut Item {
@@ -26,6 +27,9 @@ fn has_sections(item: &Item) -> bool {
 
 /// Sets what stands at a flat path, or else adds it; what it excludes is taken out.
 pub(super) fn set(part: &mut Item, path: &[String], value: &Value) {
+    if senders::set(part, path, value) {
+        return;
+    }
     let comments = counterpart(path).map_or(String::new(), |other| remove(part, &other));
     let (keys, scope) = locate(part, path);
     let root = has_sections(part);
@@ -33,7 +37,7 @@ pub(super) fn set(part: &mut Item, path: &[String], value: &Value) {
 }
 
 /// The keys that a flat path has in this part, and the robot in whose scope that is.
-fn locate(part: &Item, path: &[String]) -> (Vec<String>, String) {
+pub(super) fn locate(part: &Item, path: &[String]) -> (Vec<String>, String) {
     let as_it_is = (path.to_vec(), String::new());
     let Some(root) = part.as_table_like() else { return as_it_is };
     let [section, name, rest @ ..] = path else { return as_it_is };
@@ -44,6 +48,9 @@ fn locate(part: &Item, path: &[String]) -> (Vec<String>, String) {
         let mut keys = section_of(scope, section);
         keys.push(key.into());
         keys.extend_from_slice(rest);
+        if let ("links", Some(sender)) = (section.as_str(), rest.first()) {
+            keys[section_of(scope, section).len() + 1] = senders::written(root, &keys, sender, scope);
+        }
         (keys, scope.to_owned())
     };
     let robots = root.get("robots").and_then(Item::as_table_like);
@@ -209,6 +216,9 @@ fn comment_first(item: &mut Item, mut comments: String) -> Option<String> {
 
 /// Takes out what stands at a flat path, and returns its comments.
 fn remove(part: &mut Item, path: &[String]) -> String {
+    if let Some(comments) = senders::remove(part, path) {
+        return comments;
+    }
     let (keys, _) = locate(part, path);
     let Some((last, parents)) = keys.split_last() else { return String::new() };
     let mut item = Some(part);

@@ -9,6 +9,7 @@ mod overwrite;
 mod proposal;
 mod replace;
 mod save;
+mod senders;
 mod session;
 mod waiting;
 mod watch;

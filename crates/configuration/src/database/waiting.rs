@@ -1,4 +1,5 @@
 use super::super::layers::Layers;
+use super::super::senders::merge_layer;
 use super::super::set::parse_set;
 use super::super::value::Table;
 use super::*;
@@ -43,8 +44,8 @@ impl Layers {
             let text = format!("{path}={value}");
             let id = self.setting(SourceKind::Waiting, &text);
             if let Some(table) = parse_set(&text, Some(path.len()), id, &mut self.problems) {
-                self.merged.merge(table.clone());
-                of_files.merge(table);
+                merge_layer(&mut self.merged, table.clone());
+                merge_layer(&mut of_files, table);
             }
         }
         of_files

@@ -210,7 +210,7 @@ fn a_change_at_run_time_is_of_what_the_agent_runs() {
     }
     let before = modules(&open("base").current()).len();
     database
-        .set(&[("robots.r2.modules.planner.params.speed", "0.2"), ("modules.camera.plugin", "camera")])
+        .set(&[("robots.r2.modules.planner.params.speed", "0.2"), ("modules.camera.kind", "camera")])
         .unwrap();
     let names = |configuration: &Configuration| modules(configuration).join(" ");
     assert_eq!(names(&database.current()), "camera r2/planner");

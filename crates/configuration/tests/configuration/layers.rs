@@ -24,7 +24,7 @@ fn each_layer_overrides_the_earlier_ones_setting_by_setting() {
     let folder = Folder::new(
         "layers",
         &[
-            ("common/base.toml", "[loop]\nperiod = \"1ms\"\nhang = \"1s\"\n[modules.a]\nplugin = \"base\"\n"),
+            ("common/base.toml", "[loop]\nperiod = \"1ms\"\nhang = \"1s\"\n[modules.a]\nkind = \"base\"\n"),
             ("common/all.toml", "include = [\"base.toml\"]\n[modules.a]\nparams = { x = 1, y = 1, z = 1 }\n"),
             (
                 "exp1.toml",
@@ -98,4 +98,35 @@ fn of_settings_that_exclude_each_other_the_later_layer_wins() {
         "exp1.toml:2:8: input `a/x` has both a link and a value \
          (remove the value or the link; the link is at exp1.toml:4)"
     );
+}
+
+#[test]
+fn senders_of_several_layers_unite_and_false_removes_one() {
+    let folder = Folder::new(
+        "senders",
+        &[
+            (
+                "base.toml",
+                "[robots.r2.links]\n\"execute/reflexes\" = \"a/reflex\"\n\"execute/plan\" = \"planner/plan\"\n",
+            ),
+            (
+                "top.toml",
+                "include = [\"base.toml\"]\n[robots.r2.links]\n\
+                 \"execute/reflexes\" = [\"b/reflex\", { from = \"/r2/c/reflex\", previous = true }]\n",
+            ),
+        ],
+    );
+    let senders = |sets: &[&str]| -> Vec<(String, bool)> {
+        let options = Options { sets: sets.iter().map(|set| (*set).into()).collect(), ..Options::default() };
+        let configuration = Configuration::load(folder.path("top.toml"), &options).unwrap();
+        let own = configuration.links().iter().filter(|link| link.to.value == "r2/execute/reflexes");
+        own.map(|link| (link.from.value.to_string(), link.previous)).collect()
+    };
+    let all = [("/r2/a/reflex", false), ("/r2/b/reflex", false), ("/r2/c/reflex", true)];
+    assert_eq!(senders(&[]), all.map(|(from, previous)| (from.to_owned(), previous)));
+    let one = "robots.r2.links.\"execute/reflexes\".\"b/reflex\"=false";
+    assert_eq!(senders(&[one]).len(), 2);
+    assert_eq!(senders(&["links.\"r2/execute/reflexes\"=false"]), []);
+    let text = "robots.r2.links.\"execute/reflexes\"=\"d/reflex\"";
+    assert_eq!(senders(&[text]), [("/r2/d/reflex".to_owned(), false)]);
 }

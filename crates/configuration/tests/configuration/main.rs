@@ -107,7 +107,7 @@ levels."r2/planner" = "debug"
 [modules.simulator]
 
 [modules.follower]
-plugin = "pure_pursuit"
+kind = "pure_pursuit"
 enabled = false
 stage = "Act"
 every = "10ms"
@@ -157,7 +157,7 @@ fn a_whole_configuration_is_read() {
     let names: Vec<_> = configuration.modules().iter().map(|module| module.name.as_str()).collect();
     assert_eq!(names, ["follower", "mapper", "r2/range_monitor", "simulator"]);
     let [follower, mapper, monitor, _] = configuration.modules() else { panic!() };
-    assert_eq!(follower.plugin.value, "pure_pursuit");
+    assert_eq!(follower.kind.value, "pure_pursuit");
     assert!(!follower.enabled.value && monitor.enabled.value);
     assert_eq!(follower.stage.unwrap().value, Stage::Act);
     assert_eq!(follower.trigger.as_ref().unwrap().value, Trigger::Every(10_000_000));
@@ -166,7 +166,7 @@ fn a_whole_configuration_is_read() {
     assert_eq!(interface::Value::from(&follower.inputs).to_string(), "{ goal = { x = 1, y = 2 } }");
     let on = Trigger::On { ports: vec!["scans".into(), "pose".into()], timeout: None };
     assert_eq!(mapper.trigger.as_ref().unwrap().value, on);
-    assert_eq!(monitor.plugin.value, "range_monitor");
+    assert_eq!(monitor.kind.value, "range_monitor");
     assert!(monitor.stage.is_none() && monitor.trigger.is_none() && monitor.deadline.is_none());
 
     let [local, _] = configuration.actuators() else { panic!() };

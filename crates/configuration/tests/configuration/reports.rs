@@ -128,9 +128,11 @@ fn every_error_says_what_was_found_and_what_to_write() {
              slate://agent/module/property)",
         ),
         (
-            "[links]\n\"slate://x/a/b\" = \"b/c\"\n",
-            "2:1: a link feeds an input of this agent (write the input as `/a/b`, in the configuration of its own agent)",
+            "[modules.a]\nplugin = \"follower\"\n",
+            "2:1: module `a` has `plugin`, which is called `kind` in a module (write kind = \"follower\"; a plugin is a \
+             library)",
         ),
+        ("[links]\n\"a/b\" = [\"c/d\", 3]\n", "2:18: `a link` takes a list of texts, found a whole number"),
         (
             "[robots.r2.links]\n\"a/b\" = \"c\"\n",
             "2:9: `c` names no property, only a module (a property is module/property, /module/property or \
@@ -189,7 +191,7 @@ fn a_setting_of_an_unknown_path_names_the_nearest() {
     ] {
         assert_eq!(set_error(text, set), format!("--set:1:{expected}"));
     }
-    let added = with_sets(text, &["modules.logger.plugin=logger", "modules.logger.params.x=1"]).unwrap();
+    let added = with_sets(text, &["modules.logger.kind=logger", "modules.logger.params.x=1"]).unwrap();
     assert!(added.modules().iter().any(|module| module.name.value == "logger"));
 }
 

@@ -69,9 +69,9 @@ fn a_new_value_gets_a_place_that_fits() {
         ("modules.follower.deadline", "5ms"),
         ("modules.mapper.params.depth", "2"),
         ("modules.\"r2/planner\".params.speed", "1.5"),
-        ("modules.\"r2/scout\".plugin", "planner"),
-        ("modules.lone.plugin", "planner"),
-        ("robots.r3.modules.lone.plugin", "planner"),
+        ("modules.\"r2/scout\".kind", "planner"),
+        ("modules.lone.kind", "planner"),
+        ("robots.r3.modules.lone.kind", "planner"),
         ("links.\"follower/pose\"", "a/pose"),
         ("log.levels.\"r2/planner\"", "debug"),
         ("robots.r2.links.\"planner/pose\"", "a/pose"),
@@ -89,8 +89,8 @@ fn a_new_value_gets_a_place_that_fits() {
     };
     let expected = "# first\nlayout = 1 # own\n\n[modules.follower] # who\nenabled = true # yes\ndeadline = \"5ms\"\n\
                     params.gain = 2.5\n\n[modules.mapper]\nparams = { size = 1, depth = 2 } # table\n\n\
-                    [modules.lone]\nplugin = \"planner\"\n\n[modules.\"r3/lone\"]\nplugin = \"planner\"\n\n\
-                    [robots.r2.modules]\nplanner = { params = { speed = 1.5 } }\nscout.plugin = \"planner\"\n\n\
+                    [modules.lone]\nkind = \"planner\"\n\n[modules.\"r3/lone\"]\nkind = \"planner\"\n\n\
+                    [robots.r2.modules]\nplanner = { params = { speed = 1.5 } }\nscout.kind = \"planner\"\n\n\
                     [robots.r2.links]\n\"planner/pose\" = \"a/pose\"\n\n[links]\n\"follower/pose\" = \"/a/pose\"\n\n\
                     [log.levels]\n\"r2/planner\" = \"debug\"\n# end\n";
     assert_eq!(folder_text, expected);
@@ -353,7 +353,7 @@ pub(super) const ROBOT: &str = r##"# c37 a robot
 a = {} # c39
 # c40
 b.params = { x = 1 } # c41
-b.plugin = "a" # c42
+b.kind = "a" # c42
 [links] # c43
 "r2/b/y" = { from = "a/y", previous = true } # c44
 [log.levels] # c45
@@ -419,9 +419,9 @@ pub(super) fn change() -> impl Strategy<Value = (String, String)> {
             ("modules.a.on", "scans"),
             ("modules.a.on", "[\"scans\", \"pose\"]"),
             ("modules.b.deadline", "5ms"),
-            ("modules.new.plugin", "a"),
-            ("robots.r2.modules.new", "{ plugin = \"a\", params = { x = 1 } }"),
-            ("robots.r3.modules.new", "{ plugin = \"a\" }"),
+            ("modules.new.kind", "a"),
+            ("robots.r2.modules.new", "{ kind = \"a\", params = { x = 1 } }"),
+            ("robots.r3.modules.new", "{ kind = \"a\" }"),
             ("actuators.wheels.command", "a/other"),
             ("actuators.wheels.commands", "[\"a/wheels\", \"b/wheels\"]"),
             ("actuators.wheels.limits.left", "[-2, 2.5]"),
@@ -468,4 +468,20 @@ proptest! {
             prop_assert_eq!(texts.matches(&comment).count(), 1, "{} in:\n{}", comment, texts);
         }
     }
+}
+
+#[test]
+fn a_sender_is_added_to_its_list_and_taken_off_it() {
+    let before =
+        "[robots.r2.links]\n\"execute/reflexes\" = [\"a/reflex\"] # those\n\"execute/plan\" = \"p/plan\"\n";
+    let added = [("robots.r2.links.\"execute/reflexes\".\"b/reflex\"", "true")];
+    assert_eq!(
+        saved("sender-added", before, &added),
+        before.replace("[\"a/reflex\"]", "[\"a/reflex\", \"b/reflex\"]")
+    );
+    let removed = [("links.\"r2/execute/reflexes\".\"/r2/a/reflex\"", "false")];
+    assert_eq!(
+        saved("sender-removed", before, &removed),
+        before.replace("[\"a/reflex\"]", "{ \"a/reflex\" = false }")
+    );
 }

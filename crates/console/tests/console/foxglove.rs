@@ -157,7 +157,7 @@ fn parents(seen: &Json) -> BTreeMap<&str, &str> {
 
 #[test]
 fn each_of_several_robots_has_its_own_frames_in_one_tree() {
-    let modules = "[modules.r1]\nplugin = \"rover\"\nparams.begin = 7.0\n[modules.r2]\nplugin = \"rover\"\nparams.measures = 0.0\n";
+    let modules = "[modules.r1]\nkind = \"rover\"\nparams.begin = 7.0\n[modules.r2]\nkind = \"rover\"\nparams.measures = 0.0\n";
     let topics = ["/r1/echo", "/r2/echo", "/r1/odometry", "/sensor/image", "/sensor/way"];
     let seen = frames("foxglove-robots", modules, &topics);
     let wanted = json!({
@@ -188,7 +188,7 @@ fn each_of_several_robots_has_its_own_frames_in_one_tree() {
 #[test]
 fn one_robot_has_the_frames_that_all_tools_know() {
     let topics = ["/r1/echo", "/r1/odometry", "/sensor/image"];
-    let seen = frames("foxglove-robot", "[modules.r1]\nplugin = \"rover\"\n", &topics);
+    let seen = frames("foxglove-robot", "[modules.r1]\nkind = \"rover\"\n", &topics);
     let wanted = json!({
         "/r1/echo": ["base_link", ""],
         "/r1/odometry": ["odom", "base_link"],

@@ -19,7 +19,6 @@ function made(modules, properties, links, actuators, hidden) {
   const fits = (name) => !hidden.some((part) => name.includes(part));
   const gates = actuators.map(({ name }) => name);
   const names = [...modules.map(({ name }) => name), ...gates].filter(fits);
-  const mailboxes = new Set(properties.filter(({ access }) => access === "messages").map(({ path }) => path));
   const found = new Map();
   const add = (from, to, link) => {
     if (!from || !to) return;
@@ -30,9 +29,7 @@ function made(modules, properties, links, actuators, hidden) {
   for (const link of links) {
     const source = link.from.replace(/^\//, "");
     const [from, to] = [moduleOf(source, names), moduleOf(link.to, names)];
-    // Messages go the other way: from who sends them to the mailbox.
-    if (mailboxes.has(source)) add(to, from, { ...link, source, sends: true });
-    else add(from, to, { ...link, source, sends: false });
+    add(from, to, { ...link, source });
   }
   for (const { name } of actuators) {
     const robot = name.split("/")[0];
@@ -86,7 +83,7 @@ function Edge({ edge, rates, change, close }) {
   // Messages have no value that stays.
   const readings = useReadings(edge.links.filter(({ sends }) => !sends).map(({ source }) => source), 4);
   const told = (links) => links.map(({ source, to, from, sends, age, queue, trouble, evicted }) => html`<section key=${to}>
-    <button class="output" title="Shows it in the panel Inspector" onClick=${() => select(source)}><span>${sends ? `${to} sends to` : "from"}</span><span class="number">/${source}</span></button>
+    <button class="output" title="Shows it in the panel Inspector" onClick=${() => select(sends ? to : source)}><span>${sends ? `${source} sends to` : "from"}</span><span class="number">/${sends ? to : source}</span></button>
     ${!sends && html`<button class="output" onClick=${() => change(to, from)} disabled=${edge.isGate}><span>to</span><span class="number">${to}</span></button>`}
     <dl>
       ${!sends && html`<${Field} name="Rate">${hertz(rates.get(source)) || "–"}</${Field}><${Field} name="Age"><${Age} time=${readings[source]?.time} /></${Field}>`}
@@ -142,7 +139,7 @@ function Panel({ options, setOptions }) {
   const trouble = ({ links }) => links.find(({ trouble, evicted }) => trouble || evicted);
   const isInput = ({ access }) => access === "setting" || access === "queue";
   const settings = properties.filter(isInput).filter(({ path }) => !/\/(params|enabled)$/.test(path)).map(({ path }) => path);
-  const inputsOf = (module) => [...new Set([...links.map(({ to }) => to), ...settings])].filter((path) => moduleOf(path, graph.names) === module).sort();
+  const inputsOf = (module) => [...new Set([...links.filter(({ sends }) => !sends).map(({ to }) => to), ...settings])].filter((path) => moduleOf(path, graph.names) === module).sort();
   const sources = properties.filter((property) => !isInput(property)).map(({ path }) => `/${path}`);
   const outputsOf = (module) => sources.filter((path) => moduleOf(path.slice(1), graph.names) === module && !/\/(histogram|state|timing)$/.test(path));
   const point = (event) => {
@@ -196,7 +193,7 @@ function Panel({ options, setOptions }) {
           if (!way) return null;
           const id = `${edge.from} ${edge.to}`;
           const state = trouble(edge) ? "bad" : isChosen(edge) ? "chosen" : chosen || edgeChosen ? "dim" : undefined;
-          const words = edge.links.map(({ source, to, sends }) => (sends ? `${to} sends to ${source}` : `${source} to ${to}, ${hertz(rates.get(source)) || "–"}`)).join("\n");
+          const words = edge.links.map(({ source, to, sends }) => (sends ? `${source} sends to ${to}` : `${source} to ${to}, ${hertz(rates.get(source)) || "–"}`)).join("\n");
           return html`<g key=${id} class="edge" data-state=${state} data-edge=${id} data-back=${way.isBack} data-sends=${edge.links.every(({ sends }) => sends)} onClick=${() => choose("", id)}><title>${words}</title>
             <path class="near" d=${way.d} /><path d=${way.d} style=${{ strokeWidth: width(edge) }} marker-end="url(#tip)" /></g>`;
         })}

@@ -86,9 +86,10 @@ impl AgentControl {
 
     /// Whether a link to another agent would bring something as far as that agent is there; one that is not is no reason
     /// against it.
-    pub(super) fn check_remote(&self, link: &NewLink, from: &str) -> Result<(), Refusal> {
+    pub(super) fn check_remote(&self, link: &NewLink) -> Result<(), Refusal> {
         let board = self.composer.board();
-        let Some((agent, path)) = split(from).filter(|(agent, _)| *agent != board.agent()) else {
+        let ends = [link.from.as_str(), link.to.as_str()].into_iter().filter_map(split);
+        let Some((agent, path)) = ends.into_iter().find(|(agent, _)| *agent != board.agent()) else {
             return Ok(());
         };
         let wanted = RemotePath { agent: agent.into(), path: path.into() };

@@ -142,7 +142,7 @@ impl AgentControl {
         let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
         let changes = changes.map_err(Refusal::from)?;
         match dry_run {
-            true => self.check_remote(&link, from)?,
+            true => self.check_remote(&link)?,
             false => self.composer.say_changes("a tool has linked", &changes),
         }
         let mut changed = self.changed(changes);
@@ -153,9 +153,12 @@ impl AgentControl {
     }
 
     /// Removes the link of an input, or only finds out whether that can be done.
-    pub(crate) fn unlink(&self, to: &str, dry_run: bool) -> Done {
+    pub(crate) fn unlink(&self, to: &str, from: Option<&str>, dry_run: bool) -> Done {
         let composer = &self.composer;
-        let changes = if dry_run { composer.check_unlink(to) } else { composer.unlink(to) };
+        let changes = match dry_run {
+            true => composer.check_unlink_from(to, from),
+            false => composer.unlink_from(to, from),
+        };
         let changes = changes.map_err(Refusal::from)?;
         if !dry_run {
             self.composer.say_changes("a tool has unlinked", &changes);
@@ -168,6 +171,8 @@ impl AgentControl {
         let entry = |link: slate_runtime::LinkStatus| LinkEntry {
             to: link.to,
             from: link.from,
+            sends: link.sends,
+            inferred: link.inferred,
             options: link.options,
             queue: link.queue,
             age: link.age,

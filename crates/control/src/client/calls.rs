@@ -234,9 +234,15 @@ impl Client {
         self.call("PUT", &path, Some(&json!({ "from": from, "options": options })))
     }
 
-    /// Removes the link of an input, or only finds out whether that can be done.
+    /// Removes the links of an input or inbox, or only finds out whether that can be done.
     pub fn unlink(&mut self, to: &str, dry_run: bool) -> Done<Vec<Changed>> {
-        self.call("DELETE", &format!("/links/{}{}", coded(to), dry(dry_run)), None)
+        self.unlink_from(to, None, dry_run)
+    }
+
+    /// Removes the link between a destination and a source, or all of the destination.
+    pub fn unlink_from(&mut self, to: &str, from: Option<&str>, dry_run: bool) -> Done<Vec<Changed>> {
+        let from = from.map_or_else(String::new, |from| format!("&from={}", coded(from)));
+        self.call("DELETE", &format!("/links/{}?dry_run={dry_run}{from}", coded(to)), None)
     }
 
     /// The settings at a path and below it; an empty path is everything.

@@ -9,7 +9,7 @@ use super::{DRY_RUN, TOKEN, conflict, shape, told};
 use crate::Role;
 use crate::answer::Answer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Ask, Operation, Pace, Parameter};
 use crate::problem::Problem;
 use crate::text::{Texts, texts};
 
@@ -17,7 +17,7 @@ pub(super) const LIST: Operation = Operation {
     method: "GET",
     path: "/links",
     name: "links",
-    summary: "The links, by their inputs",
+    summary: "The links, by their destinations",
     role: Role::Viewer,
     pace: Pace::Change,
     parameters: &[TOKEN],
@@ -31,7 +31,7 @@ pub(super) const LINK: Operation = Operation {
     method: "PUT",
     path: "/links/{input}",
     name: "link",
-    summary: "Links an input",
+    summary: "Links an input, or adds a sender to an inbox",
     role: Role::Developer,
     pace: Pace::Change,
     parameters: &[DRY_RUN],
@@ -55,10 +55,17 @@ pub(super) const UNLINK: Operation = Operation {
     method: "DELETE",
     path: "/links/{input}",
     name: "unlink",
-    summary: "Takes the link of an input away",
+    summary: "Removes the links of an input or inbox",
     role: Role::Developer,
     pace: Pace::Change,
-    parameters: &[DRY_RUN],
+    parameters: &[
+        Parameter {
+            name: "from",
+            doc: "The source of the link; all links unless given.",
+            schema: shape::text,
+        },
+        DRY_RUN,
+    ],
     body: None,
     answer: || shape::list(shape::changed()),
     kinds: &[],
@@ -94,7 +101,8 @@ fn link(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
 }
 
 fn unlink(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    conflict(context.agent.unlink(&ask.own_url(ask.part("input")), ask.is_dry()?))
+    let from = ask.query.get("from").map(|from| ask.own_url(from));
+    conflict(context.agent.unlink(&ask.own_url(ask.part("input")), from.as_deref(), ask.is_dry()?))
 }
 
 fn peers() -> serde_json::Value {

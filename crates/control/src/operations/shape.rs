@@ -166,13 +166,15 @@ pub(super) fn link() -> Json {
         "properties": {
             "to": text(),
             "from": text(),
+            "sends": { "type": "boolean", "description": "Whether messages go over it, from an outbox to an inbox." },
+            "inferred": { "type": "boolean", "description": "Whether nobody has written it, as types and roles leave no choice." },
             "options": list(list(text())),
             "queue": optional(list(count())),
             "age": { "type": "integer", "minimum": 0, "description": "How old the value was in the last step of its reader that was measured, ns." },
             "evicted": flag(),
             "trouble": text(),
         },
-        "required": ["to", "from", "evicted"],
+        "required": ["to", "from", "sends", "inferred", "evicted"],
         "additionalProperties": false,
     })
 }

@@ -67,10 +67,10 @@ fn what_only_the_next_start_can_have_waits_and_holds_up_nothing_else() {
     let agent_only = configuration::Options::default();
     assert_eq!(Database::open(&path, agent_only).unwrap().get("modules.relay.every").unwrap().len(), 1);
     // A module that came or went waits with all that belongs to it.
-    let another = "[modules.another]\nplugin = 'relay'\n[links]\n\"another/input\" = \"counter/number\"";
+    let another = "[modules.another]\nkind = 'relay'\n[links]\n\"another/input\" = \"counter/number\"";
     let more = text.replace("every = '50ms'\n", "").replace("[links]", another);
     std::fs::write(&path, more).unwrap();
-    eventually(|| said("holds from the next start: ") && said("modules.another.plugin"));
+    eventually(|| said("holds from the next start: ") && said("modules.another.kind"));
     assert!(!agent.modules().contains(&"another".into()));
     // What is taken out again waits no more.
     std::fs::write(&path, text.replace("every = '50ms'\n", "")).unwrap();

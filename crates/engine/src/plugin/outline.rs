@@ -77,6 +77,20 @@ pub struct PortOutline {
 /// The section that has the outline.
 const SECTION: &str = ".slate";
 
+/// What to do about a library that is not there.
+fn build_it(file: &Path) -> String {
+    let built = file.components().any(|part| part.as_os_str() == "target");
+    match std::env::var_os("CARGO_TARGET_DIR").filter(|folder| built && !folder.is_empty()) {
+        _ if !built => "give the path of a plugin's library".into(),
+        Some(folder) => format!(
+            "build it with `cargo build`; CARGO_TARGET_DIR is {}, so the library is there and not in `target`: name that \
+             file, or build with CARGO_TARGET_DIR=target",
+            Path::new(&folder).display()
+        ),
+        None => "build it with `cargo build`".into(),
+    }
+}
+
 impl LibraryOutline {
     /// Reads what the library says of itself; it is not opened.
     ///
@@ -86,7 +100,11 @@ impl LibraryOutline {
         let refuse =
             |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
         const PATH: &str = "give the path of a plugin's library";
-        let unreadable = |error: std::io::Error| refuse(format!("can't be read: {error}"), PATH);
+        let unreadable = |error: std::io::Error| {
+            let is_missing = error.kind() == std::io::ErrorKind::NotFound;
+            let help = if is_missing { build_it(file) } else { PATH.into() };
+            LibraryError { file: file.into(), problem: format!("can't be read: {error}"), help }
+        };
         // Reading a pipe or a device may take for ever.
         if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
             return Err(refuse("is no file".into(), PATH));

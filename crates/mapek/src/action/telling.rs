@@ -7,7 +7,7 @@ use super::Step;
 /// refused it, is not there, or does not answer in time.
 ///
 /// The outbox is one of the body's ports; which robot it leads to is the configuration's matter, as is whether that is another
-/// agent: `"execute/orders" = "slate://r2/planner/orders"`.
+/// agent: `"slate://r2/planner/orders" = "execute/go"`.
 ///
 /// ```
 /// use serde::{Deserialize, Serialize};

@@ -5,7 +5,7 @@
 //!
 //! ```toml
 //! [modules.pioneer]
-//! plugin = "pioneer"
+//! kind = "pioneer"
 //! params.device = "/dev/serial/by-id/usb-Prolific_USB-Serial-if00-port0"
 //! [links]
 //! "pioneer/wheels" = "r2/wheels/command"

@@ -73,7 +73,7 @@ fn load(text: &str, rate: Rate) -> (Agent, MemoryTarget) {
 
 fn try_load(text: &str, rate: Rate) -> Result<(Agent, MemoryTarget), StartError> {
     let module = |stage: Stage| {
-        format!("[modules.{}]\nplugin = \"worker\"\nstage = \"{}\"\n", name(stage), stage.name())
+        format!("[modules.{}]\nkind = \"worker\"\nstage = \"{}\"\n", name(stage), stage.name())
     };
     let text = format!("{text}\n{}", Stage::ALL.map(module).concat());
     let configuration =

@@ -105,13 +105,13 @@ fn same(outcome: &Recomputation, url: &str) -> u64 {
 /// Two cameras, one of which two modules use; one looks from the middle on.
 const FINDERS: &str = "
 [modules.left]
-plugin = \"blob_finder\"
+kind = \"blob_finder\"
 params.camera = \"pattern:64x48@30\"
 [modules.right]
-plugin = \"blob_finder\"
+kind = \"blob_finder\"
 params.camera = \"pattern:32x32@11\"
 [modules.early]
-plugin = \"blob_finder\"
+kind = \"blob_finder\"
 stage = \"PreLoop\"
 params.camera = \"pattern:64x48@30\"
 ";
@@ -160,7 +160,7 @@ fn another_parameter_is_tried_on_the_same_pictures() {
     let first = outcome.first.unwrap();
     assert_eq!(first.url, "/left/blob");
     // So is a module that the robot did not have.
-    let sets = ["plugin=\"blob_finder\"", "params.camera=\"pattern:32x32@11\""];
+    let sets = ["kind=\"blob_finder\"", "params.camera=\"pattern:32x32@11\""];
     let sets = sets.map(|set| format!("modules.new.{set}")).to_vec();
     let outcome = play(&path, Plan { sets, ..plan(&["new"]) }, |agent| {
         assert!(agent.board().read("new/blob").unwrap().is_some());
@@ -183,7 +183,7 @@ fn pictures_that_came_from_outside_are_those_of_the_recording() {
         std::fs::rename(draft, folder.join("picture.pgm")).unwrap();
     };
     let text = format!(
-        "[modules.finder]\nplugin = \"blob_finder\"\nparams.camera = \"file:{}/picture.pgm@200\"\n",
+        "[modules.finder]\nkind = \"blob_finder\"\nparams.camera = \"file:{}/picture.pgm@200\"\n",
         folder.display()
     );
     let path = folder.join("run.mcap");

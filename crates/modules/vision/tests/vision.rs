@@ -210,7 +210,7 @@ fn without_a_master_a_vision_module_does_not_start() {
     };
     let text = report.to_string();
     assert!(text.contains("`blob_finder` needs `vision 1`, which nothing provides"), "{text}");
-    let twice = "[modules.one]\nplugin = \"vision_master\"\n[modules.two]\nplugin = \"vision_master\"\n";
+    let twice = "[modules.one]\nkind = \"vision_master\"\n[modules.two]\nkind = \"vision_master\"\n";
     let Err(StartError::Configuration(report)) =
         load_with(&format!("{twice}[modules.blob_finder]\n"), &master_and_finder(), 0).map(|_| ())
     else {

@@ -5,7 +5,7 @@ use super::{Error, Selection, whole};
 use crate::logs::open;
 use crate::plot::{Curve, curves};
 
-/// Draws numbers over time as an SVG image: fields such as `/r2/pose/theta`, which is a topic and then the way to the
+/// Draws numbers over time as an SVG image: fields such as `/r2/pose/theta`, also without the slash in front, which is a topic and then the way to the
 /// number, with the index of an element as in `/r2/scan/ranges/3`. Returns how many points each has, and the messages that can't be
 /// read.
 ///
@@ -17,6 +17,7 @@ pub fn plot(
     selection: &Selection,
     out: &Path,
 ) -> Result<(Vec<usize>, Vec<Unread>), Error> {
+    let bare = |path: &str| path.trim_start_matches('/').to_owned();
     let mut reader = open(path)?;
     let mut decoder = Decoder::default();
     let mut drawn: Vec<Curve> =
@@ -28,7 +29,8 @@ pub fn plot(
         let start = *start.get_or_insert(message.log_time);
         let mut value: Option<Value> = None;
         for (i, field) in fields.iter().enumerate() {
-            let way = field.strip_prefix(&message.channel.topic).and_then(|way| way.strip_prefix('/'));
+            let field = bare(field);
+            let way = field.strip_prefix(&bare(&message.channel.topic)).and_then(|way| way.strip_prefix('/'));
             let Some(way) = way else { continue };
             let value = value.get_or_insert_with(|| decoder.decode(message));
             match value.number(way) {
@@ -44,7 +46,8 @@ pub fn plot(
     })?;
     if let Some((curve, others)) = drawn.iter().zip(&others).find(|(curve, _)| curve.points.is_empty()) {
         let is_of = |topic: &str| {
-            curve.name.strip_prefix(topic).is_some_and(|way| way.starts_with('/') && way.len() > 1)
+            let name = bare(&curve.name);
+            name.strip_prefix(&bare(topic)).is_some_and(|way| way.starts_with('/') && way.len() > 1)
         };
         let what = match others {
             None if selection.is_span() && reader.channels().any(|channel| is_of(&channel.topic)) => {

@@ -1,14 +1,14 @@
 //! What the last seconds say of the run: how it was when the first value that they have was written.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use slate_runtime::configuration::Value;
+use slate_runtime::configuration::{Link, Value};
 use slate_runtime::recording::RecordedAgent;
 use slate_runtime::recording::configuration;
 
 use super::flight::{Captured, Past};
 use super::host::Host;
-use super::run::{CONFIGURATION, Preface, told_stages};
+use super::run::{CONFIGURATION, Preface, absolute, told_stages};
 
 /// What stands at the beginning of a file with the last seconds. What was changed within them is told among them.
 pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Captured) -> Preface {
@@ -46,8 +46,16 @@ fn changed(first: &Preface, past: &Past) -> Option<Preface> {
     let current = configuration(name, &text, Vec::new()).ok()?.current();
     *bytes = text.into_bytes();
     for (_, links) in preface.metadata.iter_mut().filter(|(name, _)| *name == "links") {
-        let own = current.links().iter();
-        *links = own.map(|link| (link.to.value.clone(), link.from.value.to_string())).collect();
+        let inboxes: BTreeSet<String> = links.values().cloned().collect();
+        let told = |link: &Link| {
+            let (to, from) = (link.to.value.clone(), link.from.value.to_string());
+            // What was an inbox is one.
+            match absolute(&to) {
+                inbox if inboxes.contains(&inbox) => (from.trim_start_matches('/').to_owned(), inbox),
+                _ => (to, from),
+            }
+        };
+        *links = current.links().iter().map(told).collect();
     }
     Some(preface)
 }

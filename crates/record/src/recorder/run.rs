@@ -61,3 +61,8 @@ pub(super) fn told_stages(order: Vec<(String, Vec<String>)>) -> BTreeMap<String,
     let stages = order.into_iter().enumerate();
     stages.map(|(place, (stage, modules))| (format!("{place:02} {stage}"), modules.join(" "))).collect()
 }
+
+/// The URL of an inbox.
+pub(super) fn absolute(path: &str) -> String {
+    if path.contains("://") { path.to_owned() } else { format!("/{path}") }
+}

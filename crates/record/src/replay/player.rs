@@ -349,7 +349,7 @@ fn with_libraries(plugins: &[Plugin], configuration: &Configuration) -> Vec<Plug
 /// The plugins whose recorded code the modules that run have. Whoever says where a plugin's code is wants no other one.
 fn codes(plugins: &[Plugin], configuration: &Configuration, plan: &Plan) -> BTreeSet<String> {
     let modules = configuration.modules().iter().filter(|module| plan.modules.contains(&module.name.value));
-    let kinds: BTreeSet<&str> = modules.map(|module| module.plugin.value.as_str()).collect();
+    let kinds: BTreeSet<&str> = modules.map(|module| module.kind.value.as_str()).collect();
     let has = |plugin: &&Plugin| plugin.kinds().iter().any(|kind| kinds.contains(kind.name()));
     let is_given = |name: &str| {
         let places = [format!("plugins.{name}."), format!("plugins.\"{name}\".")];

@@ -114,7 +114,7 @@ pub const LOCKSTEP: bool = true;
 /// An agent with a module that counts, and what records it; `extra` is said in `[record]`.
 pub fn agent(lockstep: bool, extra: &str) -> (Agent, Recorder, MemoryTarget) {
     let text = format!(
-        "[loop]\nperiod = \"1ms\"\n[log.targets]\nconsole = false\n[modules.counter]\nplugin = \"counter\"\n\
+        "[loop]\nperiod = \"1ms\"\n[log.targets]\nconsole = false\n[modules.counter]\nkind = \"counter\"\n\
          [record]\nenabled = true\n{extra}"
     );
     let database = Database::from_text("robot.toml", &text, Layers::default()).unwrap();

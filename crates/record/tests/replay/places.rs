@@ -17,14 +17,14 @@ period = "10ms"
 console = false
 [modules.source]
 [modules.before]
-plugin = "seen"
+kind = "seen"
 stage = "PreLoop"
 [modules.x]
-plugin = "seen"
+kind = "seen"
 [modules.y]
-plugin = "seen"
+kind = "seen"
 [modules.behind]
-plugin = "seen"
+kind = "seen"
 stage = "Act"
 [links]
 "before/number" = "x/seen"

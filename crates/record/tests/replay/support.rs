@@ -188,13 +188,13 @@ period = "10ms"
 console = false
 [modules.source]
 [modules.late]
-plugin = "source"
+kind = "source"
 params = { first = 20.0 }
 [modules.front]
-plugin = "sum"
+kind = "sum"
 stage = "SensorAcquire"
 [modules.back]
-plugin = "sum"
+kind = "sum"
 [modules.gatherer]
 [links]
 "front/number" = "source/number"

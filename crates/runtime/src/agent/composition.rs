@@ -16,7 +16,7 @@ use super::sharing::Remotes;
 use super::snapshot::Watch;
 use super::unlinked::Unlinked;
 use crate::aspects::PlaceTime;
-use crate::configuration::{Configuration, Database, Report};
+use crate::configuration::{Configuration, Database, Diagnostic, Report};
 use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
@@ -24,7 +24,7 @@ use crate::playback::PlaybackControl;
 use crate::runner::{ModuleCondition, OwnSetup};
 use crate::snapshot::Keepsake;
 use slate_composition::Catalogue;
-use slate_composition::{Complaints, RESERVED, Survey, Surveyed, needs, survey};
+use slate_composition::{Complaints, RESERVED, Survey, Surveyed, infer, needs, survey};
 
 /// A module that is there.
 pub(super) struct Present {
@@ -121,10 +121,21 @@ impl Composition {
         Target { configuration: Arc::clone(&self.configuration), catalogue, keep: false }
     }
 
+    /// The configuration of a target with the links that it leaves to types and roles. Those of modules that are there
+    /// stay as they are; what would make one ambiguous is refused.
+    fn wired(&self, target: &Target) -> (Arc<Configuration>, Vec<Diagnostic>) {
+        let mut complaints = Complaints::new(&target.configuration);
+        let stays = |name: &str| self.present.contains_key(name);
+        let configuration = infer(&target.configuration, &target.catalogue, &stays, &mut complaints);
+        (Arc::new(configuration), complaints.diagnostics)
+    }
+
     /// Whether it would fit, and what its modules would be.
     pub fn check(&self, target: &Target) -> Result<BTreeMap<String, Fitting>, Report> {
-        let mut complaints = Complaints::new(&target.configuration);
-        let survey = survey(&target.configuration, &target.catalogue, &mut complaints);
+        let (configuration, ambiguous) = self.wired(target);
+        let mut complaints = Complaints::new(&configuration);
+        let survey = survey(&configuration, &target.catalogue, &mut complaints);
+        complaints.diagnostics.extend(ambiguous);
         if !complaints.diagnostics.is_empty() {
             return Err(Report::from(complaints.diagnostics));
         }
@@ -143,9 +154,10 @@ impl Composition {
         shared: &Arc<Shared>,
         states: &BTreeMap<String, Result<Vec<u8>, String>>,
     ) -> Result<Changed, Report> {
-        let configuration = Arc::clone(&target.configuration);
+        let (configuration, ambiguous) = self.wired(&target);
         let mut complaints = Complaints::new(&configuration);
         let survey = survey(&configuration, &target.catalogue, &mut complaints);
+        complaints.diagnostics.extend(ambiguous);
         if !complaints.diagnostics.is_empty() {
             return Err(Report::from(complaints.diagnostics));
         }
@@ -220,7 +232,7 @@ impl Composition {
         }
         self.listeners = listeners(&survey);
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
-        self.configuration = target.configuration;
+        self.configuration = Arc::clone(&configuration);
         self.catalogue = target.catalogue;
         self.ground.means.plugins.show(self.catalogue.list());
         if self.present.len() > arriving.len() {

@@ -46,7 +46,7 @@ impl Composition {
     /// Checks the parameters of modules whose code is away by what they were when it was there.
     pub fn check_dormant(&self, configuration: &Configuration, complaints: &mut Complaints<'_>) {
         for module in configuration.modules() {
-            if self.catalogue.is_dormant(&module.plugin.value)
+            if self.catalogue.is_dormant(&module.kind.value)
                 && let Some(description) = self.last_known.get(&module.name.value)
             {
                 parameters::bytes(description, &module.params, complaints);

@@ -105,9 +105,9 @@ fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Rep
         Err(error) => return Err((format!("it can't be read: {error}"), AFRESH)),
     };
     let memory = Memory::from_bytes(&bytes).map_err(|problem| (problem, AFRESH))?;
-    if memory.kind != module.plugin.value {
+    if memory.kind != module.kind.value {
         return Err((
-            format!("it is that of a `{}`, and this is a `{}`", memory.kind, module.plugin.value),
+            format!("it is that of a `{}`, and this is a `{}`", memory.kind, module.kind.value),
             AFRESH,
         ));
     }

@@ -95,7 +95,12 @@ impl RecordedAgent for Composer {
     }
 
     fn links(&self) -> Vec<(String, String)> {
-        self.links().into_iter().map(|link| (link.to, link.from)).collect()
+        let inbox = |path: String| if path.contains("://") { path } else { format!("/{path}") };
+        let told = |link: crate::LinkStatus| match link.sends {
+            true => (link.from.trim_start_matches('/').to_owned(), inbox(link.to)),
+            false => (link.to, link.from),
+        };
+        self.links().into_iter().map(told).collect()
     }
 
     fn order(&self) -> Vec<(String, Vec<String>)> {

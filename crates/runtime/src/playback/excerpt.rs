@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use slate_blackboard::interface::Descriptor;
-use slate_blackboard::{is_within, nearest_names};
+use slate_blackboard::{Url, is_within, nearest_names};
 use slate_module::{Description, Direction, Plugin};
 use toml_edit::Key;
 
@@ -100,23 +100,21 @@ enum Source {
 impl Cutter<'_> {
     fn cut(&mut self, stand_ins: Vec<StandIn>) {
         let mut lines = vec![format!("agent.name = {}", quoted(self.configuration.agent_name()))];
-        let sources: BTreeMap<_, _> = self
-            .configuration
-            .links()
-            .iter()
-            .filter(|link| self.stays(&link.to.value))
-            .map(|link| (link.to.value.clone(), link))
-            .collect();
-        let sources: BTreeMap<_, _> = sources.into_iter().map(|(to, link)| (to, self.source(link))).collect();
+        for link in self.configuration.links() {
+            let (own, far) = self.ends(link);
+            if self.stays(&own) {
+                lines.extend(self.link(link, own, far));
+            }
+        }
         for setting in self.configuration.settings("").unwrap_or_default() {
             let Ok(keys) = Key::parse(&setting.path) else { continue };
             let path: Vec<&str> = keys.iter().map(Key::get).collect();
-            lines.extend(self.line(&setting, &path, &sources));
+            lines.extend(self.line(&setting, &path));
         }
         for module in self.configuration.modules() {
             let name = &module.name.value;
             if self.modules.contains(name) {
-                lines.push(format!("modules.{}.plugin = {}", quoted(name), quoted(&module.plugin.value)));
+                lines.push(format!("modules.{}.kind = {}", quoted(name), quoted(&module.kind.value)));
                 self.find_messages(name);
             }
         }
@@ -128,7 +126,7 @@ impl Cutter<'_> {
     /// Adds a module that takes the place of another one.
     fn add(&mut self, own: StandIn, lines: &mut Vec<String>) {
         let StandIn { name, kind, provider, inputs } = own;
-        lines.push(format!("modules.{}.plugin = {}", quoted(&name), quoted(&kind)));
+        lines.push(format!("modules.{}.kind = {}", quoted(&name), quoted(&kind)));
         for port in inputs {
             let (input, path) = (format!("{name}/{}", port.name), format!("{provider}/{}", port.name));
             lines.push(format!("links.{} = {}", quoted(&input), quoted(&format!("/{path}"))));
@@ -144,21 +142,16 @@ impl Cutter<'_> {
     }
 
     /// The line of a setting, if it stays.
-    fn line(&self, setting: &Setting, path: &[&str], sources: &BTreeMap<String, Source>) -> Option<String> {
+    fn line(&self, setting: &Setting, path: &[&str]) -> Option<String> {
         let whole = || Some(format!("{} = {}", setting.path, setting.value));
         match path {
             ["agent", "name"] | ["time" | "mission" | "report" | "share" | "snapshot" | "agents", ..] => None,
             ["plugins", ..] if self.modules.is_empty() => None,
             // The type is said below, also when nothing else is.
-            ["modules", _] | ["modules", _, "plugin"] => None,
+            ["modules", _] | ["modules", _, "kind"] => None,
             ["modules", name, ..] => self.modules.contains(*name).then(whole).flatten(),
-            ["links", to, rest @ ..] => match (sources.get(*to)?, rest) {
-                (Source::Nothing, _) => None,
-                (Source::Path(from), [] | ["from"]) => Some(format!("{} = {}", setting.path, quoted(from))),
-                // They are about the way to another agent.
-                (_, ["carrier" | "mode" | "rate" | "interval" | "compression", ..]) => None,
-                _ => whole(),
-            },
+            // They are said apart.
+            ["links", ..] => None,
             ["actuators", name, rest @ ..] => {
                 let (commands, modules) = self.commanders(name)?;
                 match rest {
@@ -209,10 +202,51 @@ impl Cutter<'_> {
         Some((description, port))
     }
 
-    fn source(&mut self, link: &Link) -> Source {
+    /// The port that a link belongs to, and the other end: an outbox has the link to its inbox.
+    fn ends(&self, link: &Link) -> (String, Url) {
+        let (to, from) = (&link.to.value, link.from.value.path_in(""));
+        let is = |path: &str, direction| {
+            self.port(path).is_some_and(|(own, port)| own.ports[port].direction == direction)
+        };
+        match link.destination() {
+            Some(inbox)
+                if inbox.agent().is_some() || is(to, Direction::Inbox) || is(&from, Direction::Outbox) =>
+            {
+                (from, inbox)
+            }
+            _ => (to.clone(), link.from.value.clone()),
+        }
+    }
+
+    /// The line of a link of a module that stays.
+    fn link(&mut self, link: &Link, own: String, far: Url) -> Option<String> {
+        let sends = own != link.to.value;
+        let Source::Path(far) = self.source(&own, &far) else {
+            // Types and roles find nothing else for it.
+            return (!sends).then(|| format!("links.{} = false", quoted(&own)));
+        };
+        let (to, from) =
+            if sends { (far.trim_start_matches('/'), own.as_str()) } else { (own.as_str(), far.as_str()) };
+        let options = self.configuration.link_options(link);
+        // Others are about the way to another agent.
+        let is_here = |(name, _): &&(String, String)| {
+            !["carrier", "mode", "rate", "interval", "compression"].contains(&name.as_str())
+        };
+        let mut options: Vec<_> =
+            options.iter().filter(is_here).map(|(name, value)| format!("{name} = {value}")).collect();
+        if sends {
+            let options =
+                if options.is_empty() { "true".to_owned() } else { format!("{{ {} }}", options.join(", ")) };
+            return Some(format!("links.{}.{} = {options}", quoted(to), quoted(&format!("/{from}"))));
+        }
+        options.insert(0, format!("from = {}", quoted(from)));
+        Some(format!("links.{} = {{ {} }}", quoted(to), options.join(", ")))
+    }
+
+    fn source(&mut self, to: &str, far: &Url) -> Source {
         let own = self.configuration.agent_name();
-        let path = link.from.value.path_in("");
-        let other = link.from.value.agent().filter(|agent| *agent != own);
+        let path = far.path_in("");
+        let other = far.agent().filter(|agent| *agent != own);
         let mut path = match other {
             Some(agent) => RemotePath { agent: agent.into(), path }.place(),
             None => path,
@@ -223,13 +257,14 @@ impl Cutter<'_> {
                 break;
             }
             let mut links = self.configuration.links().iter();
-            let Some(next) = links.find(|link| is_within(&path, &link.to.value)) else { break };
+            // Messages end in their inbox.
+            let fills = |link: &&Link| is_within(&path, &link.to.value) && self.ends(link).0 == link.to.value;
+            let Some(next) = links.find(fills) else { break };
             path = format!("{}{}", next.from.value.path_in(""), &path[next.to.value.len()..]);
         }
-        let to = &link.to.value;
         let sends = self.port(to).is_some_and(|(own, port)| own.ports[port].direction == Direction::Outbox);
         if sends {
-            self.result.outboxes.insert(to.clone(), path.clone());
+            self.result.outboxes.insert(to.to_owned(), path.clone());
         }
         let is_host = ["loop", "log"].iter().any(|host| is_within(&path, host));
         let is_gate = |actuator: &crate::configuration::Actuator| {
@@ -282,8 +317,9 @@ impl Cutter<'_> {
 
     /// The modules that send to a mailbox.
     fn senders(&self, path: &str) -> BTreeSet<&str> {
-        let to_it = self.configuration.links().iter().filter(|link| link.from.value.path_in("") == path);
-        to_it.filter_map(|link| self.owner(&link.to.value)).collect()
+        let ends = self.configuration.links().iter().map(|link| self.ends(link));
+        let senders: Vec<_> = ends.filter(|(_, far)| far.path_in("") == path).map(|(own, _)| own).collect();
+        senders.iter().filter_map(|own| self.owner(own)).collect()
     }
 
     /// Finds out what becomes of the messages to a module.

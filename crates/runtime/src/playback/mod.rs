@@ -59,7 +59,7 @@ pub fn interfaces(
 fn descriptions(plugins: &[Plugin], configuration: &Configuration) -> BTreeMap<String, Description> {
     let described = |module: &Module| {
         let kinds = plugins.iter().flat_map(Plugin::kinds);
-        let kind = kinds.into_iter().find(|kind| kind.name() == module.plugin.value)?;
+        let kind = kinds.into_iter().find(|kind| kind.name() == module.kind.value)?;
         let section = Some(kind.section()).filter(|section| !section.is_empty());
         let setup = OwnSetup {
             name: module.name.value.as_str().into(),

@@ -107,7 +107,7 @@ fn plugins() -> Vec<Plugin> {
 fn ship(params: &str) -> String {
     format!(
         "loop.period = \"10ms\"\n[modules.captain]\n{params}\n[modules.driver]\nenabled = false\n[modules.other]\n\
-         plugin = \"driver\"\nenabled = false\n[links]\n\"driver/input\" = \"clock/number\"\n\
+         kind = \"driver\"\nenabled = false\n[links]\n\"driver/input\" = \"clock/number\"\n\
          \"other/input\" = \"clock/number\"\n\
          [actuators.wheel]\ncommand = \"driver/wheel\"\nmodules = [\"captain\"]\n\
          limits = {{ value = [-50.0, 50.0] }}\n\
@@ -273,7 +273,7 @@ fn an_actuator_may_be_commanded_by_such_modules_alone() {
 #[test]
 fn who_follows_an_actuator_comes_after_all_who_command_it() {
     // Both are of one stage; by name the relay would come first.
-    let text = "[modules.captain]\nparams.to = 1\n[modules.a]\nplugin = \"relay\"\nstage = \"Think\"\n[links]\n\
+    let text = "[modules.captain]\nparams.to = 1\n[modules.a]\nkind = \"relay\"\nstage = \"Think\"\n[links]\n\
                 \"a/input\" = \"wheel/command\"\n[actuators.wheel]\nmodules = [\"captain\"]\n";
     match try_agent(text, &plugins(), Options::default()) {
         Ok(mut agent) => {
@@ -288,7 +288,7 @@ fn who_follows_an_actuator_comes_after_all_who_command_it() {
 fn a_module_that_hangs_loses_its_actuators_and_comes_back() {
     let text = ship("params.hang_at = 20").replace("loop.period", "loop.hang = \"50ms\"\nloop.period");
     let mut agent = load(
-        &format!("{text}[modules.clock]\nplugin = \"counter\"\n"),
+        &format!("{text}[modules.clock]\nkind = \"counter\"\n"),
         &plugins(),
         Options { armed: true, ..Options::default() },
     )

@@ -410,12 +410,12 @@ fn a_number_that_is_none_is_made_the_same_on_every_machine() {
 #[test]
 fn a_run_is_the_same_whoever_makes_its_steps() {
     let run = |workers: usize| {
-        let mut text = String::from("time.source = \"m0\"\n[modules.m0]\nplugin = \"counter\"\n");
+        let mut text = String::from("time.source = \"m0\"\n[modules.m0]\nkind = \"counter\"\n");
         for (name, other) in [("m1", "m2"), ("m2", "m3"), ("m3", "m1")] {
             text.push_str(&format!(
-                "[modules.{name}]\nplugin = \"scribe\"\n\
+                "[modules.{name}]\nkind = \"scribe\"\n\
                  params = {{ write = \"object\", read = \"/{other}/object\", list = \"*/object\" }}\n\
-                 [modules.{name}_dice]\nplugin = \"dice\"\n"
+                 [modules.{name}_dice]\nkind = \"dice\"\n"
             ));
         }
         let options = Options { workers, always_help: true, rate: Rate::Max, ..Options::default() };

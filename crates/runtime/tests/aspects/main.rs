@@ -30,7 +30,7 @@ use slate_runtime::{Agent, Options, Rate, StartError};
 /// An agent in lockstep whose clock is a counter, with those plugins beside the common ones.
 fn try_agent(text: &str, plugins: &[Plugin], options: Options) -> Result<Agent, StartError> {
     let text =
-        format!("time.source = \"clock\"\nlog.repeat = 0\n{text}\n[modules.clock]\nplugin = \"counter\"\n");
+        format!("time.source = \"clock\"\nlog.repeat = 0\n{text}\n[modules.clock]\nkind = \"counter\"\n");
     load(&text, plugins, Options { rate: Rate::Max, armed: true, ..options })
 }
 

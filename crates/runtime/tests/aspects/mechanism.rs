@@ -138,8 +138,7 @@ fn a_service_of_another_version_is_another_service() {
 
 #[test]
 fn a_service_has_one_provider() {
-    let text =
-        complaint("[modules.meter]\n[modules.spare]\nplugin = \"meter\"\n[modules.lamp]\n", &plugins());
+    let text = complaint("[modules.meter]\n[modules.spare]\nkind = \"meter\"\n[modules.lamp]\n", &plugins());
     assert!(text.contains("`light_meter 1`, which both `meter` and `spare` provide"), "{text}");
 }
 

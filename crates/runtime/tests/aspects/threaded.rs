@@ -36,7 +36,7 @@ fn a_service_that_comes_and_goes_is_never_dropped_under_its_user_nor_twice() {
     let watch = Watch::of(20);
     let text = "[modules.meter]\nevery = \"1ms\"\nparams = { watch = 20, flap = 1, hold = 2 }\n\
                 [modules.lamp]\nevery = \"1ms\"\n\
-                [modules.other]\nplugin = \"lamp\"\nevery = \"1ms\"\n";
+                [modules.other]\nkind = \"lamp\"\nevery = \"1ms\"\n";
     let agent = run(text, &plugins(), |_| {
         wait("readings", || watch.readings.load(Ordering::SeqCst) > 100);
     });
@@ -85,7 +85,7 @@ fn a_service_is_not_called_while_its_provider_is_late_and_goes_on_after_that() {
         let text = format!(
             "loop.period = \"2ms\"\nloop.hang = \"100ms\"\n[modules.meter]\n{trigger}\
              params = {{ watch = {watch}, hang_at = 30, hang = 1500 }}\n\
-             [modules.lamp]\n[modules.other]\nplugin = \"lamp\"\nevery = \"1ms\"\n\
+             [modules.lamp]\n[modules.other]\nkind = \"lamp\"\nevery = \"1ms\"\n\
              [modules.filter]\n[modules.candle]\n"
         );
         let watch = Watch::of(watch);

@@ -259,7 +259,7 @@ fn a_property_that_serves_no_more_readers_is_told_to_who_misses_it() {
 #[test]
 fn many_modules_may_look_up_the_same_frames() {
     let mut text = ROBOT.to_owned();
-    (0..15).for_each(|i| text.push_str(&format!("[modules.m{i}]\nplugin = \"mapper\"\n")));
+    (0..15).for_each(|i| text.push_str(&format!("[modules.m{i}]\nkind = \"mapper\"\n")));
     let mut agent = agent(&text, &plugins());
     steps(&mut agent, 4);
     for i in 0..15 {
@@ -282,8 +282,8 @@ fn a_run_is_the_same_whoever_makes_its_steps() {
     let run = |workers: usize| {
         let mut text = format!("time.source = \"dice\"\n[modules.dice]\n{ROBOT}");
         // Two that disagree about one frame.
-        text.push_str("[modules.other]\nplugin = \"odometry\"\nparams.stride = 2.0\n");
-        text.push_str("[modules.second]\nplugin = \"mapper\"\nparams.ago = 5000000\n");
+        text.push_str("[modules.other]\nkind = \"odometry\"\nparams.stride = 2.0\n");
+        text.push_str("[modules.second]\nkind = \"mapper\"\nparams.ago = 5000000\n");
         let text = text.replace("loop.period = \"10ms\"\n", "");
         let options = Options { workers, always_help: true, rate: Rate::Max, ..Options::default() };
         let mut agent = load(&text, &plugins(), options).unwrap();

@@ -100,10 +100,10 @@ pub fn run(cycles: u64) -> Batch {
     silence();
     let mut text = format!("[loop]\nperiod = \"1ms\"\nhang = \"{}ms\"\n", HANG.as_millis());
     for number in 0..100 {
-        write!(text, "[modules.f{number:02}]\nplugin = \"faulty\"\nparams.number = {number}\n").unwrap();
+        write!(text, "[modules.f{number:02}]\nkind = \"faulty\"\nparams.number = {number}\n").unwrap();
     }
     for (number, stage) in ["SensorAcquire", "PostLoop"].into_iter().cycle().take(10).enumerate() {
-        write!(text, "[modules.s{number}]\nplugin = \"steady\"\nstage = \"{stage}\"\n").unwrap();
+        write!(text, "[modules.s{number}]\nkind = \"steady\"\nstage = \"{stage}\"\n").unwrap();
     }
     let configuration =
         Configuration::from_text("batch.toml", &text, &configuration::Options::default()).unwrap();

@@ -29,7 +29,7 @@ loop.hang = "50ms"
 params = {{ hang_at = 10, hang_ms = 400 }}
 {trigger}
 [modules.other]
-plugin = "counter"
+kind = "counter"
 [modules.watcher]
 [links]
 "watcher/input" = "counter/number"
@@ -125,13 +125,13 @@ fn cycles_are_counted_once_each_when_the_loop_moves_on() {
 loop.period = "5ms"
 loop.hang = "30ms"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 params = { hang_at = 3, hang_ms = 150 }
 [modules.b]
-plugin = "counter"
+kind = "counter"
 params = { hang_at = 10, hang_ms = 150 }
 [modules.c]
-plugin = "counter"
+kind = "counter"
 "#;
         let mut agent = agent(text, Options { workers, always_help: true, ..Options::default() });
         let numbers = Arc::new(Mutex::new(Vec::new()));
@@ -152,7 +152,7 @@ fn four_hanging_modules_end_the_run_by_name() {
     let text = |trigger: &str| {
         let module = |name| {
             format!(
-                "[modules.{name}]\nplugin = \"counter\"\nparams = {{ hang_at = 3, hang_ms = 3000 }}\n{trigger}\n"
+                "[modules.{name}]\nkind = \"counter\"\nparams = {{ hang_at = 3, hang_ms = 3000 }}\n{trigger}\n"
             )
         };
         let modules: String = ["a", "b", "c", "d"].map(module).concat();
@@ -172,7 +172,7 @@ fn four_hanging_modules_end_the_run_by_name() {
 #[test]
 fn a_hang_in_lockstep_ends_the_run_by_name() {
     let mut agent = try_lockstep(
-        "loop.hang = \"50ms\"\n[modules.counter]\nparams = { hang_at = 5, hang_ms = 1500 }\n[modules.other]\nplugin = \"counter\"\n",
+        "loop.hang = \"50ms\"\n[modules.counter]\nparams = { hang_at = 5, hang_ms = 1500 }\n[modules.other]\nkind = \"counter\"\n",
     )
     .unwrap();
     let start = Instant::now();
@@ -187,7 +187,7 @@ fn a_late_step_that_panics_is_followed_by_a_fresh_state() {
     for (mode, trigger) in [(Mode::Staged, ""), (Mode::Threaded, "every = \"5ms\"")] {
         let text = format!(
             "loop.period = \"5ms\"\nloop.hang = \"50ms\"\n[modules.counter]\n{trigger}\n\
-             params = {{ hang_at = 3, hang_ms = 300, panic_at = 3 }}\n[modules.other]\nplugin = \"counter\"\n"
+             params = {{ hang_at = 3, hang_ms = 300, panic_at = 3 }}\n[modules.other]\nkind = \"counter\"\n"
         );
         let mut agent = agent(&text, Options { mode, ..Options::default() });
         let start = Instant::now();
@@ -211,7 +211,7 @@ loop.hang = "50ms"
 [modules.poster]
 [modules.receiver]
 [links]
-"poster/notes" = "receiver/notes"
+"receiver/notes" = "poster/notes"
 "#;
     let mut agent = agent(text, Options::default());
     let start = Instant::now();

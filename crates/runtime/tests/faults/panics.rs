@@ -13,7 +13,7 @@ loop.period = "5ms"
 every = "5ms"
 params.panic_at = 3
 [modules.other]
-plugin = "counter"
+kind = "counter"
 every = "5ms"
 [modules.relay]
 [links]

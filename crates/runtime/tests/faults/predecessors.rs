@@ -11,8 +11,8 @@ use crate::faults::{after, agent, count, value};
 
 /// How many of `cycles` on the loop, with workers, took longer than a lost wake-up's time limit.
 fn stalled(workers: usize, cycles: u64) -> u64 {
-    let text = "time.source = \"a\"\n[modules.a]\nplugin = \"counter\"\n[modules.b]\nplugin = \"counter\"\n\
-                [modules.c]\nplugin = \"dice\"\n[modules.d]\nplugin = \"dice\"\n";
+    let text = "time.source = \"a\"\n[modules.a]\nkind = \"counter\"\n[modules.b]\nkind = \"counter\"\n\
+                [modules.c]\nkind = \"dice\"\n[modules.d]\nkind = \"dice\"\n";
     let options = Options { rate: Rate::Max, workers, always_help: true, ..Options::default() };
     let mut agent = agent(text, options);
     let stalls = Arc::new(AtomicU64::new(0));
@@ -46,11 +46,11 @@ fn fawkes_no_wake_up_between_threads_is_lost_in_ten_thousand_rounds() {
     let text = r#"
 loop.period = "10ms"
 [modules.a]
-plugin = "player"
+kind = "player"
 on = ["kick", "ball"]
 inputs.kick = { value = 1.0 }
 [modules.b]
-plugin = "player"
+kind = "player"
 stage = "Act"
 on = "ball"
 [links]
@@ -93,7 +93,7 @@ fn openrdk_a_queue_nobody_reads_does_not_grow() {
 [modules.receiver]
 enabled = false
 [links]
-"sender/note" = "receiver/notes"
+"receiver/notes" = "sender/note"
 "receiver/history" = "counter/number"
 "#;
     let mut agent = lockstep(text);

@@ -29,7 +29,7 @@ pub fn text(isolated: &[&str]) -> String {
 [links]
 "adder/series" = "plotter/series"
 "adder/all" = "plotter/series"
-"adder/note" = "clerk/notes"
+"clerk/notes" = "adder/note"
 "relay/input" = "dice/number"
 "villain/input" = "relay/output"
 "counter/enabled" = "switch"

@@ -144,7 +144,7 @@ time.source = "sensor"
 [modules.thinker]
 inputs.refined = { angle = 0.5, count = 77 }
 [modules.other]
-plugin = "thinker"
+kind = "thinker"
 [modules.counter]
 [modules.dice]
 [links]

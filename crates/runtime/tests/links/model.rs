@@ -32,11 +32,11 @@ proptest! {
     fn random_links_of_a_running_agent(actions in proptest::collection::vec(action(), 1..24)) {
         let mut text = String::new();
         for (name, offset) in WRITERS {
-            text += &format!("[modules.{name}]\nplugin = \"twins\"\nstage = \"Think\"\nparams.offset = {offset:?}\n");
+            text += &format!("[modules.{name}]\nkind = \"twins\"\nstage = \"Think\"\nparams.offset = {offset:?}\n");
         }
         for reader in 0..READERS {
             text += &format!(
-                "[modules.r{reader}]\nplugin = \"driver\"\nstage = \"Think\"\ninputs.input.value = {reader}.5\n"
+                "[modules.r{reader}]\nkind = \"driver\"\nstage = \"Think\"\ninputs.input.value = {reader}.5\n"
             );
         }
         let mut agent = lockstep(&text);

@@ -101,7 +101,7 @@ impl Module for Probe {
 fn run(poison: u8) -> (Agent, u64) {
     let text = format!(
         "time.source = \"poisoner\"\n[modules.poisoner]\nparams.poison = {poison}\n[modules.probe]\n[links]\n\
-         \"probe/value\" = \"poisoner/value\"\n\"poisoner/note\" = \"probe/notes\"\n"
+         \"probe/value\" = \"poisoner/value\"\n\"probe/notes\" = \"poisoner/note\"\n"
     );
     let database = Database::from_text("test.toml", &text, Reading::default()).unwrap();
     let plugins = [Plugin::linked::<Poisoner>(), Plugin::linked::<Probe>()];

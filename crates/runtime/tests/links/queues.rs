@@ -12,12 +12,12 @@ use crate::links::support::{lockstep, steps};
 fn a_localizer_takes_all_odometry_since_it_looked_last() {
     let text = r#"
 [modules.hwinterface]
-plugin = "counter"
+kind = "counter"
 [modules.localizer]
-plugin = "collector"
+kind = "collector"
 every = "60ms"
 [modules.mapper]
-plugin = "collector"
+kind = "collector"
 [links]
 "localizer/numbers" = "slate://test/hwinterface/number"
 "mapper/numbers" = "hwinterface/number"
@@ -37,12 +37,12 @@ plugin = "collector"
 fn a_reader_that_is_too_slow_is_counted_and_the_other_loses_nothing() {
     let text = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.slow]
-plugin = "collector"
+kind = "collector"
 every = "2s"
 [modules.quick]
-plugin = "collector"
+kind = "collector"
 [links]
 "slow/numbers" = { from = "a/number", window = 4 }
 "quick/numbers" = "a/number"
@@ -66,11 +66,11 @@ fn waiting(agent: &slate_runtime::Agent) -> f64 {
 fn a_subscription_filters() {
     let text = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.fifth]
-plugin = "collector"
+kind = "collector"
 [modules.small]
-plugin = "collector"
+kind = "collector"
 [links]
 "fifth/numbers" = { from = "a/number", every = 5 }
 "small/numbers" = { from = "a/number", when = "value < 4" }
@@ -85,9 +85,9 @@ plugin = "collector"
 fn an_evicted_reader_gets_no_more_and_that_is_said_once() {
     let text = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.slow]
-plugin = "collector"
+kind = "collector"
 every = "2s"
 [links]
 "slow/numbers" = { from = "a/number", policy = "evict", window = 20 }
@@ -126,16 +126,16 @@ every = "2s"
 fn a_queue_can_be_linked_to_any_output_while_the_agent_runs() {
     let text = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.b]
-plugin = "counter"
+kind = "counter"
 [modules.one]
-plugin = "collector"
+kind = "collector"
 [modules.two]
-plugin = "collector"
+kind = "collector"
 every = "120ms"
 [modules.three]
-plugin = "collector"
+kind = "collector"
 [links]
 "one/numbers" = "a/number"
 "#;
@@ -171,13 +171,13 @@ plugin = "collector"
 fn a_queue_is_linked_to_what_no_module_writes_if_that_keeps_enough() {
     let text = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.b]
-plugin = "counter"
+kind = "counter"
 [modules.one]
-plugin = "watcher"
+kind = "watcher"
 [modules.two]
-plugin = "watcher"
+kind = "watcher"
 [links]
 "one/states" = "a/state"
 "#;

@@ -13,14 +13,14 @@ use slate_runtime::Mode;
 
 const TEXT: &str = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.b]
-plugin = "dice"
+kind = "dice"
 [modules.relay]
 inputs.input.value = 7.0
 stage = "Think"
 [modules.sum]
-plugin = "receiver"
+kind = "receiver"
 [links]
 # The relay follows the counter.
 "relay/input" = "a/number"
@@ -124,10 +124,10 @@ fn the_order_of_the_modules_follows_the_links() {
     // By its name it comes before what it reads.
     let text = r#"
 [modules.z]
-plugin = "counter"
+kind = "counter"
 stage = "Think"
 [modules.a]
-plugin = "relay"
+kind = "relay"
 stage = "Think"
 "#;
     let mut agent = lockstep(&text.replace("[modules.a]", "[modules.a]\non = \"input\""));
@@ -153,12 +153,12 @@ stage = "Think"
 fn queues_outboxes_and_switches_are_linked_too() {
     let text = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.b]
-plugin = "counter"
+kind = "counter"
 [modules.sender]
 [modules.sum]
-plugin = "receiver"
+kind = "receiver"
 [links]
 "sum/history" = "a/number"
 "#;
@@ -166,10 +166,10 @@ plugin = "receiver"
     steps(&mut agent, 3);
     let read = |agent: &Agent, field: &str| number(agent, &format!("sum/sum/{field}"));
     assert_eq!((read(&agent, "first"), read(&agent, "second")), (0.0, 6.0));
-    link(&agent, "sender/note", "sum/notes");
+    link(&agent, "sum/notes", "sender/note");
     steps(&mut agent, 2);
     assert_eq!((read(&agent, "first"), read(&agent, "second")), (9.0, 15.0), "the queue's cursor goes on");
-    agent.composer().unlink("sender/note").unwrap();
+    agent.composer().unlink("sum/notes").unwrap();
     agent.composer().unlink("sum/history").unwrap();
     steps(&mut agent, 2);
     assert_eq!((read(&agent, "first"), read(&agent, "second")), (9.0, 15.0));
@@ -179,20 +179,20 @@ plugin = "receiver"
 fn what_only_values_have_is_refused_for_messages() {
     let text = r#"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.sender]
 [modules.sum]
-plugin = "receiver"
+kind = "receiver"
 "#;
     let mut agent = lockstep(text);
     steps(&mut agent, 1);
     let options = [("every", "3"), ("when", "\"value > 1\""), ("stale", "\"1s\"")];
     for (option, value) in options {
-        let link = NewLink::new("sender/note", "sum/notes").with(option, value);
+        let link = NewLink::new("sum/notes", "sender/note").with(option, value);
         let report = agent.composer().link(&link).unwrap_err().to_string();
         assert!(report.contains(&format!("`{option}` has no meaning for messages")), "{report}");
     }
-    link(&agent, "sender/note", "sum/notes");
+    link(&agent, "sum/notes", "sender/note");
 }
 
 /// Shares with agents that never come.
@@ -256,7 +256,7 @@ fn a_thread_is_woken_by_what_it_is_linked_to() {
 [loop]
 period = "2ms"
 [modules.a]
-plugin = "counter"
+kind = "counter"
 [modules.relay]
 "#;
     let mut agent = agent(text, Mode::Threaded);
@@ -279,7 +279,7 @@ plugin = "counter"
 /// It reads what is written after its turn, which is news to it in the next cycle, whatever is linked in between.
 #[test]
 fn others_are_linked_otherwise_and_a_module_is_woken_as_before() {
-    let text = "[modules.a]\nplugin = \"counter\"\n[modules.b]\nplugin = \"dice\"\n[modules.front]\nplugin = \"relay\"\n\
+    let text = "[modules.a]\nkind = \"counter\"\n[modules.b]\nkind = \"dice\"\n[modules.front]\nkind = \"relay\"\n\
                 stage = \"PreLoop\"\n[modules.relay]\n[links]\n\"front/input\" = \"a/number\"\n\"relay/input\" = \"a/number\"\n";
     let mut agent = lockstep(text);
     steps(&mut agent, 5);
@@ -291,7 +291,7 @@ fn others_are_linked_otherwise_and_a_module_is_woken_as_before() {
 
 #[test]
 fn what_is_of_the_last_cycle_wakes_when_it_is_seen_and_once() {
-    let text = "[modules.a]\nplugin = \"counter\"\n[modules.relay]\nstage = \"Think\"\n[links]\n\
+    let text = "[modules.a]\nkind = \"counter\"\n[modules.relay]\nstage = \"Think\"\n[links]\n\
                 \"relay/input\" = { from = \"a/number\", previous = true }\n";
     let mut agent = lockstep(text);
     steps(&mut agent, 1);

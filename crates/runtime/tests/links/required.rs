@@ -153,7 +153,7 @@ fn fields_linked_one_by_one_are_all_waited_for() {
 #[test]
 fn relinked_required_input_waits_again() {
     let mut agent = agent(
-        "[modules.doubler]\n[modules.other]\nplugin = \"doubler\"\n[links]\n\"doubler/input\" = \"counter/number\"\n",
+        "[modules.doubler]\n[modules.other]\nkind = \"doubler\"\n[links]\n\"doubler/input\" = \"counter/number\"\n",
     );
     steps(&mut agent, 1);
     assert_eq!(value(&agent, "doubler/output/value"), Some(2.0));
@@ -164,7 +164,7 @@ fn relinked_required_input_waits_again() {
 
 #[test]
 fn ring_of_required_inputs_is_refused_by_name() {
-    let ring = "[modules.a]\nplugin = \"doubler\"\n[modules.b]\nplugin = \"doubler\"\n[links]\n\
+    let ring = "[modules.a]\nkind = \"doubler\"\n[modules.b]\nkind = \"doubler\"\n[links]\n\
                 \"a/input\" = \"b/output\"\n\"b/input\" = { from = \"a/output\", previous = true }\n";
     let Err(refusal) = load(ring) else { panic!("the ring never runs") };
     for part in ["b -> a -> b", "wait for each other's first value", "Input<T>"] {

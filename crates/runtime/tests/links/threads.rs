@@ -11,16 +11,16 @@ const TEXT: &str = r#"
 [loop]
 period = "1ms"
 [modules.a]
-plugin = "twins"
+kind = "twins"
 every = "50us"
 [modules.b]
-plugin = "twins"
+kind = "twins"
 every = "70us"
 params.offset = 1e9
 [modules.judge]
 every = "60us"
 [modules.on_loop]
-plugin = "judge"
+kind = "judge"
 [links]
 "judge/left" = "a/one"
 "judge/right" = "a/two"

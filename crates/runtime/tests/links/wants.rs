@@ -29,8 +29,8 @@ impl Sharing for Kept {
 
 fn agent(links: &str) -> (Agent, Kept) {
     let text = format!(
-        "time.source = \"a\"\n[modules.a]\nplugin = \"counter\"\n[modules.judge]\n[modules.relay]\n[modules.sum]\n\
-         plugin = \"collector\"\n[links]\n{links}"
+        "time.source = \"a\"\n[modules.a]\nkind = \"counter\"\n[modules.judge]\n[modules.relay]\n[modules.sum]\n\
+         kind = \"collector\"\n[links]\n{links}"
     );
     let database = Database::from_text("test.toml", &text, Reading::default()).unwrap();
     let kept = Kept::default();

@@ -173,6 +173,6 @@ impl Module for Tail {
 
 #[test]
 fn a_module_cannot_take_the_place_of_the_tail() {
-    let (message, line) = complaint("[modules.log]\nplugin = \"tail\"\n");
+    let (message, line) = complaint("[modules.log]\nkind = \"tail\"\n");
     assert_eq!((message.as_str(), line), ("no module can be named `log`: `log` is the log", Some(3)));
 }

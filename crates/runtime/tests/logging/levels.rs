@@ -8,11 +8,11 @@ use crate::logging::{Talker, lines_of};
 const THREE: &str = r#"
 time.source = "a"
 [modules.a]
-plugin = "talker"
+kind = "talker"
 [modules."r2/b"]
-plugin = "talker"
+kind = "talker"
 [modules."r2/c"]
-plugin = "talker"
+kind = "talker"
 "#;
 
 fn said(lines: &[Record]) -> Vec<(&str, &str)> {

@@ -99,7 +99,7 @@ fn lines_of(text: &str, options: Options, steps: usize) -> Vec<Record> {
 fn in_lockstep_lines_stand_in_the_order_of_the_modules_whoever_makes_their_steps() {
     let mut text = String::from("time.source = \"m0\"\nloop.period = \"10ms\"\n");
     for module in 0..7 {
-        text.push_str(&format!("[modules.m{module}]\nplugin = \"talker\"\n"));
+        text.push_str(&format!("[modules.m{module}]\nkind = \"talker\"\n"));
     }
     let mut expected = Vec::new();
     for step in 0..20_u64 {

@@ -83,10 +83,10 @@ time.source = "a"
 loop.period = "100ms"
 log.repeat = 1
 [modules.a]
-plugin = "parrot"
+kind = "parrot"
 params.other_at = 4
 [modules.b]
-plugin = "parrot"
+kind = "parrot"
 "#;
     let lines = [
         (0, "a", "again tick=1"),

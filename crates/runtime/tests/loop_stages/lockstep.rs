@@ -172,7 +172,7 @@ fn modules_come_and_go_while_a_module_has_the_loop() {
 
 #[test]
 fn of_two_modules_that_want_the_loop_one_is_refused() {
-    let text = "[modules.a]\nplugin = \"director\"\n[modules.b]\nplugin = \"director\"\n";
+    let text = "[modules.a]\nkind = \"director\"\n[modules.b]\nkind = \"director\"\n";
     let Err(StartError::Configuration(report)) = load(text, Mode::Staged, Rate::Max) else {
         panic!("two modules can't have the loop");
     };

@@ -200,7 +200,7 @@ fn name(stage: Stage) -> String {
 
 fn workers() -> String {
     let module = |stage: Stage| {
-        format!("[modules.{}]\nplugin = \"worker\"\nstage = \"{}\"\n", name(stage), stage.name())
+        format!("[modules.{}]\nkind = \"worker\"\nstage = \"{}\"\n", name(stage), stage.name())
     };
     Stage::ALL.map(module).concat()
 }

@@ -11,12 +11,12 @@ const LATE: &str = r#"
 period = "2ms"
 timeouts.Think = "20ms"
 [modules.planner]
-plugin = "witness"
+kind = "witness"
 params = { sleep_at = 5, sleep_ms = 300 }
 [modules.second]
-plugin = "witness"
+kind = "witness"
 [modules.motor]
-plugin = "witness"
+kind = "witness"
 stage = "Act"
 [links]
 "#;
@@ -77,7 +77,7 @@ fn a_module_that_is_late_again_and_again_is_said_once_a_second() {
 period = "1ms"
 timeouts.Think = "2ms"
 [modules.slow]
-plugin = "slow"
+kind = "slow"
 [modules.counter]
 "#;
     let log = slate_runtime::log::MemoryTarget::default();
@@ -104,7 +104,7 @@ plugin = "slow"
 #[test]
 fn an_overrun_names_what_took_longest() {
     let text = format!(
-        "loop.period = \"5ms\"\n{}[modules.slow]\nplugin = \"witness\"\n\
+        "loop.period = \"5ms\"\n{}[modules.slow]\nkind = \"witness\"\n\
          params = {{ sleep_at = 5, sleep_ms = 40 }}\n",
         witnesses(&[("quick", "Act"), ("other", "WorldState")])
     );
@@ -142,7 +142,7 @@ fn a_loop_that_is_behind_does_not_spin() {
 period = "4ms"
 minimum = "3ms"
 [modules.slow]
-plugin = "witness"
+kind = "witness"
 params = { sleep_at = 3, sleep_ms = 7 }
 "#;
     let (mut agent, _) = wall_clock(text);

@@ -68,7 +68,7 @@ fn load(text: &str, options: Options) -> Agent {
 
 /// In lockstep, as fast as it goes.
 fn lockstep(text: &str) -> Agent {
-    let text = format!("time.source = \"clock\"\n{text}\n[modules.clock]\nplugin = \"witness\"\n");
+    let text = format!("time.source = \"clock\"\n{text}\n[modules.clock]\nkind = \"witness\"\n");
     load(&text, Options { rate: Rate::Max, ..Options::default() })
 }
 
@@ -81,7 +81,7 @@ fn wall_clock(text: &str) -> (Agent, MemoryTarget) {
 
 /// Witnesses of those names and stages.
 fn witnesses(stages: &[(&str, &str)]) -> String {
-    let module = |(name, stage)| format!("[modules.{name}]\nplugin = \"witness\"\nstage = \"{stage}\"\n");
+    let module = |(name, stage)| format!("[modules.{name}]\nkind = \"witness\"\nstage = \"{stage}\"\n");
     stages.iter().copied().map(module).collect()
 }
 

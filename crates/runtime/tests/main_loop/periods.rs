@@ -53,7 +53,7 @@ fn periods_do_not_drift_in_a_million() {
     let mut text = format!("time.source = \"m0\"\nloop.period = \"{CYCLE}us\"\n");
     for (number, period) in PERIODS.iter().enumerate() {
         text += &format!(
-            "[modules.m{number}]\nplugin = \"metronome\"\nevery = \"{period}us\"\n\
+            "[modules.m{number}]\nkind = \"metronome\"\nevery = \"{period}us\"\n\
              params = {{ period = {}, cycle = {} }}\n",
             period * 1000,
             CYCLE * 1000
@@ -80,8 +80,8 @@ fn periods_do_not_drift_in_a_million() {
 #[test]
 fn on_the_wall_clock_a_module_of_the_loops_period_runs_in_every_cycle() {
     // A thread wakes up some microseconds late, now more and now less, which must not cost a cycle.
-    let text = "loop.period = \"2ms\"\n[modules.same]\nplugin = \"witness\"\nevery = \"2ms\"\n\
-                [modules.double]\nplugin = \"witness\"\nevery = \"4ms\"\n";
+    let text = "loop.period = \"2ms\"\n[modules.same]\nkind = \"witness\"\nevery = \"2ms\"\n\
+                [modules.double]\nkind = \"witness\"\nevery = \"4ms\"\n";
     let (mut agent, _) = wall_clock(text);
     run(&mut agent, 300);
     assert_eq!(ticks(&agent, "same"), 300);
@@ -130,14 +130,14 @@ fn modules_of_every_trigger_and_threads_of_their_own_are_in_one_agent() {
     let text = r#"
 loop.period = "2ms"
 [modules.staged]
-plugin = "tell"
+kind = "tell"
 params.number = 1
 [modules.periodic]
-plugin = "tell"
+kind = "tell"
 every = "3ms"
 params.number = 2
 [modules."robot_1/woken_by_a_value"]
-plugin = "tell"
+kind = "tell"
 on = "input"
 params.number = 3
 [links]

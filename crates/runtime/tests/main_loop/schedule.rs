@@ -156,7 +156,7 @@ fn a_wrong_loop_is_refused_with_the_place() {
 #[test]
 fn no_module_takes_the_place_of_the_loop() {
     for name in ["loop", "\"loop/inner\""] {
-        let text = format!("[modules.{name}]\nplugin = \"counter\"\n");
+        let text = format!("[modules.{name}]\nkind = \"counter\"\n");
         let error =
             crate::main_loop::common::load(&text, &[], slate_runtime::Options::default()).unwrap_err();
         assert!(error.to_string().contains("`loop` is the main loop"), "{error}");

@@ -10,7 +10,7 @@ const MODULES: [(&str, &str); 2] = [("planner", "Think"), ("motor", "Act")];
 #[test]
 fn the_durations_of_modules_stages_and_cycles_are_properties() {
     let text = format!(
-        "loop.period = \"1ms\"\n{}[modules.slow]\nplugin = \"witness\"\nparams = {{ sleep_at = 7, sleep_ms = 5 }}\n",
+        "loop.period = \"1ms\"\n{}[modules.slow]\nkind = \"witness\"\nparams = {{ sleep_at = 7, sleep_ms = 5 }}\n",
         witnesses(&MODULES)
     );
     let (mut agent, _) = wall_clock(&text);
@@ -39,7 +39,7 @@ fn the_durations_of_modules_stages_and_cycles_are_properties() {
 
 #[test]
 fn in_lockstep_one_cycle_of_sixteen_is_timed_and_every_step_with_a_deadline() {
-    let text = format!("{}[modules.dated]\nplugin = \"witness\"\ndeadline = \"10s\"\n", witnesses(&MODULES));
+    let text = format!("{}[modules.dated]\nkind = \"witness\"\ndeadline = \"10s\"\n", witnesses(&MODULES));
     let mut agent = lockstep(&text);
     (0..160).for_each(|_| assert!(agent.step()));
     agent.publish_timing();

@@ -157,7 +157,7 @@ fn a_panic_in_destroy_hinders_neither_reload_nor_unload_and_is_logged() {
 
 #[test]
 fn panics_during_a_run_cost_no_other_module_a_cycle() {
-    let text = robot_with(TICK) + "[modules.good]\nplugin = \"counter\"\n";
+    let text = robot_with(TICK) + "[modules.good]\nkind = \"counter\"\n";
     let running = Running::start(&text, Mode::Staged, &["beat/count/value", "good/count/value"]);
     for _ in 0..5 {
         running.composer.reload("counter", None).unwrap();

@@ -82,8 +82,8 @@ fn a_reload_that_one_module_hinders_is_made_for_none() {
     for hindrance in ["hang_at = 5, hang = 2000", "fault = 6, hang = 2000"] {
         // One has a thread of its own, the other is on the loop.
         let text = format!(
-            "loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{}[modules.free]\nplugin = \"counter\"\n\
-             every = \"2ms\"\n[modules.slow]\nplugin = \"counter\"\nparams = {{ {hindrance} }}\n",
+            "loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{}[modules.free]\nkind = \"counter\"\n\
+             every = \"2ms\"\n[modules.slow]\nkind = \"counter\"\nparams = {{ {hindrance} }}\n",
             library("counter", &plain())
         );
         let running = Running::start(&text, Mode::Threaded, &[]);

@@ -90,7 +90,7 @@ fn what_an_unloaded_module_wrote_becomes_safe_and_stale_and_its_successor_is_ano
 
 #[test]
 fn an_unloaded_module_leaves_on_the_board_only_what_others_read_and_that_it_is_gone() {
-    let text = library("counter", &plain()) + "[modules.counter]\n[modules.alone]\nplugin = \"counter\"\n";
+    let text = library("counter", &plain()) + "[modules.counter]\n[modules.alone]\nkind = \"counter\"\n";
     let mut agent = lockstep(&text);
     step(&mut agent, 2);
     agent.composer().unload("counter").unwrap();

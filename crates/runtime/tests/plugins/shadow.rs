@@ -155,7 +155,7 @@ fn no_step_is_missed_or_made_twice_when_new_code_takes_over() {
 
 #[test]
 fn all_modules_of_a_plugin_take_over_together() {
-    let text = robot(&plain()) + "[modules.second]\nplugin = \"counter\"\n";
+    let text = robot(&plain()) + "[modules.second]\nkind = \"counter\"\n";
     let paths =
         &["counter/count/version", "second/count/version", "counter/count/value", "second/count/value"];
     let running = Running::start(&text, Mode::Staged, paths);
@@ -253,7 +253,7 @@ fn what_can_not_run_beside_the_old_code_is_refused_and_nothing_runs() {
 
 #[test]
 fn a_plugin_whose_code_no_module_runs_has_nothing_to_compare_with() {
-    let text = library("counter", &plain()) + "[modules.counter]\nplugin = \"beat\"\n";
+    let text = library("counter", &plain()) + "[modules.counter]\nkind = \"beat\"\n";
     let agent = lockstep(&text);
     let refusal = agent.composer().shadow("counter", &plain()).unwrap_err();
     assert_says(&complaint(&refusal), &["no module runs its code", "reload"]);

@@ -137,7 +137,7 @@ fn new_code_that_does_not_take_the_state_over_begins_afresh() {
 fn new_code_begins_beside_all_modules_or_none() {
     // The one with the later name can't be saved in time.
     let text = format!(
-        "loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{}[modules.slow]\nplugin = \"counter\"\n\
+        "loop.period = \"5ms\"\nloop.hang = \"250ms\"\n{}[modules.slow]\nkind = \"counter\"\n\
          params = {{ fault = 6, hang = 1500 }}\n",
         robot(&plain())
     );

@@ -139,7 +139,7 @@ impl Stage {
     /// In lockstep, with scripted modules of those names.
     pub fn new(modules: &[&str]) -> Self {
         let modules: String =
-            modules.iter().map(|name| format!("[modules.{name}]\nplugin = \"scripted\"\n")).collect();
+            modules.iter().map(|name| format!("[modules.{name}]\nkind = \"scripted\"\n")).collect();
         Self::load(&modules)
     }
 
@@ -153,7 +153,7 @@ impl Stage {
     /// On the wall clock, with scripted modules of those names.
     pub fn on_the_wall_clock(modules: &[&str]) -> Self {
         let modules: String =
-            modules.iter().map(|name| format!("[modules.{name}]\nplugin = \"scripted\"\n")).collect();
+            modules.iter().map(|name| format!("[modules.{name}]\nkind = \"scripted\"\n")).collect();
         Self::on_the_wall_clock_with(&modules)
     }
 

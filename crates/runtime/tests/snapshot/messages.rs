@@ -58,7 +58,7 @@ fn agent(rest: &str) -> Agent {
 
 #[test]
 fn messages_of_another_life_say_nothing_of_those_of_the_snapshot() {
-    let text = "[modules.receiver]\nevery = \"100ms\"\n[links]\n\"mailer/notes\" = \"receiver/notes\"\n";
+    let text = "[modules.receiver]\nevery = \"100ms\"\n[links]\n\"receiver/notes\" = \"mailer/notes\"\n";
     for moment in 0..12 {
         let mut agent = agent(text);
         steps(&mut agent, moment);
@@ -81,7 +81,7 @@ fn messages_of_another_life_say_nothing_of_those_of_the_snapshot() {
 
 #[test]
 fn a_message_that_waits_for_another_agent_is_lost() {
-    let mut agent = agent("[links]\n\"mailer/notes\" = \"slate://other/inbox/notes\"\n");
+    let mut agent = agent("[links]\n\"slate://other/inbox/notes\" = \"mailer/notes\"\n");
     steps(&mut agent, 3);
     let snapshot = agent.composer().snapshot().unwrap();
     steps(&mut agent, 1);

@@ -30,10 +30,10 @@ fn refused(mut agent: Agent) -> String {
 fn what_does_not_fit_is_named() {
     for (what, with, words) in [
         ("agent.name = \"robot\"", "agent.name = \"other\"", "this is agent `other`"),
-        ("[modules.dice]", "[modules.dice]\n[modules.more]\nplugin = \"dice\"", "module `more` is not in it"),
+        ("[modules.dice]", "[modules.dice]\n[modules.more]\nkind = \"dice\"", "module `more` is not in it"),
         (
             "[modules.sender]",
-            "[modules.sender]\nplugin = \"dice\"",
+            "[modules.sender]\nkind = \"dice\"",
             "module `sender` is a dice here and a sender in it",
         ),
         ("\"relay/input\" = \"counter/number\"", "\"relay/input\" = \"dice/number\"", "links.relay/input"),
@@ -51,7 +51,7 @@ fn what_does_not_fit_is_named() {
         assert!(ROBOT.contains(what), "{what}");
         let mut text = ROBOT.replace(what, with);
         if with.contains("sender]\nplugin") {
-            text = text.replace("\"sender/note\" = \"receiver/notes\"\n", "");
+            text = text.replace("\"receiver/notes\" = \"sender/note\"\n", "");
         }
         let agent =
             Agent::load(&crate::snapshot::common::configuration(&text), &plugins(), options()).unwrap();
@@ -125,8 +125,7 @@ fn a_load_that_is_refused_touches_no_setting_and_no_link_meanwhile() {
 #[test]
 fn a_snapshot_of_another_agent_is_told_so_and_no_more() {
     let text = ROBOT.replace("agent.name = \"robot\"", "agent.name = \"other\"");
-    let text =
-        text.replace("[modules.dice]", "[modules.dice]\nparams = {}\n[modules.more]\nplugin = \"dice\"");
+    let text = text.replace("[modules.dice]", "[modules.dice]\nparams = {}\n[modules.more]\nkind = \"dice\"");
     let said = refused(robot(&text));
     assert_eq!(said, "the snapshot of agent `robot` does not fit: this is agent `other`");
 }
@@ -135,7 +134,7 @@ fn a_snapshot_of_another_agent_is_told_so_and_no_more() {
 fn many_differences_are_a_line_each_and_not_all_told() {
     let mut text = ROBOT.to_owned();
     for number in 0..30 {
-        text += &format!("[modules.more{number}]\nplugin = \"dice\"\n");
+        text += &format!("[modules.more{number}]\nkind = \"dice\"\n");
     }
     let agent = Agent::load(&crate::snapshot::common::configuration(&text), &plugins(), options()).unwrap();
     let error = agent.restore_under_own_settings(&snapshot()).unwrap_err().to_string();

@@ -23,7 +23,7 @@ every = "400ms"
 [modules.relay]
 [modules.driver]
 [links]
-"sender/note" = "receiver/notes"
+"receiver/notes" = "sender/note"
 "receiver/history" = "counter/number"
 "relay/input" = "counter/number"
 "driver/input" = "dice/number"

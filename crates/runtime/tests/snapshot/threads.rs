@@ -20,7 +20,7 @@ every = "20ms"
 every = "3ms"
 [links]
 "relay/input" = "counter/number"
-"sender/note" = "receiver/notes"
+"receiver/notes" = "sender/note"
 "receiver/history" = "counter/number"
 "#;
 
@@ -125,7 +125,7 @@ fn links_and_settings_come_back_while_threads_run() {
 fn a_module_that_does_not_return_is_named_and_the_others_go_on() {
     let text = THREADED.replace(
         "[modules.counter]\nevery = \"2ms\"",
-        "[modules.stuck]\nplugin = \"counter\"\nevery = \"2ms\"\nparams = { hang_at = 3, hang_ms = 3000 }\n[modules.counter]\nevery = \"2ms\"",
+        "[modules.stuck]\nkind = \"counter\"\nevery = \"2ms\"\nparams = { hang_at = 3, hang_ms = 3000 }\n[modules.counter]\nevery = \"2ms\"",
     );
     let mut agent = threaded(&text);
     let composer = agent.composer();

@@ -21,7 +21,7 @@ fn a_module_on_a_thread_of_its_own_may_own_more() {
         }
         Outcome::Ok
     });
-    let mut stage = Stage::threaded("[modules.periodic]\nplugin = \"scripted\"\nevery = \"1ms\"\n");
+    let mut stage = Stage::threaded("[modules.periodic]\nkind = \"scripted\"\nevery = \"1ms\"\n");
     let composer = stage.agent.composer();
     let (told, unload) = channel();
     let unloader = std::thread::spawn(move || {

@@ -54,7 +54,7 @@ pub(super) fn fit<'a>(
     complaints: &mut Complaints<'a>,
 ) -> Option<Joint<'a>> {
     let Source { target, field: from } = source;
-    let (to, span) = (sink_name(survey, sink), link.from.span);
+    let (to, span) = (sink_name(survey, sink), sink.far(link).1);
     let name = join(&target_name(configuration, survey, absent, target), &from);
     let mut refuse = |message: String, help: &str| {
         complaints.add(span, Mistake::Ends.of(message), help);
@@ -114,11 +114,8 @@ pub(super) fn fit<'a>(
         let (own, other) =
             (&surveyed.description.ports[port].role, &survey.modules[module].description.ports[other].role);
         if own != other {
-            let called = |role: &str| if role.is_empty() { "plain".to_owned() } else { format!("a {role}") };
-            return refuse(
-                format!("`{to}` is {} but `/{name}` is {}", called(own), called(other)),
-                "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute",
-            );
+            let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
+            return refuse(roles(&to, own, &name, other), help);
         }
     }
     let filter = match filter(link, interface.unwrap_or(own)) {
@@ -244,6 +241,36 @@ pub(super) fn fit<'a>(
         filter: filter.map(Arc::new),
         delayed,
     })
+}
+
+/// Why two ports can't be attached, in terms of blocks.
+fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
+    let what = match other {
+        "percept" => "what a Monitor tells".to_owned(),
+        "change" => "what an Analyze tells".to_owned(),
+        "plan" => "an Execute's inbox of plans".to_owned(),
+        "reflex" => "an Execute's inbox of reflexes".to_owned(),
+        "" => "a plain value, such as a sensor's".to_owned(),
+        other => format!("a {other}"),
+    };
+    match own {
+        "percept" => format!("an Analyze reads Monitors: `{to}` can't read `/{from}`, which is {what}"),
+        "change" => format!("the Plan reads Analyzes: `{to}` can't read `/{from}`, which is {what}"),
+        "plan" => {
+            format!("the Plan sends to an Execute's plan: `{to}` can't send to `/{from}`, which is {what}")
+        }
+        "reflex" => {
+            format!(
+                "a ReactiveModel sends to an Execute's reflexes: `{to}` can't send to `/{from}`, which is {what}"
+            )
+        }
+        "" if other == "percept" => format!("only an Analyze reads Monitors, and `{to}` is of none"),
+        "" if other == "change" => format!("only the Plan reads Analyzes, and `{to}` is of none"),
+        own => format!(
+            "`{to}` is {} but `/{from}` is {what}",
+            if own.is_empty() { "plain".into() } else { format!("a {own}") }
+        ),
+    }
 }
 
 /// What is said of a link that only values have. (Messages have `previous` too: it sends them for the next cycle.)

@@ -17,21 +17,24 @@ use slate_configuration::TEAM;
 use slate_configuration::{Compression, Configuration, Link};
 
 /// The other agent that a link leads to, if it does.
-pub(super) fn agent<'a>(configuration: &Configuration, link: &'a Link) -> Option<&'a str> {
-    link.from.value.agent().filter(|agent| *agent != configuration.agent_name())
+pub(super) fn agent(configuration: &Configuration, link: &Link) -> Option<String> {
+    path(configuration, link).map(|path| path.agent)
 }
 
 /// What a link of another agent leads to.
 pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
-    let agent = agent(configuration, link)?;
-    Some(RemotePath { agent: agent.into(), path: link.from.value.path_in("") })
+    let ends = [Some(link.from.value.clone()), link.destination()];
+    ends.into_iter().flatten().find_map(|url| {
+        let agent = url.agent().filter(|agent| *agent != configuration.agent_name())?;
+        Some(RemotePath { agent: agent.into(), path: url.path_in("") })
+    })
 }
 
 /// Why a link waits that says what is to carry its values, if the other agent is reached in another way.
 pub fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
-    let agent = agent(configuration, link).filter(|agent| *agent != TEAM)?;
+    let agent = agent(configuration, link).filter(|agent| agent != TEAM)?;
     let carrier = &link.transport.carrier.as_ref()?.value;
-    let endpoint = configuration.endpoint_of(agent);
+    let endpoint = configuration.endpoint_of(&agent);
     let used = endpoint.split(':').next().unwrap_or_default();
     (used != carrier).then(|| Misfit {
         message: format!("agent `{agent}` is at {endpoint}, and not by `{carrier}`"),
@@ -82,7 +85,7 @@ pub(super) fn joint<'a>(
             "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
             configuration.agent_name()
         );
-        complaints.add(link.from.span, message, help);
+        complaints.add(sink.far(link).1, message, help);
         return (None, None);
     };
     if wanted.agent == TEAM && !takes_part(configuration, link, sink, survey, complaints) {
@@ -186,6 +189,7 @@ fn takes_part<'a>(
     } else {
         return true;
     };
-    complaints.add(link.from.span, Mistake::OtherAgent.of(format!("`{}`: {message}", link.from.value)), help);
+    let (far, span) = sink.far(link);
+    complaints.add(span, Mistake::OtherAgent.of(format!("`{far}`: {message}")), help);
     false
 }

@@ -1,41 +1,59 @@
-//! What a link fills.
+//! The port of this agent that a link belongs to: the input that it fills, or the outbox whose messages it carries.
 
+use slate_blackboard::Url;
 use slate_module::{Direction, PortDescription};
 
-use super::{SERVICE, is_service, owner, split_module, split_port};
+use super::{SERVICE, deep_name, is_service, owner, split_module, split_port};
 use crate::survey::{Complaints, Survey, Wire, suggest};
-use slate_configuration::Link;
-use slate_configuration::Mistake;
+use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
-/// What a link fills: a port, or a field of it.
+/// The end of a link in this agent: an input or a field of one, or an outbox.
 #[derive(Clone, Debug)]
 pub(super) struct Sink {
     pub module: usize,
     pub wire: Wire,
     pub field: String,
+    /// Whether it is an outbox, so that the link leads from it to an inbox.
+    pub sends: bool,
+}
+
+impl Sink {
+    /// The other end of the link, and where that is written.
+    pub fn far(&self, link: &Link) -> (Url, Span) {
+        match link.destination().filter(|_| self.sends) {
+            Some(inbox) => (inbox, link.to.span),
+            None => (link.from.value.clone(), link.from.span),
+        }
+    }
 }
 
 /// Finds it; nothing when it is of a module that is not loaded, or after a complaint.
 pub(super) fn sink<'a>(
+    configuration: &'a Configuration,
     survey: &Survey<'a>,
     dormant: &[&str],
-    link: &Link,
+    link: &'a Link,
     complaints: &mut Complaints<'a>,
 ) -> Option<Sink> {
     let (to, modules) = (&link.to.value, &survey.modules);
+    if link.destination().is_some_and(|url| url.agent().is_some()) {
+        return sender(survey, dormant, link, complaints);
+    }
     let Some((module, rest)) = split_module(modules, to) else {
-        if owner(dormant, to).is_none() {
-            let help = suggest(to, modules.iter().map(|surveyed| surveyed.module.name.value.as_str()));
-            complaints.add(link.to.span, Mistake::Name.of(format!("no module owns `{to}`")), help);
+        if owner(dormant, to).is_some() {
+            // What it is there is known when it is: an outbox here says that it is an inbox.
+            return outbox(survey, link).ok();
         }
+        let help = suggest(to, modules.iter().map(|surveyed| surveyed.module.name.value.as_str()));
+        complaints.add(link.to.span, Mistake::Name.of(format!("no module owns `{to}`")), help);
         return None;
     };
     let (name, field) = split_port(&modules[module].description.ports, rest);
-    let sink = |wire| Some(Sink { module, wire, field: field.to_owned() });
+    let sink = |wire| Some(Sink { module, wire, field: field.to_owned(), sends: false });
     let own = &modules[module].module.name.value;
     match name {
         "enabled" if matches!(field, "" | "value") => {
-            return Some(Sink { module, wire: Wire::Enabled, field: String::new() });
+            return Some(Sink { module, wire: Wire::Enabled, field: String::new(), sends: false });
         }
         "params" if !field.is_empty() => return sink(Wire::Params),
         "params" => {
@@ -53,31 +71,127 @@ pub(super) fn sink<'a>(
     }
     let ports = &modules[module].description.ports;
     let linkable = |port: &&PortDescription| {
-        matches!(port.direction, Direction::Input | Direction::Queue | Direction::Outbox)
+        matches!(port.direction, Direction::Input | Direction::Queue | Direction::Inbox)
     };
     let Some(at) = ports.iter().position(|port| port.name == name) else {
+        let name = deep_name(ports, name, rest);
         let help = suggest(name, ports.iter().filter(linkable).map(|port| port.name.as_str()));
         complaints.add(link.to.span, Mistake::Name.of(format!("`{own}` has no port `{name}`")), help);
         return None;
     };
+    if ports[at].direction == Direction::Inbox && field.is_empty() {
+        return sender(survey, dormant, link, complaints);
+    }
     let (message, help) = match &ports[at] {
         port if port.direction == Direction::Input || linkable(&port) && field.is_empty() => {
             return sink(Wire::Port(at));
         }
         port if linkable(&port) => (
             format!("`{own}/{name}` takes whole values, and no fields of them"),
-            "link the whole, or make it a plain input",
+            "link the whole, or make it a plain input".to_owned(),
         ),
-        port if port.direction == Direction::Inbox => (
-            format!("`{to}` is an inbox, which any number of senders may share"),
-            "link each sender's outbox to it: \"sender/outbox\" = \"receiver/inbox\"",
-        ),
-        port if is_service(port) => (format!("`{to}` is a service"), SERVICE),
-        _ => (
-            format!("`{to}` is an output"),
-            "a link names the input first: \"reader/input\" = \"writer/output\"",
-        ),
+        port if is_service(port) => (format!("`{to}` is a service"), SERVICE.to_owned()),
+        port => {
+            let what = if port.direction == Direction::Outbox { "sends messages" } else { "is an output" };
+            let message = format!("`{to}` {what}, and a link names its destination first");
+            (message, format!("write {}", turned(configuration, survey, link)))
+        }
     };
     complaints.add(link.to.span, Mistake::Ends.of(message), help);
     None
+}
+
+/// The outbox whose messages an inbox takes.
+fn sender<'a>(
+    survey: &Survey<'a>,
+    dormant: &[&str],
+    link: &'a Link,
+    complaints: &mut Complaints<'a>,
+) -> Option<Sink> {
+    let (to, from, span) = (&link.to.value, &link.from.value, link.from.span);
+    let path = from.path_in("");
+    let inbox = link.destination();
+    if let (Some(agent), Some(other)) = (from.agent(), inbox.as_ref().and_then(Url::agent)) {
+        let message = format!("`{to}` belongs to agent `{other}`, and `{from}` to agent `{agent}`");
+        let help =
+            format!("a link belongs to the agent that reads or sends: --agent {other}, or --agent {agent}");
+        complaints.add(span, Mistake::OtherAgent.of(message), help);
+        return None;
+    }
+    if let Some(agent) = from.agent() {
+        let message = format!("`{to}` is an inbox, and who sends to it is of agent `{agent}`");
+        let help =
+            format!("write the link in the configuration of `{agent}`, with this agent's inbox in front");
+        complaints.add(span, Mistake::OtherAgent.of(message), help);
+        return None;
+    }
+    let refusal = match outbox(survey, link) {
+        Ok(sink) => return Some(sink),
+        Err(refusal) => refusal,
+    };
+    if owner(dormant, &path).is_none() {
+        complaints.add(span, refusal.0, refusal.1);
+    }
+    None
+}
+
+/// The outbox that a link names as its source, or what is there instead and what to do about it.
+fn outbox(survey: &Survey<'_>, link: &Link) -> Result<Sink, (Message, String)> {
+    let (to, path) = (&link.to.value, link.from.value.path_in(""));
+    let Some((module, rest)) = split_module(&survey.modules, &path) else {
+        let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
+        return Err((Mistake::Name.of(format!("nothing is called `/{path}`")), suggest(&path, names)));
+    };
+    let ports = &survey.modules[module].description.ports;
+    let (name, field) = split_port(ports, rest);
+    let outboxes = || ports.iter().filter(|port| port.direction == Direction::Outbox);
+    match ports.iter().position(|port| port.name == name) {
+        Some(port) if ports[port].direction == Direction::Outbox && field.is_empty() => {
+            Ok(Sink { module, wire: Wire::Port(port), field: String::new(), sends: true })
+        }
+        Some(_) => {
+            let inbox = link.destination().filter(|url| url.agent().is_some());
+            Err(match inbox.as_ref().and_then(|url| url.agent()) {
+                Some(agent) => {
+                    let message = format!("`{to}` belongs to agent `{agent}`, and `/{path}` is no outbox");
+                    let help = "write the link in the configuration of that agent; only messages are sent there from here";
+                    (Mistake::OtherAgent.of(message), help.into())
+                }
+                None => {
+                    let message = format!("`{to}` receives messages, but `/{path}` is a value");
+                    (Mistake::Ends.of(message), "link an outbox to an inbox".into())
+                }
+            })
+        }
+        None => {
+            let own = &survey.modules[module].module.name.value;
+            let help = suggest(name, outboxes().map(|port| port.name.as_str()));
+            Err((Mistake::Name.of(format!("`{own}` has no outbox `{name}`")), help))
+        }
+    }
+}
+
+/// The right line in place of a link that is written the wrong way round, with all that send to the same inbox.
+fn turned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a Link) -> String {
+    let sends = |link: &&Link| {
+        let port = split_module(&survey.modules, &link.to.value);
+        port.is_some_and(|(module, name)| {
+            let ports = &survey.modules[module].description.ports;
+            ports.iter().any(|port| port.name == name && port.direction == Direction::Outbox)
+        })
+    };
+    let same = |other: &&Link| sends(&link) && sends(other) && other.from.value == link.from.value;
+    let senders: Vec<_> =
+        configuration.links().iter().filter(same).map(|link| written(configuration, link.to.span)).collect();
+    let source = match &senders[..] {
+        [] | [_] => written(configuration, link.to.span),
+        _ => format!("[{}]", senders.join(", ")),
+    };
+    format!("{} = {source}", written(configuration, link.from.span))
+}
+
+/// A name as it is written, in quotes.
+fn written(configuration: &Configuration, span: Span) -> String {
+    let text = configuration.text_at(span).trim();
+    if text.starts_with(['"', '\'']) { text.to_owned() } else { format!("\"{text}\"") }
 }

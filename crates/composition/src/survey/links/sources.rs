@@ -2,16 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use slate_blackboard::is_within;
+use slate_blackboard::{Url, is_within};
 use slate_module::{Direction, PortDescription};
 
 use super::sinks::Sink;
-use super::{SERVICE, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
+use super::{SERVICE, deep_name, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
 use crate::survey::{
     Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
 };
 use slate_configuration::Mistake;
-use slate_configuration::{Configuration, Link};
+use slate_configuration::{Configuration, Link, Span};
 
 pub(super) struct Sources<'s, 'a> {
     configuration: &'a Configuration,
@@ -102,20 +102,21 @@ impl<'s, 'a> Sources<'s, 'a> {
     fn new_joint(&mut self, link: usize) -> Option<Joint<'a>> {
         let sink = self.sinks[link].as_ref()?;
         let link = &self.configuration.links()[link];
+        let (far, span) = sink.far(link);
         if remote::agent(self.configuration, link).is_some() {
             let (joint, misfit) = remote::joint(self.configuration, self.survey, link, sink, self.complaints);
             self.misfits.extend(misfit.map(|misfit| (link.to.value.clone(), misfit)));
             return joint;
         }
-        if !self.is_own(link) {
+        if !self.is_own(link, &far) {
             return None;
         }
-        let source = self.source(link, &link.from.value.path_in(""))?;
+        let source = self.source(span, &far.path_in(""))?;
         fit::fit(self.configuration, self.survey, &self.absent, link, sink, source, self.complaints)
     }
 
     /// Whether nothing is said of a link inside of this agent that is for others.
-    fn is_own(&mut self, link: &Link) -> bool {
+    fn is_own(&mut self, link: &Link, far: &Url) -> bool {
         let transport = &link.transport;
         let said = [
             transport.carrier.as_ref().map(|said| ("carrier", said.span)),
@@ -125,15 +126,14 @@ impl<'s, 'a> Sources<'s, 'a> {
             transport.compression.as_ref().map(|said| ("compression", said.span)),
         ];
         for (name, span) in said.iter().flatten() {
-            let message = Mistake::Ends
-                .of(format!("`{name}` has no meaning here: `{}` is of this agent", link.from.value));
+            let message = Mistake::Ends.of(format!("`{name}` has no meaning here: `{far}` is of this agent"));
             let help = "leave it out, or read a property of another agent: slate://agent/module/property";
             self.complaints.add(*span, message, help);
         }
         said.iter().all(Option::is_none)
     }
 
-    fn source(&mut self, link: &Link, path: &str) -> Option<Source> {
+    fn source(&mut self, span: Span, path: &str) -> Option<Source> {
         if let Some(source) = self.actuator(path) {
             return Some(source);
         }
@@ -154,12 +154,13 @@ impl<'s, 'a> Sources<'s, 'a> {
             let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
             let played = self.survey.played.iter().map(|played| played.path.as_str());
             let names: Vec<_> = modules.chain(actuators).chain(hosts).chain(played).collect();
-            let help = suggest(path, names.iter().copied());
-            self.complaints.add(
-                link.from.span,
-                Mistake::Name.of(format!("nothing is called `/{path}`")),
-                help,
-            );
+            let help = match self.without_slash(span, path) {
+                Some(meant) => {
+                    format!("did you mean {meant}? Without a slash in front a name is one of its robot")
+                }
+                None => suggest(path, names.iter().copied()),
+            };
+            self.complaints.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);
             return None;
         };
         let (name, field) = split_port(&self.modules()[module].description.ports, rest);
@@ -179,12 +180,14 @@ impl<'s, 'a> Sources<'s, 'a> {
         let ports = &self.modules()[module].description.ports;
         let Some(at) = ports.iter().position(|port| port.name == name) else {
             let source = |port: &&PortDescription| !is_service(port) && port.direction != Direction::Outbox;
-            let help = suggest(name, ports.iter().filter(source).map(|port| port.name.as_str()));
-            self.complaints.add(
-                link.from.span,
-                Mistake::Name.of(format!("`{own}` has no output `{name}`")),
-                help,
-            );
+            let name = deep_name(ports, name, rest);
+            let help = match self.without_slash(span, path) {
+                Some(meant) => {
+                    format!("did you mean {meant}? Without a slash in front a name is one of its robot")
+                }
+                None => suggest(name, ports.iter().filter(source).map(|port| port.name.as_str())),
+            };
+            self.complaints.add(span, Mistake::Name.of(format!("`{own}` has no output `{name}`")), help);
             return None;
         };
         let (message, help) = match ports[at].direction {
@@ -206,11 +209,26 @@ impl<'s, 'a> Sources<'s, 'a> {
             }
             Direction::Outbox => (
                 Mistake::Ends.of(format!("`/{path}` sends messages")),
-                "link it to an inbox, and not the other way round",
+                "write it as the source of an inbox: \"receiver/inbox\" = \"sender/outbox\"",
             ),
         };
-        self.complaints.add(link.from.span, message, help);
+        self.complaints.add(span, message, help);
         None
+    }
+
+    /// What is meant by a name of a robot's scope that is one of the agent's: the same with a slash in front.
+    fn without_slash(&self, span: Span, path: &str) -> Option<String> {
+        let written = self.configuration.text_at(span).trim().trim_matches(['"', '\'']);
+        if written.starts_with('/') || written == path || !path.ends_with(&format!("/{written}")) {
+            return None;
+        }
+        let is_port = || {
+            let (module, rest) = split_module(self.modules(), written)?;
+            let ports = &self.modules()[module].description.ports;
+            let name = split_port(ports, rest).0;
+            (Implied::of(name).is_some() || ports.iter().any(|port| port.name == name)).then_some(())
+        };
+        (is_port().is_some() || self.actuator(written).is_some()).then(|| format!("/{written}"))
     }
 
     /// Where the link of another input leads, when that is linked as a whole to a value of its own type; else its own

@@ -1,5 +1,6 @@
 //! Links of an agent that runs.
 
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
@@ -9,10 +10,10 @@ use slate_module::Direction;
 
 use super::Composer;
 use crate::agent::composition::Composition;
-use crate::configuration::{Change, Database, Diagnostic, Link, Proposal, Report};
+use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
 use crate::sharing::RemotePath;
-use slate_composition::{Complaints, survey};
-use slate_configuration::{Mistake, link_setting};
+use slate_composition::{Complaints, loose, survey};
+use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
 
 /// A link to be made while the agent runs.
 ///
@@ -25,16 +26,16 @@ use slate_configuration::{Mistake, link_setting};
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NewLink {
-    /// The input, such as `follower/pose`.
+    /// The destination: an input such as `follower/pose`, or an inbox.
     pub to: String,
-    /// The property that it reads.
+    /// The source: the property that the input reads, or the outbox whose messages the inbox takes.
     pub from: String,
     /// What else is said of it: keys and values of its table, as a configuration has them.
     options: Vec<(String, String)>,
 }
 
 impl NewLink {
-    /// A link from a property to an input.
+    /// A link from a property to an input, or from an outbox to an inbox.
     pub fn new(to: impl Into<String>, from: impl Into<String>) -> Self {
         Self { to: to.into(), from: from.into(), options: Vec::new() }
     }
@@ -56,15 +57,24 @@ impl NewLink {
         self
     }
 
-    /// The changes of the configuration. The first takes away what an earlier link said besides.
-    fn changes(&self, to: &str) -> Vec<(String, String)> {
+    /// The changes of the configuration. The first takes away what an earlier link said besides; an inbox keeps its
+    /// other senders.
+    fn changes(&self, to: &str, sends: bool) -> Vec<(String, String)> {
+        let options =
+            || self.options.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>();
+        if sends {
+            let path = sender_setting(to, &self.from);
+            let mut changes = vec![(path.clone(), "true".to_owned())];
+            if !self.options.is_empty() {
+                changes.push((path, format!("{{ {} }}", options().join(", "))));
+            }
+            return changes;
+        }
         let path = link_setting(to);
         let from = quoted(&self.from);
         let mut changes = vec![(path.clone(), from.clone())];
         if !self.options.is_empty() {
-            let options: Vec<_> =
-                self.options.iter().map(|(name, value)| format!("{name} = {value}")).collect();
-            changes.push((path, format!("{{ from = {from}, {} }}", options.join(", "))));
+            changes.push((path, format!("{{ from = {from}, {} }}", options().join(", "))));
         }
         changes
     }
@@ -84,10 +94,14 @@ pub struct RemoteEnd<'a> {
 /// A link that there is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LinkStatus {
-    /// The input.
+    /// The destination: an input or an inbox.
     pub to: String,
-    /// What it reads.
+    /// The source: a property or an outbox.
     pub from: String,
+    /// Whether messages go over it, from an outbox to an inbox.
+    pub sends: bool,
+    /// Whether nobody has written it, as types and roles leave no choice.
+    pub inferred: bool,
     /// What else the configuration says of it: keys and values of its table.
     pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
@@ -101,15 +115,15 @@ pub struct LinkStatus {
 }
 
 impl Composer {
-    /// The links that the agent has, by their inputs.
+    /// The links that the agent has, by their destinations.
     pub fn links(&self) -> Vec<LinkStatus> {
         let composition = self.composition();
         let gauge = |link: &Link| composition.ground.gauges.get(&link.to.value);
         let unmade = composition.unmade();
         let trouble = |link: &Link| {
             let trouble = composition.remotes.trouble(&composition.configuration, link);
-            let to = &link.to.value;
-            let mut unmade = unmade.iter().filter(|(port, _)| is_within(to, port));
+            let ends = [link.to.value.clone(), link.from.value.path_in("")];
+            let mut unmade = unmade.iter().filter(|(port, _)| ends.iter().any(|end| is_within(end, port)));
             trouble.or_else(|| unmade.next().map(|(_, reason)| reason.clone()))
         };
         let status = |link: &Link| LinkStatus {
@@ -117,12 +131,23 @@ impl Composer {
                 .map(|gauge| (gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed))),
             age: composition.ground.ages.get(&link.to.value).and_then(|age| age.get()),
             evicted: gauge(link).is_some_and(|gauge| gauge.evicted.load(Ordering::Relaxed)),
-            options: composition.configuration.link_options(&link.to.value),
+            options: composition.configuration.link_options(link),
+            inferred: link.is_inferred(),
+            sends: composition.sends(&link.to.value, &link.from.value.path_in("")),
             to: link.to.value.clone(),
             from: link.from.value.to_string(),
             trouble: trouble(link),
         };
         composition.configuration.links().iter().map(status).collect()
+    }
+
+    /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing. None of
+    /// it keeps the agent from running.
+    pub fn loose_ends(&self) -> Vec<Diagnostic> {
+        let composition = self.composition();
+        let configuration = &composition.configuration;
+        let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
+        loose(configuration, &survey)
     }
 
     /// Links an input, between two cycles and with the states of all modules as they are; it may have another link, or a
@@ -131,8 +156,8 @@ impl Composer {
     /// # Errors
     /// What does not fit; nothing is changed then.
     pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
-        let (database, path) = self.input(&link.to)?;
-        let changes = link.changes(&path);
+        let (database, path) = self.destination(&link.to)?;
+        let changes = link.changes(&path, self.sends(&path, &link.from));
         self.commit(|| database.propose(&changes))
     }
 
@@ -141,8 +166,9 @@ impl Composer {
     /// # Errors
     /// As [`link`](Composer::link).
     pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
-        let (database, path) = self.input(&link.to)?;
-        Ok(self.judged(database.propose(&link.changes(&path))?)?.changes().to_vec())
+        let (database, path) = self.destination(&link.to)?;
+        let changes = link.changes(&path, self.sends(&path, &link.from));
+        Ok(self.judged(database.propose(&changes)?)?.changes().to_vec())
     }
 
     /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not fit, and
@@ -156,8 +182,8 @@ impl Composer {
         path: RemotePath,
         property: &RemoteEnd<'_>,
     ) -> Result<Option<(String, String)>, Report> {
-        let (database, to) = self.input(&link.to)?;
-        let proposal = database.propose(&link.changes(&to))?;
+        let (database, to) = self.destination(&link.to)?;
+        let proposal = database.propose(&link.changes(&to, self.sends(&to, &link.from)))?;
         let configuration = proposal.configuration();
         let url = path.to_string();
         let descriptor = property.descriptor;
@@ -171,6 +197,8 @@ impl Composer {
             let name = &surveyed.module.name.value;
             surveyed.description.ports.iter().map(move |port| (format!("{name}/{}", port.name), port))
         });
+        // The end of the link that is here.
+        let to = if to.starts_with("slate://") { configuration.own_path(&link.from)? } else { to };
         let port = ports.into_iter().find(|(path, _)| *path == to).map(|(_, port)| port);
         let sends = port.is_some_and(|port| port.direction == Direction::Outbox);
         Ok(match (sends, property.takes_messages) {
@@ -189,14 +217,22 @@ impl Composer {
         })
     }
 
-    /// Takes the link of an input away, which then has the value that is set for it, or that of an input which was never
+    /// Takes the links of an input or inbox away. An input then has the value that is set for it, or that of an input which was never
     /// written.
     ///
     /// # Errors
     /// When there is no such link, or a module needs it; nothing is changed then.
     pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
-        let (database, path) = self.linked(to)?;
-        self.commit(|| without(&database, &path))
+        self.unlink_from(to, None)
+    }
+
+    /// Takes one of the senders of an inbox away, or as [`unlink`](Composer::unlink).
+    ///
+    /// # Errors
+    /// As [`unlink`](Composer::unlink).
+    pub fn unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
+        let (database, cut) = self.linked(to, from)?;
+        self.commit(|| without(&database, &cut))
     }
 
     /// Whether a link could be taken away: as [`unlink`](Composer::unlink), and nothing is changed.
@@ -204,22 +240,56 @@ impl Composer {
     /// # Errors
     /// As [`unlink`](Composer::unlink).
     pub fn check_unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
-        let (database, path) = self.linked(to)?;
-        Ok(self.judged(without(&database, &path)?)?.changes().to_vec())
+        self.check_unlink_from(to, None)
     }
 
-    /// The database, and the path of what a link feeds.
-    fn input(&self, to: &str) -> Result<(Database, String), Report> {
+    /// Whether one of the senders of an inbox could be taken away.
+    ///
+    /// # Errors
+    /// As [`unlink`](Composer::unlink).
+    pub fn check_unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
+        let (database, cut) = self.linked(to, from)?;
+        Ok(self.judged(without(&database, &cut)?)?.changes().to_vec())
+    }
+
+    /// The database, and the path of what a link fills or the URL of another agent's inbox.
+    fn destination(&self, to: &str) -> Result<(Database, String), Report> {
         let composition = self.composition();
-        let path = composition.configuration.own_path(to)?;
+        let own = composition.configuration.agent_name();
+        let other = slate_blackboard::Url::parse(to)
+            .ok()
+            .filter(|url| url.agent().is_some_and(|agent| agent != own && agent != TEAM));
+        let path = match other {
+            Some(url) => url.to_string(),
+            None => composition.configuration.own_path(to)?,
+        };
         Ok((composition.database()?, path))
     }
 
-    fn linked(&self, to: &str) -> Result<(Database, String), Report> {
-        let (database, path) = self.input(to)?;
-        let configuration = database.current();
-        if configuration.links().iter().any(|link| link.to.value == path) {
-            return Ok((database, path));
+    /// Whether a link carries messages.
+    fn sends(&self, to: &str, from: &str) -> bool {
+        let from = slate_blackboard::Url::parse(from).map(|url| url.path_in("")).unwrap_or_default();
+        self.composition().sends(to, &from)
+    }
+
+    fn linked(&self, to: &str, from: Option<&str>) -> Result<(Database, Cut), Report> {
+        let (database, path) = self.destination(to)?;
+        let configuration = Arc::clone(&self.composition().configuration);
+        let from = from.map(|from| configuration.own_path(from)).transpose()?;
+        let is_it = |link: &&Link| {
+            link.to.value == path && from.as_ref().is_none_or(|from| link.from.value.path_in("") == *from)
+        };
+        let mut own = configuration.links().iter().filter(is_it).peekable();
+        if own.peek().is_some() {
+            let inferred = own.filter(|link| link.is_inferred()).map(|link| link.setting().0).collect();
+            return Ok((database, Cut { to: path, from, inferred }));
+        }
+        if let Some(from) = from.filter(|_| configuration.links().iter().any(|link| link.to.value == path)) {
+            let links = configuration.links().iter().filter(|link| link.to.value == path);
+            let senders: Vec<_> = links.map(|link| link.from.value.to_string()).collect();
+            let message = Mistake::Name.of(format!("`{path}` has no link from `{from}`"));
+            let help = format!("its links are from: {}", senders.join(", "));
+            return Err(Diagnostic::without_place(message, Some(help)).into());
         }
         let known = configuration.links().iter().map(|link| link.to.value.as_str());
         let near = slate_blackboard::nearest_names(&path, known.clone());
@@ -258,6 +328,21 @@ impl Composer {
 }
 
 impl Composition {
+    /// Whether a link carries messages: an inbox is filled, or an outbox sends.
+    pub(in crate::agent) fn sends(&self, to: &str, from: &str) -> bool {
+        let direction = |path: &str| {
+            let ports = self.present.iter().find_map(|(name, present)| {
+                let rest = path.strip_prefix(name.as_str())?.strip_prefix('/')?;
+                present.description.ports.iter().find(|port| port.name == rest)
+            });
+            ports.map(|port| port.direction)
+        };
+        let here = direction(to);
+        to.starts_with("slate://")
+            || here == Some(Direction::Inbox)
+            || here.is_none() && direction(from) == Some(Direction::Outbox)
+    }
+
     pub(in crate::agent) fn database(&self) -> Result<Database, Report> {
         self.database.clone().ok_or_else(|| {
             let message = "the configuration of this agent can't change while it runs";
@@ -266,13 +351,34 @@ impl Composition {
     }
 }
 
+/// A link that is taken away, or all of an inbox.
+struct Cut {
+    to: String,
+    from: Option<String>,
+    /// The settings of those that are not written.
+    inferred: Vec<String>,
+}
+
 /// The configuration without a link. One that was made at run time leaves nothing behind; one of a file is overlaid.
-fn without(database: &Database, path: &str) -> Result<Proposal, Report> {
-    let has_it =
-        |proposal: &Proposal| proposal.configuration().links().iter().any(|link| link.to.value == path);
-    match database.revert(&link_setting(path)) {
-        Ok(reverted) if !has_it(&reverted) => Ok(reverted),
-        _ => database.propose(&[(link_setting(path), "false")]),
+fn without(database: &Database, cut: &Cut) -> Result<Proposal, Report> {
+    if !cut.inferred.is_empty() {
+        let mut changes: Vec<_> = cut.inferred.iter().map(|path| (path.clone(), "false")).collect();
+        if database.current().links().iter().any(|link| link.to.value == cut.to) && cut.from.is_none() {
+            changes = vec![(link_setting(&cut.to), "false")];
+        }
+        return database.propose(&changes);
+    }
+    let is_it = |link: &Link| {
+        let from = || link.from.value.path_in("");
+        link.to.value == cut.to && cut.from.as_ref().is_none_or(|cut| from() == *cut)
+    };
+    let has_it = |configuration: &Configuration| configuration.links().iter().any(is_it);
+    let current = database.current();
+    let in_list = cut.from.as_ref().map(|from| sender_setting(&cut.to, &format!("/{from}")));
+    let path = in_list.filter(|path| current.value(path).is_some()).unwrap_or_else(|| link_setting(&cut.to));
+    match database.revert(&path) {
+        Ok(reverted) if !has_it(reverted.configuration()) => Ok(reverted),
+        _ => database.propose(&[(path, "false")]),
     }
 }
 

@@ -235,7 +235,7 @@ impl Composer {
             came.iter().flat_map(|plugin| plugin.kinds().iter().map(move |kind| (plugin, kind)))
         {
             let modules = target.configuration.modules();
-            let wanted = modules.iter().any(|module| module.plugin.value == kind.name());
+            let wanted = modules.iter().any(|module| module.kind.value == kind.name());
             let taken = modules.iter().any(|module| module.name.value == kind.name());
             if !wanted && !taken {
                 let origin = origins.get(plugin.name());
@@ -474,7 +474,7 @@ impl Composition {
         let modules = self.configuration.modules();
         let are_isolated = |outline: &LibraryOutline| {
             outline.modules.iter().all(|kind| {
-                let mut own = modules.iter().filter(|module| module.plugin.value == kind.name).peekable();
+                let mut own = modules.iter().filter(|module| module.kind.value == kind.name).peekable();
                 own.peek().is_some() && own.all(|module| module.isolated.value)
             })
         };

@@ -41,14 +41,14 @@ pub(super) fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
 }
 
 fn want(composition: &Composition, link: &Link) -> Want {
+    if link.destination().is_some_and(|url| url.agent().is_some()) {
+        return Want::Messages;
+    }
     let port = composition.present.iter().find_map(|(name, present)| {
         let rest = link.to.value.strip_prefix(name.as_str())?.strip_prefix('/')?;
         present.description.ports.iter().find(|port| port.name == rest)
     });
     let direction = port.map(|port| port.direction);
-    if direction == Some(Direction::Outbox) {
-        return Want::Messages;
-    }
     let transport = &link.transport;
     let interval = transport.interval.as_ref().map_or(0, |interval| interval.value);
     Want::Values {

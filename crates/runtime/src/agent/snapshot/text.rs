@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::agent::composition::Composition;
-use crate::configuration::{Layered, PluginEntry, SourceKind, Value};
+use crate::configuration::{Configuration, Layered, PluginEntry, SourceKind, Value};
 
 /// All settings, a line each, with what the command line has set and what was changed since. The libraries of plugins are
 /// named by absolute paths, and loaded at the start if they are loaded now.
@@ -11,14 +11,20 @@ pub(super) fn of(composition: &Composition, agent: &str) -> String {
     // An empty path is one.
     let settings = composition.configuration.settings("").unwrap_or_default().into_iter();
     let settings = settings.filter(|setting| !is_told_apart(&setting.path));
-    text(composition, agent, settings.map(|setting| format!("{} = {}", setting.path, setting.value)))
+    let configuration = &composition.configuration;
+    let lines = settings.map(|setting| format!("{} = {}", setting.path, setting.value));
+    text(composition, agent, lines.map(|line| beside(configuration, line)))
 }
 
 /// The same layer by layer.
 pub(super) fn layers(composition: &Composition, agent: &str) -> Layered {
     let configuration = &composition.configuration;
     Layered {
-        files: text(composition, agent, configuration.file_lines(&is_told_apart).into_iter()),
+        files: text(
+            composition,
+            agent,
+            configuration.file_lines(&is_told_apart).into_iter().map(|line| beside(configuration, line)),
+        ),
         sets: configuration.lines_of(SourceKind::Set, &is_told_apart),
         changes: configuration.lines_of(SourceKind::Change, &is_told_apart),
     }
@@ -35,7 +41,10 @@ fn text(composition: &Composition, agent: &str, settings: impl Iterator<Item = S
     let mut lines = vec![format!("agent.name = {}", quoted(agent))];
     lines.extend(settings);
     for module in configuration.modules().iter().filter(|module| configuration.is_loaded(module)) {
-        lines.push(format!("modules.{}.plugin = {}", quoted(&module.name), quoted(&module.plugin)));
+        lines.push(format!("modules.{}.kind = {}", quoted(&module.name), quoted(&module.kind)));
+    }
+    for link in configuration.links().iter().filter(|link| link.is_inferred()) {
+        lines.push(configuration.link_line(link));
     }
     let is_loaded = |name: &str| composition.catalogue.plugin(name).is_some();
     for entry in configuration.plugins() {
@@ -68,4 +77,26 @@ fn quoted(text: &str) -> String {
 fn path(file: &Path) -> String {
     let absolute: PathBuf = std::path::absolute(file).unwrap_or_else(|_| file.into());
     quoted(&absolute.to_string_lossy())
+}
+
+/// The line of a setting; a path that is relative to the file that it is written in, as it is from here.
+fn beside(configuration: &Configuration, line: String) -> String {
+    let from_here = || {
+        let (name, _) = line.split_once(" = ")?;
+        let keys = toml_edit::Key::parse(name).ok()?;
+        let names: Vec<&str> = keys.iter().map(toml_edit::Key::get).collect();
+        let is_path = matches!(
+            names[..],
+            ["modules", _, "memory"]
+                | ["log", "targets", "file"]
+                | ["log", "targets", "file", "path"]
+                | ["record" | "snapshot", "file"]
+                | ["share", "knowledge", "save"]
+        );
+        let value = configuration.value(name).filter(|_| is_path)?;
+        let folder = configuration.folder_of(value.span);
+        let written = value.as_str().filter(|_| !folder.as_os_str().is_empty())?;
+        Some(format!("{name} = {}", path(&folder.join(written))))
+    };
+    from_here().unwrap_or(line)
 }

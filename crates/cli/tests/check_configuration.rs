@@ -1,0 +1,310 @@
+//! What is said of a configuration that does not run.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+mod common;
+
+use common::{Running, text};
+use serde_json::Value;
+
+const EXP1: &str = include_str!("../../../examples/exp1/exp1.toml");
+
+fn findings(running: &Running, code: i32, arguments: &[&str]) -> Value {
+    let output = running.call(&[arguments, &["--json"]].concat());
+    assert_eq!(output.status.code(), Some(code), "{output:?}");
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn what_fits_is_called_good_and_leaves_nothing_behind() {
+    let running = Running::new("check-good");
+    let said = running.done(&["check", "exp3", "--strict"]);
+    assert!(said.contains("exp3 is good: 1 agent, 23 modules, 62 links, 2 actuators"), "{said}");
+    let checked = findings(&running, 0, &["check", "exp1"]);
+    assert_eq!((&checked["schema"], &checked["ok"]), (&"slate.check/1".into(), &true.into()), "{checked}");
+    assert_eq!(checked["counts"]["modules"], 13, "{checked}");
+    // A log that a run is writing is not touched.
+    let file = EXP1.replacen("[world]", "[log.targets]\nfile = \"robot.log\"\n[world]", 1);
+    std::fs::write(running.folder().join("logged.toml"), file).unwrap();
+    running.done(&["check", "logged.toml"]);
+    assert!(!running.folder().join("robot.log").exists() && !running.folder().join("runs").exists());
+}
+
+#[test]
+fn all_mistakes_are_told_at_once_with_their_places() {
+    let running = Running::new("check-bad");
+    let wrong = EXP1
+        .replacen("time_limit = 120.0", "time_limit = -1.0", 1)
+        .replacen("tolerance = 0.1", "tolerence = 0.1", 1)
+        .replacen(
+            "[robots.r2.actuators.wheels]",
+            "[robots.r2.links]\n\"knowledge/chassis\" = \"/simulator/r2/sonar\"\n\
+             \"pass_range/range\" = \"range_monitr/percept\"\n\n[robots.r2.actuators.wheels]",
+            1,
+        );
+    std::fs::write(running.folder().join("wrong.toml"), &wrong).unwrap();
+    let checked = findings(&running, 7, &["check", "wrong.toml"]);
+    let found = checked["findings"].as_array().unwrap();
+    for words in ["outside 0 to", "tolerence", "range_monitr", "chassis"] {
+        let one = found.iter().find(|one| one["message"].as_str().unwrap().contains(words));
+        let one = one.unwrap_or_else(|| panic!("{words}: {checked}"));
+        // The line that it names is the line where that stands.
+        let line = wrong.lines().nth(one["line"].as_u64().unwrap() as usize - 1).unwrap();
+        assert!(line.contains(words.trim_start_matches("outside 0 to")), "{line}: {one}");
+        assert_eq!((&one["severity"], &one["file"]), (&"error".into(), &"wrong.toml".into()), "{one}");
+    }
+    let output = running.call(&["check", "wrong.toml"]);
+    assert_eq!(output.status.code(), Some(7));
+    assert!(text(&output.stderr).contains("───") && text(&output.stdout).contains("errors"), "{output:?}");
+    running.fails(2, &["check", "nothing.toml"], &["no example and no file"]);
+}
+
+#[test]
+fn a_plugin_that_nobody_knows_hides_no_wrong_link() {
+    let running = Running::new("check-round");
+    let wrong = EXP1
+        .replacen(
+            "knowledge = { kind = \"wheeled_knowledge\" }",
+            "knowledge = { kind = \"wheeled_knowlege\" }",
+            1,
+        )
+        .replacen("time_limit = 120.0", "time_limit = -1.0", 1)
+        .replacen(
+            "\"referee/truth\" = \"simulator/r2/truth\"",
+            "\"referee/truth\" = \"simulator/r2/trut\"",
+            1,
+        )
+        .replacen(
+            "[robots.r2.actuators.wheels]",
+            "[robots.r2.links]\n\"pass_range/rang\" = \"range_monitor/percept\"\n\n[robots.r2.actuators.wheels]",
+            1,
+        );
+    std::fs::write(running.folder().join("wrong.toml"), &wrong).unwrap();
+    let checked = findings(&running, 7, &["check", "wrong.toml"]);
+    let found: Vec<&str> =
+        checked["findings"].as_array().unwrap().iter().map(|one| one["message"].as_str().unwrap()).collect();
+    // Nothing is said of links to the one whose ports are not known.
+    assert_eq!(found.len(), 4, "{found:#?}");
+    for words in ["wheeled_knowlege", "outside 0 to", "`simulator` has no output", "`rang`"] {
+        assert!(found.iter().any(|message| message.contains(words)), "{words}: {found:#?}");
+    }
+}
+
+#[test]
+fn what_leads_nowhere_is_warned_of_and_fails_a_strict_check() {
+    let running = Running::new("check-loose");
+    let missing = EXP1.replacen("\"simulator/r2/wheels\" = \"r2/wheels/command\"\n", "", 1).replacen(
+        "range_monitor = {}\n",
+        "",
+        1,
+    );
+    std::fs::write(running.folder().join("loose.toml"), &missing).unwrap();
+    let checked = findings(&running, 0, &["check", "loose.toml"]);
+    let found = checked["findings"].as_array().unwrap();
+    let about =
+        |words: &str| found.iter().find(|one| one["message"].as_str().unwrap().contains(words)).unwrap();
+    let wheels = about("`r2/wheels` reaches nothing");
+    assert_eq!(wheels["severity"], "warning", "{wheels}");
+    assert_eq!(wheels["help"], "write \"/simulator/r2/wheels\" = \"/r2/wheels/command\"", "{wheels}");
+    assert_eq!(about("`r2/pass_range/range` reads nothing")["severity"], "warning");
+    assert_eq!(found.len(), 2, "{checked}");
+    findings(&running, 7, &["check", "loose.toml", "--strict"]);
+    // A port may be without a link on purpose.
+    let meant = ["check", "loose.toml", "--set", "robots.r2.links.\"pass_range/range\"=false"];
+    assert_eq!(findings(&running, 0, &meant)["findings"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn several_possible_sources_are_an_error_with_the_lines_to_write() {
+    let running = Running::new("check-ambiguous");
+    let second =
+        EXP1.replacen("range_monitor = {}", "range_monitor = {}\nother = { kind = \"range_monitor\" }", 1);
+    std::fs::write(running.folder().join("second.toml"), &second).unwrap();
+    let checked = findings(&running, 7, &["check", "second.toml"]);
+    let one = &checked["findings"][0];
+    assert_eq!(
+        one["message"], "`r2/pass_range/range` could read `r2/other/percept` or `r2/range_monitor/percept`",
+        "{checked}"
+    );
+    let help = one["help"].as_str().unwrap();
+    for line in ["\"/r2/pass_range/range\" = \"/r2/other/percept\"", "\"/r2/pass_range/range\" = false"] {
+        assert!(help.contains(line), "{help}");
+    }
+    running.done(&[
+        "check",
+        "second.toml",
+        "--set",
+        "links.\"r2/pass_range/range\"=r2/other/percept",
+        "--strict",
+    ]);
+}
+
+#[test]
+fn a_forgotten_slash_and_a_wrong_name_get_the_right_hint() {
+    let running = Running::new("check-hints");
+    for (from, message, help) in [
+        (
+            "simulator/r2/sonar",
+            "nothing is called `/r2/simulator/r2/sonar`",
+            "did you mean /simulator/r2/sonar?",
+        ),
+        ("/simulator/r2/sonnar", "`simulator` has no output `r2/sonnar`", "did you mean r2/sonar"),
+        (
+            "pass_range/change",
+            "can't read `/r2/pass_range/change`, which is what an Analyze tells",
+            "Monitor -> Analyze",
+        ),
+    ] {
+        let port = if from.starts_with("pass") { "pass_range/range" } else { "range_monitor/sonar" };
+        let set = format!("robots.r2.links.\"{port}\"=\"{from}\"");
+        let checked = findings(&running, 7, &["check", "exp1", "--set", &set]);
+        let one = &checked["findings"][0];
+        assert!(one["message"].as_str().unwrap().contains(message), "{checked}");
+        assert!(one["help"].as_str().unwrap().contains(help), "{checked}");
+    }
+}
+
+#[test]
+fn a_mistake_has_the_code_of_its_kind() {
+    let running = Running::new("check-codes");
+    for (set, code) in [
+        ("loop.perod=1ms", "S002"),
+        ("robots.r2.modules.planner.params.sped=1", "S003"),
+        ("robots.r2.links.\"planner/range\"=\"nobody/x\"", "S004"),
+        ("robots.r2.modules.planner.kind=planer", "S005"),
+        ("robots.r2.links.\"planner/range\"=\"/simulator/r2/position\"", "S006"),
+        ("robots.r2.links.\"planner/goal\"=\"planner/goal\"", "S007"),
+        ("robots.r2.modules.second={kind=\"go_to_origin_planner\"}", "S010"),
+        ("links.\"simulator/r2/wheels\"=\"r2/execute/wheels\"", "S011"),
+        ("time.source=simulater", "S012"),
+        ("links.\"referee/truth\"=\"slate://team/x\"", "S013"),
+        ("loop.period=fast", "S015"),
+        ("robots.r2.modules.planner.params.speed=99", "S015"),
+    ] {
+        let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
+        assert_eq!(checked["findings"][0]["code"], code, "{set}: {checked}");
+    }
+    std::fs::write(running.folder().join("text.toml"), "[loop\nperiod").unwrap();
+    assert_eq!(findings(&running, 7, &["check", "text.toml"])["findings"][0]["code"], "S001");
+}
+
+#[test]
+fn each_agent_of_a_file_is_checked_and_nobody_is_reached() {
+    let running = Running::new("check-agents");
+    let example = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/sharing");
+    let text = std::fs::read_to_string(example.join("team.toml")).unwrap();
+    let included = |name: &str| format!("include = {:?}", example.join(name));
+    let file = ["robot.toml", "watcher.toml"]
+        .into_iter()
+        .fold(text, |text, name| text.replace(&format!("include = {name:?}"), &included(name)));
+    std::fs::write(running.folder().join("team.toml"), &file).unwrap();
+    let checked = findings(&running, 0, &["check", "team.toml"]);
+    assert_eq!(checked["counts"]["agents"], 2, "{checked}");
+    let wrong = format!("{file}\n[nonsense]\n");
+    std::fs::write(running.folder().join("wrong.toml"), wrong).unwrap();
+    let checked = findings(&running, 7, &["check", "wrong.toml"]);
+    // Once, although both agents have it.
+    let found = checked["findings"].as_array().unwrap();
+    assert_eq!(
+        found.iter().filter(|one| one["message"].as_str().unwrap().contains("nonsense")).count(),
+        1,
+        "{checked}"
+    );
+}
+
+#[test]
+fn a_plugin_that_no_module_is_of_is_a_warning() {
+    let running = Running::new("check-unused");
+    let library = common::library("libslate_adaptation.so");
+    let file = format!("{EXP1}\n[plugins.slate-adaptation]\nfile = {library:?}\n");
+    std::fs::write(running.folder().join("unused.toml"), file).unwrap();
+    let checked = findings(&running, 0, &["check", "unused.toml"]);
+    assert_eq!(checked["findings"][0]["severity"], "warning", "{checked}");
+    findings(&running, 7, &["check", "unused.toml", "--strict"]);
+}
+
+#[test]
+fn what_is_to_be_recorded_and_is_nowhere_is_a_warning() {
+    let running = Running::new("check-select");
+    let select = ["check", "exp1", "--set", "record.enabled=true", "--set"];
+    let with = |setting: &'static str| [&select[..], &[setting]].concat();
+    let checked = findings(&running, 0, &with("record.select=\"/r2/planer/**\""));
+    let finding = &checked["findings"][0];
+    assert_eq!((&finding["severity"], checked["findings"].as_array().unwrap().len()), (&"warning".into(), 1));
+    let (message, help) = (finding["message"].as_str().unwrap(), finding["help"].as_str().unwrap());
+    assert!(message.contains("no property fits /r2/planer/** of record.select"), "{checked}");
+    assert!(help.contains("/r2/planner/"), "{checked}");
+    findings(&running, 7, &[&with("record.select=\"/r2/planer/**\"")[..], &["--strict"]].concat());
+    for good in ["record.select=\"/r2/**\"", "record.exclude=\"/nothing/**\""] {
+        let checked = findings(&running, 0, &with(good));
+        assert_eq!(checked["findings"], serde_json::json!([]), "{good}");
+    }
+    let rule = "[[record.rules]]\nselect = [\"/r2/plans\", \"/r2/**\"]\nrate = 5.0\n";
+    std::fs::write(running.folder().join("ruled.toml"), format!("{EXP1}\n{rule}")).unwrap();
+    let checked = findings(&running, 0, &["check", "ruled.toml"]);
+    let finding = &checked["findings"][0];
+    assert!(finding["message"].as_str().unwrap().contains("/r2/plans of record.rules"), "{checked}");
+    assert_eq!(finding["file"].as_str().map(|file| file.ends_with("ruled.toml")), Some(true), "{checked}");
+}
+
+#[test]
+fn what_is_there_and_no_file_is_not_said_to_be_missing() {
+    let running = Running::new("check-folder");
+    let folder = running.folder().join("robot");
+    std::fs::create_dir(&folder).unwrap();
+    running.fails(2, &["check", "robot"], &["`robot` is a folder"]);
+    std::fs::write(folder.join("robot.toml"), "").unwrap();
+    running.fails(2, &["check", "robot"], &["`robot` is a folder", "robot/robot.toml"]);
+    running.fails(2, &["run", "/dev/null", "--headless"], &["`/dev/null` is a pipe or a device"]);
+    running.fails(2, &["check", "nothing.toml"], &["no file is called `nothing.toml`"]);
+}
+
+#[test]
+fn a_drawing_has_all_modules_and_links() {
+    let mut running = Running::new("graph");
+    let svg = running.done(&["graph", "exp3"]);
+    let drawing = roxmltree::Document::parse(&svg).unwrap();
+    let texts: Vec<_> = drawing.descendants().filter_map(|node| node.text()).collect();
+    for name in ["simulator", "r2/planner", "r3/avoid_obstacle", "r2/wheels", "pursuit"] {
+        assert!(texts.contains(&name), "{name}");
+    }
+    let edges = drawing.descendants().filter(|node| node.attribute("marker-end").is_some()).count();
+    let graph: Value = serde_json::from_str(&running.done(&["graph", "exp3", "--format", "json"])).unwrap();
+    // The links of the configuration, and what commands the two actuators.
+    assert_eq!((edges, graph["edges"].as_array().unwrap().len()), (64, 64));
+    let reflex = graph["edges"].as_array().unwrap().iter().find(|edge| edge["output"] == "reflex").unwrap();
+    assert_eq!((&reflex["flow"], &reflex["input"]), (&"messages".into(), &"reflexes".into()), "{reflex}");
+
+    // A drawing of nothing is one, too.
+    let nothing = running.done(&["graph", "exp1", "--hide", "**"]);
+    let drawing = roxmltree::Document::parse(&nothing).unwrap();
+    let size = |side| drawing.root_element().attribute(side).and_then(|size| size.parse::<u32>().ok());
+    assert!(size("width") > Some(0) && size("height") > Some(0), "{nothing}");
+
+    assert!(running.done(&["graph", "exp1", "--format", "mermaid"]).starts_with("flowchart LR"));
+    assert!(running.done(&["graph", "exp1", "--format", "dot"]).starts_with("digraph"));
+    let hidden = running.done(&["graph", "exp3", "--format", "dot", "--hide", "r3/*", "--hide", "referee"]);
+    assert!(
+        hidden.contains("r2/planner") && !hidden.contains("r3/planner") && !hidden.contains("referee"),
+        "{hidden}"
+    );
+
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    let live: Value = serde_json::from_str(&running.done(&["graph", "--format", "json"])).unwrap();
+    let written: Value = serde_json::from_str(&running.done(&["graph", "exp1", "--format", "json"])).unwrap();
+    assert_eq!(live["edges"].as_array().unwrap().len(), written["edges"].as_array().unwrap().len());
+    assert!(live["nodes"].as_array().unwrap().iter().any(|node| node["note"] == "working"), "{live}");
+    running.done(&["graph", "--out", "exp1.svg"]);
+    // What is written is what the name says.
+    running.done(&["graph", "exp1", "--out", "exp1.dot"]);
+    assert!(std::fs::read_to_string(running.folder().join("exp1.dot")).unwrap().starts_with("digraph"));
+    running.fails(2, &["graph", "exp1", "--out", "exp1.png"], &["exp1.png", ".svg"]);
+    assert!(!running.folder().join("exp1.png").exists());
+    // A drawing that can't be written leaves the one that is there.
+    let output = running.on_full_disk(&["graph", "exp3", "--out", "exp1.dot"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(std::fs::read_to_string(running.folder().join("exp1.dot")).unwrap().contains("r2/planner"));
+    assert!(!running.folder().join("exp1.dot.part").exists());
+    let said = running.done(&["unlink", "r2/planner/goal"]);
+    assert!(said.ends_with("-> none\n"), "{said}");
+    assert!(running.folder().join("exp1.svg").is_file());
+}
