@@ -304,6 +304,10 @@ fn a_drawing_has_all_modules_and_links() {
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     assert!(std::fs::read_to_string(running.folder().join("exp1.dot")).unwrap().contains("r2/planner"));
     assert!(!running.folder().join("exp1.dot.part").exists());
+    let link = running.folder().join("link.dot");
+    std::os::unix::fs::symlink("exp1.dot", &link).unwrap();
+    running.done(&["graph", "exp3", "--out", "link.dot"]);
+    assert!(link.is_symlink() && std::fs::read_to_string(&link).unwrap().contains("r3/planner"));
     let said = running.done(&["unlink", "r2/planner/goal"]);
     assert!(said.ends_with("-> none\n"), "{said}");
     assert!(running.folder().join("exp1.svg").is_file());

@@ -183,7 +183,8 @@ fn write(path: &Path, text: &str) -> io::Result<()> {
     if std::fs::metadata(path).is_ok_and(|there| !there.is_file()) {
         return std::fs::write(path, text);
     }
-    let mut new = Replacement::create(path)?;
+    // What a link leads to is written, and not the link.
+    let mut new = Replacement::create(&path.canonicalize().unwrap_or_else(|_| path.into()))?;
     new.write_all(text.as_bytes())?;
     new.keep()
 }

@@ -224,13 +224,13 @@ impl Work {
     #[allow(clippy::disallowed_methods, reason = "a piece is closed by the wall clock, also in a simulation")]
     fn run(&mut self) -> Vec<Target> {
         let mut shown = Instant::now();
+        let shared = Arc::clone(&self.shared);
         loop {
             // First, as what was handed over before the end, or before an order, is to be found after it.
-            let is_over = self.shared.is_over.load(Ordering::Acquire);
-            let shared = Arc::clone(&self.shared);
+            let is_over = shared.is_over.load(Ordering::Acquire);
             let taking = locked(&shared.taking);
-            let orders = std::mem::take(&mut *locked(&self.shared.orders));
-            let orders = self.begin(orders);
+            let orders = std::mem::take(&mut *locked(&shared.orders));
+            let orders = self.add(orders);
             let is_urgent = self.hub.urgent.swap(false, Ordering::AcqRel);
             // Where nothing may be missing, values stay where they are until the disk has taken some.
             let is_held_up = self.sinks.targets.iter().any(Target::holds_up);
@@ -251,7 +251,7 @@ impl Work {
             let (later, orders): (Vec<_>, Vec<_>) =
                 orders.into_iter().partition(|order| is_held_up && matches!(order, Order::Settle(_)));
             if !later.is_empty() {
-                locked(&self.shared.orders).extend(later);
+                locked(&shared.orders).extend(later);
             }
             orders.into_iter().for_each(|order| self.answer(order));
             if self.sinks.targets.iter().all(Target::is_settled) {
@@ -276,7 +276,7 @@ impl Work {
     }
 
     /// Goes on with recordings, before values are taken out that belong into them; returns the other orders.
-    fn begin(&mut self, orders: Vec<Order>) -> Vec<Order> {
+    fn add(&mut self, orders: Vec<Order>) -> Vec<Order> {
         let mut others = Vec::new();
         for order in orders {
             match order {
