@@ -27,7 +27,6 @@ mod features;
 mod folder;
 mod gates;
 mod goal;
-#[path = "graph/drawing.rs"]
 mod graph;
 mod interface;
 mod link;

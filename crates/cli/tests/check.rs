@@ -36,13 +36,9 @@ fn all_mistakes_are_told_at_once_with_their_places() {
         .replacen("time_limit = 120.0", "time_limit = -1.0", 1)
         .replacen("tolerance = 0.1", "tolerence = 0.1", 1)
         .replacen(
-            "\"knowledge/chassis\" = \"/simulator/r2/chassis\"",
-            "\"knowledge/chassis\" = \"/simulator/r2/sonar\"",
-            1,
-        )
-        .replacen(
-            "\"pass_range/range\" = \"range_monitor/percept\"",
-            "\"pass_range/range\" = \"range_monitr/percept\"",
+            "[robots.r2.actuators.wheels]",
+            "[robots.r2.links]\n\"knowledge/chassis\" = \"/simulator/r2/sonar\"\n\
+             \"pass_range/range\" = \"range_monitr/percept\"\n\n[robots.r2.actuators.wheels]",
             1,
         );
     std::fs::write(running.folder().join("wrong.toml"), &wrong).unwrap();
@@ -67,8 +63,8 @@ fn a_plugin_that_nobody_knows_hides_no_wrong_link() {
     let running = Running::new("check-round");
     let wrong = EXP1
         .replacen(
-            "knowledge = { plugin = \"wheeled_knowledge\" }",
-            "knowledge = { plugin = \"wheeled_knowlege\" }",
+            "knowledge = { kind = \"wheeled_knowledge\" }",
+            "knowledge = { kind = \"wheeled_knowlege\" }",
             1,
         )
         .replacen("time_limit = 120.0", "time_limit = -1.0", 1)
@@ -77,7 +73,11 @@ fn a_plugin_that_nobody_knows_hides_no_wrong_link() {
             "\"referee/truth\" = \"simulator/r2/trut\"",
             1,
         )
-        .replacen("\"pass_range/range\" = ", "\"pass_range/rang\" = ", 1);
+        .replacen(
+            "[robots.r2.actuators.wheels]",
+            "[robots.r2.links]\n\"pass_range/rang\" = \"range_monitor/percept\"\n\n[robots.r2.actuators.wheels]",
+            1,
+        );
     std::fs::write(running.folder().join("wrong.toml"), &wrong).unwrap();
     let checked = findings(&running, 7, &["check", "wrong.toml"]);
     let found: Vec<&str> =
@@ -90,16 +90,90 @@ fn a_plugin_that_nobody_knows_hides_no_wrong_link() {
 }
 
 #[test]
+fn what_leads_nowhere_is_warned_of_and_fails_a_strict_check() {
+    let running = Running::new("check-loose");
+    let missing = EXP1.replacen("\"simulator/r2/wheels\" = \"r2/wheels/command\"\n", "", 1).replacen(
+        "range_monitor = {}\n",
+        "",
+        1,
+    );
+    std::fs::write(running.folder().join("loose.toml"), &missing).unwrap();
+    let checked = findings(&running, 0, &["check", "loose.toml"]);
+    let found = checked["findings"].as_array().unwrap();
+    let about =
+        |words: &str| found.iter().find(|one| one["message"].as_str().unwrap().contains(words)).unwrap();
+    let wheels = about("`r2/wheels` reaches nothing");
+    assert_eq!(wheels["severity"], "warning", "{wheels}");
+    assert_eq!(wheels["help"], "write \"/simulator/r2/wheels\" = \"/r2/wheels/command\"", "{wheels}");
+    assert_eq!(about("`r2/pass_range/range` reads nothing")["severity"], "warning");
+    assert_eq!(found.len(), 2, "{checked}");
+    findings(&running, 7, &["check", "loose.toml", "--strict"]);
+    // A port may be without a link on purpose.
+    let meant = ["check", "loose.toml", "--set", "robots.r2.links.\"pass_range/range\"=false"];
+    assert_eq!(findings(&running, 0, &meant)["findings"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn several_possible_sources_are_an_error_with_the_lines_to_write() {
+    let running = Running::new("check-ambiguous");
+    let second =
+        EXP1.replacen("range_monitor = {}", "range_monitor = {}\nother = { kind = \"range_monitor\" }", 1);
+    std::fs::write(running.folder().join("second.toml"), &second).unwrap();
+    let checked = findings(&running, 7, &["check", "second.toml"]);
+    let one = &checked["findings"][0];
+    assert_eq!(
+        one["message"], "`r2/pass_range/range` could read `r2/other/percept` or `r2/range_monitor/percept`",
+        "{checked}"
+    );
+    let help = one["help"].as_str().unwrap();
+    for line in ["\"/r2/pass_range/range\" = \"/r2/other/percept\"", "\"/r2/pass_range/range\" = false"] {
+        assert!(help.contains(line), "{help}");
+    }
+    running.done(&[
+        "check",
+        "second.toml",
+        "--set",
+        "links.\"r2/pass_range/range\"=r2/other/percept",
+        "--strict",
+    ]);
+}
+
+#[test]
+fn a_forgotten_slash_and_a_wrong_name_get_the_right_hint() {
+    let running = Running::new("check-hints");
+    for (from, message, help) in [
+        (
+            "simulator/r2/sonar",
+            "nothing is called `/r2/simulator/r2/sonar`",
+            "did you mean /simulator/r2/sonar?",
+        ),
+        ("/simulator/r2/sonnar", "`simulator` has no output `r2/sonnar`", "did you mean r2/sonar"),
+        (
+            "pass_range/change",
+            "can't read `/r2/pass_range/change`, which is what an Analyze tells",
+            "Monitor -> Analyze",
+        ),
+    ] {
+        let port = if from.starts_with("pass") { "pass_range/range" } else { "range_monitor/sonar" };
+        let set = format!("robots.r2.links.\"{port}\"=\"{from}\"");
+        let checked = findings(&running, 7, &["check", "exp1", "--set", &set]);
+        let one = &checked["findings"][0];
+        assert!(one["message"].as_str().unwrap().contains(message), "{checked}");
+        assert!(one["help"].as_str().unwrap().contains(help), "{checked}");
+    }
+}
+
+#[test]
 fn a_mistake_has_the_code_of_its_kind() {
     let running = Running::new("check-codes");
     for (set, code) in [
         ("loop.perod=1ms", "S002"),
         ("robots.r2.modules.planner.params.sped=1", "S003"),
         ("robots.r2.links.\"planner/range\"=\"nobody/x\"", "S004"),
-        ("robots.r2.modules.planner.plugin=planer", "S005"),
+        ("robots.r2.modules.planner.kind=planer", "S005"),
         ("robots.r2.links.\"planner/range\"=\"/simulator/r2/position\"", "S006"),
         ("robots.r2.links.\"planner/goal\"=\"planner/goal\"", "S007"),
-        ("robots.r2.modules.second={plugin=\"go_to_origin_planner\"}", "S010"),
+        ("robots.r2.modules.second={kind=\"go_to_origin_planner\"}", "S010"),
         ("links.\"simulator/r2/wheels\"=\"r2/execute/wheels\"", "S011"),
         ("time.source=simulater", "S012"),
         ("links.\"referee/truth\"=\"slate://team/x\"", "S013"),

@@ -97,6 +97,8 @@ pub struct Edge {
     /// The input, without the name of its module.
     pub input: String,
     pub flow: Flow,
+    /// Whether nobody has written it, as types and roles leave no choice.
+    pub inferred: bool,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -113,12 +115,28 @@ struct Found {
     title: String,
     /// Modules and the stages they run in.
     modules: Vec<(String, String)>,
-    /// Inputs, what they read, and whether of the last cycle.
-    links: Vec<(String, String, bool)>,
+    links: Vec<FoundLink>,
     /// Actuators and what commands them.
     actuators: Vec<(String, Vec<String>)>,
-    /// What takes messages.
-    mailboxes: Vec<String>,
+}
+
+struct FoundLink {
+    to: String,
+    from: String,
+    flow: Flow,
+    inferred: bool,
+}
+
+impl FoundLink {
+    fn new(to: String, from: String, options: &[(String, String)], sends: bool, inferred: bool) -> Self {
+        let is_previous = options.iter().any(|(name, value)| name == "previous" && value == "true");
+        let flow = match (sends, is_previous) {
+            (true, _) => Flow::Messages,
+            (false, true) => Flow::Previous,
+            (false, false) => Flow::Values,
+        };
+        Self { to, from, flow, inferred }
+    }
 }
 
 /// What a file has in it by the ending of its name.
@@ -183,30 +201,27 @@ fn of_configuration(name: &str, options: &GraphOptions) -> Result<Found, Failure
         .flat_map(|(stage, modules)| modules.into_iter().map(move |module| (module, stage.clone())))
         .collect();
     let module = |name: &String| (name.clone(), stages.get(name).cloned().unwrap_or_default());
-    let link = |link: &slate::runtime::configuration::Link| {
-        (link.to.value.clone(), link.from.value.to_string(), link.previous)
-    };
+    let links = agent.composer().links().into_iter();
+    let links =
+        links.map(|link| FoundLink::new(link.to, link.from, &link.options, link.sends, link.inferred));
     let commands = |actuator: &slate::runtime::configuration::Actuator| {
         let commands = actuator.commands.iter().map(|command| command.value.to_string());
         (actuator.name.value.clone(), commands.collect())
     };
-    let board = agent.board().properties();
-    let mailboxes = board.iter().filter(|property| property.access() == slate::blackboard::Access::Messages);
     Ok(Found {
         title: application.name.clone(),
         modules: agent.modules().iter().map(module).collect(),
-        links: configuration.links().iter().map(link).collect(),
+        links: links.collect(),
         actuators: configuration.actuators().iter().map(commands).collect(),
-        mailboxes: mailboxes.map(|property| property.path().to_owned()).collect(),
     })
 }
 
 fn of_agent(agent: &AgentOption) -> Result<Found, Failure> {
     let mut client = agent.connect()?;
     let modules = client.modules()?.into_iter();
-    let is_previous = |(name, value): &(String, String)| name == "previous" && value == "true";
     let links = client.links()?.into_iter();
-    let links = links.map(|link| (link.to, link.from, link.options.iter().any(is_previous)));
+    let links =
+        links.map(|link| FoundLink::new(link.to, link.from, &link.options, link.sends, link.inferred));
     let mut actuators: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for setting in client.settings("actuators").unwrap_or_default() {
         let path = setting.path.strip_prefix("actuators.").and_then(|rest| rest.rsplit_once(".command"));
@@ -219,19 +234,17 @@ fn of_agent(agent: &AgentOption) -> Result<Found, Failure> {
             }
         }
     }
-    let properties = client.properties(None)?.into_iter();
     Ok(Found {
         title: client.name().to_owned(),
         modules: modules.map(|module| (module.name, module.condition.to_lowercase())).collect(),
         links: links.collect(),
         actuators: actuators.into_iter().collect(),
-        mailboxes: properties.filter(|one| one.access == "messages").map(|one| one.path).collect(),
     })
 }
 
 /// Nodes and edges of what was found.
 fn made(found: Found, hide: &[String]) -> Graph {
-    let Found { title, modules, links, actuators, mailboxes } = found;
+    let Found { title, modules, links, actuators } = found;
     let patterns: Vec<_> =
         hide.iter().filter_map(|hide| slate::blackboard::Pattern::parse(hide).ok()).collect();
     let is_hidden = |name: &str| patterns.iter().any(|pattern| pattern.matches(name));
@@ -245,19 +258,9 @@ fn made(found: Found, hide: &[String]) -> Graph {
     };
     graph.nodes.extend(actuators.iter().map(gate));
     let mut edges = Vec::new();
-    for (to, from, previous) in links {
-        let path = from.trim_start_matches('/');
-        // Who is linked to a mailbox sends to it.
-        let is_mailbox = mailboxes.iter().any(|mailbox| mailbox == path);
-        let (source, target) =
-            if is_mailbox { (to.as_str(), from.as_str()) } else { (from.as_str(), to.as_str()) };
-        let flow = match (is_mailbox, previous) {
-            (true, _) => Flow::Messages,
-            (false, true) => Flow::Previous,
-            (false, false) => Flow::Values,
-        };
-        let ((from, output), (to, input)) = (graph.end(source), graph.end(target));
-        edges.push(Edge { from, to, output, input, flow });
+    for FoundLink { to, from, flow, inferred } in links {
+        let ((from, output), (to, input)) = (graph.end(&from), graph.end(&to));
+        edges.push(Edge { from, to, output, input, flow, inferred });
     }
     for (name, commands) in actuators {
         for command in commands {
@@ -266,7 +269,14 @@ fn made(found: Found, hide: &[String]) -> Graph {
             else {
                 continue;
             };
-            edges.push(Edge { from, to, output, input: "command".into(), flow: Flow::Values });
+            edges.push(Edge {
+                from,
+                to,
+                output,
+                input: "command".into(),
+                flow: Flow::Values,
+                inferred: false,
+            });
         }
     }
     graph.edges = edges;
