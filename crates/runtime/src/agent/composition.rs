@@ -16,7 +16,7 @@ use super::sharing::Remotes;
 use super::snapshot::Watch;
 use super::unlinked::Unlinked;
 use crate::aspects::PlaceTime;
-use crate::configuration::{Configuration, Database, Diagnostic, Report};
+use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
@@ -24,7 +24,7 @@ use crate::playback::PlaybackControl;
 use crate::runner::{ModuleCondition, OwnSetup};
 use crate::snapshot::Keepsake;
 use slate_composition::Catalogue;
-use slate_composition::{Complaints, RESERVED, Survey, Surveyed, infer, needs, survey};
+use slate_composition::{RESERVED, Survey, Surveyed, Wired, needs};
 
 /// A module that is there.
 pub(super) struct Present {
@@ -123,22 +123,14 @@ impl Composition {
 
     /// The configuration of a target with the links that it leaves to types and roles. Those of modules that are there
     /// stay as they are; what would make one ambiguous is refused.
-    fn wired(&self, target: &Target) -> (Arc<Configuration>, Vec<Diagnostic>) {
-        let mut complaints = Complaints::new(&target.configuration);
-        let stays = |name: &str| self.present.contains_key(name);
-        let configuration = infer(&target.configuration, &target.catalogue, &stays, &mut complaints);
-        (Arc::new(configuration), complaints.diagnostics)
+    fn wired(&self, target: &Target) -> Wired {
+        Wired::new(&target.configuration, &target.catalogue, &|name| self.present.contains_key(name))
     }
 
     /// Whether it would fit, and what its modules would be.
     pub fn check(&self, target: &Target) -> Result<BTreeMap<String, Fitting>, Report> {
-        let (configuration, ambiguous) = self.wired(target);
-        let mut complaints = Complaints::new(&configuration);
-        let survey = survey(&configuration, &target.catalogue, &mut complaints);
-        complaints.diagnostics.extend(ambiguous);
-        if !complaints.diagnostics.is_empty() {
-            return Err(Report::from(complaints.diagnostics));
-        }
+        let wired = self.wired(target);
+        let survey = wired.check(&target.catalogue)?;
         let described = |surveyed: Surveyed<'_>| {
             let Surveyed { module, kind, description, setup, params, .. } = surveyed;
             (module.name.value.clone(), Fitting { kind, description, setup, params })
@@ -154,22 +146,18 @@ impl Composition {
         shared: &Arc<Shared>,
         states: &BTreeMap<String, Result<Vec<u8>, String>>,
     ) -> Result<Changed, Report> {
-        let (configuration, ambiguous) = self.wired(&target);
-        let mut complaints = Complaints::new(&configuration);
-        let survey = survey(&configuration, &target.catalogue, &mut complaints);
-        complaints.diagnostics.extend(ambiguous);
-        if !complaints.diagnostics.is_empty() {
-            return Err(Report::from(complaints.diagnostics));
-        }
+        let wired = self.wired(&target);
+        let configuration = wired.configuration();
+        let survey = wired.check(&target.catalogue)?;
         let names: Vec<&str> =
             survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
         let arriving: Vec<usize> =
             (0..names.len()).filter(|index| !self.present.contains_key(names[*index])).collect();
-        if let Err(module) = self.deepen(&configuration, &survey, shared) {
+        if let Err(module) = self.deepen(configuration, &survey, shared) {
             return Err(Unlinked::late(&module).report);
         }
         let standing = self.standing();
-        let built = build(&configuration, &survey, &mut self.ground, &arriving);
+        let built = build(configuration, &survey, &mut self.ground, &arriving);
         let mut runners = match built {
             Ok(runners) => runners,
             Err(diagnostics) => {
@@ -191,7 +179,7 @@ impl Composition {
                 description: surveyed.description.clone(),
                 own_thread: self.ground.has_own_thread(surveyed),
                 isolation,
-                leads: survey.leads(&configuration, *index),
+                leads: survey.leads(configuration, *index),
             };
             changed.arrived.push(names[*index].to_owned());
             self.present.insert(names[*index].to_owned(), present);
@@ -232,12 +220,12 @@ impl Composition {
         }
         self.listeners = listeners(&survey);
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
-        self.configuration = Arc::clone(&configuration);
+        self.configuration = Arc::clone(configuration);
         self.catalogue = target.catalogue;
         self.ground.means.plugins.show(self.catalogue.list());
         if self.present.len() > arriving.len() {
             // Links of modules that stay to parts of what came or left.
-            self.settle_links(&configuration, shared);
+            self.settle_links(configuration, shared);
         } else {
             (self.remotes.misfits, self.unlinked) = (survey.misfits, None);
         }

@@ -43,7 +43,7 @@ use build::Ground;
 pub use composer::RemoteEnd;
 pub use composer::{
     Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError,
-    PluginStatus, Reload, Teleoperation, WeakComposer,
+    PluginStatus, Reload, Teleoperation, WeakComposer, catalogue,
 };
 use composition::Composition;
 pub use looping::SystemClock;
@@ -144,6 +144,15 @@ pub enum StartError {
     Thread(#[from] std::io::Error),
 }
 
+impl From<PluginError> for StartError {
+    fn from(error: PluginError) -> Self {
+        match error {
+            PluginError::Unfit(report) => Self::Configuration(report),
+            other => Self::Plugin(other),
+        }
+    }
+}
+
 /// An agent, loaded and ready.
 pub struct Agent {
     shared: Arc<Shared>,
@@ -239,12 +248,7 @@ impl Agent {
             configuration: Arc::new(configuration.clone()),
             catalogue: Catalogue {
                 played: Arc::clone(&played),
-                shares: options.sharing.is_some(),
-                carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
-                has_jpeg: options.sharing.as_ref().is_some_and(|sharing| sharing.has_jpeg()),
-                services: crate::aspects::services().collect(),
-                describe: crate::runner::describe,
-                ..Catalogue::default()
+                ..composer::host_catalogue(options.sharing.as_deref())
             },
             ground,
             present: BTreeMap::new(),
@@ -270,10 +274,7 @@ impl Agent {
         changes.connect(Box::new(composer.downgrade()));
         shared.change_with(changes);
         logging::show(&shared.logger, &shared.board)?;
-        let restored = composer.start(plugins, &states).map_err(|error| match error {
-            PluginError::Unfit(report) => StartError::Configuration(report),
-            other => StartError::Plugin(other),
-        })?;
+        let restored = composer.start(plugins, &states)?;
         memories
             .check(configuration, &restored, |module| composer.composition().present.contains_key(module))?;
         if let Some(playback) = options.playback {
