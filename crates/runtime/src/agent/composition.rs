@@ -26,6 +26,9 @@ use crate::snapshot::Keepsake;
 use slate_composition::Catalogue;
 use slate_composition::{RESERVED, Survey, Surveyed, Wired, needs};
 
+/// How long others, such as the watchdog, are waited for to let go of a module.
+const LETTING_GO: Duration = Duration::from_secs(1);
+
 /// A module that is there.
 pub(super) struct Present {
     pub seat: Arc<Seat>,
@@ -338,10 +341,9 @@ impl Composition {
             std::mem::forget(seat);
             return Err("its tick has not returned".into());
         }
-        let Some(seat) = last_owner(seat) else {
+        let Some(mut runner) = seat.into_runner(LETTING_GO) else {
             return Err("it is still in use".into());
         };
-        let mut runner = seat.into_runner();
         let now = shared.clock.now();
         runner.set_condition(ModuleCondition::UNLOADED, now);
         runner.publish_safe(now);
@@ -375,16 +377,4 @@ impl Composition {
 pub(super) fn listeners(survey: &Survey<'_>) -> BTreeMap<String, BTreeSet<String>> {
     let owned = |names: &Vec<&str>| names.iter().map(|name| (*name).to_owned()).collect();
     survey.listeners.iter().map(|(path, names)| (path.clone(), owned(names))).collect()
-}
-
-/// The seat, when the watchdog has let go of it.
-fn last_owner(mut seat: Arc<Seat>) -> Option<Seat> {
-    for _ in 0..1000 {
-        match Arc::try_unwrap(seat) {
-            Ok(seat) => return Some(seat),
-            Err(shared) => seat = shared,
-        }
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    None
 }
