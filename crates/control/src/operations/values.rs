@@ -149,8 +149,14 @@ impl Form {
 /// The URL that a path means.
 pub(super) fn url(ask: &Ask) -> Result<Url, Problem> {
     let text = format!("slate://{}/{}", ask.part("agent"), ask.part("path"));
-    Url::parse(&ask.own_url(&text))
-        .map_err(|error| Problem::not_found(error.to_string(), "such as /api/v1/slate/exp1/r2/planner/state"))
+    Url::parse(&ask.own_url(&text)).map_err(|error| {
+        let help = "such as /api/v1/slate/exp1/r2/planner/state";
+        match ask.caller.local {
+            // A tool tells a wrong URL from a name that nothing has.
+            Some(_) => Problem::unfit(error.to_string(), help),
+            None => Problem::not_found(error.to_string(), help),
+        }
+    })
 }
 
 /// The path on the board, when the URL is of this agent.
