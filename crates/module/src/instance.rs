@@ -154,7 +154,7 @@ mod tests {
     #[test]
     fn state_that_does_not_fit_is_refused_in_words() {
         let saved = encode(&None::<u64>).unwrap();
-        assert_eq!(decode::<u64>(&saved).unwrap_err().0, "invalid type: null, expected u64");
+        assert_eq!(decode::<u64>(&saved).unwrap_err().0, "invalid type: null, expected integer");
         assert_eq!(decode::<u64>(&[]).unwrap_err().0, "it ends too early");
     }
 }

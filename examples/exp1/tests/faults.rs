@@ -321,7 +321,7 @@ const THREADED: (Mode, Rate) = (Mode::Threaded, Rate::Times(10.0));
 fn hanging() -> [(&'static str, [String; 2]); 3] {
     let block = |block: &str, plugin: &str, strike: &str| {
         let of = format!("robots.r2.modules.{block}");
-        [format!("{of}.plugin={plugin}"), format!("{of}.params.{strike}")]
+        [format!("{of}.kind={plugin}"), format!("{of}.params.{strike}")]
     };
     [
         ("trouble", [format!("modules.trouble.params.kind={HANGING}"), "agent.seed=0".into()]),

@@ -188,7 +188,7 @@ fn another_corner_and_other_speeds_hold_on_the_way() {
 
 #[test]
 fn who_is_lost_is_not_followed() {
-    let mut planner = Fixture::<PlanBlock<FollowPlanner>>::new();
+    let mut planner = follower(Pose2::default());
     planner
         .set("situation", mapek::ExecuteStatus { route: mapek::Route::DELIBERATIVE, ..Default::default() });
     planner.push("leader", Located::default());

@@ -67,6 +67,7 @@ pub(super) fn set(part: &mut Item, path: &[String], value: &Value) -> bool {
         return true;
     }
     let mut table = InlineTable::new();
+    *table.decor_mut() = list.decor().clone();
     for own in list.iter() {
         if let Some(text) = own.as_str() {
             table.insert(text, true.into());

@@ -132,7 +132,7 @@ fn every_error_says_what_was_found_and_what_to_write() {
             "2:1: module `a` has `plugin`, which is called `kind` in a module (write kind = \"follower\"; a plugin is a \
              library)",
         ),
-        ("[links]\n\"a/b\" = [\"c/d\", 3]\n", "2:18: `a link` takes a list of texts, found a whole number"),
+        ("[links]\n\"a/b\" = [\"c/d\", 3]\n", "2:17: `a link` takes a list of texts, found a whole number"),
         (
             "[robots.r2.links]\n\"a/b\" = \"c\"\n",
             "2:9: `c` names no property, only a module (a property is module/property, /module/property or \

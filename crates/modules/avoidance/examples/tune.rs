@@ -283,10 +283,8 @@ fn scan(simulation: &Simulation, robot: usize) -> Option<SonarScan> {
         .iter()
         .map(|[x, y, degrees]| SonarPlacement { x: *x, y: *y, theta: degrees.to_radians() })
         .collect();
-    let echoes: Vec<_> = echoes
-        .iter()
-        .map(|echo| Echo { range: echo.range, heard: Bool::from(echo.heard), ..Echo::default() })
-        .collect();
+    let echoes: Vec<_> =
+        echoes.iter().map(|echo| Echo { range: echo.range, heard: Bool::from(echo.heard) }).collect();
     Some(SonarScan {
         field_of_view: description.field_of_view,
         range_min: description.range_min,

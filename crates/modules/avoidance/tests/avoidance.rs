@@ -40,9 +40,9 @@ fn scan(heard: &[(usize, f64)]) -> SonarScan {
             SonarPlacement { x: 0.15 * math::cos(theta), y: 0.15 * math::sin(theta), theta }
         })
         .collect();
-    let mut echoes = [Echo { range: RANGE, ..Echo::default() }; 16];
+    let mut echoes = [Echo { range: RANGE }; 16];
     for (sonar, range) in heard {
-        echoes[*sonar] = Echo { range: *range, heard: Bool::from(true), ..Echo::default() };
+        echoes[*sonar] = Echo { range: *range, heard: Bool::from(true) };
     }
     SonarScan {
         field_of_view: PI / 6.0,
