@@ -278,7 +278,7 @@ fn an_agent_that_always_crashes_is_given_up() {
 fn agents_end_with_their_supervisor() {
     for (test, signal) in [("team-orphans", "-KILL"), ("team-interrupt", "-INT"), ("team-timeout", "-TERM")] {
         let running = team(test);
-        let mut started = Started::new(&running, &["run", "team.toml"]);
+        let mut started = Started::new(&running, &["run", "team.toml", "--out", "reports"]);
         wait_for("the agents", || {
             ["robot", "watcher"]
                 .iter()
@@ -304,7 +304,7 @@ fn agents_end_with_their_supervisor() {
         // Both ended in an orderly way.
         for agent in ["robot", "watcher"] {
             wait_for("the report", || {
-                running.folder().join(format!("runs/team-{agent}-0/summary.json")).is_file()
+                running.folder().join(format!("reports/{agent}/summary.json")).is_file()
             });
         }
     }

@@ -38,8 +38,7 @@ fn messages_are_checked_before_they_are_sent_and_whoever_sends_them_hears_what_b
     let url = "/r2/occupancy_mapper/strokes";
     let stroke = r#"{"width": 0.1, "mark": "OCCUPIED", "points": [{"x": 1.0, "y": 1.0}]}"#;
     let undo = r#"{"width": 0.1, "mark": "UNDO", "points": []}"#;
-    let nothing =
-        ["refuses the message: a stroke is refused: there is none to take back", "one that it takes"];
+    let nothing = ["refuses the message: invalid stroke: no stroke left to undo", "one that it takes"];
     running.fails(5, &["send", url, undo], &nothing);
     assert_eq!(running.done(&["send", url, stroke, "--dry-run"]), "it would be taken\n");
     running.fails(5, &["send", url, undo], &nothing);

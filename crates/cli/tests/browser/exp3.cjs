@@ -29,7 +29,8 @@ visit(async () => {
 
   // Each robot's modules are in its box, no line lies behind a module, and those that close a loop come from behind.
   await browser.view(page, "graph");
-  await page.waitForSelector(".edge[data-back=true]");
+  // It is drawn anew as modules, links, gates and properties arrive.
+  for (const edge of ["r2/execute r2/planner", "r2/wheels simulator"]) await page.waitForSelector(`.edge[data-edge='${edge}'][data-back=true]`);
   const drawing = await page.evaluate(() => {
     const within = (point, { x, y, width, height }) => point.x > x && point.x < x + width && point.y > y && point.y < y + height;
     const box = (element) => element.querySelector(".body, rect").getBoundingClientRect();

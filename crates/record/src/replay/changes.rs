@@ -2,8 +2,10 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
+use slate_blackboard::is_within;
 use slate_runtime::Agent;
 use slate_runtime::configuration::Database;
+use slate_runtime::playback::Excerpt;
 use slate_runtime::recording::Change;
 
 /// The module that a change switches on or off, past the configuration.
@@ -180,9 +182,10 @@ pub(super) fn concerns(
     modules: &BTreeSet<String>,
     plugins: &BTreeSet<String>,
     gates: &BTreeSet<String>,
+    excerpt: &Excerpt,
 ) -> bool {
-    let path = match change {
-        Change::Setting { path, .. } => path,
+    let (path, value) = match change {
+        Change::Setting { path, value } => (path, value),
         Change::Order { .. } => return true,
         Change::Reload { plugin: name, .. } | Change::Load { name, .. } | Change::Unload { name } => {
             return plugins.contains(name);
@@ -192,10 +195,27 @@ pub(super) fn concerns(
         Change::Arm { actuator: Some(name) } => return gates.contains(name),
         _ => return false,
     };
+    if let Some((to, rest)) = link(path) {
+        let owns = |path: &str| modules.iter().any(|module| path != module && is_within(path, module));
+        return match rest.strip_prefix(".\"/") {
+            // Messages are those of who sends them.
+            Some(sender) => owns(sender),
+            // Without a link nobody sends there.
+            None if value.as_deref().is_none_or(|value| value == "false") => {
+                owns(to) || excerpt.outboxes.values().any(|inbox| inbox == to)
+            }
+            // What was taken there is sent there again, whoever is to send.
+            None => owns(to) && !excerpt.inboxes.contains(to),
+        };
+    }
     let names = |module: &String| {
-        let quoted = format!("\"{module}\"");
-        let own = [format!("modules.{quoted}."), format!("modules.{module}."), format!("links.\"{module}/")];
+        let own = [format!("modules.\"{module}\"."), format!("modules.{module}.")];
         own.iter().any(|own| path.starts_with(own.as_str())) || *path == format!("{module}/enabled")
     };
     modules.iter().any(names)
+}
+
+/// The destination of the link that a setting is of, and what of it that is: nothing, an option, or a sender.
+fn link(path: &str) -> Option<(&str, &str)> {
+    path.strip_prefix("links.\"")?.split_once('"')
 }

@@ -143,7 +143,7 @@ impl Player {
                 Change::Other { what } if cycle > 0 => {
                     unrepeated.push(format!("at {:.3} s there was {what}", time as f64 * 1e-9));
                 }
-                change if concerns(&change, &plan.modules, &codes, &gates) => {
+                change if concerns(&change, &plan.modules, &codes, &gates, &excerpt) => {
                     changes.push_back((if is_lockstep { cycle } else { time }, change));
                 }
                 _ => {}

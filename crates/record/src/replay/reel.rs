@@ -162,8 +162,11 @@ impl Reel {
         for place in std::mem::take(&mut self.waiting) {
             let track = self.timeline.track(place);
             let is_between = self.has_cycles && self.timeline.is_set_between(place);
-            let is_late =
-                |own: &TrackPlace| before.is_some_and(|module| is_between || own.late_for.contains(module));
+            // What the configuration sets was there before anybody ran, whoever it is set for.
+            let is_there = self.has_cycles && self.timeline.is_set_before(place);
+            let is_late = |own: &TrackPlace| {
+                before.is_some_and(|module| is_between || !is_there && own.late_for.contains(module))
+            };
             if self.played.get(track).and_then(Option::as_ref).is_some_and(is_late) {
                 self.waiting.push(place);
             } else {

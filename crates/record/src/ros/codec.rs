@@ -5,7 +5,8 @@ use super::cdr::{Reader, Writer, wire_length};
 
 /// Appends a value as a message of its [`definition`](super::definition): little-endian CDR with its header.
 ///
-/// `bytes` is the value as it lies in memory, with its tail, if it has one. Nothing is allocated when `out` has room.
+/// `bytes` is the value as it lies in memory, with its tail, if it has one. Its padding is zero, as all but its writer see
+/// it, and is no field of the message. Nothing is allocated when `out` has room.
 ///
 /// # Errors
 /// When `bytes` is no value of that interface; `out` is unchanged then.

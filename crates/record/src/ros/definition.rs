@@ -178,15 +178,14 @@ impl Builder {
 }
 
 fn constants(body: &mut Body, field: &str, enumeration: &Enumeration) {
-    let Some(carrier) = Primitive::of(&enumeration.carrier).filter(|carrier| carrier.is_whole()) else {
-        return;
-    };
+    let carrier = Primitive::of(&enumeration.carrier).filter(|carrier| carrier.integers().is_some());
+    let Some(carrier) = carrier else { return };
     for constant in enumeration.constants {
         // No value of the enumeration can have a number that its carrier can't hold.
         if carrier.range().contains(&constant.value.into()) {
             let name = constant_name(field, constant.name, &mut body.constants);
             comment(&mut body.text, constant.doc, "");
-            line(&mut body.text, carrier.name(), &format!("{name}={}", constant.value));
+            line(&mut body.text, carrier.ros_name(), &format!("{name}={}", constant.value));
         }
     }
 }

@@ -74,7 +74,7 @@ impl Schema {
         for (index, record) in schema.records_mut().iter_mut().enumerate() {
             for (name, field) in record.names.iter().zip(&mut record.types) {
                 let is_memory = index == 0 && Some(name.as_str()) == memory;
-                let is_number = matches!(field.item, Item::Primitive(kind) if kind.is_whole());
+                let is_number = matches!(field.item, Item::Primitive(kind) if kind.integers().is_some());
                 field.is_shown = !(is_memory || is_number && is_padding(name));
             }
             let shown = record.names.iter().zip(&record.types).filter(|(_, field)| field.is_shown);
@@ -179,7 +179,7 @@ fn reduced(text: &str) -> String {
         };
         let is_number = || {
             let item = of.split('[').next().unwrap_or_default();
-            Primitive::named(item).is_some_and(Primitive::is_whole)
+            Primitive::named(item).and_then(Primitive::integers).is_some()
         };
         if is_top && Some(name) == memory || is_padding(name) && is_number() {
             // Its comment goes with it.

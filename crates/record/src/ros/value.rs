@@ -111,8 +111,6 @@ pub(super) trait RosPrimitive: Sized {
     fn named(name: &str) -> Option<Self>;
     /// Primitive of a number, truth value or enumeration.
     fn of(kind: &Kind) -> Option<Self>;
-    /// Whether it is an integer.
-    fn is_whole(self) -> bool;
     /// Integers that it can hold.
     fn range(self) -> RangeInclusive<i128>;
     /// Value of its bytes in memory.
@@ -148,10 +146,6 @@ impl RosPrimitive for Primitive {
             Kind::Enumeration(enumeration) => Self::of(&enumeration.carrier),
             _ => None,
         }
-    }
-
-    fn is_whole(self) -> bool {
-        self.integers().is_some()
     }
 
     fn range(self) -> RangeInclusive<i128> {

@@ -10,20 +10,20 @@ fn documentation_units_and_constants_are_in_the_definition() {
     assert_eq!(definition.name, "slate_msgs/msg/Image");
     assert_eq!(
         definition.text,
-        "# What a camera saw.\n\
-         # How many pixels a row has.\n\
+        "# Image of a camera.\n\
+         # Pixels of a row.\n\
          uint32 width\n\
-         # How many rows there are.\n\
+         # Number of rows.\n\
          uint32 height\n\
-         # From the beginning of a row to that of the next. [byte]\n\
+         # Bytes of a row, with padding. [byte]\n\
          uint32 step\n\
-         # How the pixels lie in a row.\n\
-         # A byte of brightness.\n\
+         # Pixel format.\n\
+         # One byte of brightness.\n\
          uint8 FORMAT_MONO8=0\n\
-         # A byte each of red, green and blue.\n\
+         # One byte each of red, green and blue.\n\
          uint8 FORMAT_RGB8=1\n\
          uint8 format\n\
-         # The rows, from the top; pixels from the left.\n\
+         # Rows from the top; pixels from the left.\n\
          uint8[] data\n"
     );
 }

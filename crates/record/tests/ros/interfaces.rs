@@ -2,7 +2,7 @@
 
 use slate_interfaces::{FactHead, Position, Sighting};
 use slate_module::blackboard::interface::{
-    Constant, Descriptor, Enumeration, Field, Interface, Kind, schema_hash,
+    CanonicalForm, Constant, Descriptor, Enumeration, Field, Interface, Kind, schema_hash,
 };
 use slate_module::{Bool, Optional, Sequence, Text, interface};
 
@@ -110,7 +110,7 @@ pub fn all() -> Vec<&'static Descriptor> {
     slate_interfaces::ALL.iter().copied().chain(others).collect()
 }
 
-/// A value made of that many tail items and bytes that a seed gives.
+/// A value made of that many tail items and bytes that a seed gives, without padding.
 pub fn value(descriptor: &Descriptor, tail: usize, seed: u64) -> Vec<u8> {
     let size = descriptor.size + descriptor.tail().map_or(0, |item| item.size() * tail);
     let mut state = seed;
@@ -120,5 +120,14 @@ pub fn value(descriptor: &Descriptor, tail: usize, seed: u64) -> Vec<u8> {
         let mixed = (state ^ (state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         (mixed ^ (mixed >> 27)) as u8
     };
-    (0..size).map(|_| next()).collect()
+    without_padding(descriptor, tail, (0..size).map(|_| next()).collect())
+}
+
+/// That value as all but its writer see it: zeros where no field is.
+pub fn without_padding(descriptor: &Descriptor, tail: usize, mut bytes: Vec<u8>) -> Vec<u8> {
+    // No number of ones is changed, so that zeros are left of padding alone.
+    let mut fields = vec![1; bytes.len()];
+    CanonicalForm::new(descriptor).canonicalize(&mut fields, tail);
+    bytes.iter_mut().zip(fields).for_each(|(byte, field)| *byte *= field);
+    bytes
 }

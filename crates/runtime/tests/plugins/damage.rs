@@ -68,8 +68,8 @@ fn table(bytes: &[u8]) -> usize {
 #[test]
 fn a_table_that_is_of_another_version_than_the_file_says_is_refused() {
     for (offset, says) in [
-        (0, ["table of version 77 with entries of 104 bytes", "expected version 1 with 104 bytes"]),
-        (4, ["table of version 1 with entries of 77 bytes", "expected version 1 with 104 bytes"]),
+        (0, ["table of version 77 with entries of 104 bytes", "expected version 2 with 104 bytes"]),
+        (4, ["table of version 2 with entries of 77 bytes", "expected version 2 with 104 bytes"]),
     ] {
         let mut bytes = bytes();
         let at = table(&bytes) + offset;

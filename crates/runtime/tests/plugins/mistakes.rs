@@ -60,8 +60,6 @@ fn a_description_that_does_not_fit_is_refused_with_the_reason() {
         (String::new(), "can't be read"),
         (r#"{"stage":"Never"}"#.to_owned(), "unknown variant `Never`"),
         (r#"{"stage":"Act","port":[]}"#.to_owned(), "unknown field `port`"),
-        (ports(&[port("a", &["u8", "u64"])]), "padding"),
-        (ports(&[port("a", &["u64", "u8"])]), "padding"),
         (ports(&[port("a", one), port("a", one)]), "two ports `a`"),
         (ports(&[port("a", one).replace("}]", r#"},{"name":"f0","kind":"u64"}]"#)]), "two of that name"),
         (ports(&[port("a", one).replace("f0", "f 0")]), "field `f 0` of Mine"),
@@ -75,6 +73,18 @@ fn a_description_that_does_not_fit_is_refused_with_the_reason() {
         let text = refusal(&rogue(&folder, &[("DESCRIPTION", &literal)]));
         assert_says(&text, &["librogue.so", says]);
     }
+}
+
+#[test]
+fn an_interface_with_padding_is_loaded() {
+    let description = r#"{"stage":"Act","ports":[{"name":"a","direction":"Output","interface":{"name":"Mine","fields":[
+        {"name":"small","kind":"u8"},{"name":"large","kind":"u64"},{"name":"last","kind":"u8"}]}}]}"#;
+    let folder = Folder::new();
+    let mut agent = lockstep("");
+    let library = rogue(&folder, &[("DESCRIPTION", &format!("{:?}", description.replace('\n', "")))]);
+    assert_eq!(agent.composer().load_library(&library).unwrap().modules, ["rogue"]);
+    step(&mut agent, 3);
+    assert_eq!(agent.counts("beat").unwrap().2, 0);
 }
 
 #[test]

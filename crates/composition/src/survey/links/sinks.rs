@@ -36,7 +36,9 @@ pub(super) fn sink<'a>(
     complaints: &mut Complaints<'a>,
 ) -> Option<Sink> {
     let (to, modules) = (&link.to.value, &survey.modules);
-    if link.destination().is_some_and(|url| url.agent().is_some()) {
+    // A mailbox stands there in the place of a module that does not run.
+    let is_played = survey.played.iter().any(|played| played.is_mailbox && played.path == *to);
+    if is_played || link.destination().is_some_and(|url| url.agent().is_some()) {
         return sender(survey, dormant, link, complaints);
     }
     let Some((module, rest)) = split_module(modules, to) else {

@@ -39,8 +39,8 @@ pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
                 "a ReactiveModel sends to an Execute's reflexes: `{to}` can't send to `/{from}`, which is {what}"
             )
         }
-        "" if other == "percept" => format!("only an Analyze reads Monitors, and `{to}` is of none"),
-        "" if other == "change" => format!("only the Plan reads Analyzes, and `{to}` is of none"),
+        "" if other == "percept" => format!("only an Analyze reads Monitors: `{to}` can't read `/{from}`"),
+        "" if other == "change" => format!("only the Plan reads Analyzes: `{to}` can't read `/{from}`"),
         own => format!(
             "`{to}` is {} but `/{from}` is {what}",
             if own.is_empty() { "plain".into() } else { format!("a {own}") }

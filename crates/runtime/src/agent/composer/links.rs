@@ -151,14 +151,14 @@ impl Composer {
     }
 
     /// Links an input, between two cycles and with the states of all modules as they are; it may have another link, or a
-    /// value. The configuration has the link from then on, so that it can be saved.
+    /// value. An outbox that sends to another inbox leaves that one. The configuration has the link from then on, so that
+    /// it can be saved.
     ///
     /// # Errors
     /// What does not fit; nothing is changed then.
     pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
-        let changes = link.changes(&path, self.sends(&path, &link.from));
-        self.commit(|| database.propose(&changes))
+        self.commit(|| self.linking(&database, link, &path))
     }
 
     /// Whether a link could be made: as [`link`](Composer::link), and nothing is changed.
@@ -167,8 +167,27 @@ impl Composer {
     /// As [`link`](Composer::link).
     pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
-        let changes = link.changes(&path, self.sends(&path, &link.from));
-        Ok(self.judged(database.propose(&changes)?)?.changes().to_vec())
+        Ok(self.judged(self.linking(&database, link, &path)?)?.changes().to_vec())
+    }
+
+    /// The configuration with a link. As an outbox sends to one inbox, its link to another inbox goes.
+    fn linking(&self, database: &Database, link: &NewLink, to: &str) -> Result<Proposal, Report> {
+        let composition = self.composition();
+        let changes = link.changes(to, self.sends(to, &link.from));
+        let from = composition.configuration.own_path(&link.from).unwrap_or_default();
+        let is_left = |own: &&Link| {
+            let own_to = &own.to.value;
+            own_to != to && own.from.value.path_in("") == from && composition.sends(own_to, &from)
+        };
+        let links = composition.configuration.links();
+        let left = links.iter().find(is_left).filter(|_| composition.sends(to, &from));
+        let Some(left) = left else { return database.propose(&changes) };
+        let path = written(&database.current(), &left.to.value, Some(&from));
+        // One that was made at run time leaves nothing behind; one of a file is overlaid.
+        match database.propose_instead(&[&path], &changes) {
+            Ok(moved) if !moved.configuration().links().iter().any(|own| is_left(&own)) => Ok(moved),
+            _ => database.propose(&[vec![(path, "false".to_owned())], changes].concat()),
+        }
     }
 
     /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not fit, and
@@ -183,7 +202,7 @@ impl Composer {
         property: &RemoteEnd<'_>,
     ) -> Result<Option<(String, String)>, Report> {
         let (database, to) = self.destination(&link.to)?;
-        let proposal = database.propose(&link.changes(&to, self.sends(&to, &link.from)))?;
+        let proposal = self.linking(&database, link, &to)?;
         let configuration = proposal.configuration();
         let url = path.to_string();
         let descriptor = property.descriptor;
@@ -364,13 +383,17 @@ fn without(database: &Database, cut: &Cut) -> Result<Proposal, Report> {
         link.to.value == cut.to && cut.from.as_ref().is_none_or(|cut| from() == *cut)
     };
     let has_it = |configuration: &Configuration| configuration.links().iter().any(is_it);
-    let current = database.current();
-    let in_list = cut.from.as_ref().map(|from| sender_setting(&cut.to, &format!("/{from}")));
-    let path = in_list.filter(|path| current.value(path).is_some()).unwrap_or_else(|| link_setting(&cut.to));
+    let path = written(&database.current(), &cut.to, cut.from.as_deref());
     match database.revert(&path) {
         Ok(reverted) if !has_it(reverted.configuration()) => Ok(reverted),
         _ => database.propose(&[(path, "false")]),
     }
+}
+
+/// The setting of a link, or of one of the senders of an inbox where they stand one by one.
+fn written(configuration: &Configuration, to: &str, from: Option<&str>) -> String {
+    let sender = from.map(|from| sender_setting(to, &format!("/{from}")));
+    sender.filter(|path| configuration.value(path).is_some()).unwrap_or_else(|| link_setting(to))
 }
 
 fn quoted(text: &str) -> String {
