@@ -161,6 +161,18 @@ fn every_module_is_the_same_after_other_links_switches_and_parameters() {
     check(&record("adaptation", "changes", &[], 110, changes));
 }
 
+/// Messages are those of who sends them: their links are another one's, and its alone, when it runs.
+#[test]
+fn every_module_is_the_same_after_links_of_messages() {
+    let changes: Changes<'_> = &[
+        (20, &[("links.\"r2/execute/plan\".\"/r2/planner/plan\"", "false")]),
+        (30, &[("links.\"r2/execute/plan\".\"/r2/planner/plan\"", "true")]),
+        (40, &[("links.\"r2/execute/reflexes\".\"/r2/avoid_obstacle/reflex\"", "false")]),
+        (50, &[("links.\"r2/execute/reflexes\".\"/r2/avoid_obstacle/reflex\"", "true")]),
+    ];
+    check(&record("exp1", "messages", &[], 70, changes));
+}
+
 /// Whoever commands a gate that was stopped has it stopped again, and let go on again.
 #[test]
 fn every_module_is_the_same_after_stops_of_the_actuators() {

@@ -78,7 +78,7 @@ fn an_agent_that_plays_nothing_has_nothing_to_control() {
 
 #[test]
 fn recomputed_modules_write_what_is_recorded_or_the_difference_is_told() {
-    let folder = folder("recompute");
+    let folder = folder("replay-recompute");
     recorded(&folder);
     let replay = ["replay", "here/run.mcap", "--rate", "max", "--recompute"];
     let with = |more: &[&'static str]| [&replay[..], more].concat();

@@ -1,10 +1,11 @@
 // A dialog over the page that leaves the stop where it is: nothing may stand between a hand and that, so none is modal.
-import { html, useEffect, useRef } from "/lib/preact.js";
+import { html, useLayoutEffect, useRef } from "/lib/preact.js";
 
 /** Over the panels until it is closed: by `Esc`, by a press beside it, or when the keyboard leaves it. */
 export function Dialog({ label, kind, close, children }) {
   const box = useRef(null);
-  useEffect(() => {
+  // Before anybody sees it: the next key is meant for it.
+  useLayoutEffect(() => {
     const before = document.activeElement;
     (box.current.querySelector("[data-first]") ?? box.current).focus();
     return () => before?.focus?.();

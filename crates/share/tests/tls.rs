@@ -1,6 +1,6 @@
 //! Agents that share over TLS.
 #![cfg(feature = "tls")]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::agents;
 #[path = "exchange/mod.rs"]

@@ -109,7 +109,7 @@ fn gives_way_to(robots: &[Sighting], heard: &[f64], from_its_place: f64) -> Opti
     model_of.set("goal", Point2 { x: 1.2, y: 1.2 });
     model_of.set("robot", model());
     model_of.set("robots", Sightings { list: Sequence::new(robots) });
-    let echo = |range: &f64| Echo { range: *range, heard: true.into(), ..Echo::default() };
+    let echo = |range: &f64| Echo { range: *range, heard: true.into() };
     model_of.set(
         "sonar",
         SonarScan {

@@ -48,6 +48,9 @@ pub const API: u64 = 1;
 /// The name of the operation that waits for nobody.
 pub const STOP: &str = "stop";
 
+/// The name of the operation whose role depends on what is set.
+pub(crate) const SET_VALUE: &str = "set_value";
+
 /// The name of the operation that somebody who drives calls again and again.
 pub const DRIVE: &str = "drive";
 

@@ -99,9 +99,9 @@ impl AgentTrace {
     /// the writer takes it is counted as missing, here and in the file, and nobody who is recorded waits.
     ///
     /// ```
-    /// # fn work(agent: &mut slate_runtime::Agent) -> std::io::Result<()> {
-    /// let recording = agent.trace().record(std::fs::File::create("trace.json")?)?;
-    /// (0..100_000).for_each(|_| drop(agent.step()));
+    /// # fn work(trace: &slate_engine::main_loop::AgentTrace, run_cycles: impl FnOnce()) -> std::io::Result<()> {
+    /// let recording = trace.record(std::fs::File::create("trace.json")?)?;
+    /// run_cycles();
     /// let (recorded, _file) = recording.end()?;
     /// println!("{} spans, and {} are missing", recorded.spans(), recorded.missing());
     /// # Ok(())

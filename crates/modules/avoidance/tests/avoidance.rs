@@ -40,7 +40,7 @@ fn scan(heard: &[(usize, f64)]) -> SonarScan {
             SonarPlacement { x: 0.15 * math::cos(theta), y: 0.15 * math::sin(theta), theta }
         })
         .collect();
-    let mut echoes = [Echo { range: RANGE }; 16];
+    let mut echoes = [Echo { range: RANGE, ..Echo::default() }; 16];
     for (sonar, range) in heard {
         echoes[*sonar] = Echo { range: *range, heard: Bool::from(true) };
     }

@@ -29,7 +29,7 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
                 name: Text::new(&format!("robot {}", cycle / 50 + number)),
             })
             .collect();
-        let echo = Echo { range: 0.5, heard: Bool::from(cycle % 3 == 0), ..Echo::default() };
+        let echo = Echo { range: 0.5, heard: Bool::from(cycle % 3 == 0) };
         let scan = SonarScan {
             field_of_view: 0.5,
             range_max: 1.0,

@@ -134,7 +134,7 @@ fn may_turn_to_the_wall(room: f64) -> bool {
     let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
     (model.params().min_clearance, model.params().room_half_width) = (0.15, room);
     let placement = SonarPlacement { x: 0.3, y: 0.3, theta: std::f64::consts::FRAC_PI_2 };
-    let echo = Echo { range: 0.1, heard: Bool::from(true), ..Echo::default() };
+    let echo = Echo { range: 0.1, heard: Bool::from(true) };
     model.set(
         "sonar",
         SonarScan {

@@ -307,8 +307,14 @@ impl Timeline {
 
     /// Whether a value was set between the cycle of its time and the next, and not before all cycles.
     pub fn is_set_between(&self, place: usize) -> bool {
+        self.is_setting(place) && !self.is_set_before(place)
+    }
+
+    /// Whether a value was set before all cycles: the first of its property, when they begin.
+    pub fn is_set_before(&self, place: usize) -> bool {
         let track = self.tracks.get(self.track(place)).filter(|_| self.is_setting(place));
-        track.is_some_and(|track| track.values.first() != Some(&(place as u32)))
+        track.is_some_and(|track| track.values.first() == Some(&(place as u32)))
+            && self.time(place) <= self.times.first().copied()
     }
 
     /// Whether tools set a value, or the configuration.

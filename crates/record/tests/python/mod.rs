@@ -1,4 +1,5 @@
 //! Programs of others, from PyPI.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

@@ -33,8 +33,8 @@ proptest! {
             let at = at.index(bytes.len());
             bytes[at] = bits;
         }
-        let fields = without_padding(descriptor, tail, bytes.clone());
-        prop_assert_eq!(decode(descriptor, &encoded(descriptor, &bytes)).unwrap(), fields);
+        let bytes = without_padding(descriptor, tail, bytes);
+        prop_assert_eq!(decode(descriptor, &encoded(descriptor, &bytes)).unwrap(), bytes);
     }
 
     /// What is read from a damaged message is one value, whoever reads it.

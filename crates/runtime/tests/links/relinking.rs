@@ -176,6 +176,44 @@ kind = "receiver"
 }
 
 #[test]
+fn an_outbox_goes_over_to_another_inbox_and_other_senders_stay() {
+    let text = r#"
+[modules.a]
+kind = "counter"
+[modules.sender]
+[modules.second]
+kind = "sender"
+[modules.sum]
+kind = "receiver"
+[modules.other]
+kind = "receiver"
+[links]
+"sum/notes" = ["sender/note", "second/note"]
+"#;
+    let mut agent = lockstep(text);
+    let inboxes = |agent: &Agent| {
+        let links = agent.composer().links().into_iter().filter(|link| link.sends);
+        links.map(|link| (link.from, link.to)).collect::<BTreeMap<_, _>>()
+    };
+    let both = |of_sender: &str| {
+        let links = [("/sender/note", of_sender), ("/second/note", "sum/notes")];
+        links.map(|(from, to)| (from.to_owned(), to.to_owned())).into()
+    };
+    steps(&mut agent, 1);
+    agent.composer().check_link(&NewLink::new("other/notes", "sender/note")).unwrap();
+    assert_eq!(inboxes(&agent), both("sum/notes"));
+    for to in ["other/notes", "sum/notes", "other/notes"] {
+        link(&agent, to, "sender/note");
+        assert_eq!(inboxes(&agent), both(to));
+        steps(&mut agent, 1);
+    }
+    // What can't be linked leaves the link as it is.
+    agent.composer().link(&NewLink::new("a/number", "sender/note")).unwrap_err();
+    agent.composer().link(&NewLink::new("other/nots", "sender/note")).unwrap_err();
+    assert_eq!(inboxes(&agent), both("other/notes"));
+}
+
+#[test]
 fn what_only_values_have_is_refused_for_messages() {
     let text = r#"
 [modules.a]

@@ -1,4 +1,5 @@
 //! A few robots whose messages arrive at once, in order.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
 
 use slate_share::knowledge::{Limits, Replica, Statement};
 

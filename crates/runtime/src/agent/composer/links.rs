@@ -172,22 +172,28 @@ impl Composer {
 
     /// The configuration with a link. As an outbox sends to one inbox, its link to another inbox goes.
     fn linking(&self, database: &Database, link: &NewLink, to: &str) -> Result<Proposal, Report> {
-        let composition = self.composition();
         let changes = link.changes(to, self.sends(to, &link.from));
-        let from = composition.configuration.own_path(&link.from).unwrap_or_default();
-        let is_left = |own: &&Link| {
-            let own_to = &own.to.value;
-            own_to != to && own.from.value.path_in("") == from && composition.sends(own_to, &from)
-        };
-        let links = composition.configuration.links();
-        let left = links.iter().find(is_left).filter(|_| composition.sends(to, &from));
-        let Some(left) = left else { return database.propose(&changes) };
-        let path = written(&database.current(), &left.to.value, Some(&from));
+        let Some((left, from)) = self.left_by(link, to) else { return database.propose(&changes) };
+        let path = written(&database.current(), &left, Some(&from));
+        let is_it = |own: &Link| own.to.value == left && own.from.value.path_in("") == from;
         // One that was made at run time leaves nothing behind; one of a file is overlaid.
         match database.propose_instead(&[&path], &changes) {
-            Ok(moved) if !moved.configuration().links().iter().any(|own| is_left(&own)) => Ok(moved),
+            Ok(moved) if !moved.configuration().links().iter().any(is_it) => Ok(moved),
             _ => database.propose(&[vec![(path, "false".to_owned())], changes].concat()),
         }
+    }
+
+    /// The inbox that an outbox sends to until a link leads it to another one, and the path of the outbox.
+    fn left_by(&self, link: &NewLink, to: &str) -> Option<(String, String)> {
+        let composition = self.composition();
+        let from = composition.configuration.own_path(&link.from).ok()?;
+        let mut links = composition.configuration.links().iter().filter(|_| composition.sends(to, &from));
+        let left = links.find(|own| {
+            own.to.value != to
+                && own.from.value.path_in("") == from
+                && composition.sends(&own.to.value, &from)
+        })?;
+        Some((left.to.value.clone(), from))
     }
 
     /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not fit, and
