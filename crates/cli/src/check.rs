@@ -8,8 +8,11 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde::Serialize;
 use serde_json::json;
+use slate::blackboard::Board;
 use slate::control::OpenError;
-use slate::record::misspelt;
+use slate::module::Plugin;
+use slate::record::{Misspelt, misspelt};
+use slate::runtime::composition::{Catalogue, Survey, Wired, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
 use slate::runtime::directory::check_reach;
 use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
@@ -98,6 +101,12 @@ pub fn load(application: &Application) -> Result<Agent, Failure> {
     Ok(Agent::load_with(&application.database, &application.plugins, options)?)
 }
 
+/// What an application could be made of, without an agent.
+pub fn catalogue(application: &Application) -> Result<Catalogue, Failure> {
+    let sharing = Offline(AgentSharing::default());
+    Ok(slate::runtime::catalogue(&application.configuration, &application.plugins, Some(&sharing))?)
+}
+
 /// What keeps a look at a configuration from touching files that a run may be writing.
 pub const QUIET: [&str; 3] =
     ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];
@@ -182,13 +191,21 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
     Ok(if errors == 0 { 0 } else { ASSERTION_FALSE })
 }
 
-/// Makes all of it, and returns how many links it has, and what is no mistake and yet looks like one.
+/// Whether all of it fits, and then makes it; returns how many links it has, and what is no mistake and yet looks like
+/// one. Only an agent knows whether its modules can be set up, what its files say, and what is on its blackboard.
 fn look(application: &Application) -> Result<(usize, Vec<Diagnostic>), Failure> {
+    let configuration = &application.configuration;
+    let catalogue = catalogue(application)?;
+    let wired = Wired::new(configuration, &catalogue, &|_| false);
+    let survey = wired.check(&catalogue)?;
     let agent = load(application)?;
-    reach(&application.configuration)?;
-    Observation::new(&application.configuration, agent.board())?;
-    scene::of(&application.configuration)?;
-    Ok((agent.composer().links().len(), unused(&application.configuration, &agent)))
+    reach(configuration)?;
+    Observation::new(configuration, agent.board())?;
+    scene::of(configuration)?;
+    let mut warnings = unused(configuration, &catalogue, &survey);
+    warnings.extend(loose(wired.configuration(), &survey));
+    warnings.extend(unrecorded(configuration, agent.board()));
+    Ok((wired.configuration().links().len(), warnings))
 }
 
 /// Whether tools will find the agent, as a run that they would not find is refused.
@@ -200,27 +217,26 @@ fn reach(configuration: &Configuration) -> Result<(), Failure> {
     Err(Failure::Configuration(diagnostic.into()))
 }
 
-/// What stands in the configuration and is for nothing.
-fn unused(configuration: &Configuration, agent: &Agent) -> Vec<Diagnostic> {
-    let warn = |span, message: String, help: &str| configuration.diagnostic(span, message, Some(help.into()));
-    let mut warnings = Vec::new();
-    for plugin in agent.composer().plugins() {
-        let entry = configuration.table("plugins").and_then(|table| table.get(&plugin.name));
-        if let Some(entry) = entry.filter(|_| plugin.loaded && plugin.modules.is_empty()) {
-            let message = format!("no module is of plugin `{}`", plugin.name);
-            warnings.push(warn(
-                entry.span,
-                message,
-                "leave it out, or say `load = false` if it is to be loaded later",
-            ));
-        }
-    }
-    warnings.extend(agent.composer().loose_ends());
-    for own in misspelt(&configuration.record().selection, agent.board()) {
-        let Some(setting) = configuration.value(own.setting) else { continue };
-        warnings.push(warn(setting.span, own.to_string(), &own.help));
-    }
-    warnings
+/// Plugins that are for nothing.
+fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    let warn = |plugin: &Plugin| {
+        let is_used =
+            survey.modules.iter().any(|module| plugin.kinds().iter().any(|kind| kind.is(&module.kind)));
+        let entry = configuration.table("plugins").and_then(|table| table.get(plugin.name()))?;
+        let message = format!("no module is of plugin `{}`", plugin.name());
+        let help = "leave it out, or say `load = false` if it is to be loaded later";
+        (!is_used).then(|| configuration.diagnostic(entry.span, message, Some(help.into())))
+    };
+    catalogue.plugins.iter().filter_map(warn).collect()
+}
+
+/// What is to be recorded and is nowhere.
+fn unrecorded(configuration: &Configuration, board: &Board) -> Vec<Diagnostic> {
+    let warn = |own: Misspelt| {
+        let setting = configuration.value(own.setting)?;
+        Some(configuration.diagnostic(setting.span, own.to_string(), Some(own.help.clone())))
+    };
+    misspelt(&configuration.record().selection, board).into_iter().filter_map(warn).collect()
 }
 
 /// Of something that is wrong with a configuration.

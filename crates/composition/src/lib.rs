@@ -11,6 +11,7 @@ mod played;
 mod remote_path;
 mod setup;
 mod survey;
+mod wired;
 
 pub use catalogue::{Catalogue, RemoteProperty};
 pub use played::Played;
@@ -21,8 +22,9 @@ pub use survey::{
     Absent, Complaints, Host, Implied, Joint, Lead, Misfit, RESERVED, Remote, Survey, Surveyed, Target, Way,
     elsewhere, infer, loose, needs, remote_path, scope, survey,
 };
+pub use wired::{Wired, sends};
 
-/// What a configuration is made of with the kinds of a catalogue; [`infer`] adds the links that need not be written.
+/// What a configuration is made of with the kinds of a catalogue; [`Wired`] adds the links that need not be written.
 ///
 /// # Errors
 /// Everything that does not fit.

@@ -18,8 +18,9 @@ pub mod stop_line;
 pub use agent::{
     Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,
     PluginError, PluginStatus, Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation,
-    WeakComposer,
+    WeakComposer, catalogue,
 };
+pub use slate_composition as composition;
 pub use slate_configuration as configuration;
 pub use slate_configuration::{
     Message, Mistake, Schedule, ScheduleError, ScheduledStage, printable, printable_text, replacement,

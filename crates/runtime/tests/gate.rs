@@ -191,7 +191,7 @@ loop = { period = "5ms", hang = "3s" }
 params = { hang_at = 40, hang_ms = 600 }
 [modules.driver]
 [modules.tail]
-plugin = "counter"
+kind = "counter"
 stage = "PostLoop"
 params = { hang_at = 40, hang_ms = 400 }
 [links]

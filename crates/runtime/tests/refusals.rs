@@ -246,7 +246,7 @@ fn links_that_do_not_fit() {
         "[modules.plan]\n[links]\n\"plan/situation\" = \"counted/number\"\n",
         &[
             "test.toml:4:20",
-            "`plan/situation` is a monitor but `/counted/number` is plain",
+            "`plan/situation` is a monitor but `/counted/number` is a plain value",
             "can be attached",
         ],
     );
@@ -293,7 +293,7 @@ fn one_writer_and_one_of_a_kind() {
     // A property has one writer, as only its module can write it.
     refused(
         "[modules.relay]\n[links]\n\"counted/number\" = \"relay/output\"\n",
-        &["test.toml:4:1", "`counted/number` is an output", "a link names the input first"],
+        &["test.toml:4:1", "`counted/number` is an output", "a link names its destination first"],
     );
     refused(
         "[modules.driver]\n[actuators.left]\ncommand = \"driver/wheel\"\n[actuators.right]\ncommand = \"driver/wheel\"\n",

@@ -4,7 +4,7 @@ mod layout;
 mod svg;
 mod text;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -12,6 +12,8 @@ use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;
 use serde::Serialize;
 use serde_json::Value;
+use slate::runtime::composition::Wired;
+use slate::runtime::configuration::{Actuator, Link};
 use slate::runtime::replacement::Replacement;
 
 use crate::connection::AgentOption;
@@ -192,26 +194,31 @@ fn write(path: &Path, text: &str) -> io::Result<()> {
 fn of_configuration(name: &str, options: &GraphOptions) -> Result<Found, Failure> {
     let sets = [check::QUIET.map(String::from).to_vec(), options.set.clone()].concat();
     let application = examples::find(name, options.agent.agent.as_deref(), Vec::new(), sets, None)?;
-    let agent = check::load(&application)?;
-    let configuration = &application.configuration;
-    let stages: BTreeMap<String, String> = agent
-        .composer()
-        .order()
+    let catalogue = check::catalogue(&application)?;
+    let wired = Wired::new(&application.configuration, &catalogue, &|_| false);
+    let survey = wired.check(&catalogue)?;
+    let configuration = wired.configuration();
+    let stages: BTreeMap<String, String> = survey
+        .stages(configuration)
         .into_iter()
         .flat_map(|(stage, modules)| modules.into_iter().map(move |module| (module, stage.clone())))
         .collect();
     let module = |name: &String| (name.clone(), stages.get(name).cloned().unwrap_or_default());
-    let links = agent.composer().links().into_iter();
-    let links =
-        links.map(|link| FoundLink::new(link.to, link.from, &link.options, link.sends, link.inferred));
-    let commands = |actuator: &slate::runtime::configuration::Actuator| {
+    let names: BTreeSet<_> = survey.modules.iter().map(|surveyed| &surveyed.module.name.value).collect();
+    let link = |link: &Link| {
+        let sends = survey.sends(&link.to.value, &link.from.value.path_in(""));
+        let options = configuration.link_options(link);
+        let (to, from) = (link.to.value.clone(), link.from.value.to_string());
+        FoundLink::new(to, from, &options, sends, link.is_inferred())
+    };
+    let commands = |actuator: &Actuator| {
         let commands = actuator.commands.iter().map(|command| command.value.to_string());
         (actuator.name.value.clone(), commands.collect())
     };
     Ok(Found {
         title: application.name.clone(),
-        modules: agent.modules().iter().map(module).collect(),
-        links: links.collect(),
+        modules: names.into_iter().map(module).collect(),
+        links: configuration.links().iter().map(link).collect(),
         actuators: configuration.actuators().iter().map(commands).collect(),
     })
 }

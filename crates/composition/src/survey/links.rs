@@ -4,6 +4,7 @@ mod fit;
 mod remote;
 mod sinks;
 mod sources;
+mod words;
 
 use slate_blackboard::is_within;
 use slate_module::PortDescription;

@@ -1,5 +1,7 @@
 use std::cell::UnsafeCell;
+use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicU64, Ordering};
+use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
@@ -63,7 +65,8 @@ pub struct Seat {
     late_code: AtomicI32,
     /// How often the loop has said that it is the module's turn.
     kicks: AtomicU64,
-    runner: UnsafeCell<Runner>,
+    /// It is there until the seat is dropped.
+    runner: UnsafeCell<ManuallyDrop<Runner>>,
     /// Whether it wants values of the last cycle when a cycle begins.
     early: AtomicBool,
     /// The module's name.
@@ -76,6 +79,19 @@ pub struct Seat {
     track: OnceLock<(Track, Label)>,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
+    /// Who gets the runner when nobody has the seat any more.
+    heir: OnceLock<Sender<Runner>>,
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        // SAFETY: nobody has the seat any more, and the runner is taken nowhere else.
+        let runner = unsafe { ManuallyDrop::take(self.runner.get_mut()) };
+        if let Some(heir) = self.heir.take() {
+            // Who has stopped waiting for it does not want it any more.
+            let _ = heir.send(runner);
+        }
+    }
 }
 
 // SAFETY: `word` says which thread may use the runner and write to the track, as described above.
@@ -108,7 +124,8 @@ impl Seat {
             publication: Publication::new(runner.histogram.take()),
             track: OnceLock::new(),
             wake: Arc::clone(&runner.wake),
-            runner: UnsafeCell::new(runner),
+            runner: UnsafeCell::new(ManuallyDrop::new(runner)),
+            heir: OnceLock::new(),
         }
     }
 
@@ -258,9 +275,14 @@ impl Seat {
         self.retired.load(Ordering::Acquire)
     }
 
-    /// Takes the runner out of a seat that nobody drives any more.
-    pub fn into_runner(self) -> Runner {
-        self.runner.into_inner()
+    /// Lets go of the seat, and returns its runner when nobody else has the seat any more, such as the watchdog; nothing
+    /// when that takes longer than `limit`.
+    pub fn into_runner(self: Arc<Self>, limit: Duration) -> Option<Runner> {
+        let (heir, left) = channel();
+        // There is no other: who lets go of a module does so once.
+        let _ = self.heir.set(heir);
+        drop(self);
+        left.recv_timeout(limit).ok()
     }
 
     /// After a step that returned that code: true when the runner still belongs to the caller, false when the step was given

@@ -14,17 +14,21 @@ use super::composer::{Origin, Trial, WeakComposer};
 use super::relinking::Leads;
 use super::sharing::Remotes;
 use super::snapshot::Watch;
+pub(super) use super::target::{Changed, Fitting, Target};
 use super::unlinked::Unlinked;
 use crate::aspects::PlaceTime;
-use crate::configuration::{Configuration, Database, Diagnostic, Report};
+use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
 use crate::playback::PlaybackControl;
-use crate::runner::{ModuleCondition, OwnSetup};
+use crate::runner::ModuleCondition;
 use crate::snapshot::Keepsake;
 use slate_composition::Catalogue;
-use slate_composition::{Complaints, RESERVED, Survey, Surveyed, infer, needs, survey};
+use slate_composition::{RESERVED, Survey, Surveyed, Wired, needs};
+
+/// How long others, such as the watchdog, are waited for to let go of a module.
+const LETTING_GO: Duration = Duration::from_secs(1);
 
 /// A module that is there.
 pub(super) struct Present {
@@ -86,34 +90,39 @@ pub(super) struct Composition {
     pub playback: Option<Arc<dyn PlaybackControl>>,
 }
 
-/// What an agent shall be made of.
-pub(super) struct Target {
-    pub configuration: Arc<Configuration>,
-    pub catalogue: Catalogue,
-    /// Whether the states of modules that leave are wanted; a save may take its time.
-    pub keep: bool,
-}
-
-/// A module that fits.
-pub(super) struct Fitting {
-    pub kind: ModuleKind,
-    pub description: Description,
-    pub setup: OwnSetup,
-    /// Its parameters as in the configuration.
-    pub params: Vec<u8>,
-}
-
-/// What a change came to.
-#[derive(Debug, Default)]
-pub(super) struct Changed {
-    pub arrived: Vec<String>,
-    /// With the states that they left, or why they could not be saved.
-    pub left: BTreeMap<String, Result<Vec<u8>, String>>,
-    /// Modules that took over a state, or why it did not fit.
-    pub restored: BTreeMap<String, Result<(), String>>,
-}
-
 impl Composition {
+    /// Of no module yet.
+    pub fn new(
+        configuration: Arc<Configuration>,
+        catalogue: Catalogue,
+        ground: Ground,
+        remotes: Remotes,
+        armed: bool,
+    ) -> Self {
+        Self {
+            configuration,
+            catalogue,
+            ground,
+            present: BTreeMap::new(),
+            linked: Vec::new(),
+            origins: BTreeMap::new(),
+            trials: BTreeMap::new(),
+            loop_owner: None,
+            time_owner: None,
+            armed,
+            listeners: BTreeMap::new(),
+            database: None,
+            unlinked: None,
+            is_trying: false,
+            own: WeakComposer::default(),
+            last_known: BTreeMap::new(),
+            remotes,
+            keepsakes: BTreeMap::new(),
+            watch: None,
+            playback: None,
+        }
+    }
+
     /// What the agent would be made of with that catalogue.
     pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> Target {
         let mut catalogue = self.catalogue.clone();
@@ -123,22 +132,14 @@ impl Composition {
 
     /// The configuration of a target with the links that it leaves to types and roles. Those of modules that are there
     /// stay as they are; what would make one ambiguous is refused.
-    fn wired(&self, target: &Target) -> (Arc<Configuration>, Vec<Diagnostic>) {
-        let mut complaints = Complaints::new(&target.configuration);
-        let stays = |name: &str| self.present.contains_key(name);
-        let configuration = infer(&target.configuration, &target.catalogue, &stays, &mut complaints);
-        (Arc::new(configuration), complaints.diagnostics)
+    fn wired(&self, target: &Target) -> Wired {
+        Wired::new(&target.configuration, &target.catalogue, &|name| self.present.contains_key(name))
     }
 
     /// Whether it would fit, and what its modules would be.
     pub fn check(&self, target: &Target) -> Result<BTreeMap<String, Fitting>, Report> {
-        let (configuration, ambiguous) = self.wired(target);
-        let mut complaints = Complaints::new(&configuration);
-        let survey = survey(&configuration, &target.catalogue, &mut complaints);
-        complaints.diagnostics.extend(ambiguous);
-        if !complaints.diagnostics.is_empty() {
-            return Err(Report::from(complaints.diagnostics));
-        }
+        let wired = self.wired(target);
+        let survey = wired.check(&target.catalogue)?;
         let described = |surveyed: Surveyed<'_>| {
             let Surveyed { module, kind, description, setup, params, .. } = surveyed;
             (module.name.value.clone(), Fitting { kind, description, setup, params })
@@ -154,22 +155,18 @@ impl Composition {
         shared: &Arc<Shared>,
         states: &BTreeMap<String, Result<Vec<u8>, String>>,
     ) -> Result<Changed, Report> {
-        let (configuration, ambiguous) = self.wired(&target);
-        let mut complaints = Complaints::new(&configuration);
-        let survey = survey(&configuration, &target.catalogue, &mut complaints);
-        complaints.diagnostics.extend(ambiguous);
-        if !complaints.diagnostics.is_empty() {
-            return Err(Report::from(complaints.diagnostics));
-        }
+        let wired = self.wired(&target);
+        let configuration = wired.configuration();
+        let survey = wired.check(&target.catalogue)?;
         let names: Vec<&str> =
             survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
         let arriving: Vec<usize> =
             (0..names.len()).filter(|index| !self.present.contains_key(names[*index])).collect();
-        if let Err(module) = self.deepen(&configuration, &survey, shared) {
+        if let Err(module) = self.deepen(configuration, &survey, shared) {
             return Err(Unlinked::late(&module).report);
         }
         let standing = self.standing();
-        let built = build(&configuration, &survey, &mut self.ground, &arriving);
+        let built = build(configuration, &survey, &mut self.ground, &arriving);
         let mut runners = match built {
             Ok(runners) => runners,
             Err(diagnostics) => {
@@ -191,7 +188,7 @@ impl Composition {
                 description: surveyed.description.clone(),
                 own_thread: self.ground.has_own_thread(surveyed),
                 isolation,
-                leads: survey.leads(&configuration, *index),
+                leads: survey.leads(configuration, *index),
             };
             changed.arrived.push(names[*index].to_owned());
             self.present.insert(names[*index].to_owned(), present);
@@ -232,12 +229,12 @@ impl Composition {
         }
         self.listeners = listeners(&survey);
         self.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &changed.left);
-        self.configuration = Arc::clone(&configuration);
+        self.configuration = Arc::clone(configuration);
         self.catalogue = target.catalogue;
         self.ground.means.plugins.show(self.catalogue.list());
         if self.present.len() > arriving.len() {
             // Links of modules that stay to parts of what came or left.
-            self.settle_links(&configuration, shared);
+            self.settle_links(configuration, shared);
         } else {
             (self.remotes.misfits, self.unlinked) = (survey.misfits, None);
         }
@@ -350,10 +347,9 @@ impl Composition {
             std::mem::forget(seat);
             return Err("its tick has not returned".into());
         }
-        let Some(seat) = last_owner(seat) else {
+        let Some(mut runner) = seat.into_runner(LETTING_GO) else {
             return Err("it is still in use".into());
         };
-        let mut runner = seat.into_runner();
         let now = shared.clock.now();
         runner.set_condition(ModuleCondition::UNLOADED, now);
         runner.publish_safe(now);
@@ -387,16 +383,4 @@ impl Composition {
 pub(super) fn listeners(survey: &Survey<'_>) -> BTreeMap<String, BTreeSet<String>> {
     let owned = |names: &Vec<&str>| names.iter().map(|name| (*name).to_owned()).collect();
     survey.listeners.iter().map(|(path, names)| (path.clone(), owned(names))).collect()
-}
-
-/// The seat, when the watchdog has let go of it.
-fn last_owner(mut seat: Arc<Seat>) -> Option<Seat> {
-    for _ in 0..1000 {
-        match Arc::try_unwrap(seat) {
-            Ok(seat) => return Some(seat),
-            Err(shared) => seat = shared,
-        }
-        std::thread::sleep(Duration::from_millis(1));
-    }
-    None
 }

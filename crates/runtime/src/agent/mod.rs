@@ -15,9 +15,9 @@ mod requests;
 mod settings;
 mod sharing;
 mod snapshot;
+mod target;
 mod unlinked;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
@@ -43,14 +43,13 @@ use build::Ground;
 pub use composer::RemoteEnd;
 pub use composer::{
     Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, ModuleStatus, NewLink, PluginError,
-    PluginStatus, Reload, Teleoperation, WeakComposer,
+    PluginStatus, Reload, Teleoperation, WeakComposer, catalogue,
 };
 use composition::Composition;
 pub use looping::SystemClock;
 use memory::Memories;
 use settings::Settings;
 use sharing::Remotes;
-use slate_composition::Catalogue;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,6 +143,15 @@ pub enum StartError {
     Thread(#[from] std::io::Error),
 }
 
+impl From<PluginError> for StartError {
+    fn from(error: PluginError) -> Self {
+        match error {
+            PluginError::Unfit(report) => Self::Configuration(report),
+            other => Self::Plugin(other),
+        }
+    }
+}
+
 /// An agent, loaded and ready.
 pub struct Agent {
     shared: Arc<Shared>,
@@ -205,75 +213,20 @@ impl Agent {
         let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
         let control = Arc::new(PluginControl::default());
         let changes = SettingsControl::new(lockstep);
-        let means = Means {
-            board: Arc::clone(&board),
-            actuators: Arc::default(),
-            logger: Arc::clone(&logger),
-            clock: Arc::clone(&shared.clock),
-            synchronization: Arc::clone(&shared.synchronization),
-            threads: Arc::clone(&threads),
-            plugins: Arc::clone(&control),
-            settings: Arc::clone(&changes),
-            takeovers: Arc::default(),
-            time: Arc::default(),
-        };
-        let ground = Ground {
-            board,
-            logger,
-            hang,
-            lockstep,
-            mode: options.mode,
-            stop: options.stop,
-            posts: BTreeMap::new(),
-            actuators: BTreeMap::new(),
-            services: BTreeMap::new(),
-            means,
-            index: 0,
-            gauges: BTreeMap::new(),
-            ages: BTreeMap::new(),
-            sharing_wake: Arc::default(),
-            arenas: Arenas::new(options.isolation_program),
-            kept: BTreeMap::new(),
-        };
-        let composition = Composition {
-            configuration: Arc::new(configuration.clone()),
-            catalogue: Catalogue {
-                played: Arc::clone(&played),
-                shares: options.sharing.is_some(),
-                carriers: options.sharing.as_ref().map(|sharing| sharing.carriers()).unwrap_or_default(),
-                has_jpeg: options.sharing.as_ref().is_some_and(|sharing| sharing.has_jpeg()),
-                services: crate::aspects::services().collect(),
-                describe: crate::runner::describe,
-                ..Catalogue::default()
-            },
-            ground,
-            present: BTreeMap::new(),
-            linked: Vec::new(),
-            origins: BTreeMap::new(),
-            trials: BTreeMap::new(),
-            loop_owner: None,
-            time_owner: None,
-            armed: options.armed,
-            listeners: BTreeMap::new(),
-            database: None,
-            unlinked: None,
-            is_trying: false,
-            own: WeakComposer::default(),
-            last_known: BTreeMap::new(),
-            remotes: Remotes::new(options.sharing),
-            keepsakes: BTreeMap::new(),
-            watch: None,
-            playback: None,
-        };
+        let means = means(&shared, &threads, &control, &changes);
+        let arenas = Arenas::new(options.isolation_program);
+        let ground = Ground::new(means, hang, lockstep, options.mode, options.stop, arenas);
+        let mut catalogue = composer::host_catalogue(options.sharing.as_deref());
+        catalogue.played = Arc::clone(&played);
+        let remotes = Remotes::new(options.sharing);
+        let configured = Arc::new(configuration.clone());
+        let composition = Composition::new(configured, catalogue, ground, remotes, options.armed);
         let composer = Composer::new(Arc::clone(&shared), composition, options.recording);
         control.connect(Box::new(composer.downgrade()));
         changes.connect(Box::new(composer.downgrade()));
         shared.change_with(changes);
         logging::show(&shared.logger, &shared.board)?;
-        let restored = composer.start(plugins, &states).map_err(|error| match error {
-            PluginError::Unfit(report) => StartError::Configuration(report),
-            other => StartError::Plugin(other),
-        })?;
+        let restored = composer.start(plugins, &states)?;
         memories
             .check(configuration, &restored, |module| composer.composition().present.contains_key(module))?;
         if let Some(playback) = options.playback {
@@ -467,6 +420,27 @@ impl Agent {
         }
         started?;
         Ok(end)
+    }
+}
+
+/// What the services of the host are made of.
+fn means(
+    shared: &Shared,
+    threads: &Arc<ThreadKeeper>,
+    plugins: &Arc<PluginControl>,
+    settings: &Arc<SettingsControl>,
+) -> Means {
+    Means {
+        board: Arc::clone(&shared.board),
+        actuators: Arc::default(),
+        logger: Arc::clone(&shared.logger),
+        clock: Arc::clone(&shared.clock),
+        synchronization: Arc::clone(&shared.synchronization),
+        threads: Arc::clone(threads),
+        plugins: Arc::clone(plugins),
+        settings: Arc::clone(settings),
+        takeovers: Arc::default(),
+        time: Arc::default(),
     }
 }
 

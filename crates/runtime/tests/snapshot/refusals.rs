@@ -50,7 +50,7 @@ fn what_does_not_fit_is_named() {
     ] {
         assert!(ROBOT.contains(what), "{what}");
         let mut text = ROBOT.replace(what, with);
-        if with.contains("sender]\nplugin") {
+        if with.contains("sender]\nkind") {
             text = text.replace("\"receiver/notes\" = \"sender/note\"\n", "");
         }
         let agent =

@@ -7,14 +7,14 @@ use slate_module::{Direction, Interface};
 
 use super::sinks::Sink;
 use super::sources::{Source, sink_name, target_name};
+use super::words::{HELP, different, roles};
 use super::{join, split_module};
 use crate::link::{Filter, NoPlace, Place, Program};
 use crate::own::TimingHistogram;
 use crate::own::{ModuleState, ModuleTiming};
 use crate::parameters::enabled_descriptor;
-use crate::survey::{Absent, Complaints, Implied, Joint, Survey, Target, Way, Wire};
-use slate_configuration::Mistake;
-use slate_configuration::{Configuration, Link, Span};
+use crate::survey::{Absent, Complaints, Implied, Joint, Survey, Surveyed, Target, Way, Wire};
+use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
 /// The interface of what a link leads to, as far as it is known before anything is made.
 fn interface_of(
@@ -44,6 +44,10 @@ fn interface_of(
     }
 }
 
+/// A complaint: where, what, and what to do about it.
+type Complaint = (Span, Message, String);
+
+/// Joins what a link leads to with the port that it belongs to; nothing after a complaint.
 pub(super) fn fit<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -54,222 +58,259 @@ pub(super) fn fit<'a>(
     complaints: &mut Complaints<'a>,
 ) -> Option<Joint<'a>> {
     let Source { target, field: from } = source;
-    let (to, span) = (sink_name(survey, sink), sink.far(link).1);
     let name = join(&target_name(configuration, survey, absent, target), &from);
-    let mut refuse = |message: String, help: &str| {
-        complaints.add(span, Mistake::Ends.of(message), help);
-        None
-    };
-    let surveyed = &survey.modules[sink.module];
-    let own = match sink.wire {
-        Wire::Port(port) => surveyed.description.ports[port].descriptor,
-        Wire::Enabled => enabled_descriptor(),
-        Wire::Params => surveyed.description.params,
-    };
-    let direction = match sink.wire {
-        Wire::Port(port) => surveyed.description.ports[port].direction,
-        Wire::Enabled | Wire::Params => Direction::Input,
-    };
-    let interface = interface_of(configuration, survey, target);
-    // Messages are sent to inboxes, and values are read.
-    let is_inbox = match target {
-        Target::Port(module, port) => {
-            survey.modules[module].description.ports[port].direction == Direction::Inbox
-        }
-        // What it is there is known when it is.
-        Target::Absent(_) | Target::Remote(_) => direction == Direction::Outbox,
-        Target::Played(played) => survey.played[played].is_mailbox,
-        Target::Command(_) | Target::Implied(..) | Target::Host(_) => false,
-    };
-    if (direction == Direction::Outbox) != is_inbox {
-        return if is_inbox {
-            refuse(
-                format!("`/{name}` receives messages, but `{to}` reads a value"),
-                "link an input to an output",
-            )
-        } else {
-            refuse(format!("`{to}` sends messages, but `/{name}` is a value"), "link an outbox to an inbox")
-        };
-    }
-    if direction == Direction::Outbox
-        && let Some((name, said)) = of_values(link)
-    {
-        let help = "leave it out: it is about values that are read";
-        complaints.add(
-            said,
-            Mistake::Ends.of(format!("`{name}` has no meaning for messages, which `{to}` sends")),
-            help,
-        );
-        return None;
-    }
-    if matches!(target, Target::Command(_)) && direction == Direction::Queue {
-        let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
-        complaints.add(span, message, "link a plain input to it");
-        return None;
-    }
-    if let (Wire::Port(port), Target::Port(module, other)) = (sink.wire, target)
-        && sink.field.is_empty()
-        && from.is_empty()
-    {
-        let (own, other) =
-            (&surveyed.description.ports[port].role, &survey.modules[module].description.ports[other].role);
-        if own != other {
-            let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
-            return refuse(roles(&to, own, &name, other), help);
+    match BothEnds::new(configuration, survey, link, sink, (target, from), name).joint() {
+        Ok(joint) => Some(joint),
+        Err((span, message, help)) => {
+            complaints.add(span, message, help);
+            None
         }
     }
-    let filter = match filter(link, interface.unwrap_or(own)) {
-        Ok(filter) => filter,
-        Err(error) => {
-            let span = link.filter.when.as_ref().map_or(span, |when| when.span);
-            complaints.add(
-                span,
-                Mistake::Value.of(format!("the condition of `{to}`: {}", error.message)),
-                error.help,
-            );
-            return None;
-        }
-    };
-    if let Some(said) =
-        link.policy.as_ref().map(|policy| policy.span).or(link.window.as_ref().map(|window| window.span))
-        && direction != Direction::Queue
-    {
-        complaints.add(
-            said,
-            Mistake::Ends.of(format!("`{to}` is no queue input")),
-            "leave `policy` and `window` out",
-        );
-        return None;
-    }
-    let is_whole = sink.field.is_empty() && from.is_empty() && sink.wire != Wire::Params;
-    let known = interface.is_none_or(|interface| interface.hash == own.hash);
-    // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
-    let is_apart = surveyed.module.isolated.value
-        && matches!(target, Target::Remote(_) | Target::Host(_) | Target::Played(_));
-    let is_plain = is_whole
-        && known
-        && (filter.is_none() || direction == Direction::Queue)
-        && !(is_apart && direction != Direction::Outbox && sink.wire != Wire::Enabled);
-    if !is_plain && matches!(direction, Direction::Queue | Direction::Outbox) {
-        let (message, help) = match interface {
-            Some(interface) if is_whole => (
-                different(&to, &name, own, interface),
-                "queues and messages carry the interface of their port; a plain input converts what can be",
-            ),
-            _ => (
-                format!("`{to}` takes whole values of {}, and `/{name}` is a part of one", own.name),
-                "link it to a whole property, or read the part with a plain input",
-            ),
-        };
-        return refuse(message, help);
-    }
-    if sink.wire == Wire::Params && link.previous {
-        return refuse(format!("`{to}` is a parameter, which has no last cycle"), "leave `previous` out");
-    }
-    let way = if is_plain {
-        Way::Plain
-    } else {
-        let place = |descriptor, field: &str| Place::find(descriptor, field);
-        let sink_place = match place(own, if sink.wire == Wire::Enabled { "value" } else { &sink.field }) {
-            Ok(place) if !place.may_be_missing() => place,
-            Ok(_) => {
-                return refuse(
-                    format!("`{to}` is an item of a list, which may be shorter"),
-                    "link the whole list",
-                );
-            }
-            Err(NoPlace { message, help }) => {
-                complaints.add(link.to.span, Mistake::Name.of(format!("`{to}`: {message}")), help);
-                return None;
-            }
-        };
-        match interface {
-            None if matches!(target, Target::Absent(_) | Target::Remote(_)) => {
-                Way::Pending(Arc::new(sink_place))
-            }
-            None => {
-                return refuse(format!("the type of `/{name}` is not known"), "link to the whole command");
-            }
-            Some(interface) => {
-                // A switch is named as a whole.
-                let from = if sink.wire == Wire::Enabled && from.is_empty() && interface.hash == own.hash {
-                    "value"
-                } else {
-                    &from
-                };
-                let source_place = match place(interface, from) {
-                    Ok(place) => place,
-                    Err(NoPlace { message, help }) => {
-                        complaints.add(span, Mistake::Name.of(format!("`/{name}`: {message}")), help);
-                        return None;
-                    }
-                };
-                match Program::new(&source_place, &sink_place) {
-                    Ok(program) => Way::Converted(Arc::new(program.within(range(survey, sink)))),
-                    Err(reason) => {
-                        let message = if is_whole && interface.name == own.name {
-                            different(&to, &name, own, interface)
-                        } else if is_whole && sink.wire != Wire::Enabled {
-                            format!("{}: {reason}", different(&to, &name, own, interface))
-                        } else {
-                            format!(
-                                "`{to}` takes {} but `/{name}` is {}: {reason}",
-                                sink_place.describe(),
-                                source_place.describe()
-                            )
-                        };
-                        return refuse(message, HELP);
-                    }
-                }
-            }
-        }
-    };
-    let delayed = match target {
-        // What is played is written in the place of its module, which may be before this one's.
-        Target::Played(played) => {
-            link.previous && survey.played[played].early_for.contains(&surveyed.module.name.value)
-        }
-        _ => link.previous && is_earlier(configuration, survey, target, surveyed.stage),
-    };
-    Some(Joint {
-        link,
-        port: (sink.module, sink.wire),
-        target,
-        from,
-        field: sink.field.clone(),
-        way,
-        filter: filter.map(Arc::new),
-        delayed,
-    })
 }
 
-/// Why two ports can't be attached, in terms of blocks.
-fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
-    let what = match other {
-        "percept" => "what a Monitor tells".to_owned(),
-        "change" => "what an Analyze tells".to_owned(),
-        "plan" => "an Execute's inbox of plans".to_owned(),
-        "reflex" => "an Execute's inbox of reflexes".to_owned(),
-        "" => "a plain value, such as a sensor's".to_owned(),
-        other => format!("a {other}"),
-    };
-    match own {
-        "percept" => format!("an Analyze reads Monitors: `{to}` can't read `/{from}`, which is {what}"),
-        "change" => format!("the Plan reads Analyzes: `{to}` can't read `/{from}`, which is {what}"),
-        "plan" => {
-            format!("the Plan sends to an Execute's plan: `{to}` can't send to `/{from}`, which is {what}")
+/// A link and what is known of its ends.
+struct BothEnds<'a, 's> {
+    configuration: &'a Configuration,
+    survey: &'s Survey<'a>,
+    link: &'a Link,
+    /// The port of this agent, what it is called, its interface and its direction.
+    sink: &'s Sink,
+    to: String,
+    own: &'static Descriptor,
+    direction: Direction,
+    /// The other end, the field of it, what it is called and where that is written, and its interface if that is known.
+    target: Target,
+    from: String,
+    name: String,
+    span: Span,
+    interface: Option<&'static Descriptor>,
+}
+
+impl<'a, 's> BothEnds<'a, 's> {
+    fn new(
+        configuration: &'a Configuration,
+        survey: &'s Survey<'a>,
+        link: &'a Link,
+        sink: &'s Sink,
+        (target, from): (Target, String),
+        name: String,
+    ) -> Self {
+        let description = &survey.modules[sink.module].description;
+        let (own, direction) = match sink.wire {
+            Wire::Port(port) => (description.ports[port].descriptor, description.ports[port].direction),
+            Wire::Enabled => (enabled_descriptor(), Direction::Input),
+            Wire::Params => (description.params, Direction::Input),
+        };
+        let (to, span) = (sink_name(survey, sink), sink.far(link).1);
+        let interface = interface_of(configuration, survey, target);
+        Self { configuration, survey, link, sink, to, own, direction, target, from, name, span, interface }
+    }
+
+    fn joint(self) -> Result<Joint<'a>, Complaint> {
+        self.check_directions()?;
+        self.check_roles()?;
+        let filter = self.filter()?;
+        self.check_queue_options()?;
+        let is_plain = self.is_plain(filter.is_some());
+        self.check_whole(is_plain)?;
+        let way = if is_plain { Way::Plain } else { self.conversion()? };
+        Ok(Joint {
+            link: self.link,
+            port: (self.sink.module, self.sink.wire),
+            target: self.target,
+            delayed: self.is_delayed(),
+            from: self.from,
+            field: self.sink.field.clone(),
+            way,
+            filter: filter.map(Arc::new),
+        })
+    }
+
+    fn surveyed(&self) -> &'s Surveyed<'a> {
+        &self.survey.modules[self.sink.module]
+    }
+
+    /// Ends that don't fit.
+    fn refuse<T>(&self, message: String, help: &str) -> Result<T, Complaint> {
+        Err((self.span, Mistake::Ends.of(message), help.into()))
+    }
+
+    /// Whether the other end takes messages.
+    fn is_inbox(&self) -> bool {
+        match self.target {
+            Target::Port(module, port) => {
+                self.survey.modules[module].description.ports[port].direction == Direction::Inbox
+            }
+            // What it is there is known when it is.
+            Target::Absent(_) | Target::Remote(_) => self.direction == Direction::Outbox,
+            Target::Played(played) => self.survey.played[played].is_mailbox,
+            Target::Command(_) | Target::Implied(..) | Target::Host(_) => false,
         }
-        "reflex" => {
-            format!(
-                "a ReactiveModel sends to an Execute's reflexes: `{to}` can't send to `/{from}`, which is {what}"
-            )
+    }
+
+    /// Messages are sent to inboxes, and values are read.
+    fn check_directions(&self) -> Result<(), Complaint> {
+        let Self { to, name, .. } = self;
+        let sends = self.direction == Direction::Outbox;
+        match (sends, self.is_inbox()) {
+            (false, true) => {
+                let message = format!("`/{name}` receives messages, but `{to}` reads a value");
+                return self.refuse(message, "link an input to an output");
+            }
+            (true, false) => {
+                let message = format!("`{to}` sends messages, but `/{name}` is a value");
+                return self.refuse(message, "link an outbox to an inbox");
+            }
+            _ => {}
         }
-        "" if other == "percept" => format!("only an Analyze reads Monitors, and `{to}` is of none"),
-        "" if other == "change" => format!("only the Plan reads Analyzes, and `{to}` is of none"),
-        own => format!(
-            "`{to}` is {} but `/{from}` is {what}",
-            if own.is_empty() { "plain".into() } else { format!("a {own}") }
-        ),
+        if sends && let Some((name, said)) = of_values(self.link) {
+            let message = format!("`{name}` has no meaning for messages, which `{to}` sends");
+            let help = "leave it out: it is about values that are read";
+            return Err((said, Mistake::Ends.of(message), help.into()));
+        }
+        if matches!(self.target, Target::Command(_)) && self.direction == Direction::Queue {
+            let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
+            return Err((self.span, message, "link a plain input to it".into()));
+        }
+        Ok(())
+    }
+
+    /// Blocks are attached as their roles say.
+    fn check_roles(&self) -> Result<(), Complaint> {
+        let (Wire::Port(port), Target::Port(module, other)) = (self.sink.wire, self.target) else {
+            return Ok(());
+        };
+        let own = &self.surveyed().description.ports[port].role;
+        let other = &self.survey.modules[module].description.ports[other].role;
+        if !self.sink.field.is_empty() || !self.from.is_empty() || own == other {
+            return Ok(());
+        }
+        let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
+        self.refuse(roles(&self.to, own, &self.name, other), help)
+    }
+
+    /// What the link lets through, if that is not everything.
+    fn filter(&self) -> Result<Option<Filter>, Complaint> {
+        filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoPlace { message, help }| {
+            let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
+            (span, Mistake::Value.of(format!("the condition of `{}`: {message}", self.to)), help)
+        })
+    }
+
+    fn check_queue_options(&self) -> Result<(), Complaint> {
+        let policy = self.link.policy.as_ref().map(|policy| policy.span);
+        match policy.or(self.link.window.as_ref().map(|window| window.span)) {
+            Some(said) if self.direction != Direction::Queue => {
+                let message = Mistake::Ends.of(format!("`{}` is no queue input", self.to));
+                Err((said, message, "leave `policy` and `window` out".into()))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Whether both ends are named as wholes.
+    fn is_whole(&self) -> bool {
+        self.sink.field.is_empty() && self.from.is_empty() && self.sink.wire != Wire::Params
+    }
+
+    /// Whether the port reads the property itself.
+    fn is_plain(&self, has_filter: bool) -> bool {
+        let known = self.interface.is_none_or(|interface| interface.hash == self.own.hash);
+        // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
+        let is_apart = self.surveyed().module.isolated.value
+            && matches!(self.target, Target::Remote(_) | Target::Host(_) | Target::Played(_));
+        self.is_whole()
+            && known
+            && (!has_filter || self.direction == Direction::Queue)
+            && !(is_apart && self.direction != Direction::Outbox && self.sink.wire != Wire::Enabled)
+    }
+
+    /// Queues and messages carry whole values, and a parameter has no last cycle.
+    fn check_whole(&self, is_plain: bool) -> Result<(), Complaint> {
+        let Self { to, name, own, .. } = self;
+        if !is_plain && matches!(self.direction, Direction::Queue | Direction::Outbox) {
+            let (message, help) = match self.interface {
+                Some(interface) if self.is_whole() => (
+                    different(to, name, own, interface),
+                    "queues and messages carry the interface of their port; a plain input converts what can be",
+                ),
+                _ => (
+                    format!("`{to}` takes whole values of {}, and `/{name}` is a part of one", own.name),
+                    "link it to a whole property, or read the part with a plain input",
+                ),
+            };
+            return self.refuse(message, help);
+        }
+        if self.sink.wire == Wire::Params && self.link.previous {
+            let message = format!("`{to}` is a parameter, which has no last cycle");
+            return self.refuse(message, "leave `previous` out");
+        }
+        Ok(())
+    }
+
+    /// How the value becomes what the port takes.
+    fn conversion(&self) -> Result<Way, Complaint> {
+        let sink_place = self.sink_place()?;
+        let Some(interface) = self.interface else {
+            return match self.target {
+                Target::Absent(_) | Target::Remote(_) => Ok(Way::Pending(Arc::new(sink_place))),
+                _ => self.refuse(
+                    format!("the type of `/{}` is not known", self.name),
+                    "link to the whole command",
+                ),
+            };
+        };
+        let is_switch = self.sink.wire == Wire::Enabled;
+        // A switch is named as a whole.
+        let from = match self.from.as_str() {
+            "" if is_switch && interface.hash == self.own.hash => "value",
+            from => from,
+        };
+        let source_place = Place::find(interface, from).map_err(|NoPlace { message, help }| {
+            (self.span, Mistake::Name.of(format!("`/{}`: {message}", self.name)), help)
+        })?;
+        match Program::new(&source_place, &sink_place) {
+            Ok(program) => Ok(Way::Converted(Arc::new(program.within(range(self.survey, self.sink))))),
+            Err(reason) => {
+                let Self { to, name, own, .. } = self;
+                let message = if self.is_whole() && interface.name == own.name {
+                    different(to, name, own, interface)
+                } else if self.is_whole() && !is_switch {
+                    format!("{}: {reason}", different(to, name, own, interface))
+                } else {
+                    let (takes, is) = (sink_place.describe(), source_place.describe());
+                    format!("`{to}` takes {takes} but `/{name}` is {is}: {reason}")
+                };
+                self.refuse(message, HELP)
+            }
+        }
+    }
+
+    /// The part of the port that the link fills.
+    fn sink_place(&self) -> Result<Place, Complaint> {
+        let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
+        match Place::find(self.own, field) {
+            Ok(place) if !place.may_be_missing() => Ok(place),
+            Ok(_) => self.refuse(
+                format!("`{}` is an item of a list, which may be shorter", self.to),
+                "link the whole list",
+            ),
+            Err(NoPlace { message, help }) => {
+                Err((self.link.to.span, Mistake::Name.of(format!("`{}`: {message}", self.to)), help))
+            }
+        }
+    }
+
+    /// Whether last cycle's value is meant of what is written earlier in a cycle.
+    fn is_delayed(&self) -> bool {
+        let own = self.surveyed();
+        match self.target {
+            // What is played is written in the place of its module, which may be before this one's.
+            Target::Played(played) => {
+                self.link.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
+            }
+            target => self.link.previous && is_earlier(self.configuration, self.survey, target, own.stage),
+        }
     }
 }
 
@@ -286,20 +327,6 @@ fn of_values(link: &Link) -> Option<(&'static str, Span)> {
         ("compression", transport.compression.as_ref().map(|said| said.span)),
     ];
     said.into_iter().find_map(|(name, said)| Some((name, said?)))
-}
-
-const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
-                    numbers to a smaller unit, and interfaces with such fields of the same names";
-
-fn different(to: &str, from: &str, own: &Descriptor, other: &Descriptor) -> String {
-    if own.name == other.name {
-        format!(
-            "`{to}` and `/{from}` are different versions of {}: {:016x} and {:016x}",
-            own.name, own.hash, other.hash
-        )
-    } else {
-        format!("`{to}` is {} but `/{from}` is {}", own.name, other.name)
-    }
 }
 
 /// What a link lets through, if that is not everything.

@@ -3,19 +3,30 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use slate_blackboard::channel::{Budget, Writer};
+use slate_blackboard::channel::{Budget, Latest, Writer};
 use slate_blackboard::interface::{CanonicalForm, Descriptor};
 use slate_blackboard::{Access, Carrier, Stamp, Store};
-use slate_module::{Direction, Entry, Frame, Interface, PortDescription, PortSlot, Random};
+use slate_module::{
+    Description, Direction, Entry, Frame, Host, Interface, ModuleKind, PortDescription, PortSlot, Random,
+};
 
 use super::{Builder, SPARE_READERS, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
     InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, PortName, Requirements,
-    Runner, Slots,
+    Runner, Slots, Supervised,
 };
 use crate::timing::TimingHistogram;
-use slate_composition::Wire;
+use slate_composition::{Surveyed, Wire};
+
+/// What every module has beside its ports.
+struct OwnProperties {
+    params: Latest,
+    enabled: Latest,
+    state: Writer,
+    timing: Writer,
+    histogram: Writer,
+}
 
 impl Builder<'_, '_> {
     pub(super) fn runners(&mut self, arriving: &[usize]) -> Vec<Runner> {
@@ -38,6 +49,22 @@ impl Builder<'_, '_> {
     }
 
     fn runner(&mut self, m: usize, zeros: &Arc<Memory>) -> Option<Runner> {
+        let mut runner = self.idle_runner(m, zeros)?;
+        for p in 0..self.surveyed(m).description.ports.len() {
+            self.fill_port(m, p, &mut runner)?;
+        }
+        // There are no more of them, and of thousands of modules each takes what its ports take.
+        runner.outputs.shrink_to_fit();
+        let wiring = self.wiring(m, &|_| false)?;
+        runner.rewire(wiring);
+        // It is not news that it has links.
+        runner.rewired = false;
+        self.set_up(m, &mut runner)?;
+        Some(runner)
+    }
+
+    /// A runner that is connected to nothing yet, and without its instance.
+    fn idle_runner(&mut self, m: usize, zeros: &Arc<Memory>) -> Option<Runner> {
         let surveyed = &self.survey.modules[m];
         let name: Arc<str> = Arc::from(surveyed.module.name.value.as_str());
         let post = self.ground.post(&name);
@@ -49,34 +76,14 @@ impl Builder<'_, '_> {
         if supervised.is_none() && surveyed.module.isolated.value {
             return None;
         }
-        let kind = supervised
-            .as_ref()
-            .map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind));
+        let kind = kind_of(surveyed, supervised.as_ref());
         let ports = &surveyed.description.ports;
         let slots = Slots::new(ports.len(), |port| empty_slot(&ports[port], zeros));
-        let params = self.ground.board.get(&format!("{name}/params"))?.0.channel()?.latest().ok()?;
-        let enabled = self.switch(m)?;
-        let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
-        let timing =
-            self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
-        let doc = "How long its ticks took.";
-        let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
-        let frame = Frame {
-            ports: slots.as_ptr(),
-            port_count: ports.len(),
-            params: zeros.as_ptr(),
-            params_size: surveyed.description.params.size,
-            params_version: 0,
-            now: 0,
-            elapsed: 0,
-            number: 0,
-            random: &raw const *random,
-            host: &raw const *host,
-        };
+        let own = self.own_properties(m)?;
+        let frame = frame(&surveyed.description, &slots, zeros, &raw const *random, &raw const *host);
         let patience = self.ground.patience(&name, supervised.is_some());
         let required = ports.iter().enumerate().filter(|(_, port)| port.required);
-        let required = required.map(|(p, port)| (p, port.name.as_str()));
-        let mut runner = Runner {
+        Some(Runner {
             condition: None,
             params_changed: true,
             has_company: true,
@@ -116,16 +123,16 @@ impl Builder<'_, '_> {
             shadow: None,
             on: true,
             is_switched: self.joints(m, Wire::Enabled).next().is_some(),
-            params,
-            enabled,
-            state,
-            timing,
-            histogram: Some(histogram),
+            params: own.params,
+            enabled: own.enabled,
+            state: own.state,
+            timing: own.timing,
+            histogram: Some(own.histogram),
             commit: post.commit,
             wake: post.wake,
             log,
             setup: surveyed.setup.clone(),
-            requirements: Requirements::new(required),
+            requirements: Requirements::new(required.map(|(p, port)| (p, port.name.as_str()))),
             waiting_for: PortName::default(),
             patience,
             slots,
@@ -135,66 +142,77 @@ impl Builder<'_, '_> {
             panics: 0,
             panics_in_a_row: 0,
             last_panic: 0,
-        };
-        for (p, port) in surveyed.description.ports.iter().enumerate() {
-            match port.direction {
-                Direction::Input | Direction::Queue => {}
-                Direction::Inbox => {
-                    let property = self.own_property(m, p)?;
-                    let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
-                    let receiver = mailbox.receiver().ok()?;
-                    let entries = Vec::with_capacity(receiver.capacity());
-                    runner.inboxes.push(InboxPort {
-                        slot: p,
-                        triggers: self.triggers(m, p),
-                        receiver,
-                        entries,
-                    });
-                }
-                Direction::Output | Direction::Debug | Direction::Command => {
-                    let output = self.output(m, p, port)?;
-                    // Who read it first may have made room for less.
-                    runner.slots[p].capacity = output.writer.capacity();
-                    runner.outputs.push(output);
-                }
-                Direction::Aspect => self.aspect(m, p, &mut runner)?,
-                Direction::Provider => {
-                    let place = self.ground.service(&format!("{}/{}", self.name(m), port.name));
-                    let provider = ProviderPort::new(p, place, runner.kind.clone());
-                    runner.slots[p].data = provider.table().cast_mut().cast();
-                    runner.providers.push(provider);
-                }
-                Direction::Outbox => {
-                    let outbox = self.outbox(p, port);
-                    let slot = &mut runner.slots[p];
-                    slot.entries = outbox.entries.as_ptr();
-                    slot.capacity = outbox.entries.len();
-                    runner.outboxes.push(outbox);
-                }
+        })
+    }
+
+    /// What every module has beside its ports.
+    fn own_properties(&mut self, m: usize) -> Option<OwnProperties> {
+        let params = format!("{}/params", self.name(m));
+        let params = self.ground.board.get(&params)?.0.channel()?.latest().ok()?;
+        let enabled = self.switch(m)?;
+        let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
+        let timing =
+            self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
+        let doc = "How long its ticks took.";
+        let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
+        Some(OwnProperties { params, enabled, state, timing, histogram })
+    }
+
+    /// Connects a port, but for those that links fill.
+    fn fill_port(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
+        let port = &self.survey.modules[m].description.ports[p];
+        match port.direction {
+            Direction::Input | Direction::Queue => {}
+            Direction::Inbox => {
+                let property = self.own_property(m, p)?;
+                let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
+                let receiver = mailbox.receiver().ok()?;
+                let entries = Vec::with_capacity(receiver.capacity());
+                runner.inboxes.push(InboxPort { slot: p, triggers: self.triggers(m, p), receiver, entries });
+            }
+            Direction::Output | Direction::Debug | Direction::Command => {
+                let output = self.output(m, p, port)?;
+                // Who read it first may have made room for less.
+                runner.slots[p].capacity = output.writer.capacity();
+                runner.outputs.push(output);
+            }
+            Direction::Aspect => self.aspect(m, p, runner)?,
+            Direction::Provider => {
+                let place = self.ground.service(&format!("{}/{}", self.name(m), port.name));
+                let provider = ProviderPort::new(p, place, runner.kind.clone());
+                runner.slots[p].data = provider.table().cast_mut().cast();
+                runner.providers.push(provider);
+            }
+            Direction::Outbox => {
+                let outbox = self.outbox(p, port);
+                let slot = &mut runner.slots[p];
+                slot.entries = outbox.entries.as_ptr();
+                slot.capacity = outbox.entries.len();
+                runner.outboxes.push(outbox);
             }
         }
-        // There are no more of them, and of thousands of modules each takes what its ports take.
-        runner.outputs.shrink_to_fit();
-        let wiring = self.wiring(m, &|_| false)?;
-        runner.rewire(wiring);
-        // It is not news that it has links.
-        runner.rewired = false;
+        Some(())
+    }
+
+    /// Makes the instance of a module.
+    fn set_up(&mut self, m: usize, runner: &mut Runner) -> Option<()> {
         match runner.create_patiently() {
             Ok(instance) => {
                 runner.instance = instance;
                 runner.show_process(0, true);
+                Some(())
             }
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
+                let place = self.surveyed(m).module.name.span;
                 self.complaints.add(
-                    self.configuration.place_of(&refusal.0, surveyed.module.name.span),
+                    self.configuration.place_of(&refusal.0, place),
                     message,
                     "mend its parameters or what it is set up from",
                 );
-                return None;
+                None
             }
         }
-        Some(runner)
     }
 
     /// The service that a port needs.
@@ -284,6 +302,33 @@ impl Builder<'_, '_> {
             wake: None,
             refused: 0,
         }
+    }
+}
+
+/// The code of a module: here or apart.
+fn kind_of(surveyed: &Surveyed<'_>, supervised: Option<&Supervised>) -> ModuleKind {
+    supervised.map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind))
+}
+
+/// What a module sees in its first step; `random` and `host` stay where they are.
+fn frame(
+    description: &Description,
+    slots: &Slots,
+    zeros: &Memory,
+    random: *const Cell<Random>,
+    host: *const Host,
+) -> Frame {
+    Frame {
+        ports: slots.as_ptr(),
+        port_count: description.ports.len(),
+        params: zeros.as_ptr(),
+        params_size: description.params.size,
+        params_version: 0,
+        now: 0,
+        elapsed: 0,
+        number: 0,
+        random,
+        host,
     }
 }
 

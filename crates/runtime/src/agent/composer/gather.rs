@@ -6,28 +6,45 @@ use std::path::Path;
 use slate_module::Plugin;
 
 use super::{Origin, PluginError, unknown};
+use crate::agent::StartError;
 use crate::agent::composition::Composition;
-use crate::configuration::PluginEntry;
-use crate::plugin::LibraryOutline;
+use crate::configuration::{Configuration, PluginEntry};
+use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
+use crate::sharing::Sharing;
 use slate_composition::Catalogue;
 
+/// Where plugins come from.
+#[derive(Clone, Copy)]
+pub(super) struct PluginSources<'a> {
+    pub configuration: &'a Configuration,
+    /// The plugins that are linked into the program.
+    pub linked: &'a [Plugin],
+    /// What runs isolated modules, unless this program does.
+    pub program: Option<&'a Path>,
+}
+
 pub(super) struct Gathered<'a> {
-    composition: &'a Composition,
+    sources: PluginSources<'a>,
     catalogue: Catalogue,
     origins: BTreeMap<String, Origin>,
     came: Vec<Plugin>,
     /// Plugins whose dependencies are being loaded.
     open: Vec<String>,
     /// Whether a library that does not fit is shown at its line of the configuration: nobody else asked for it.
-    pub shows_places: bool,
+    shows_places: bool,
 }
 
 impl<'a> Gathered<'a> {
     pub fn new(composition: &'a Composition) -> Self {
+        let catalogue = composition.catalogue.clone();
+        Self { origins: composition.origins.clone(), ..Self::with(composition.sources(), catalogue) }
+    }
+
+    pub fn with(sources: PluginSources<'a>, catalogue: Catalogue) -> Self {
         Self {
-            composition,
-            catalogue: composition.catalogue.clone(),
-            origins: composition.origins.clone(),
+            sources,
+            catalogue,
+            origins: BTreeMap::new(),
             came: Vec::new(),
             open: Vec::new(),
             shows_places: false,
@@ -39,8 +56,22 @@ impl<'a> Gathered<'a> {
         (self.catalogue, self.origins, self.came)
     }
 
+    /// All that an agent begins with: the plugins that are linked in, and those of the configuration.
+    pub fn all(&mut self) -> Result<(), PluginError> {
+        self.shows_places = true;
+        self.linked(self.sources.linked)?;
+        for entry in self.sources.configuration.plugins() {
+            if entry.load {
+                self.named(&entry.name.value)?;
+            } else {
+                self.dormant(entry);
+            }
+        }
+        Ok(())
+    }
+
     /// Plugins that are linked in, in the order of what they need.
-    pub fn linked(&mut self, plugins: &[Plugin]) -> Result<(), PluginError> {
+    fn linked(&mut self, plugins: &[Plugin]) -> Result<(), PluginError> {
         for plugin in plugins {
             self.linked_one(plugins, plugin)?;
         }
@@ -66,7 +97,7 @@ impl<'a> Gathered<'a> {
     /// A plugin of that name or the plugins of a list; those that are there already are left as they are.
     pub fn named(&mut self, name: &str) -> Result<(), PluginError> {
         let mut names = Vec::new();
-        expand(self.composition.configuration.plugins(), name, &mut names);
+        expand(self.sources.configuration.plugins(), name, &mut names);
         for name in names {
             if self.catalogue.plugin(&name).is_none() {
                 self.entry(&name)?;
@@ -84,27 +115,27 @@ impl<'a> Gathered<'a> {
     }
 
     fn entry(&mut self, name: &str) -> Result<(), PluginError> {
-        let entry = self.composition.configuration.plugins().iter().find(|entry| entry.name.value == name);
-        let linked = self.composition.linked.iter().find(|plugin| plugin.name() == name);
+        let entry = self.sources.configuration.plugins().iter().find(|entry| entry.name.value == name);
+        let linked = self.sources.linked.iter().find(|plugin| plugin.name() == name);
         match (entry.and_then(|entry| entry.file.as_ref()), linked) {
             (Some(file), _) => self.library(&file.value, Some(name)).map_err(|error| match error {
                 PluginError::Library(_) | PluginError::OtherPlugin { .. } if self.shows_places => {
                     let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
-                    let configuration = &self.composition.configuration;
+                    let configuration = &self.sources.configuration;
                     let shown = configuration.diagnostic(file.span, error.to_string(), help);
                     PluginError::Unfit(vec![shown].into())
                 }
                 other => other,
             }),
-            (None, Some(plugin)) => self.linked_one(&self.composition.linked, plugin),
+            (None, Some(plugin)) => self.linked_one(self.sources.linked, plugin),
             (None, None) if entry.is_some() => Err(PluginError::NoFile { name: name.into() }),
-            (None, None) => Err(unknown(self.composition, name)),
+            (None, None) => Err(unknown(self.sources.configuration, &self.catalogue, name)),
         }
     }
 
     /// A library, which must be of the plugin that is `expected`.
     pub fn library(&mut self, file: &Path, expected: Option<&str>) -> Result<(), PluginError> {
-        let (plugin, residence) = self.composition.open(file)?;
+        let (plugin, residence) = self.sources.open(file)?;
         if let Some(expected) = expected.filter(|expected| *expected != plugin.name()) {
             return Err(other_plugin(file, &plugin, expected));
         }
@@ -127,9 +158,8 @@ impl<'a> Gathered<'a> {
         if self.open.iter().any(|open| open == dependency) {
             return self.enter(dependency);
         }
-        let known =
-            self.composition.configuration.plugins().iter().any(|entry| entry.name.value == dependency);
-        if known || self.composition.linked.iter().any(|plugin| plugin.name() == dependency) {
+        let known = self.sources.configuration.plugins().iter().any(|entry| entry.name.value == dependency);
+        if known || self.sources.linked.iter().any(|plugin| plugin.name() == dependency) {
             return self.named(dependency);
         }
         Err(PluginError::Missing { name: name.into(), dependency: dependency.into() })
@@ -152,7 +182,7 @@ impl<'a> Gathered<'a> {
     }
 
     /// A plugin that is not loaded: what it brings is known from its file, when that can be read.
-    pub fn dormant(&mut self, entry: &PluginEntry) {
+    fn dormant(&mut self, entry: &PluginEntry) {
         // A list may have loaded it.
         let is_loaded = self.catalogue.plugin(&entry.name.value).is_some();
         let Some(file) = entry.file.as_ref().filter(|_| !is_loaded) else { return };
@@ -160,6 +190,49 @@ impl<'a> Gathered<'a> {
             let kinds = outline.modules.into_iter().map(|module| (module.name, entry.name.value.clone()));
             self.catalogue.dormant.extend(kinds);
         }
+    }
+}
+
+impl PluginSources<'_> {
+    /// Loads a library for the modules of the configuration.
+    pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        let modules = self.configuration.modules();
+        let are_isolated = |outline: &LibraryOutline| {
+            outline.modules.iter().all(|kind| {
+                let mut own = modules.iter().filter(|module| module.kind.value == kind.name).peekable();
+                own.peek().is_some() && own.all(|module| module.isolated.value)
+            })
+        };
+        let (plugin, _, residence) = plugin::load_for(file, self.program, are_isolated)?;
+        Ok((plugin, residence))
+    }
+}
+
+/// What an agent of that configuration could be made of: kinds of the plugins that are linked in and of those that it
+/// names, links to other agents where something is to carry them, and the services of the host.
+///
+/// # Errors
+/// When a plugin can't be loaded.
+pub fn catalogue(
+    configuration: &Configuration,
+    linked: &[Plugin],
+    sharing: Option<&dyn Sharing>,
+) -> Result<Catalogue, StartError> {
+    let sources = PluginSources { configuration, linked, program: None };
+    let mut gathered = Gathered::with(sources, host_catalogue(sharing));
+    gathered.all()?;
+    Ok(gathered.done().0)
+}
+
+/// What every agent has, before any plugin has come.
+pub(in crate::agent) fn host_catalogue(sharing: Option<&dyn Sharing>) -> Catalogue {
+    Catalogue {
+        shares: sharing.is_some(),
+        carriers: sharing.map(Sharing::carriers).unwrap_or_default(),
+        has_jpeg: sharing.is_some_and(Sharing::has_jpeg),
+        services: crate::aspects::services().collect(),
+        describe: crate::runner::describe,
+        ..Catalogue::default()
     }
 }
 

@@ -330,17 +330,8 @@ impl Composer {
 impl Composition {
     /// Whether a link carries messages: an inbox is filled, or an outbox sends.
     pub(in crate::agent) fn sends(&self, to: &str, from: &str) -> bool {
-        let direction = |path: &str| {
-            let ports = self.present.iter().find_map(|(name, present)| {
-                let rest = path.strip_prefix(name.as_str())?.strip_prefix('/')?;
-                present.description.ports.iter().find(|port| port.name == rest)
-            });
-            ports.map(|port| port.direction)
-        };
-        let here = direction(to);
-        to.starts_with("slate://")
-            || here == Some(Direction::Inbox)
-            || here.is_none() && direction(from) == Some(Direction::Outbox)
+        let modules = || self.present.iter().map(|(name, present)| (name.as_str(), &present.description));
+        slate_composition::sends(modules, to, from)
     }
 
     pub(in crate::agent) fn database(&self) -> Result<Database, Report> {

@@ -22,17 +22,21 @@ use slate_module::{Level, ModuleKind, Parameter, Plugin, PortDescription};
 
 use super::composition::Composition;
 use super::memory::States;
+use crate::configuration::Configuration;
 use crate::log::Levels;
 use crate::main_loop::Shared;
-use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
+use crate::plugin::{self, Residence};
 use crate::recording::{Change, Recording};
 pub use error::PluginError;
-use gather::Gathered;
+pub use gather::catalogue;
+pub(super) use gather::host_catalogue;
+use gather::{Gathered, PluginSources};
 pub use links::RemoteEnd;
 pub use links::{LinkStatus, NewLink};
 use overview::{Held, Overview};
 pub use reload::Reload;
 pub(super) use shadow::Trial;
+use slate_composition::Catalogue;
 pub use teleoperation::{ControlsError, ControlsHolder, Teleoperation};
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
@@ -185,17 +189,8 @@ impl Composer {
     ) -> Result<BTreeMap<String, Result<(), String>>, PluginError> {
         let mut composition = self.composition();
         composition.linked = linked.to_vec();
-        let configuration = Arc::clone(&composition.configuration);
         let mut gathered = Gathered::new(&composition);
-        gathered.shows_places = true;
-        gathered.linked(linked)?;
-        for entry in configuration.plugins() {
-            if entry.load {
-                gathered.named(&entry.name.value)?;
-            } else {
-                gathered.dormant(entry);
-            }
-        }
+        gathered.all()?;
         let (catalogue, origins, _) = gathered.done();
         composition.origins = origins;
         let target = composition.target(|present| *present = catalogue);
@@ -450,12 +445,16 @@ fn not_loaded(composition: &Composition, name: &str) -> PluginError {
     let is_known = entry.is_some()
         || composition.linked.iter().any(|plugin| plugin.name() == name)
         || composition.catalogue.dormant.values().any(|plugin| plugin == name);
-    if is_known { PluginError::NotLoaded { name: name.into() } } else { unknown(composition, name) }
+    if is_known {
+        PluginError::NotLoaded { name: name.into() }
+    } else {
+        unknown(&composition.configuration, &composition.catalogue, name)
+    }
 }
 
-fn unknown(composition: &Composition, name: &str) -> PluginError {
-    let loaded = composition.catalogue.plugins.iter().map(Plugin::name);
-    let known = composition.configuration.plugins().iter().map(|entry| entry.name.value.as_str());
+fn unknown(configuration: &Configuration, catalogue: &Catalogue, name: &str) -> PluginError {
+    let loaded = catalogue.plugins.iter().map(Plugin::name);
+    let known = configuration.plugins().iter().map(|entry| entry.name.value.as_str());
     PluginError::Unknown { name: name.into(), near: nearest_names(name, loaded.chain(known)) }
 }
 
@@ -469,18 +468,13 @@ impl Composition {
             .try_for_each(|present| threads.start(shared, &present.seat))
     }
 
-    /// Loads a library for the modules of the configuration.
-    fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
-        let modules = self.configuration.modules();
-        let are_isolated = |outline: &LibraryOutline| {
-            outline.modules.iter().all(|kind| {
-                let mut own = modules.iter().filter(|module| module.kind.value == kind.name).peekable();
-                own.peek().is_some() && own.all(|module| module.isolated.value)
-            })
-        };
-        let (plugin, _, residence) =
-            plugin::load_for(file, self.ground.arenas.program.as_deref(), are_isolated)?;
-        Ok((plugin, residence))
+    /// Where plugins come from.
+    fn sources(&self) -> PluginSources<'_> {
+        PluginSources {
+            configuration: &self.configuration,
+            linked: &self.linked,
+            program: self.ground.arenas.program.as_deref(),
+        }
     }
 
     /// The modules that run code of those plugins.

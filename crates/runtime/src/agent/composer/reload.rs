@@ -47,7 +47,7 @@ impl Composer {
         let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
             return Err(PluginError::LinkedIn { name: name.into() });
         };
-        let (new, residence) = composition.open(file)?;
+        let (new, residence) = composition.sources().open(file)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
         }

@@ -1,0 +1,49 @@
+//! Why the ends of a link don't fit, in words.
+
+use slate_blackboard::interface::Descriptor;
+
+/// What fits.
+pub(super) const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
+                    numbers to a smaller unit, and interfaces with such fields of the same names";
+
+/// That both ends carry other interfaces.
+pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descriptor) -> String {
+    if own.name == other.name {
+        format!(
+            "`{to}` and `/{from}` are different versions of {}: {:016x} and {:016x}",
+            own.name, own.hash, other.hash
+        )
+    } else {
+        format!("`{to}` is {} but `/{from}` is {}", own.name, other.name)
+    }
+}
+
+/// Why two ports can't be attached, in terms of blocks.
+pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
+    let what = match other {
+        "percept" => "what a Monitor tells".to_owned(),
+        "change" => "what an Analyze tells".to_owned(),
+        "plan" => "an Execute's inbox of plans".to_owned(),
+        "reflex" => "an Execute's inbox of reflexes".to_owned(),
+        "" => "a plain value, such as a sensor's".to_owned(),
+        other => format!("a {other}"),
+    };
+    match own {
+        "percept" => format!("an Analyze reads Monitors: `{to}` can't read `/{from}`, which is {what}"),
+        "change" => format!("the Plan reads Analyzes: `{to}` can't read `/{from}`, which is {what}"),
+        "plan" => {
+            format!("the Plan sends to an Execute's plan: `{to}` can't send to `/{from}`, which is {what}")
+        }
+        "reflex" => {
+            format!(
+                "a ReactiveModel sends to an Execute's reflexes: `{to}` can't send to `/{from}`, which is {what}"
+            )
+        }
+        "" if other == "percept" => format!("only an Analyze reads Monitors, and `{to}` is of none"),
+        "" if other == "change" => format!("only the Plan reads Analyzes, and `{to}` is of none"),
+        own => format!(
+            "`{to}` is {} but `/{from}` is {what}",
+            if own.is_empty() { "plain".into() } else { format!("a {own}") }
+        ),
+    }
+}

@@ -1,0 +1,87 @@
+//! A configuration with the links that need not be written, and what it comes to.
+
+use std::sync::Arc;
+
+use slate_configuration::{Configuration, Diagnostic, Report};
+use slate_module::aspect::{MainLoop, Service};
+use slate_module::{Description, Direction, Trigger};
+
+use crate::catalogue::Catalogue;
+use crate::survey::{Complaints, Survey, Surveyed, infer, needs, survey};
+
+/// A configuration with the links that types and roles leave no choice of.
+pub struct Wired {
+    configuration: Arc<Configuration>,
+    /// What they leave a choice of.
+    ambiguous: Vec<Diagnostic>,
+}
+
+impl Wired {
+    /// Finds those links. The links of modules that `stays` names remain as they are.
+    pub fn new(configuration: &Configuration, catalogue: &Catalogue, stays: &dyn Fn(&str) -> bool) -> Self {
+        let mut complaints = Complaints::new(configuration);
+        let configuration = infer(configuration, catalogue, stays, &mut complaints);
+        Self { configuration: Arc::new(configuration), ambiguous: complaints.diagnostics }
+    }
+
+    /// The configuration with those links.
+    pub fn configuration(&self) -> &Arc<Configuration> {
+        &self.configuration
+    }
+
+    /// What it is made of.
+    ///
+    /// # Errors
+    /// Everything that does not fit or is ambiguous.
+    pub fn check(&self, catalogue: &Catalogue) -> Result<Survey<'_>, Report> {
+        let mut complaints = Complaints::new(&self.configuration);
+        let survey = survey(&self.configuration, catalogue, &mut complaints);
+        complaints.diagnostics.extend(self.ambiguous.iter().cloned());
+        if complaints.diagnostics.is_empty() { Ok(survey) } else { Err(Report::from(complaints.diagnostics)) }
+    }
+}
+
+impl Survey<'_> {
+    /// The stages of the main loop, each with its modules in their order, of an agent that runs all modules on the loop
+    /// but for those in processes of their own that have their own time.
+    pub fn stages(&self, configuration: &Configuration) -> Vec<(String, Vec<String>)> {
+        let lockstep = configuration.time_source().is_some();
+        let is_on_loop = |surveyed: &&Surveyed<'_>| {
+            lockstep
+                || !surveyed.module.isolated.value
+                || surveyed.trigger == Trigger::Stage
+                || needs(&surveyed.description, MainLoop::DESCRIPTOR.hash)
+        };
+        let stages = configuration.schedule().stages().iter().map(|stage| {
+            let levels = stage.members.iter().filter_map(|member| self.order.get(*member as usize));
+            let modules = levels.flatten().flatten().map(|index| &self.modules[*index]);
+            let names = modules.filter(is_on_loop).map(|surveyed| surveyed.module.name.value.clone());
+            (stage.name.clone(), names.collect())
+        });
+        stages.collect()
+    }
+
+    /// Whether messages go over the link between those two paths, from an outbox to an inbox.
+    pub fn sends(&self, to: &str, from: &str) -> bool {
+        let modules = || self.modules.iter().map(|own| (own.module.name.value.as_str(), &own.description));
+        sends(modules, to, from)
+    }
+}
+
+/// Whether messages go over the link between those two paths of these modules, from an outbox to an inbox.
+pub fn sends<'d, M>(modules: impl Fn() -> M, to: &str, from: &str) -> bool
+where
+    M: Iterator<Item = (&'d str, &'d Description)>,
+{
+    let direction = |path: &str| {
+        let port = modules().find_map(|(name, description)| {
+            let rest = path.strip_prefix(name)?.strip_prefix('/')?;
+            description.ports.iter().find(|port| port.name == rest)
+        });
+        port.map(|port| port.direction)
+    };
+    let here = direction(to);
+    to.starts_with("slate://")
+        || here == Some(Direction::Inbox)
+        || here.is_none() && direction(from) == Some(Direction::Outbox)
+}
