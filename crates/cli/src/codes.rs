@@ -132,6 +132,17 @@ fn found(code: &str) -> Option<Mistake> {
     Mistake::from_code(code).or_else(|| Mistake::from_code(&format!("S{:03}", number?)))
 }
 
+/// What a code means; nothing when it is none.
+#[cfg(feature = "mcp")]
+pub fn explained(code: &str) -> Option<serde_json::Value> {
+    found(code).map(document)
+}
+
+fn document(mistake: Mistake) -> serde_json::Value {
+    let (title, explanation) = meaning(mistake);
+    json!({"code": mistake.code(), "title": title, "explanation": explanation})
+}
+
 /// Explains codes, or lists all.
 pub fn explain(wanted: &[String], json: bool) -> Result<bool, Failure> {
     let mut chosen = Vec::new();
@@ -143,11 +154,7 @@ pub fn explain(wanted: &[String], json: bool) -> Result<bool, Failure> {
         chosen.extend(Mistake::ALL);
     }
     if json {
-        let code = |mistake: Mistake| {
-            let (title, explanation) = meaning(mistake);
-            json!({"code": mistake.code(), "title": title, "explanation": explanation})
-        };
-        let codes: Vec<_> = chosen.into_iter().map(code).collect();
+        let codes: Vec<_> = chosen.into_iter().map(document).collect();
         output::json(&json!({"schema": "slate.explain/1", "codes": codes}));
     } else if all {
         output::columns(chosen.into_iter().map(|one| [one.code().to_owned(), meaning(one).0.to_owned()]));

@@ -130,6 +130,8 @@ pub enum Failure {
     Unconfirmed,
     #[error("keys are read from a terminal, and there is none")]
     NoTerminal,
+    #[error("the Model Context Protocol can't be spoken: {reason}")]
+    Mcp { reason: String, help: String },
     #[error("`{text}` is no body")]
     Body { text: String },
     #[error("no drawing is written into {}", slate::runtime::printable(.path))]
@@ -423,7 +425,7 @@ impl Failure {
                  agents of one file, the one with the mission has a console, or the first, unless [agents.{agent}.console] says so"
             ),
             Self::Network(trouble) => trouble.help(),
-            Self::Http { help, .. } => help.clone(),
+            Self::Http { help, .. } | Self::Mcp { help, .. } => help.clone(),
             Self::GoalOutside { .. } => {
                 "choose a place in it, in metres; `slate set` sets any, as `slate tree '/**/params' --values` shows them".into()
             }

@@ -3,9 +3,10 @@
 use std::sync::LazyLock;
 
 /// Name of each feature, and whether it is built in.
-const FEATURES: [(&str, bool); 4] = [
+const FEATURES: [(&str, bool); 5] = [
     ("console", cfg!(feature = "console")),
     ("jpeg", cfg!(feature = "jpeg")),
+    ("mcp", cfg!(feature = "mcp")),
     ("tls", cfg!(feature = "tls")),
     ("zenoh", cfg!(feature = "zenoh")),
 ];

@@ -12,6 +12,8 @@ mod interface;
 mod isolation;
 mod logs;
 mod mapping;
+#[cfg(feature = "mcp")]
+mod mcp;
 mod network;
 mod new;
 mod operate;

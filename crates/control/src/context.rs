@@ -74,7 +74,7 @@ impl Context {
     /// When the system has no random numbers.
     pub fn new(agent: &Agent) -> std::io::Result<Self> {
         Ok(Self {
-            operable: Vec::new(),
+            operable: operable(agent),
             session: random_name()?,
             robots: Followed::of(&agent.configuration()),
             agent: AgentControl::new(agent),
@@ -138,6 +138,14 @@ impl Context {
     pub fn turn(&self) -> MutexGuard<'_, ()> {
         self.turn.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// The parameters that the configuration lets operators set. Whoever reads the table of the console says what is wrong in it.
+fn operable(agent: &Agent) -> Vec<Pattern> {
+    let configuration = agent.configuration();
+    let list = configuration.value("console.operable").and_then(|value| value.as_list());
+    let texts = list.unwrap_or_default().iter().filter_map(|item| item.as_str());
+    texts.filter_map(|text| Pattern::parse(text).ok()).collect()
 }
 
 /// A name that nobody guesses.

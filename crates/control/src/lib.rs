@@ -60,6 +60,6 @@ pub use query::Query;
 pub use role::Role;
 pub use schema::{complete, of_interface};
 pub use select::Selection;
-pub use server::{OpenError, Server};
+pub use server::{OpenError, Server, lowered};
 pub use service::{Found, Service};
 pub use stream::{Follow, Sample, Watcher, What, apart};

@@ -15,6 +15,11 @@ impl Role {
     /// All of them, the least one first.
     pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Developer];
 
+    /// The role of that name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|role| role.name() == name)
+    }
+
     /// With its article, as sentences call it.
     pub fn one(self) -> &'static str {
         match self {

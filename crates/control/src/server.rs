@@ -7,6 +7,7 @@ use std::thread::{Builder, JoinHandle};
 use std::time::Duration;
 
 use hyper::body::Incoming;
+use hyper::header::HeaderMap;
 use hyper::server::conn::http1;
 use hyper::service::service_fn;
 use hyper::{Request, Response};
@@ -29,6 +30,9 @@ use crate::service::{Found, Service};
 
 /// The header by which a caller says for whom it asks.
 pub const CALLER: &str = "slate-caller";
+
+/// The header that says in which role a caller asks that may do more.
+pub const ROLE: &str = "slate-role";
 
 /// How many requests may be at work that can take long.
 const WORKING: usize = 32;
@@ -241,11 +245,18 @@ async fn converse(stream: UnixStream, hall: Arc<Hall>, place: Arc<Place>, is_las
     }
 }
 
+/// The role of a caller that may do so much, and may ask as one who may do less. A role of another name may do the least.
+pub fn lowered(role: Role, headers: &HeaderMap) -> Role {
+    let Some(asked) = headers.get(ROLE) else { return role };
+    let asked = asked.to_str().ok().and_then(Role::by_name).unwrap_or(Role::Viewer);
+    role.min(asked)
+}
+
 fn caller(hall: &Hall, place: &Arc<Place>, request: &Request<Incoming>) -> Caller {
     let who = request.headers().get(CALLER).and_then(|who| who.to_str().ok());
     let who: String = slate_runtime::printable_text(who.unwrap_or_default()).chars().take(NAME).collect();
     Caller {
-        role: Role::Developer,
+        role: lowered(Role::Developer, request.headers()),
         is_told: !who.is_empty(),
         who,
         local: Some(hall.name.clone()),

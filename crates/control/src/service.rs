@@ -130,8 +130,14 @@ impl Service {
     ) -> Result<Response<Body>, Problem> {
         let Found { operation, captured } = found;
         // Of a value that is set by its URL the role is known with the body.
-        if operation.name != SET_VALUE {
-            check_role(operation.role, caller.role)?;
+        if operation.name != SET_VALUE
+            && let Err(problem) = check_role(operation.role, caller.role)
+        {
+            let refused = Err(problem);
+            if caller.is_told {
+                self.log(operation, &caller, path, &refused);
+            }
+            return refused.map(whole);
         }
         if operation.name == STOP {
             // What can't be understood is no reason not to stop.

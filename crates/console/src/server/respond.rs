@@ -10,7 +10,7 @@ use hyper::header::{
 };
 use hyper::{Method, Request, Response, StatusCode};
 use serde_json::json;
-use slate_control::{BASE, Body, Caller, Found, Place, Problem, Query, json_response, response};
+use slate_control::{BASE, Body, Caller, Found, Place, Problem, Query, json_response, lowered, response};
 
 use super::Hall;
 use crate::socket;
@@ -68,7 +68,7 @@ async fn answer(
         return Ok(answer);
     }
     let mut query = Query::parse(head.uri.query().unwrap_or_default())?;
-    let role = hall.guard.role(&head.method, &head.headers, &mut query)?;
+    let role = lowered(hall.guard.role(&head.method, &head.headers, &mut query)?, &head.headers);
     let found = Found::of(head.method.as_str(), path)?;
     // A stop waits for nobody, and is never too much.
     if !found.is_stop() {

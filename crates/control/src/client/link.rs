@@ -18,7 +18,8 @@ use tokio::net::{TcpStream, UnixStream};
 use tokio::runtime::Runtime;
 
 use super::{Access, Request, Trouble};
-use crate::server::CALLER;
+use crate::Role;
+use crate::server::{CALLER, ROLE};
 
 /// How long one of the addresses of a name may take.
 const CONNECT: Duration = Duration::from_secs(5);
@@ -36,6 +37,7 @@ pub(super) struct Link {
     host: String,
     authorization: Option<HeaderValue>,
     caller: Option<HeaderValue>,
+    role: Option<Role>,
     first: Arc<Mutex<Vec<u8>>>,
 }
 
@@ -69,7 +71,15 @@ impl Link {
             let stream = Noted { stream: UnixStream::from_std(stream)?, first: noted };
             begin(stream).await.map_err(Error::other)
         })?;
-        Ok(Self { runtime, sender, host: "localhost".into(), authorization: None, caller: None, first })
+        Ok(Self {
+            runtime,
+            sender,
+            host: "localhost".into(),
+            authorization: None,
+            caller: None,
+            role: None,
+            first,
+        })
     }
 
     /// Over TCP, with TLS or to this computer.
@@ -105,13 +115,24 @@ impl Link {
             Err(Trouble::WithoutTls { address: address.to_string() })
         })?;
         let host = address.authority();
-        Ok(Self { runtime, sender, host, authorization: Some(bearer), caller: None, first })
+        Ok(Self { runtime, sender, host, authorization: Some(bearer), caller: None, role: None, first })
     }
 
     /// Says for whom it asks.
     pub fn set_caller(&mut self, who: &str) {
         let plain: String = who.chars().map(|c| if c.is_ascii_graphic() { c } else { ' ' }).collect();
         self.caller = HeaderValue::from_str(&plain).ok();
+    }
+
+    /// Asks as one who may do no more than that role.
+    pub fn set_role(&mut self, role: Role) {
+        self.role = Some(role);
+    }
+
+    /// Asks as another link does.
+    pub fn ask_like(&mut self, other: &Self) {
+        self.caller.clone_from(&other.caller);
+        self.role = other.role;
     }
 
     /// Sends a request, and returns when the head of the answer is there.
@@ -191,6 +212,9 @@ impl Link {
         }
         if let Some(who) = &self.caller {
             request = request.header(CALLER, who);
+        }
+        if let Some(role) = self.role {
+            request = request.header(ROLE, role.name());
         }
         if let Some(accept) = asked.accept {
             request = request.header(ACCEPT, accept);

@@ -17,6 +17,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value as Json;
 use slate_runtime::{directory, stop_line};
 
+use crate::Role;
 use crate::entries::Refusal;
 use crate::operation::BASE;
 use crate::operations::API;
@@ -343,6 +344,11 @@ impl Client {
         self.link.set_caller(who);
     }
 
+    /// Asks as one who may do no more than that role, whatever else this client may.
+    pub fn in_role(&mut self, role: Role) {
+        self.link.set_role(role);
+    }
+
     /// Carries out an operation: `path` stands behind `/api/v1`.
     ///
     /// # Errors
@@ -368,9 +374,11 @@ impl Client {
         let mut asked = self.link.whole(&request, within);
         if let (Err(Broken::Unsent), Some(access)) = (&asked, &self.access) {
             // An agent closes a connection that is idle for long.
-            self.link = Link::tcp(access).map_err(|trouble| {
+            let mut link = Link::tcp(access).map_err(|trouble| {
                 self.broken(Broken::Lost(std::io::Error::other(trouble.to_string())), within)
             })?;
+            link.ask_like(&self.link);
+            self.link = link;
             asked = self.link.whole(&request, within);
         }
         let (status, answer) = asked.map_err(|broken| self.broken(broken, within))?;

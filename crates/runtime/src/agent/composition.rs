@@ -14,6 +14,7 @@ use super::composer::{Origin, Trial, WeakComposer};
 use super::relinking::Leads;
 use super::sharing::Remotes;
 use super::snapshot::Watch;
+pub(super) use super::target::{Changed, Fitting, Target};
 use super::unlinked::Unlinked;
 use crate::aspects::PlaceTime;
 use crate::configuration::{Configuration, Database, Report};
@@ -21,7 +22,7 @@ use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
 use crate::playback::PlaybackControl;
-use crate::runner::{ModuleCondition, OwnSetup};
+use crate::runner::ModuleCondition;
 use crate::snapshot::Keepsake;
 use slate_composition::Catalogue;
 use slate_composition::{RESERVED, Survey, Surveyed, Wired, needs};
@@ -89,34 +90,39 @@ pub(super) struct Composition {
     pub playback: Option<Arc<dyn PlaybackControl>>,
 }
 
-/// What an agent shall be made of.
-pub(super) struct Target {
-    pub configuration: Arc<Configuration>,
-    pub catalogue: Catalogue,
-    /// Whether the states of modules that leave are wanted; a save may take its time.
-    pub keep: bool,
-}
-
-/// A module that fits.
-pub(super) struct Fitting {
-    pub kind: ModuleKind,
-    pub description: Description,
-    pub setup: OwnSetup,
-    /// Its parameters as in the configuration.
-    pub params: Vec<u8>,
-}
-
-/// What a change came to.
-#[derive(Debug, Default)]
-pub(super) struct Changed {
-    pub arrived: Vec<String>,
-    /// With the states that they left, or why they could not be saved.
-    pub left: BTreeMap<String, Result<Vec<u8>, String>>,
-    /// Modules that took over a state, or why it did not fit.
-    pub restored: BTreeMap<String, Result<(), String>>,
-}
-
 impl Composition {
+    /// Of no module yet.
+    pub fn new(
+        configuration: Arc<Configuration>,
+        catalogue: Catalogue,
+        ground: Ground,
+        remotes: Remotes,
+        armed: bool,
+    ) -> Self {
+        Self {
+            configuration,
+            catalogue,
+            ground,
+            present: BTreeMap::new(),
+            linked: Vec::new(),
+            origins: BTreeMap::new(),
+            trials: BTreeMap::new(),
+            loop_owner: None,
+            time_owner: None,
+            armed,
+            listeners: BTreeMap::new(),
+            database: None,
+            unlinked: None,
+            is_trying: false,
+            own: WeakComposer::default(),
+            last_known: BTreeMap::new(),
+            remotes,
+            keepsakes: BTreeMap::new(),
+            watch: None,
+            playback: None,
+        }
+    }
+
     /// What the agent would be made of with that catalogue.
     pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> Target {
         let mut catalogue = self.catalogue.clone();

@@ -15,9 +15,9 @@ mod requests;
 mod settings;
 mod sharing;
 mod snapshot;
+mod target;
 mod unlinked;
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::channel;
@@ -50,7 +50,6 @@ pub use looping::SystemClock;
 use memory::Memories;
 use settings::Settings;
 use sharing::Remotes;
-use slate_composition::Catalogue;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -214,61 +213,14 @@ impl Agent {
         let threads = ThreadKeeper::new(hang, lockstep, &logger, &shared.clock);
         let control = Arc::new(PluginControl::default());
         let changes = SettingsControl::new(lockstep);
-        let means = Means {
-            board: Arc::clone(&board),
-            actuators: Arc::default(),
-            logger: Arc::clone(&logger),
-            clock: Arc::clone(&shared.clock),
-            synchronization: Arc::clone(&shared.synchronization),
-            threads: Arc::clone(&threads),
-            plugins: Arc::clone(&control),
-            settings: Arc::clone(&changes),
-            takeovers: Arc::default(),
-            time: Arc::default(),
-        };
-        let ground = Ground {
-            board,
-            logger,
-            hang,
-            lockstep,
-            mode: options.mode,
-            stop: options.stop,
-            posts: BTreeMap::new(),
-            actuators: BTreeMap::new(),
-            services: BTreeMap::new(),
-            means,
-            index: 0,
-            gauges: BTreeMap::new(),
-            ages: BTreeMap::new(),
-            sharing_wake: Arc::default(),
-            arenas: Arenas::new(options.isolation_program),
-            kept: BTreeMap::new(),
-        };
-        let composition = Composition {
-            configuration: Arc::new(configuration.clone()),
-            catalogue: Catalogue {
-                played: Arc::clone(&played),
-                ..composer::host_catalogue(options.sharing.as_deref())
-            },
-            ground,
-            present: BTreeMap::new(),
-            linked: Vec::new(),
-            origins: BTreeMap::new(),
-            trials: BTreeMap::new(),
-            loop_owner: None,
-            time_owner: None,
-            armed: options.armed,
-            listeners: BTreeMap::new(),
-            database: None,
-            unlinked: None,
-            is_trying: false,
-            own: WeakComposer::default(),
-            last_known: BTreeMap::new(),
-            remotes: Remotes::new(options.sharing),
-            keepsakes: BTreeMap::new(),
-            watch: None,
-            playback: None,
-        };
+        let means = means(&shared, &threads, &control, &changes);
+        let arenas = Arenas::new(options.isolation_program);
+        let ground = Ground::new(means, hang, lockstep, options.mode, options.stop, arenas);
+        let mut catalogue = composer::host_catalogue(options.sharing.as_deref());
+        catalogue.played = Arc::clone(&played);
+        let remotes = Remotes::new(options.sharing);
+        let configured = Arc::new(configuration.clone());
+        let composition = Composition::new(configured, catalogue, ground, remotes, options.armed);
         let composer = Composer::new(Arc::clone(&shared), composition, options.recording);
         control.connect(Box::new(composer.downgrade()));
         changes.connect(Box::new(composer.downgrade()));
@@ -468,6 +420,27 @@ impl Agent {
         }
         started?;
         Ok(end)
+    }
+}
+
+/// What the services of the host are made of.
+fn means(
+    shared: &Shared,
+    threads: &Arc<ThreadKeeper>,
+    plugins: &Arc<PluginControl>,
+    settings: &Arc<SettingsControl>,
+) -> Means {
+    Means {
+        board: Arc::clone(&shared.board),
+        actuators: Arc::default(),
+        logger: Arc::clone(&shared.logger),
+        clock: Arc::clone(&shared.clock),
+        synchronization: Arc::clone(&shared.synchronization),
+        threads: Arc::clone(threads),
+        plugins: Arc::clone(plugins),
+        settings: Arc::clone(settings),
+        takeovers: Arc::default(),
+        time: Arc::default(),
     }
 }
 

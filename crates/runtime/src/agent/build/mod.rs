@@ -89,6 +89,35 @@ pub(super) struct Post {
 }
 
 impl Ground {
+    /// Without anything on it yet.
+    pub fn new(
+        means: Means,
+        hang: Duration,
+        lockstep: bool,
+        mode: Mode,
+        stop: StopLatch,
+        arenas: Arenas,
+    ) -> Self {
+        Self {
+            board: Arc::clone(&means.board),
+            logger: Arc::clone(&means.logger),
+            hang,
+            lockstep,
+            mode,
+            stop,
+            posts: BTreeMap::new(),
+            actuators: BTreeMap::new(),
+            services: BTreeMap::new(),
+            means,
+            index: 0,
+            gauges: BTreeMap::new(),
+            ages: BTreeMap::new(),
+            sharing_wake: Arc::default(),
+            arenas,
+            kept: BTreeMap::new(),
+        }
+    }
+
     /// The post of a module of that name.
     pub fn post(&mut self, module: &str) -> Post {
         let post = self.posts.entry(module.into()).or_insert_with(|| Post {

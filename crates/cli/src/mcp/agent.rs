@@ -1,0 +1,179 @@
+//! The agent, asked for a language model in a role.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
+
+use serde_json::{Map, Value, json};
+use slate::control::operations::{DRIVE, STOP};
+use slate::control::{Client, ClientError, Operation, Role};
+
+use super::tools::{EXPLAIN, LONGEST_DRIVE, operation, request};
+use crate::codes::explained;
+use crate::connection::AgentOption;
+use crate::failure::Failure;
+use crate::watch::now;
+
+/// For whom the agent is asked, as its log says it.
+const CALLER: &str = "mcp";
+
+/// A command holds for 150 ms, and is given again in this time.
+const AGAIN: Duration = Duration::from_millis(50);
+
+/// How an agent is reached.
+pub struct Reach {
+    option: AgentOption,
+    role: Role,
+    /// The name that the agent gives itself.
+    name: String,
+    /// The connection of all tools but those that wait for nobody.
+    client: Mutex<Option<Client>>,
+    /// Nobody listens any more.
+    is_over: AtomicBool,
+}
+
+impl Reach {
+    /// That of an agent, which has to run.
+    pub fn new(option: &AgentOption, role: crate::endpoint::Role) -> Result<Self, Failure> {
+        let role = Role::by_name(role.name()).unwrap_or(Role::Viewer);
+        let mut option = AgentOption { agent: option.said() };
+        let client = connect(&option, role)?;
+        let name = client.name().to_owned();
+        // The same agent, also when another one is started beside it.
+        option.agent.get_or_insert_with(|| name.clone());
+        Ok(Self { option, role, name, client: Mutex::new(Some(client)), is_over: AtomicBool::new(false) })
+    }
+
+    /// What the model may do.
+    pub fn role(&self) -> Role {
+        self.role
+    }
+
+    /// The name of the agent.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Ends what is under way.
+    pub fn end(&self) {
+        self.is_over.store(true, Ordering::Release);
+    }
+
+    /// Does what a tool is for; else says why not.
+    pub fn call(
+        &self,
+        tool: &str,
+        arguments: &Map<String, Value>,
+        is_cancelled: impl Fn() -> bool,
+    ) -> Result<Value, String> {
+        match tool {
+            STOP => self.stop(arguments),
+            DRIVE => self.drive(arguments, || is_cancelled() || self.is_over.load(Ordering::Acquire)),
+            EXPLAIN => {
+                let code = arguments.get("code").and_then(Value::as_str).unwrap_or_default();
+                explained(code).ok_or_else(|| format!("no kind of mistake has the code `{code}`"))
+            }
+            _ => match operation(tool) {
+                Some(operation) => self.carry_out(operation, arguments),
+                None => Err(format!("there is no tool `{tool}`")),
+            },
+        }
+    }
+
+    fn connect(&self) -> Result<Client, String> {
+        connect(&self.option, self.role).map_err(|failure| failure.to_string())
+    }
+
+    fn carry_out(&self, operation: &Operation, arguments: &Map<String, Value>) -> Result<Value, String> {
+        let (path, body) = request(operation, &self.name, arguments)?;
+        let mut held = self.client.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut client = match held.take() {
+            Some(client) => client,
+            None => self.connect()?,
+        };
+        let done: Result<Value, ClientError> = client.call(operation.method, &path, body.as_ref());
+        // Whoever was lost is looked for again, as the agent may have been started again.
+        if matches!(done, Ok(_) | Err(ClientError::Refused(_))) {
+            *held = Some(client);
+        }
+        done.map_err(|error| self.said(error))
+    }
+
+    /// Over a connection of its own, so that it waits for nothing.
+    fn stop(&self, arguments: &Map<String, Value>) -> Result<Value, String> {
+        let reason = arguments.get("reason").and_then(Value::as_str).filter(|reason| !reason.is_empty());
+        let reason = reason.map_or_else(|| format!("by {CALLER}"), |reason| format!("{CALLER}: {reason}"));
+        let stopped = json!({ "stopped": true, "reason": reason });
+        let trouble = match self.connect() {
+            Ok(mut client) => match client.stop(&reason) {
+                Ok(()) => return Ok(stopped),
+                Err(error) => self.said(error),
+            },
+            Err(trouble) => trouble,
+        };
+        // An agent that answers nobody has a line for it.
+        let is_here = self.option.agent.as_ref().filter(|agent| !agent.contains("://"));
+        match is_here.map(|agent| Client::stop_at_once(agent, &reason)) {
+            Some(Ok(())) => Ok(stopped),
+            _ => Err(trouble),
+        }
+    }
+
+    /// Drives for a while. The lease is bound to a connection of its own, so it ends in any case.
+    fn drive(&self, arguments: &Map<String, Value>, is_over: impl Fn() -> bool) -> Result<Value, String> {
+        let actuator =
+            arguments.get("actuator").and_then(Value::as_str).ok_or("`actuator` is missing, a text")?;
+        let command = arguments.get("command").ok_or("`command` is missing, an object")?;
+        let seconds = arguments.get("seconds").map_or(Some(1.0), Value::as_f64);
+        let seconds = seconds.filter(|seconds| *seconds > 0.0 && *seconds <= LONGEST_DRIVE);
+        let seconds = seconds.ok_or_else(|| format!("`seconds` is above 0 and at most {LONGEST_DRIVE}"))?;
+        let mut client = self.connect()?;
+        let taken = client.take_controls(actuator, "a language model");
+        taken.map_err(|error| self.said(error))?;
+        let until = now() + Duration::from_secs_f64(seconds);
+        let mut done = client.command(command.clone());
+        while done.is_ok() && now() < until && !is_over() {
+            std::thread::sleep(AGAIN.min(until.saturating_duration_since(now())));
+            done = client.command(command.clone());
+        }
+        // Without an end the command would hold a little longer.
+        let released = client.release().and_then(|_| client.leave_controls());
+        let gate = done.map_err(|error| self.said(error))?;
+        released.map_err(|error| self.said(error))?;
+        Ok(json!({ "actuator": actuator, "seconds": seconds, "gate": gate }))
+    }
+
+    /// A problem with all that helps against it.
+    fn said(&self, error: ClientError) -> String {
+        let ClientError::Refused(refusal) = error else { return error.to_string() };
+        let mut text = refusal.message;
+        let mut add = |what: &str, more: &str| {
+            if !more.is_empty() {
+                text = format!("{text}\n{what}: {more}");
+            }
+        };
+        add("help", &refusal.help);
+        add("code", refusal.code.as_deref().unwrap_or_default());
+        add("report", refusal.report.as_deref().unwrap_or_default());
+        if self.role < Role::Developer {
+            add("role", &format!("{} asks, as `slate mcp --role` says", self.role.one()));
+        }
+        text
+    }
+}
+
+fn connect(option: &AgentOption, role: Role) -> Result<Client, Failure> {
+    let mut client = option.connect()?;
+    client.on_behalf_of(CALLER);
+    client.in_role(role);
+    let agent: Value = client.call("GET", "/agent", None)?;
+    let taken_for = agent.get("role").and_then(Value::as_str).and_then(Role::by_name);
+    match taken_for.is_some_and(|own| own <= role) {
+        true => Ok(client),
+        // An agent of another version would let the model do all.
+        false => Err(Failure::Mcp {
+            reason: format!("the agent does not know the role of a model, {role}"),
+            help: "start the agent by this version of slate".into(),
+        }),
+    }
+}

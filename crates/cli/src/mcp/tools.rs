@@ -1,0 +1,234 @@
+//! The tools: each operation of the table that answers in JSON and needs no connection of its own is one, and two more are
+//! made of several.
+
+use serde_json::{Map, Value, json};
+use slate::control::client::coded;
+use slate::control::operations::{DRIVE, OPERATIONS, STOP};
+use slate::control::{Operation, Parameter, Role};
+
+/// The tool that tells what codes of mistakes mean.
+pub const EXPLAIN: &str = "explain";
+
+/// For how long a command may be given at most, s.
+pub const LONGEST_DRIVE: f64 = 10.0;
+
+/// The operations that are no tools: sockets, files and documents for programs, what ends with a connection, and leases, of
+/// which the tool that drives takes care.
+const LEFT: [&str; 14] = [
+    "index",
+    "openapi",
+    "live",
+    "teleoperation",
+    "fetch_recording",
+    "metrics",
+    "layouts",
+    "save_layout",
+    "remove_layout",
+    "record_trace",
+    "trace_progress",
+    "end_trace",
+    "take",
+    "give_back",
+];
+
+/// The part of a path that names the agent.
+const AGENT: &str = "agent";
+
+/// The argument of a body that is no object of known fields.
+const BODY: &str = "body";
+
+/// What a tool takes, as JSON Schema, and what it is for.
+pub struct ToolEntry {
+    pub name: &'static str,
+    pub doc: &'static str,
+    pub looks: bool,
+    pub schema: Map<String, Value>,
+}
+
+/// The operation that a tool carries out.
+pub fn operation(name: &str) -> Option<&'static Operation> {
+    OPERATIONS.iter().find(|operation| operation.name == name && !LEFT.contains(&name) && name != DRIVE)
+}
+
+/// The tools of a role.
+pub fn of(role: Role) -> Vec<ToolEntry> {
+    let own = OPERATIONS.iter().filter(|operation| operation.role <= role);
+    let mut tools: Vec<_> = own.filter_map(|own| operation(own.name)).map(described).collect();
+    tools.push(explain());
+    if role >= Role::Operator {
+        tools.push(drive());
+    }
+    tools
+}
+
+fn described(operation: &Operation) -> ToolEntry {
+    let looks = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
+    ToolEntry { name: operation.name, doc: operation.summary, looks, schema: schema(operation) }
+}
+
+fn explain() -> ToolEntry {
+    let code = json!({ "type": "string", "description": "Such as S006." });
+    ToolEntry {
+        name: EXPLAIN,
+        doc: "What the code of a mistake means, and what to do",
+        looks: true,
+        schema: object([("code".to_owned(), code)].into_iter().collect(), vec!["code".into()]),
+    }
+}
+
+fn drive() -> ToolEntry {
+    let fields = [
+        (
+            "actuator",
+            json!({ "type": "string", "description": "Its name, as the tool `actuators` lists it." }),
+        ),
+        (
+            "command",
+            json!({
+                "type": "object",
+                "description": "All fields of the actuator's interface; the tool `interface` has them.",
+            }),
+        ),
+        (
+            "seconds",
+            json!({
+                "type": "number",
+                "exclusiveMinimum": 0,
+                "maximum": LONGEST_DRIVE,
+                "description": "For how long; 1 unless given. Then the command ends, and the controls are given back.",
+            }),
+        ),
+    ];
+    let fields = fields.into_iter().map(|(name, schema)| (name.to_owned(), schema)).collect();
+    ToolEntry {
+        name: DRIVE,
+        doc: "Takes the controls of an actuator, commands it for a while, and gives them back",
+        looks: false,
+        schema: object(fields, vec!["actuator".into(), "command".into()]),
+    }
+}
+
+fn object(properties: Map<String, Value>, required: Vec<Value>) -> Map<String, Value> {
+    let mut schema = Map::new();
+    schema.insert("type".into(), json!("object"));
+    schema.insert("properties".into(), Value::Object(properties));
+    schema.insert("required".into(), Value::Array(required));
+    schema.insert("additionalProperties".into(), json!(false));
+    schema
+}
+
+/// The names in braces of a path.
+fn parts(operation: &Operation) -> impl Iterator<Item = &'static str> {
+    operation.path.split('/').filter_map(name)
+}
+
+fn name(part: &str) -> Option<&str> {
+    part.strip_prefix('{')?.strip_suffix('}')
+}
+
+/// What may stand behind the question mark; a token is for browsers.
+fn query(operation: &Operation) -> impl Iterator<Item = &'static Parameter> {
+    operation.parameters.iter().filter(|parameter| parameter.name != "token")
+}
+
+/// The fields of a body that are arguments by themselves.
+fn fields(operation: &Operation) -> Option<(Map<String, Value>, Vec<Value>)> {
+    let body = operation.body?();
+    let fields = body.get("properties")?.as_object()?.clone();
+    let is_taken =
+        |field: &String| parts(operation).chain(query(operation).map(|own| own.name)).any(|own| own == field);
+    if fields.keys().any(is_taken) {
+        return None;
+    }
+    let required = body.get("required").and_then(Value::as_array).cloned();
+    Some((fields, required.unwrap_or_default()))
+}
+
+/// Whether all of the body is one argument.
+fn has_body(operation: &Operation) -> bool {
+    operation.body.is_some() && fields(operation).is_none() && operation.name != STOP
+}
+
+fn schema(operation: &Operation) -> Map<String, Value> {
+    let (mut properties, mut required) = fields(operation).unwrap_or_default();
+    for part in parts(operation) {
+        if part == AGENT {
+            let doc = "Another agent that this one knows; this one unless given.";
+            properties.insert(part.into(), json!({ "type": "string", "description": doc }));
+            continue;
+        }
+        properties.insert(part.into(), json!({ "type": "string" }));
+        required.push(part.into());
+    }
+    for parameter in query(operation) {
+        let mut schema = (parameter.schema)();
+        if let Some(schema) = schema.as_object_mut() {
+            schema.insert("description".into(), parameter.doc.into());
+        }
+        properties.insert(parameter.name.into(), schema);
+    }
+    if let (true, Some(body)) = (has_body(operation), operation.body) {
+        properties.insert(BODY.into(), body());
+        required.push(BODY.into());
+    }
+    object(properties, required)
+}
+
+/// What an agent is asked, by the arguments of a tool: path and body.
+pub fn request(
+    operation: &Operation,
+    agent: &str,
+    arguments: &Map<String, Value>,
+) -> Result<(String, Option<Value>), String> {
+    let known = schema(operation);
+    let known = known.get("properties").and_then(Value::as_object).cloned().unwrap_or_default();
+    if let Some(other) = arguments.keys().find(|name| !known.contains_key(*name)) {
+        let names: Vec<_> = known.keys().map(String::as_str).collect();
+        return Err(format!(
+            "`{other}` is no argument of `{}`, which takes {}",
+            operation.name,
+            names.join(", ")
+        ));
+    }
+    let mut path = String::new();
+    for part in operation.path.split('/').skip(1) {
+        path.push('/');
+        match name(part) {
+            None => path.push_str(part),
+            Some(name) => {
+                let parts: Vec<_> = of_path(name, agent, arguments)?.split('/').map(coded).collect();
+                // Only the path of a property has parts of its own.
+                path.push_str(&parts.join(if name == "path" { "/" } else { "%2F" }));
+            }
+        }
+    }
+    let mut separator = '?';
+    for parameter in query(operation) {
+        let Some(value) = arguments.get(parameter.name).filter(|value| !value.is_null()) else { continue };
+        let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        path = format!("{path}{separator}{}={}", parameter.name, coded(&value));
+        separator = '&';
+    }
+    Ok((path, body(operation, arguments)))
+}
+
+fn of_path<'a>(name: &str, agent: &'a str, arguments: &'a Map<String, Value>) -> Result<&'a str, String> {
+    let given = arguments.get(name).and_then(Value::as_str);
+    match given {
+        None if name == AGENT => Ok(agent),
+        // A slash before the path of a property is how people write it.
+        Some(given) if name == "path" => Ok(given.trim_start_matches('/')),
+        Some(given) => Ok(given),
+        None => Err(format!("`{name}` is missing, a text")),
+    }
+}
+
+fn body(operation: &Operation, arguments: &Map<String, Value>) -> Option<Value> {
+    if has_body(operation) {
+        return arguments.get(BODY).cloned();
+    }
+    let (fields, _) = fields(operation)?;
+    let given: Map<_, _> =
+        fields.keys().filter_map(|field| Some((field.clone(), arguments.get(field)?.clone()))).collect();
+    (!given.is_empty()).then_some(Value::Object(given))
+}
