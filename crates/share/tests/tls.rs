@@ -1,6 +1,7 @@
 //! Agents that share over TLS.
 #![cfg(feature = "tls")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test that fails panics")]
+#![allow(clippy::module_inception, reason = "its certificates are beside it, in a folder of its name")]
 
 use crate::agents;
 #[path = "exchange/mod.rs"]
