@@ -55,7 +55,10 @@ fn packets() {
             if round == 20 {
                 let mut number = Number { value: round };
                 let hash = Number::DESCRIPTOR.hash;
-                agents[from].peer.send("in/mail", hash, 0, View::of(&mut number).bytes()).expect("there is room");
+                agents[from]
+                    .peer
+                    .send("in/mail", hash, 0, View::of(&mut number).bytes())
+                    .expect("there is room");
                 agents[from].peer.ask("**", true).expect("there is room");
                 assert!(agents[from].peer.tell(told), "there is room");
             }

@@ -66,7 +66,7 @@ pub struct ModuleTiming {
     pub misses: u64,
 }
 
-/// How long something took, of all times that it was done: what a property shows of a [`Histogram`].
+/// Durations of something, as a property shows them of a histogram.
 #[interface]
 #[derive(PartialEq)]
 pub struct TimingHistogram {

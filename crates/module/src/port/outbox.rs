@@ -18,7 +18,7 @@ pub enum Delivery {
 }
 
 impl Delivery {
-    /// As [`Entry::answer`] of an outbox has it.
+    /// The answer word of this entry, as the outbox of a frame has it.
     pub fn code(self) -> u32 {
         match self {
             Self::Waiting => 0,
