@@ -124,7 +124,8 @@ fn cycle(count: u32, recorded: bool) -> Result<(), String> {
     for module in 0..17 {
         let _ = writeln!(configuration, "[modules.m{module:02}]\nkind = \"segment\"");
     }
-    configuration.push_str("[links]\n");
+    // The first one has nobody before it.
+    configuration.push_str("[modules.m00.inputs]\ninput = { value = 0.0 }\n[links]\n");
     for module in 1..17 {
         let _ = writeln!(configuration, "\"m{module:02}/input\" = \"m{:02}/output\"", module - 1);
     }

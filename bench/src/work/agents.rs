@@ -45,7 +45,8 @@ pub fn row(modules: usize) -> String {
     for module in 0..modules {
         let _ = write!(text, "[modules.m{module:04}]\nkind = \"segment\"\n");
     }
-    text.push_str("[links]\n");
+    // The first one has nobody before it.
+    text.push_str("[modules.m0000.inputs]\ninput = { value = 0.0 }\n[links]\n");
     for module in 1..modules {
         let _ = writeln!(text, "\"m{module:04}/input\" = \"m{:04}/output\"", module - 1);
     }

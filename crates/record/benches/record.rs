@@ -24,7 +24,7 @@ pub struct Number {
 
 #[ports]
 pub struct SegmentIo {
-    input: Required<Number>,
+    input: Input<Number>,
     output: Output<Number>,
 }
 
@@ -38,7 +38,7 @@ impl Module for Segment {
     type State = ();
 
     fn tick(_: &mut (), io: &SegmentIo, _: &(), _: &Tick) -> Outcome {
-        io.output.set(Number { value: io.input.value + 1.0 });
+        io.output.set(Number { value: io.input.get().map_or(0.0, |input| input.value) + 1.0 });
         Outcome::Ok
     }
 }

@@ -35,7 +35,7 @@ pub struct Moment {
 
 #[ports]
 pub struct LinkIo {
-    input: Required<Number>,
+    input: Input<Number>,
     output: Output<Number>,
 }
 
@@ -49,7 +49,7 @@ impl Module for Segment {
     type State = ();
 
     fn tick(_: &mut (), io: &LinkIo, _: &(), _: &Tick) -> Outcome {
-        io.output.set(Number { value: io.input.value + 1.0 });
+        io.output.set(Number { value: io.input.get().map_or(0.0, |input| input.value) + 1.0 });
         Outcome::Ok
     }
 }
