@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use slate_module::Level;
 
-use super::{Core, Seat, Shared, Watch};
+use super::{Core, LoopLog, Seat, Shared, Watch};
 use crate::clock::monotonic;
 
 /// Such code, and whose it is.
@@ -67,6 +67,13 @@ pub(super) trait Role {
     }
 }
 
+/// Removes a guest that does not do what it should.
+pub(super) fn dismiss<R: Role>(core: &mut Core, log: &LoopLog, why: &str) {
+    if let Some(guest) = R::guest(core).take() {
+        log.write(Level::Error, &format!("{} {why}; it was removed, and the default holds", guest.what));
+    }
+}
+
 /// A guest that did not return. Its thread is in it as long as its seat is late.
 pub(super) struct Absent {
     seat: Option<Arc<Seat>>,
@@ -120,18 +127,8 @@ where
     match answer {
         Ok(answer) => Asked::Answer(answer),
         Err(_) => {
-            shared.dismiss::<R>(core, "panicked");
+            dismiss::<R>(core, &shared.log(), "panicked");
             Asked::Nobody
-        }
-    }
-}
-
-impl Shared {
-    /// Removes a guest that does not do what it should.
-    pub(super) fn dismiss<R: Role>(&self, core: &mut Core, why: &str) {
-        if let Some(guest) = R::guest(core).take() {
-            let text = format!("{} {why}; it was removed, and the default holds", guest.what);
-            self.logger.log(self.clock.now(), Level::Error, &text);
         }
     }
 }

@@ -215,7 +215,7 @@ impl Composition {
         for name in &changed.arrived {
             let present = &self.present[name];
             if present.own_thread
-                && shared.is_running()
+                && shared.run.is_running()
                 && let Err(error) = shared.threads().start(shared, &present.seat)
             {
                 let text = format!("the thread of {name} can't be started: {error}");

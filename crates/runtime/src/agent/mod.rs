@@ -224,7 +224,7 @@ impl Agent {
         let composer = Composer::new(Arc::clone(&shared), composition, options.recording);
         control.connect(Box::new(composer.downgrade()));
         changes.connect(Box::new(composer.downgrade()));
-        shared.change_with(changes);
+        shared.hooks.change_with(changes);
         logging::show(&shared.logger, &shared.board)?;
         let restored = composer.start(plugins, &states)?;
         memories
@@ -236,7 +236,7 @@ impl Agent {
         logging::configure(&shared.logger, configuration)?;
         if let Some(watch) = snapshot::Watch::of(configuration, &shared, &composer)? {
             composer.composition().watch = Some(Arc::clone(&watch));
-            shared.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
+            shared.hooks.watch_cycles(Box::new(move |shared, now| watch.look(shared, now)));
         }
         composer.check_facts(configuration)?;
         composer.share().map_err(|error| sharing::refused(configuration, error))?;
@@ -394,14 +394,14 @@ impl Agent {
             (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
         if started.is_err() {
-            shared.finish(End::Stopped);
+            shared.run.finish(End::Stopped);
             shared.put_token_down();
         }
         drop(composition);
         drop(changing);
-        let end = shared.wait();
+        let end = shared.run.wait();
         shared.threads().join();
-        let panic = shared.close();
+        let panic = shared.run.close();
         for thread in [watchdog, timing].into_iter().flatten() {
             // They have nothing that panics.
             let _ = thread.join();
@@ -449,7 +449,7 @@ const LAST_LINES: Duration = Duration::from_secs(1);
 
 impl Drop for Agent {
     fn drop(&mut self) {
-        self.shared.finish(End::Stopped);
+        self.shared.run.finish(End::Stopped);
         self.composer.end_sharing();
         self.threads.end();
         self.shared.logger.flush(LAST_LINES);
@@ -467,7 +467,7 @@ impl Stopper {
     /// its first cycle.
     pub fn stop(&self) {
         if let Some(shared) = self.shared.upgrade() {
-            shared.stop();
+            shared.run.stop();
         }
     }
 }

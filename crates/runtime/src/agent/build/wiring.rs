@@ -13,8 +13,8 @@ use super::Builder;
 use super::new_writer;
 use crate::configuration::LinkPolicy;
 use crate::runner::{
-    Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring,
-    SourceWiring, Wiring,
+    AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, InputPort, OutboxWiring,
+    QueueWiring, SourceWiring, Wiring,
 };
 use slate_composition::link::{Place, Program};
 use slate_composition::{Joint, Target, Way, Wire};
@@ -277,7 +277,7 @@ impl Builder<'_, '_> {
             }
             Some(writer)
         };
-        let mut memory = Memory::zeroed(value.len());
+        let mut memory = AlignedMemory::zeroed(value.len());
         memory.bytes_mut(value.len()).copy_from_slice(&value);
         let is_pending = self.conversions(m, wire).any(|joint| self.program(joint).is_none());
         Some(Conversion {
