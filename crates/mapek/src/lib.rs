@@ -364,7 +364,7 @@ pub use knowledge::{
 };
 pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason};
 pub use monitor::{Monitor, MonitorBlock, MonitorPorts};
-pub use pipeline::{Admission, Entry, Origin, Pipeline};
+pub use pipeline::{Admission, Origin, Pipeline, QueuedAction};
 pub use plan::{Agenda, Plan, PlanBlock, PlanMemory, PlanPorts, Situation};
 pub use port::{Change, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn, ReflexOut, role};
 pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};

@@ -43,7 +43,7 @@ function Execute({ status }) {
   return html`
     <ol class="actions" aria-label="Running actions">${depths.length ? depths.map((name, depth) => html`<li key=${depth} style=${{ paddingLeft: `${depth * 14}px` }}>${depth ? "└ " : ""}${name}</li>`) : html`<li class="muted">none</li>`}</ol>
     <table class="pipeline"><caption class="hidden">Pipeline</caption><tbody>
-      <tr><th scope="row">Reflexes pending</th><td class="number">${status.high}</td><th scope="row">received</th><td class="number">${status.reflexes}</td></tr>
+      <tr><th scope="row">Reflexes pending</th><td class="number">${status.high}</td><th scope="row">accepted</th><td class="number">${status.reflexes}</td></tr>
       <tr><th scope="row">Actions pending</th><td class="number">${status.normal}</td><th scope="row">completed</th><td class="number">${status.completed}</td></tr>
       <tr><th scope="row">Cancelled</th><td class="number">${status.cancelled}</td><th scope="row" title="Actions planned before a reflex or a failure">discarded</th><td class="number">${status.dropped}</td></tr></tbody></table>
     <h3>Last ended</h3>
