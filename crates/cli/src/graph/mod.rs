@@ -231,15 +231,14 @@ fn of_agent(agent: &AgentOption) -> Result<Found, Failure> {
         links.map(|link| FoundLink::new(link.to, link.from, &link.options, link.sends, link.inferred));
     let mut actuators: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for setting in client.settings("actuators").unwrap_or_default() {
-        let path = setting.path.strip_prefix("actuators.").and_then(|rest| rest.rsplit_once(".command"));
-        if let Some((name, _)) = path {
-            let commands = actuators.entry(name.trim_matches('"').to_owned()).or_default();
-            match setting.value {
-                Value::String(command) => commands.push(command),
-                Value::Array(all) => commands.extend(all.iter().filter_map(Value::as_str).map(String::from)),
-                _ => {}
-            }
-        }
+        let path = setting.path.strip_prefix("actuators.").and_then(|rest| rest.split_once(".command"));
+        let Some((name, rest)) = path else { continue };
+        let command = match (rest.strip_prefix("s."), setting.value) {
+            (None, Value::String(command)) => command,
+            (Some(command), Value::Bool(true)) => command.trim_matches('"').to_owned(),
+            _ => continue,
+        };
+        actuators.entry(name.trim_matches('"').to_owned()).or_default().push(command);
     }
     Ok(Found {
         title: client.name().to_owned(),
