@@ -94,6 +94,8 @@ pub struct ModuleStatus {
     pub plugin: String,
     /// How it is, as in its `state`.
     pub condition: &'static str,
+    /// The required input without a value, or the service, that it waits for while it is `WAITING`.
+    pub waiting_for: Option<String>,
     /// Ticks made.
     pub ticks: u64,
     /// Ticks beyond the deadline.

@@ -9,7 +9,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use super::{Composer, ModuleStatus, PluginStatus};
 use crate::agent::composition::Composition;
 use crate::main_loop::Seat;
-use crate::runner::Health;
+use crate::runner::{Health, ModuleCondition};
 
 /// What the agent was made of after the last change.
 pub(crate) struct Overview {
@@ -129,12 +129,22 @@ impl Composer {
             kind: listed.kind.clone(),
             plugin: listed.plugin.clone(),
             condition: listed.health.condition().name(),
+            waiting_for: self.waiting_for(listed),
             ticks: listed.seat.upgrade().map_or(0, |seat| seat.ticks()),
             misses: listed.health.misses.load(Ordering::Relaxed),
             panics: listed.health.panics.load(Ordering::Relaxed),
             has_shadow: listed.has_shadow,
         };
         self.overview().modules.iter().map(status).collect()
+    }
+
+    /// The port that a module waits for, as its state says.
+    fn waiting_for(&self, listed: &Listed) -> Option<String> {
+        if listed.health.condition() != ModuleCondition::WAITING {
+            return None;
+        }
+        let (value, _) = self.shared.board.read(&format!("{}/state/waiting_for", listed.name)).ok()??;
+        value.as_str().filter(|port| !port.is_empty()).map(str::to_owned)
     }
 
     /// Whether a module is the agent's clock.
