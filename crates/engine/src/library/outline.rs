@@ -9,7 +9,7 @@ use object::{Endianness, Object, ObjectSection, ObjectSymbol, ReadCache, ReadRef
 use serde::{Deserialize, Serialize};
 use slate_module::table::ABI;
 
-use super::{LibraryError, seal, whole};
+use super::{LibraryError, checksum, whole};
 
 /// What a plugin's file says of itself.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -112,7 +112,7 @@ impl LibraryOutline {
         // A library may have hundreds of megabytes, of which little is looked at. It is not mapped, as whoever cuts it off
         // meanwhile would end this process.
         let mut opened = File::open(file).map_err(unreadable)?;
-        if !seal::holds(&mut opened).map_err(unreadable)? {
+        if !checksum::holds(&mut opened).map_err(unreadable)? {
             return Err(refuse(
                 "is damaged: it is not as it was sealed".into(),
                 "build or copy it again; one that was changed on purpose is sealed anew after it was built",

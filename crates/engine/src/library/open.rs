@@ -1,5 +1,6 @@
 //! Opening a library, and closing it.
 
+use std::io;
 use std::mem::offset_of;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -11,11 +12,10 @@ use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable};
 
 use super::copy::PrivateCopy;
 use super::{LibraryError, LibraryOutline};
-use crate::isolation;
 
 /// A library that is open. It is a copy under a name of its own, as the system takes a file of a known name for the
 /// one that it has already, and as the original may be built anew while the copy is in use.
-struct Library {
+pub(crate) struct Library {
     handle: Option<unix::Library>,
     copy: PathBuf,
     /// A hash over the file; none when the copy belongs to another process.
@@ -23,6 +23,24 @@ struct Library {
     /// Goes after the library; none when the copy belongs to another process.
     _own: Option<PrivateCopy>,
     residence: Arc<AtomicU8>,
+}
+
+impl Library {
+    /// A library that is not open yet, in a copy of its own.
+    ///
+    /// # Errors
+    /// When there is no room for the copy, or the file can't be read.
+    pub(crate) fn copied(file: &Path, residence: &Residence) -> io::Result<Self> {
+        let copy = PrivateCopy::of(file)?;
+        let code = Some(copy.hash()?);
+        let residence = Arc::clone(&residence.0);
+        Ok(Self { handle: None, copy: copy.file().into(), code, _own: Some(copy), residence })
+    }
+
+    /// The file that is opened.
+    pub(crate) fn copy(&self) -> &Path {
+        &self.copy
+    }
 }
 
 /// What became of a library's memory.
@@ -59,66 +77,6 @@ impl Drop for Library {
 /// Opens only what is open already (Linux and others).
 const RTLD_NOLOAD: i32 = 4;
 
-/// Opens a plugin's library, after its outline was checked.
-///
-/// # Errors
-/// What does not fit, with what was expected.
-pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
-    load_for(file, None, |_| false)
-}
-
-/// As [`load`]; a library that must not be opened here is left to the processes of its modules, if all of those
-/// `are_isolated`. They are run by `program`.
-pub fn load_for(
-    file: &Path,
-    program: Option<&Path>,
-    are_isolated: impl FnOnce(&LibraryOutline) -> bool,
-) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
-    let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
-    let outline = LibraryOutline::read(file)?;
-    // A language without panics says nothing.
-    let outside = !matches!(outline.panic.as_str(), "" | "unwind");
-    if outside && !are_isolated(&outline) {
-        return Err(refuse(
-            format!(
-                "was built with panic = \"{}\", so a panic in it would end the whole agent",
-                outline.panic
-            ),
-            "build it with panic = \"unwind\", or run its modules with `isolated = true`",
-        ));
-    }
-    let residence = Residence::default();
-    let copied = PrivateCopy::of(file).and_then(|copy| copy.hash().map(|code| (copy, code)));
-    let (copy, code) = copied.map_err(|error| {
-        refuse(format!("can't be copied to {}: {error}", std::env::temp_dir().display()), "make room there")
-    })?;
-    let library = Library {
-        handle: None,
-        copy: copy.file().into(),
-        code: Some(code),
-        _own: Some(copy),
-        residence: Arc::clone(&residence.0),
-    };
-    let plugin = if outside {
-        let copy = library.copy.clone();
-        let library: Arc<dyn std::any::Any + Send + Sync> = Arc::new(library);
-        let kinds = isolation::kinds_outside(program, &copy, &library);
-        let kinds = kinds.map_err(|refusal| {
-            refuse(format!("can't be opened by another process: {refusal}"), "see why it ends")
-        })?;
-        make(file, kinds, &outline)?
-    } else {
-        isolation::probe(program, &library.copy).map_err(|end| {
-            refuse(
-                format!("can't be opened: a process that tried it first {end}"),
-                "build or copy it again; or see what it does when it is opened or describes its modules",
-            )
-        })?;
-        open(file, library, &outline)?
-    };
-    Ok((plugin, outline, residence))
-}
-
 /// Opens a copy that another process made, and leaves it where it is.
 ///
 /// # Errors
@@ -139,7 +97,15 @@ pub fn file_of(kind: &ModuleKind) -> Option<&Path> {
     Some(kind.library()?.downcast_ref::<Library>()?.copy.as_path())
 }
 
-fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<Plugin, LibraryError> {
+/// Opens a library, and makes a plugin of what it brings.
+///
+/// # Errors
+/// What does not fit, with what was expected.
+pub(crate) fn open(
+    file: &Path,
+    mut library: Library,
+    outline: &LibraryOutline,
+) -> Result<Plugin, LibraryError> {
     let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
     // SAFETY: opening runs the library's initialisers, which is what loading a plugin means; it was checked to be a
     // whole library for this machine that says it is a plugin.
@@ -191,7 +157,11 @@ fn open(file: &Path, mut library: Library, outline: &LibraryOutline) -> Result<P
 }
 
 /// A plugin of what a library brings, which must be what it says.
-fn make(file: &Path, kinds: Vec<ModuleKind>, outline: &LibraryOutline) -> Result<Plugin, LibraryError> {
+pub(crate) fn make(
+    file: &Path,
+    kinds: Vec<ModuleKind>,
+    outline: &LibraryOutline,
+) -> Result<Plugin, LibraryError> {
     let said: Vec<_> = outline.modules.iter().map(|module| module.name.as_str()).collect();
     let brought: Vec<_> = kinds.iter().map(ModuleKind::name).collect();
     if said != brought {

@@ -1,8 +1,10 @@
 //! What somebody may have meant who has named something that is not there.
 
+mod renamed;
+
 use std::collections::BTreeSet;
 
-use super::renamed::renamed;
+use renamed::renamed;
 
 /// How many are named.
 const COUNT: usize = 3;

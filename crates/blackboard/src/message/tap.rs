@@ -1,8 +1,8 @@
 use std::fmt;
 use std::sync::{Arc, OnceLock};
 
+use super::Message;
 use crate::Stamp;
-use crate::message::Message;
 
 /// Sees every value of a channel, whoever writes it, or every message of a mailbox.
 pub trait Tap: Send + Sync {

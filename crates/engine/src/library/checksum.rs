@@ -4,22 +4,18 @@
 //! finds out why. What stands behind the last section of a library is read by no loader.
 
 use std::fs::File;
-use std::io::{self, Read, Seek, SeekFrom, Write};
-use std::path::Path;
+use std::io::{self, Read, Seek, SeekFrom};
 
 use xxhash_rust::xxh3::Xxh3Default;
 
-use super::{LibraryError, LibraryOutline};
-use slate_configuration::replacement::Replacement;
-
 /// With what a seal begins; behind it is the hash over all before it, little endian.
-const MARK: &[u8; 8] = b"SLATESUM";
+pub(super) const MARK: &[u8; 8] = b"SLATESUM";
 
 /// Bytes of a seal.
 const LENGTH: u64 = 16;
 
 /// The hash over so many bytes.
-fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
+pub(super) fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
     let (mut hash, mut part) = (Xxh3Default::new(), vec![0; 1 << 18]);
     let mut rest = file.take(length);
     loop {
@@ -31,7 +27,7 @@ fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
 }
 
 /// The hash that a library's seal says, if it has one, and how many bytes are before it.
-fn seal_of(file: &mut File) -> io::Result<Option<(u64, u64)>> {
+pub(super) fn seal_of(file: &mut File) -> io::Result<Option<(u64, u64)>> {
     let Some(before) = file.metadata()?.len().checked_sub(LENGTH) else { return Ok(None) };
     let mut seal = [0; LENGTH as usize];
     file.seek(SeekFrom::Start(before))?;
@@ -47,34 +43,4 @@ pub(super) fn holds(file: &mut File) -> io::Result<bool> {
     let found = hash(file, before)?;
     file.rewind()?;
     Ok(found == said)
-}
-
-/// Seals a plugin's library, which is then refused when a byte of it changes; false if it was sealed already.
-///
-/// # Errors
-/// When the file is no plugin, is damaged, or can't be written; it is as it was then.
-pub fn seal(path: &Path) -> Result<bool, LibraryError> {
-    LibraryOutline::read(path)?;
-    let failed = |error: io::Error| LibraryError {
-        file: path.into(),
-        problem: format!("can't be sealed: {error}"),
-        help: "name a library in a folder that can be written to".into(),
-    };
-    let mut file = File::open(path).map_err(failed)?;
-    if seal_of(&mut file).map_err(failed)?.is_some() {
-        return Ok(false);
-    }
-    let mut write = || {
-        let found = file.metadata()?;
-        let sum = hash(&mut file, found.len())?;
-        file.rewind()?;
-        let mut sealed = Replacement::create(path)?;
-        sealed.file().set_permissions(found.permissions())?;
-        io::copy(&mut file, &mut sealed)?;
-        sealed.write_all(MARK)?;
-        sealed.write_all(&sum.to_le_bytes())?;
-        sealed.keep()
-    };
-    write().map_err(failed)?;
-    Ok(true)
 }

@@ -3,6 +3,7 @@
 //! A panic that is caught is told by the log, so nothing is printed beside. To print the way there takes longer than many a
 //! cycle; who wants it asks for it (`RUST_BACKTRACE=full`).
 
+use std::any::Any;
 use std::cell::Cell;
 use std::fmt::{self, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -10,14 +11,14 @@ use std::sync::Once;
 
 /// A file and a line; a long path loses its end.
 #[derive(Clone, Copy)]
-pub(crate) struct Place {
+pub(crate) struct PanicPlace {
     text: [u8; 120],
     length: usize,
 }
 
 thread_local! {
     /// Has nothing to drop: a thread's destructors would keep the library of the module open.
-    static LAST: Cell<Option<Place>> = const { Cell::new(None) };
+    static LAST: Cell<Option<PanicPlace>> = const { Cell::new(None) };
     static IS_CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
@@ -29,7 +30,7 @@ pub(crate) fn remember() {
         let before = std::panic::take_hook();
         std::panic::set_hook(Box::new(move |panic| {
             let place = panic.location().map(|location| {
-                let mut place = Place { text: [0; 120], length: 0 };
+                let mut place = PanicPlace { text: [0; 120], length: 0 };
                 // What doesn't fit is cut.
                 let _ = write!(place, "{}:{}", location.file(), location.line());
                 place
@@ -65,11 +66,33 @@ fn run<R>(is_caught: bool, call: impl FnOnce() -> R) -> std::thread::Result<R> {
 }
 
 /// The place of this thread's last panic, once.
-pub(crate) fn take() -> Option<Place> {
+pub(crate) fn take() -> Option<PanicPlace> {
     LAST.take()
 }
 
-impl Write for Place {
+/// Drops what a panic carried, which may itself panic.
+pub(crate) fn discard(payload: Box<dyn Any + Send>) {
+    let _ = catch_aside(move || drop(payload));
+}
+
+/// What a panic that was just caught says, and where it came from.
+pub(crate) fn placed_message(payload: &(dyn Any + Send)) -> String {
+    let message = panic_message(payload);
+    match take() {
+        Some(place) => format!("{message} (at {place})"),
+        None => message,
+    }
+}
+
+pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
+    let text = payload
+        .downcast_ref::<&str>()
+        .copied()
+        .or_else(|| payload.downcast_ref::<String>().map(String::as_str));
+    format!("panicked: {}", text.unwrap_or("without a message"))
+}
+
+impl Write for PanicPlace {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let room = &mut self.text[self.length..];
         let length = text.floor_char_boundary(room.len());
@@ -79,7 +102,7 @@ impl Write for Place {
     }
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for PanicPlace {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(std::str::from_utf8(&self.text[..self.length]).unwrap_or_default())
     }

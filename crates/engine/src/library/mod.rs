@@ -1,15 +1,16 @@
-//! Plugins as shared libraries: what a file says of itself before it is opened, and opening it.
+//! The libraries of plugins: what a file says of itself before it is opened, and opening it.
 
+mod checksum;
 mod copy;
-mod library;
+mod open;
 mod outline;
 mod seal;
 mod whole;
 
 use std::path::PathBuf;
 
-pub use library::{Residence, load};
-pub use library::{code_of, file_of, load_for, open_as_it_is};
+pub(crate) use open::{Library, make, open};
+pub use open::{Residence, code_of, file_of, open_as_it_is};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 pub use seal::seal;
 
