@@ -2,11 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::record::Metadata;
 use super::together::under;
-use super::value::Decoder;
-use super::{Message, Selection};
 use crate::recorder::{DROPPED, TOPICS};
+use crate::storage::{Decoder, Message, Metadata, Selection};
 
 /// The records of metadata that count messages, or say when they are.
 const TOLD: [&str; 3] = ["dropped", "end", "flight"];

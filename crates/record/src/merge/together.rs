@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::Path;
 
-use super::Error;
+use crate::storage::Error;
 
-/// One of the files of which [`merge`](super::merge) makes one.
+/// One of the files of which [`merge`](crate::bag::merge) makes one.
 #[derive(Clone, Copy, Debug)]
 pub struct Part<'a> {
     /// The file.
@@ -24,7 +24,7 @@ pub(super) fn under(prefix: &str, topic: &str) -> String {
 
 /// Looks whether files can be one: what several recordings of one run have is there once, and messages of different runs do not
 /// stand among each other, where nobody could tell them apart.
-pub(super) struct Together {
+pub(crate) struct Together {
     /// Of each file, the first one that is of the same run.
     groups: Vec<usize>,
     /// Of each topic, from when until when each group has messages.

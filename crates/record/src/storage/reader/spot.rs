@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::io::{Read, Seek};
 
 use super::{Message, Reader};
-use crate::bag::Error;
-use crate::bag::record::{Chunk, FRAME, Record};
+use crate::storage::Error;
+use crate::storage::record::{Chunk, FRAME, Record};
 
 /// Where a message stands in its file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use super::compression::decompress;
 use super::definitions::{Content, Definitions};
-use super::outline::{Outline, parse};
+use super::outline::Outline;
 use super::record::{
     AttachmentRecord, Channel, Chunk, DataEnd, Field, Header, Input, MessageIndex, MessageRecord, Metadata,
     Record, Schema,
@@ -181,6 +181,11 @@ impl<R: Read + Seek> Reader<R> {
 
     pub(super) fn outline(&self) -> &Outline {
         &self.outline
+    }
+
+    /// Whether any chunk is compressed.
+    pub(crate) fn is_compressed(&self) -> bool {
+        self.outline.chunks.iter().any(|chunk| !chunk.compression.is_empty())
     }
 
     pub(super) fn length(&self) -> u64 {
@@ -370,7 +375,7 @@ impl<R: Read + Seek> Reader<R> {
 
     /// Makes records of a chunk whose bytes were read, and says of which times they should be.
     fn unpack(&mut self, frame: Frame) -> Result<(u64, u64), Error> {
-        let chunk: Chunk = parse(&self.source, frame, &self.body)?;
+        let chunk: Chunk = self.source.parse(frame, &self.body)?;
         let damaged = |what: String| self.source.damaged(frame.offset, format!("in a chunk, {what}"));
         decompress(&chunk.compression, chunk.records, chunk.uncompressed_size, &mut self.records)
             .map_err(damaged)?;
@@ -416,7 +421,7 @@ impl<R: Read + Seek> Reader<R> {
             self.source.body(frame, &mut self.body)?;
             self.next = frame.end();
             is_indexed = true;
-            let mut index: MessageIndex = parse(&self.source, frame, &self.body)?;
+            let mut index: MessageIndex = self.source.parse(frame, &self.body)?;
             let mut found = content.index.remove(&index.channel_id).unwrap_or_default();
             index.records.sort_unstable();
             found.sort_unstable();
@@ -477,7 +482,7 @@ impl<R: Read + Seek> Reader<R> {
         let places: Vec<_> = self.outline.metadata.iter().map(|index| index.offset).collect();
         let read = |place| {
             let frame = self.record_at(place)?;
-            parse(&self.source, frame, &self.body)
+            self.source.parse(frame, &self.body)
         };
         places.into_iter().map(read).collect()
     }
@@ -496,7 +501,7 @@ impl<R: Read + Seek> Reader<R> {
             return Ok(None);
         };
         let frame = self.record_at(place)?;
-        let record: AttachmentRecord = parse(&self.source, frame, &self.body)?;
+        let record: AttachmentRecord = self.source.parse(frame, &self.body)?;
         Ok(Some(Attachment {
             log_time: record.log_time,
             create_time: record.create_time,

@@ -95,7 +95,7 @@ impl<W: Write> Writer<W> {
     }
 
     /// The topic of a channel; empty if it is not defined.
-    pub(super) fn topic(&self, channel: u16) -> &str {
+    pub(crate) fn topic(&self, channel: u16) -> &str {
         self.definitions.channels.get(&channel).map_or("", |channel| channel.topic.as_str())
     }
 

@@ -4,7 +4,6 @@ use std::io::{Read, Seek};
 
 use super::Error;
 use super::definitions::Definitions;
-use super::outline::parse;
 use super::record::{
     AttachmentIndex, Channel, ChunkIndex, FRAME, Footer, MAGIC, MetadataIndex, Record, Schema, Statistics,
     SummaryOffset,
@@ -47,7 +46,7 @@ impl Summary {
             source.body(frame, body)?;
             match frame.opcode {
                 Footer::OPCODE => {
-                    let footer: Footer = parse(source, frame, body)?;
+                    let footer: Footer = source.parse(frame, body)?;
                     // Some writers say where the first record would be when there is none.
                     let is_empty = groups.is_empty() && offsets.is_empty();
                     let is_start = footer.summary_start == start && !is_empty
@@ -67,7 +66,7 @@ impl Summary {
                     if offsets.is_empty() {
                         offsets_start = frame.offset;
                     }
-                    offsets.push(parse(source, frame, body)?);
+                    offsets.push(source.parse(frame, body)?);
                 }
                 _ if !offsets.is_empty() => {
                     let what = "a record of the summary stands behind its offsets";
@@ -111,20 +110,20 @@ impl Summary {
         let damaged = |what: String| source.damaged(frame.offset, format!("in the summary, {what}"));
         match frame.opcode {
             Schema::OPCODE => {
-                self.definitions.add_schema(parse(source, frame, body)?).map_err(damaged)?;
+                self.definitions.add_schema(source.parse(frame, body)?).map_err(damaged)?;
             }
             Channel::OPCODE => {
                 // Its schema may stand behind it; whoever uses it has seen it in the data.
-                let channel: Channel = parse(source, frame, body)?;
+                let channel: Channel = source.parse(frame, body)?;
                 if self.definitions.channels.insert(channel.id, channel.into()).is_some() {
                     return Err(damaged("a channel stands twice".into()));
                 }
             }
-            ChunkIndex::OPCODE => self.chunks.push(parse(source, frame, body)?),
-            AttachmentIndex::OPCODE => self.attachments.push(parse(source, frame, body)?),
-            MetadataIndex::OPCODE => self.metadata.push(parse(source, frame, body)?),
+            ChunkIndex::OPCODE => self.chunks.push(source.parse(frame, body)?),
+            AttachmentIndex::OPCODE => self.attachments.push(source.parse(frame, body)?),
+            MetadataIndex::OPCODE => self.metadata.push(source.parse(frame, body)?),
             Statistics::OPCODE => {
-                if self.statistics.replace(parse(source, frame, body)?).is_some() {
+                if self.statistics.replace(source.parse(frame, body)?).is_some() {
                     return Err(damaged("the statistics stand twice".into()));
                 }
             }

@@ -3,7 +3,7 @@
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
-use super::record::FRAME;
+use super::record::{FRAME, Record};
 use super::{Error, MAXIMUM_RECORD};
 
 /// Where a record stands, and what its frame says of it.
@@ -131,5 +131,10 @@ impl<R: Read + Seek> Source<R> {
             return Err(self.damaged(frame.offset, "the file has become shorter while it was read"));
         }
         Ok(())
+    }
+
+    /// Parses the record of a frame from its body.
+    pub fn parse<'a, T: Record<'a>>(&self, frame: Frame, body: &'a [u8]) -> Result<T, Error> {
+        T::parse(body).map_err(|what| self.damaged(frame.offset, what))
     }
 }

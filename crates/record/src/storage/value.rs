@@ -174,6 +174,18 @@ impl Value {
         })
     }
 
+    /// The transform that it is, as a module publishes it; what it lacks is empty or 0.
+    pub fn transform(&self) -> ros::PublishedTransform {
+        let numbers = |group: &str, field: &str| self.number(&format!("{group}/{field}")).unwrap_or_default();
+        ros::PublishedTransform {
+            parent: self.text("parent").unwrap_or_default(),
+            child: self.text("child").unwrap_or_default(),
+            translation: ["x", "y", "z"].map(|field| numbers("translation", field)),
+            rotation: ["x", "y", "z", "w"].map(|field| numbers("rotation", field)),
+            is_fixed: self.number("fixed").is_some_and(|fixed| fixed != 0.0),
+        }
+    }
+
     /// A text at a path.
     pub fn text(&self, path: &str) -> Option<String> {
         match self {

@@ -33,12 +33,12 @@ impl Selection {
     }
 
     /// Whether all messages of every file belong to it.
-    pub(super) fn is_all(&self) -> bool {
+    pub(crate) fn is_all(&self) -> bool {
         self.topics.is_empty() && self.exclude.is_empty() && !self.is_span()
     }
 
     /// Whether it leaves out what is before or after some time.
-    pub(super) fn is_span(&self) -> bool {
+    pub(crate) fn is_span(&self) -> bool {
         self.from.is_some() || self.to.is_some()
     }
 
@@ -49,7 +49,7 @@ impl Selection {
     }
 
     /// Whether a log time belongs to it, of a file whose first message has that other one.
-    pub(super) fn has_time(&self, time: u64, start: u64) -> bool {
+    pub(crate) fn has_time(&self, time: u64, start: u64) -> bool {
         let time = time.saturating_sub(start);
         self.from.is_none_or(|from| time >= from) && self.to.is_none_or(|to| time <= to)
     }

@@ -45,7 +45,7 @@ impl Outline {
             return Err(source.damaged(frame.offset, "the first record is no header"));
         }
         source.body(frame, &mut body)?;
-        outline.header = parse(source, frame, &body)?;
+        outline.header = source.parse(frame, &body)?;
         outline.data = source.position();
         outline.read_data(source, &mut body, may_be_cut)?;
         let behind = source.position();
@@ -96,26 +96,18 @@ impl Outline {
                     self.is_loose = true;
                 }
                 Chunk::OPCODE => {
-                    let chunk: Chunk = parse(source, frame, body)?;
+                    let chunk: Chunk = source.parse(frame, body)?;
                     chunk_crcs &= chunk.uncompressed_crc != 0;
                     self.chunks.push(chunk_index(frame, &chunk).map_err(damaged)?);
                 }
                 MessageIndex::OPCODE if [Chunk::OPCODE, MessageIndex::OPCODE].contains(&previous) => {
-                    let index: MessageIndex = parse(source, frame, body)?;
-                    if let Some(chunk) = self.chunks.last_mut() {
-                        chunk.message_index_length += frame.size();
-                        let others = &mut chunk.message_index_offsets;
-                        if others.insert(index.channel_id, frame.offset).is_some() {
-                            let id = index.channel_id;
-                            return Err(damaged(format!("a chunk has two message indexes of channel {id}")));
-                        }
-                    }
+                    self.note_index(frame, &source.parse(frame, body)?).map_err(damaged)?;
                 }
                 MessageIndex::OPCODE => {
                     return Err(damaged("a message index follows no chunk".into()));
                 }
                 AttachmentRecord::OPCODE => {
-                    let attachment: AttachmentRecord = parse(source, frame, body)?;
+                    let attachment: AttachmentRecord = source.parse(frame, body)?;
                     attachment_crcs &= attachment.crc != 0;
                     if attachment.crc != 0 && attachment.crc != attachment_crc(body) {
                         let name = &attachment.name;
@@ -124,20 +116,20 @@ impl Outline {
                     self.attachments.push(attachment_index(frame, &attachment));
                 }
                 Metadata::OPCODE => {
-                    let metadata: Metadata = parse(source, frame, body)?;
+                    let metadata: Metadata = source.parse(frame, body)?;
                     self.metadata.push(metadata_index(frame, &metadata));
                 }
                 DataEnd::OPCODE => {
-                    let end: DataEnd = parse(source, frame, body)?;
-                    if end.data_section_crc == 0 {
-                        self.doubt(chunk_crcs, attachment_crcs);
-                        return Ok(());
-                    }
-                    return match crc == end.data_section_crc {
-                        true => Ok(()),
-                        false => Err(damaged(format!(
-                            "the checksum of all before it is {crc:08x} and should be {:08x}",
-                            end.data_section_crc
+                    let end: DataEnd = source.parse(frame, body)?;
+                    let said = end.data_section_crc;
+                    return match said {
+                        0 => {
+                            self.doubt(chunk_crcs, attachment_crcs);
+                            Ok(())
+                        }
+                        _ if crc == said => Ok(()),
+                        _ => Err(damaged(format!(
+                            "the checksum of all before it is {crc:08x} and should be {said:08x}"
                         ))),
                     };
                 }
@@ -152,6 +144,16 @@ impl Outline {
                 }
             }
             previous = frame.opcode;
+        }
+    }
+
+    /// Takes note of a message index of the last chunk.
+    fn note_index(&mut self, frame: Frame, index: &MessageIndex) -> Result<(), String> {
+        let Some(chunk) = self.chunks.last_mut() else { return Ok(()) };
+        chunk.message_index_length += frame.size();
+        match chunk.message_index_offsets.insert(index.channel_id, frame.offset) {
+            Some(_) => Err(format!("a chunk has two message indexes of channel {}", index.channel_id)),
+            None => Ok(()),
         }
     }
 
@@ -189,30 +191,30 @@ impl Outline {
 }
 
 /// Whether there are no indexes, or those that should be there, in any order.
-fn agrees<T: Clone + PartialEq + Place>(said: &[T], found: &[T]) -> bool {
+fn agrees<T: Clone + PartialEq + FileOffset>(said: &[T], found: &[T]) -> bool {
     let mut said = said.to_vec();
-    said.sort_by_key(T::place);
+    said.sort_by_key(T::offset);
     said.is_empty() || said == found
 }
 
-trait Place {
-    fn place(&self) -> u64;
+trait FileOffset {
+    fn offset(&self) -> u64;
 }
 
-impl Place for ChunkIndex {
-    fn place(&self) -> u64 {
+impl FileOffset for ChunkIndex {
+    fn offset(&self) -> u64 {
         self.chunk_start_offset
     }
 }
 
-impl Place for AttachmentIndex {
-    fn place(&self) -> u64 {
+impl FileOffset for AttachmentIndex {
+    fn offset(&self) -> u64 {
         self.offset
     }
 }
 
-impl Place for MetadataIndex {
-    fn place(&self) -> u64 {
+impl FileOffset for MetadataIndex {
+    fn offset(&self) -> u64 {
         self.offset
     }
 }
@@ -229,15 +231,6 @@ pub(super) fn magic<R: Read + Seek>(source: &mut Source<R>) -> Result<(), Error>
         false => format!("it begins with {:02x?} and should with {MAGIC:02x?}", &bytes[..]),
     };
     Err(Error::NoBag { path: source.path().into(), what })
-}
-
-/// The record that a body is, or why it is none.
-pub(super) fn parse<'a, T: Record<'a>, R: Read + Seek>(
-    source: &Source<R>,
-    frame: Frame,
-    body: &'a [u8],
-) -> Result<T, Error> {
-    T::parse(body).map_err(|what| source.damaged(frame.offset, what))
 }
 
 /// What the index of a chunk says of it, but for message indexes, which follow it.
