@@ -142,7 +142,7 @@ impl Composer {
 
     /// The modules that there are, with how they are at this moment. During a change they are those from before it.
     pub fn modules(&self) -> Vec<ModuleStatus> {
-        self.agent.overview().modules()
+        self.agent.overview().modules(self.agent.board())
     }
 
     /// Whether a module is the agent's clock.

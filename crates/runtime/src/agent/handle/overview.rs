@@ -6,10 +6,12 @@ use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Weak};
 
+use slate_blackboard::Board;
+
 use crate::agent::assembly::Present;
 use crate::agent::composition::Composition;
 use crate::main_loop::Seat;
-use crate::runner::Health;
+use crate::runner::{Health, ModuleCondition};
 
 /// A plugin of an agent.
 #[derive(Clone, Debug)]
@@ -41,6 +43,8 @@ pub struct ModuleStatus {
     pub plugin: String,
     /// How it is, as in its `state`.
     pub condition: &'static str,
+    /// The required input without a value, or the service, that it waits for while it is `WAITING`.
+    pub waiting_for: Option<String>,
     /// Ticks made.
     pub ticks: u64,
     /// Ticks beyond the deadline.
@@ -81,8 +85,8 @@ impl Overview {
     }
 
     /// The modules that there are, with how they are at this moment.
-    pub fn modules(&self) -> Vec<ModuleStatus> {
-        self.modules.iter().map(ListedModule::status).collect()
+    pub fn modules(&self, board: &Board) -> Vec<ModuleStatus> {
+        self.modules.iter().map(|listed| listed.status(board)).collect()
     }
 
     /// Whether a module is the agent's clock.
@@ -92,17 +96,27 @@ impl Overview {
 }
 
 impl ListedModule {
-    fn status(&self) -> ModuleStatus {
+    fn status(&self, board: &Board) -> ModuleStatus {
         ModuleStatus {
             name: self.name.clone(),
             kind: self.kind.clone(),
             plugin: self.plugin.clone(),
             condition: self.health.condition().name(),
+            waiting_for: self.waiting_for(board),
             ticks: self.seat.upgrade().map_or(0, |seat| seat.ticks()),
             misses: self.health.misses.load(Ordering::Relaxed),
             panics: self.health.panics.load(Ordering::Relaxed),
             has_shadow: self.has_shadow,
         }
+    }
+
+    /// The port that it waits for, as its state says.
+    fn waiting_for(&self, board: &Board) -> Option<String> {
+        if self.health.condition() != ModuleCondition::WAITING {
+            return None;
+        }
+        let (value, _) = board.read(&format!("{}/state/waiting_for", self.name)).ok()??;
+        value.as_str().filter(|port| !port.is_empty()).map(str::to_owned)
     }
 }
 
