@@ -8,7 +8,7 @@ use super::cycle::Position;
 use super::gauges::StageGauge;
 use super::guest::{Absent, Guest};
 use super::plan::{Plan, PlanParts};
-use super::{Core, Levels, ModuleThreads, Schedule, Seat, Shared, TAKEOVER, Takeover, Watch};
+use super::{Core, Levels, ModuleThreads, Schedule, Seat, Shared, TAKEOVER, Takeover, WatchedModule};
 use crate::actuators::Actuator;
 use crate::clock::TimeSource;
 
@@ -17,7 +17,7 @@ pub(super) struct Prepared {
     program: Plan,
     /// That of a module's stages, and their number.
     module: Option<(u64, Plan)>,
-    watched: Arc<[Watch]>,
+    watched: Arc<[WatchedModule]>,
 }
 
 /// What the loop needs no longer, to be dropped by somebody else.
@@ -36,7 +36,7 @@ pub(super) struct LoopMembers {
     /// Whoever makes plans has it until they are exchanged.
     planning: Mutex<()>,
     parts: Mutex<PlanParts>,
-    watched: Mutex<Arc<[Watch]>>,
+    watched: Mutex<Arc<[WatchedModule]>>,
     /// For a stop, which waits for nothing else.
     gates: Mutex<Arc<[Arc<Actuator>]>>,
     threads: Mutex<ModuleThreads>,
@@ -54,7 +54,7 @@ impl LoopMembers {
     }
 
     /// The modules that the watchdog watches.
-    pub fn watched(&self) -> MutexGuard<'_, Arc<[Watch]>> {
+    pub fn watched(&self) -> MutexGuard<'_, Arc<[WatchedModule]>> {
         lock(&self.watched)
     }
 
@@ -183,8 +183,9 @@ impl Shared {
     }
 
     /// Lets the watchdog watch the modules that are there.
-    fn watch(&self, parts: &PlanParts) -> Arc<[Watch]> {
-        let watched: Arc<[Watch]> = parts.watched().map(|(seat, stage)| Watch { seat, stage }).collect();
+    fn watch(&self, parts: &PlanParts) -> Arc<[WatchedModule]> {
+        let watched: Arc<[WatchedModule]> =
+            parts.watched().map(|(seat, stage)| WatchedModule { seat, stage }).collect();
         *self.members.watched() = Arc::clone(&watched);
         // After they can be seen, so that a trace which begins now finds them there or here.
         self.tracing.add_tracks(&watched);

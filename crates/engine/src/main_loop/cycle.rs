@@ -10,7 +10,7 @@ use super::{
     workers,
 };
 use crate::clock::monotonic;
-use crate::main_loop::policy::Place;
+use crate::main_loop::policy::LoopPosition;
 use crate::runner::StepCall;
 use crate::timing::Span;
 
@@ -244,7 +244,7 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
     if asks {
         // SAFETY: as above.
         let stages = Arc::clone(&unsafe { shared.core() }.plan.names);
-        let place = Place { after, stages: &stages, now: turn.now, cycle: turn.number };
+        let place = LoopPosition { after, stages: &stages, now: turn.now, cycle: turn.number };
         // SAFETY: as above.
         let number = unsafe { shared.core() }.course.number;
         let asked = match number {

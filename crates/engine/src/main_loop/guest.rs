@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use slate_module::Level;
 
-use super::{Core, LoopLog, Seat, Shared, Watch};
+use super::{Core, LoopLog, Seat, Shared, WatchedModule};
 use crate::clock::monotonic;
 
 /// Such code, and whose it is.
@@ -20,7 +20,7 @@ pub(super) struct Guest<T: ?Sized> {
 
 impl<T: ?Sized> Guest<T> {
     /// Whether its module is not among those.
-    pub fn has_left(&self, watched: &[Watch]) -> bool {
+    pub fn has_left(&self, watched: &[WatchedModule]) -> bool {
         let is_there =
             |seat| watched.iter().any(|watch| watch.stage.is_some() && Arc::ptr_eq(&watch.seat, seat));
         self.seat.as_ref().is_some_and(|seat| !is_there(seat))

@@ -49,7 +49,7 @@ pub use pace::Pace;
 pub use pace::Rate;
 pub use plan::Levels;
 pub use playing::{PlayedCondition, Playing};
-pub use policy::{LoopPolicy, Place, STAGE_LIMIT};
+pub use policy::{LoopPolicy, LoopPosition, STAGE_LIMIT};
 pub use run::LoopRun;
 pub use seat::Seat;
 pub use slate_composition::own::LoopState;
@@ -57,7 +57,7 @@ pub use slate_configuration::Schedule;
 pub use takeover::{Takeover, Takeovers};
 pub use threads::ModuleThreads;
 pub use tracing::AgentTrace;
-pub use watchdog::{Watch, Watchdog};
+pub use watchdog::{Watchdog, WatchedModule};
 pub use workers::Workers;
 
 use composing::LoopMembers;
@@ -333,7 +333,7 @@ impl Shared {
     }
 
     /// The modules that the watchdog watches.
-    pub fn watched(&self) -> Arc<[Watch]> {
+    pub fn watched(&self) -> Arc<[WatchedModule]> {
         Arc::clone(&self.members.watched())
     }
 

@@ -11,7 +11,7 @@ use super::{Publication, Shared};
 use crate::clock::monotonic;
 use crate::isolation::Isolation;
 use crate::runner::{Health, ModuleCondition, Runner, count};
-use crate::timing::{Label, Span, Trace, Track};
+use crate::timing::{Label, Span, Trace, TraceTrack};
 
 const IDLE: u64 = 0;
 const RUNNING: u64 = 1;
@@ -75,7 +75,7 @@ pub struct Seat {
     /// Shows how long its steps take.
     pub publication: Publication,
     /// Where its steps are recorded, from when a trace was first asked for. Written by whoever drives the seat.
-    track: OnceLock<(Track, Label)>,
+    track: OnceLock<(TraceTrack, Label)>,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
     /// Who gets the runner when nobody has the seat any more.

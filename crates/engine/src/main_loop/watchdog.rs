@@ -27,7 +27,7 @@ pub struct Watchdog {
 }
 
 /// A module that is watched.
-pub struct Watch {
+pub struct WatchedModule {
     /// The module.
     pub seat: Arc<Seat>,
     /// The stage of the loop that runs it, unless it has a thread of its own.
@@ -75,7 +75,7 @@ impl Watchdog {
     }
 
     /// Looks at all modules; says when to look again, monotonic.
-    fn look(&self, watched: &[Watch], seen: &mut [Seen], now: u64) -> u64 {
+    fn look(&self, watched: &[WatchedModule], seen: &mut [Seen], now: u64) -> u64 {
         let shared = &self.shared;
         // A stage that begins before the next look is not over by then.
         let interval = (self.hang / 4).min(shared.timeouts.shortest());
@@ -151,7 +151,7 @@ impl Watchdog {
         next
     }
 
-    fn give_up(&self, watch: &Watch, seen: &mut Seen, now: u64, when: &str) {
+    fn give_up(&self, watch: &WatchedModule, seen: &mut Seen, now: u64, when: &str) {
         let (shared, seat) = (&self.shared, &watch.seat);
         if !seat.give_up(seen.step, shared.clock.now()) {
             return;
@@ -192,14 +192,14 @@ impl Watchdog {
 }
 
 /// Lets the processes go in which steps still run.
-fn leave_processes(watched: &[Watch]) {
+fn leave_processes(watched: &[WatchedModule]) {
     let busy = watched.iter().filter(|watch| watch.seat.is_isolated && watch.seat.running().is_some());
     busy.for_each(|watch| watch.seat.disconnect());
 }
 
 /// What was seen of the modules that are still there.
-fn carried(watched: &[Watch], seen: &[Seen], present: &[Watch]) -> Vec<Seen> {
-    let known = |watch: &Watch| {
+fn carried(watched: &[WatchedModule], seen: &[Seen], present: &[WatchedModule]) -> Vec<Seen> {
+    let known = |watch: &WatchedModule| {
         let place = watched.iter().position(|other| Arc::ptr_eq(&other.seat, &watch.seat));
         place.map(|place| seen[place]).unwrap_or_default()
     };

@@ -1,11 +1,11 @@
-use slate_blackboard::Settings;
+use slate_blackboard::SettingsCounter;
 use slate_blackboard::channel::Latest;
 
 /// The switch of a module: its property `enabled`.
 #[repr(C)]
 pub struct ModuleSwitch {
     /// What the host has set in all modules.
-    settings: Settings,
+    settings: SettingsCounter,
     /// How many settings had been made at the last look.
     seen: Option<u64>,
     /// What `enabled` said last.
@@ -18,7 +18,7 @@ pub struct ModuleSwitch {
 
 impl ModuleSwitch {
     /// A switch that is on, which `reader` reads; `settings` counts what is set in all modules.
-    pub fn new(settings: Settings, reader: Latest, is_linked: bool) -> Self {
+    pub fn new(settings: SettingsCounter, reader: Latest, is_linked: bool) -> Self {
         Self { settings, seen: None, is_on: true, is_linked, reader: Box::new(reader) }
     }
 
