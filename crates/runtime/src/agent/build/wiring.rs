@@ -16,7 +16,7 @@ use crate::runner::{
     Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring,
     SourceWiring, Wiring,
 };
-use slate_composition::link::{Place, Program};
+use slate_composition::link::{FieldPlace, Program};
 use slate_composition::{Joint, Target, Way, Wire};
 use slate_configuration::Mistake;
 
@@ -234,7 +234,7 @@ impl Builder<'_, '_> {
             Way::Pending(place) => {
                 let property = self.property(&self.target_path(joint.target))?;
                 // What does not fit is said when the plugin is loaded.
-                let source = Place::find(property.descriptor(), &joint.from).ok()?;
+                let source = FieldPlace::find(property.descriptor(), &joint.from).ok()?;
                 Program::new(&source, place).ok().map(Arc::new)
             }
         }
