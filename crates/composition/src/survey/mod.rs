@@ -7,13 +7,14 @@ mod levels;
 mod links;
 mod loose;
 mod module;
+mod names;
 mod order;
 mod rings;
+mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use slate_blackboard::nearest_paths;
 use slate_module::{Description, ModuleKind, Stage, Trigger};
 
 pub use host::Host;
@@ -23,13 +24,13 @@ use crate::Played;
 use crate::RemotePath;
 pub use crate::Wire;
 use crate::catalogue::{Catalogue, RemoteProperty};
-use crate::link::{Filter, Place, Program};
+use crate::complaints::{Complaints, suggest};
+use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
 pub use infer::infer;
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;
-use slate_configuration::{Configuration, Diagnostic, Link, Module, Span};
-use slate_configuration::{Message, Mistake};
+use slate_configuration::{Configuration, Link, Mistake, Module};
 
 /// Ports that every module has beside its own.
 pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
@@ -88,7 +89,7 @@ pub enum Way {
     /// The port has a property of its own, which this writes.
     Converted(Arc<Program>),
     /// As above, into this place; how is only known when what it leads to is there.
-    Pending(Arc<Place>),
+    Pending(Arc<FieldPlace>),
 }
 
 /// What a link leads to.
@@ -326,37 +327,6 @@ impl<'a> Survey<'a> {
             }
         }
         self.listeners = listeners;
-    }
-}
-
-/// Collects complaints.
-pub struct Complaints<'a> {
-    configuration: &'a Configuration,
-    /// What was found so far.
-    pub diagnostics: Vec<Diagnostic>,
-}
-
-impl<'a> Complaints<'a> {
-    /// None so far.
-    pub fn new(configuration: &'a Configuration) -> Self {
-        Self { configuration, diagnostics: Vec::new() }
-    }
-
-    /// Adds one at a place of the configuration.
-    pub fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
-        let help: String = help.into();
-        self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
-    }
-}
-
-/// Words for "did you mean".
-fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> String {
-    // A module's name may be the beginning of what was named.
-    let near = nearest_paths(name, '/', names.clone());
-    if near.is_empty() {
-        format!("there are: {}", names.collect::<Vec<_>>().join(", "))
-    } else {
-        format!("did you mean {}?", near.join(" or "))
     }
 }
 

@@ -3,7 +3,8 @@
 use slate_module::Direction;
 
 use super::levels::{CycleFound, levels};
-use super::{Complaints, Joint, Surveyed, Target, Wire};
+use super::{Joint, Surveyed, Target, Wire};
+use crate::complaints::Complaints;
 use slate_configuration::Mistake;
 
 /// Complains of required inputs that only modules of their own ring fill: none of these ever runs.

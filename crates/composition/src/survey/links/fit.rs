@@ -5,15 +5,16 @@ use std::sync::Arc;
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Direction, Interface};
 
-use super::sinks::Sink;
-use super::sources::{Source, sink_name, target_name};
+use super::ends::{TargetField, sink_name, target_name};
+use super::sinks::LinkSink;
 use super::words::{HELP, different, roles};
-use super::{join, split_module};
-use crate::link::{Filter, NoPlace, Place, Program};
-use crate::own::TimingHistogram;
-use crate::own::{ModuleState, ModuleTiming};
+use crate::complaints::Complaints;
+use crate::link::{FieldPlace, Filter, NoField, Program};
+use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
-use crate::survey::{Absent, Complaints, Implied, Joint, Survey, Surveyed, Target, Way, Wire};
+use crate::survey::names::{join, split_module};
+use crate::survey::writers::writers;
+use crate::survey::{Absent, Implied, Joint, Survey, Surveyed, Target, Way, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
 /// The interface of what a link leads to, as far as it is known before anything is made.
@@ -53,11 +54,11 @@ pub(super) fn fit<'a>(
     survey: &Survey<'a>,
     absent: &[Absent],
     link: &'a Link,
-    sink: &Sink,
-    source: Source,
+    sink: &LinkSink,
+    source: TargetField,
     complaints: &mut Complaints<'a>,
 ) -> Option<Joint<'a>> {
-    let Source { target, field: from } = source;
+    let TargetField { target, field: from } = source;
     let name = join(&target_name(configuration, survey, absent, target), &from);
     match BothEnds::new(configuration, survey, link, sink, (target, from), name).joint() {
         Ok(joint) => Some(joint),
@@ -74,7 +75,7 @@ struct BothEnds<'a, 's> {
     survey: &'s Survey<'a>,
     link: &'a Link,
     /// The port of this agent, what it is called, its interface and its direction.
-    sink: &'s Sink,
+    sink: &'s LinkSink,
     to: String,
     own: &'static Descriptor,
     direction: Direction,
@@ -91,7 +92,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         configuration: &'a Configuration,
         survey: &'s Survey<'a>,
         link: &'a Link,
-        sink: &'s Sink,
+        sink: &'s LinkSink,
         (target, from): (Target, String),
         name: String,
     ) -> Self {
@@ -191,7 +192,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// What the link lets through, if that is not everything.
     fn filter(&self) -> Result<Option<Filter>, Complaint> {
-        filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoPlace { message, help }| {
+        filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoField { message, help }| {
             let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
             (span, Mistake::Value.of(format!("the condition of `{}`: {message}", self.to)), help)
         })
@@ -266,7 +267,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             "" if is_switch && interface.hash == self.own.hash => "value",
             from => from,
         };
-        let source_place = Place::find(interface, from).map_err(|NoPlace { message, help }| {
+        let source_place = FieldPlace::find(interface, from).map_err(|NoField { message, help }| {
             (self.span, Mistake::Name.of(format!("`/{}`: {message}", self.name)), help)
         })?;
         match Program::new(&source_place, &sink_place) {
@@ -287,15 +288,15 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// The part of the port that the link fills.
-    fn sink_place(&self) -> Result<Place, Complaint> {
+    fn sink_place(&self) -> Result<FieldPlace, Complaint> {
         let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
-        match Place::find(self.own, field) {
+        match FieldPlace::find(self.own, field) {
             Ok(place) if !place.may_be_missing() => Ok(place),
             Ok(_) => self.refuse(
                 format!("`{}` is an item of a list, which may be shorter", self.to),
                 "link the whole list",
             ),
-            Err(NoPlace { message, help }) => {
+            Err(NoField { message, help }) => {
                 Err((self.link.to.span, Mistake::Name.of(format!("`{}`: {message}", self.to)), help))
             }
         }
@@ -305,7 +306,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     fn is_delayed(&self) -> bool {
         let own = self.surveyed();
         match self.target {
-            // What is played is written in the place of its module, which may be before this one's.
+            // Replayed properties are written at their module's slot, possibly earlier in the cycle.
             Target::Played(played) => {
                 self.link.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
             }
@@ -330,7 +331,7 @@ fn of_values(link: &Link) -> Option<(&'static str, Span)> {
 }
 
 /// What a link lets through, if that is not everything.
-fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>, NoPlace> {
+fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>, NoField> {
     let every = link.filter.every.as_ref().map(|every| every.value).filter(|every| *every > 1);
     let when = link.filter.when.as_ref().map(|when| when.value.as_str());
     if every.is_none() && when.is_none() {
@@ -340,7 +341,7 @@ fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>
 }
 
 /// The interval that a parameter must be in.
-fn range(survey: &Survey<'_>, sink: &Sink) -> Option<(f64, f64)> {
+fn range(survey: &Survey<'_>, sink: &LinkSink) -> Option<(f64, f64)> {
     let parameters = &survey.modules[sink.module].description.parameters;
     let parameter = parameters.iter().find(|parameter| parameter.name == sink.field)?;
     if sink.wire == Wire::Params { parameter.range } else { None }
@@ -359,6 +360,7 @@ fn is_earlier(
             (at, members.iter().position(|member| *member == stage))
         })
     };
-    let writers = crate::survey::order::writers(configuration, &survey.modules, target);
-    writers.into_iter().any(|writer| place(survey.modules[writer].stage) < place(stage))
+    writers(configuration, &survey.modules, target)
+        .into_iter()
+        .any(|writer| place(survey.modules[writer].stage) < place(stage))
 }

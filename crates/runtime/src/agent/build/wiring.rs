@@ -15,7 +15,7 @@ use crate::runner::{
     Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, Memory, OutboxWiring,
     QueueWiring, SourceWiring, Wiring,
 };
-use slate_composition::link::{Place, Program};
+use slate_composition::link::{FieldPlace, Program};
 use slate_composition::{Joint, Target, Way, Wire};
 use slate_configuration::Mistake;
 
@@ -257,7 +257,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             Way::Pending(place) => {
                 let property = self.builder.property(&self.plan.target_path(joint.target))?;
                 // What does not fit is said when the plugin is loaded.
-                let source = Place::find(property.descriptor(), &joint.from).ok()?;
+                let source = FieldPlace::find(property.descriptor(), &joint.from).ok()?;
                 Program::new(&source, place).ok().map(Arc::new)
             }
         }
