@@ -3,10 +3,9 @@ use std::path::PathBuf;
 
 use slate_module::Level;
 
-use super::build::Build;
 use super::model::{Log, LogFile, LogTargets};
 use super::problems::Problems;
-use super::source::Spanned;
+use super::source::{Sources, Spanned};
 use super::value::{Entry, Table, Value};
 use crate::mistake::Mistake;
 use crate::syslog::SyslogAddress;
@@ -37,7 +36,13 @@ const UNITS: [(&str, u64); 9] = [
     ("B", 1),
 ];
 
-impl Build<'_> {
+/// Reads `[log]`.
+pub(super) struct LogReader<'a> {
+    pub(super) sources: &'a Sources,
+    pub(super) problems: &'a mut Problems,
+}
+
+impl LogReader<'_> {
     pub(super) fn log(&mut self, root: &Table) -> Option<Log> {
         let table = self.problems.table(root, "log")?;
         self.problems.unknown_keys(table, "in [log]", &["level", "levels", "repeat", "targets"]);

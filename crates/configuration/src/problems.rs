@@ -129,6 +129,25 @@ impl Problems {
         None
     }
 
+    /// A whole number from 1 to a limit.
+    pub(super) fn count_from_one(&mut self, table: &Table, name: &str, limit: u64) -> Option<Spanned<u64>> {
+        let value = table.get(name)?;
+        let number = value.as_integer().and_then(|number| u64::try_from(number).ok());
+        match number.filter(|number| (1..=limit).contains(number)) {
+            Some(number) => Some(Spanned::new(number, value.span)),
+            None => {
+                let message =
+                    Mistake::Value.of(format!("`{name}` takes a whole number from 1, found {}", value.value));
+                let help = match limit {
+                    u64::MAX => format!("write a number such as {name} = 5"),
+                    limit => format!("write a number up to {limit}, such as {name} = 16"),
+                };
+                self.add(value.span, message, help);
+                None
+            }
+        }
+    }
+
     /// A finite number.
     pub(super) fn number(&mut self, name: &str, value: &Spanned<Value>) -> Option<f64> {
         match value.as_f64() {

@@ -60,14 +60,14 @@ pub struct Source {
     pub(super) text: Arc<str>,
     /// Of two sources, the one with the higher rank overrides the other.
     pub(super) rank: usize,
-    pub(super) place: Place,
+    pub(super) place: TextPlace,
     /// Kept with its comments and blanks, so that it can be saved back.
     pub(super) document: Option<toml_edit::Document<Arc<str>>>,
 }
 
 /// Where a text stands in a file that describes several agents.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place {
+pub(super) struct TextPlace {
     /// The file that this one was included by in the end; what its table of an agent says goes over all of them.
     pub(super) root: usize,
     /// The text that this is a part of: the table of the agent that is read.
@@ -86,7 +86,7 @@ impl Source {
             SourceKind::File | SourceKind::Change | SourceKind::Plugin => "change",
         };
         let text = text.into();
-        let place = Place::default();
+        let place = TextPlace::default();
         Self { name: name.into(), kind, path: None, text, rank: usize::MAX, place, document: None }
     }
 
@@ -169,6 +169,11 @@ impl Sources {
     pub(super) fn folder(&self, span: Span) -> PathBuf {
         let file = self.of(span).path.as_deref();
         file.and_then(Path::parent).map(Path::to_owned).unwrap_or_default()
+    }
+
+    /// A path as it is written in a file: relative to that file. The command line's are relative to where it was given.
+    pub(super) fn beside(&self, text: &Spanned<String>) -> Spanned<PathBuf> {
+        Spanned::new(self.folder(text.span).join(&text.value), text.span)
     }
 
     pub(super) fn rank(&self, span: Span) -> usize {
