@@ -8,7 +8,7 @@ use slate_module::{Description, Level, ModuleKind};
 
 use crate::agent::build::Ground;
 use crate::isolation::Isolation;
-use crate::main_loop::{Seat, Shared};
+use crate::main_loop::{Seat, SharedLoop};
 use crate::runner::ModuleCondition;
 use slate_composition::{Lead, Wire};
 
@@ -41,7 +41,7 @@ impl Present {
         self,
         name: &str,
         ground: &mut Ground,
-        shared: &Shared,
+        shared: &SharedLoop,
         keep: bool,
     ) -> Result<Vec<u8>, String> {
         let Self { seat, own_thread, .. } = self;
