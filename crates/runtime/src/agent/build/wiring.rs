@@ -12,7 +12,7 @@ use super::ground::Post;
 use super::{BuildPlan, Builder, new_writer};
 use crate::configuration::LinkPolicy;
 use crate::runner::{
-    Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, Memory, OutboxWiring,
+    AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, OutboxWiring,
     QueueWiring, SourceWiring, Wiring,
 };
 use slate_composition::link::{FieldPlace, Program};
@@ -302,7 +302,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             }
             Some(writer)
         };
-        let mut memory = Memory::zeroed(value.len());
+        let mut memory = AlignedMemory::zeroed(value.len());
         memory.bytes_mut(value.len()).copy_from_slice(&value);
         let mut joints = self.plan.joints(m, wire).filter(|joint| !joint.is_plain());
         let is_pending = joints.any(|joint| self.program(joint).is_none());
