@@ -259,9 +259,7 @@ fn mcp_over_http_gives_each_token_its_role() {
     assert_eq!(running.read("exp1", SPEED), 0.35);
 
     let log = running.done(&["log"]);
-    for line in
-        ["viewer at 127.0.0.1:", "developer at 127.0.0.1:", "named \"mcp\": POST /api/v1/stop is done"]
-    {
+    for line in ["viewer at 127.0.0.1:", "developer at 127.0.0.1:", "named \"mcp\": POST /stop is done"] {
         assert!(log.contains(line), "{line}: {log}");
     }
 }

@@ -23,6 +23,7 @@ mod answer;
 pub mod client;
 mod connection;
 mod context;
+mod dispatcher;
 mod entries;
 pub mod graph;
 mod lease;
@@ -37,7 +38,6 @@ mod role;
 mod schema;
 mod select;
 mod server;
-mod service;
 mod stream;
 mod text;
 
@@ -51,6 +51,7 @@ pub use connection::{
     BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, PATIENCE, Patient,
 };
 pub use context::{Context, Document, Page};
+pub use dispatcher::Dispatcher;
 pub use entries::{
     Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
     ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
@@ -65,5 +66,4 @@ pub use role::Role;
 pub use schema::{complete, of_interface};
 pub use select::Selection;
 pub use server::{OpenError, Server, lowered, with_caller_name};
-pub use service::Dispatcher;
 pub use stream::{Follow, Sample, StreamForm, Watcher, apart};

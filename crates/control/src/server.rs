@@ -21,6 +21,7 @@ use tokio::sync::Notify;
 use crate::answer::ResponseBody;
 use crate::connection::{ConnectionEnd, ConnectionSlot, Connections, Patient};
 use crate::context::{Context, Document};
+use crate::dispatcher::Dispatcher;
 use crate::lease::LOOK;
 use crate::operation::Caller;
 use crate::operations::{is_stop, of_request};
@@ -28,7 +29,6 @@ use crate::problem::Problem;
 use crate::query::Query;
 use crate::reserve::DescriptorReserve;
 use crate::role::Role;
-use crate::service::Dispatcher;
 
 /// The header by which a caller says for whom it asks.
 pub const CALLER: &str = "slate-caller";

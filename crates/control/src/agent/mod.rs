@@ -1,11 +1,11 @@
 //! The agent as its operations see it.
 
-mod elsewhere;
 mod messages;
 mod own;
 mod peers;
 mod properties;
 mod refusal;
+mod remote;
 mod settings;
 mod trace;
 mod values;

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use slate_blackboard::{Access, Board, BoardError, Pattern, Property, Url};
 use slate_module::Direction;
 
-use super::elsewhere::{self, RemoteAgents};
 use super::refusal::{Done, KNOWN, reading, refusal, result};
+use super::remote::{self, RemoteAgents};
 use crate::entries::{PropertyEntry, Refusal};
 use slate_runtime::Composer;
 use slate_runtime::sharing::{RemotePath, TEAM};
@@ -42,7 +42,7 @@ impl PropertyDirectory {
             return self.remote.list(agent, pattern);
         }
         // That of this agent or the team as a whole URL.
-        let here = |pattern: &str| match elsewhere::split(pattern) {
+        let here = |pattern: &str| match remote::split(pattern) {
             Some((agent, path)) if agent == TEAM => place(agent, path),
             Some((_, path)) => path.to_owned(),
             None => pattern.to_owned(),

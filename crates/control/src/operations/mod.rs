@@ -152,7 +152,8 @@ pub fn by_name(name: &str) -> Option<&'static Operation> {
     OPERATIONS.iter().find(|operation| operation.name == name)
 }
 
-/// Carries out an operation without parts of a path, for a caller that speaks another protocol.
+/// Carries out an operation for a caller that speaks another protocol; `path` is of a property of this agent, for operations on
+/// one.
 ///
 /// # Errors
 /// When there is none of that name, the caller may not do it, or it can't be done.
@@ -160,52 +161,24 @@ pub fn carry_out(
     context: &Arc<Context>,
     caller: &Caller,
     name: &str,
+    path: &str,
     body: Json,
 ) -> Result<OperationAnswer, Problem> {
     let unknown = || Problem::not_found(format!("no operation is called `{name}`"), "GET /api/v1 lists them");
     let operation = by_name(name).ok_or_else(unknown)?;
     check_role(operation.role, caller.role)?;
-    let answer = (operation.handler)(context, &spoken(context, caller, "", &body));
-    context.agent.settle();
-    answer
-}
-
-/// Sets what the host sets, for a caller that speaks another protocol.
-///
-/// # Errors
-/// When it can't be set to that.
-pub fn put_value(
-    context: &Arc<Context>,
-    caller: &Caller,
-    path: &str,
-    value: &Json,
-) -> Result<OperationAnswer, Problem> {
-    write::put(context, &spoken(context, caller, path, value))
-}
-
-/// Sends a message, for a caller that speaks another protocol.
-///
-/// # Errors
-/// When it is not taken.
-pub fn send_value(
-    context: &Arc<Context>,
-    caller: &Caller,
-    path: &str,
-    value: &Json,
-) -> Result<OperationAnswer, Problem> {
-    write::send(context, &spoken(context, caller, path, value))
-}
-
-fn spoken(context: &Context, caller: &Caller, path: &str, value: &Json) -> Ask {
-    Ask {
+    let ask = Ask {
         caller: caller.clone(),
         captured: vec![("agent", context.name().to_owned()), ("path", path.to_owned())],
         query: Query::default(),
         accept: String::new(),
         if_match: None,
         last_event: None,
-        body: Some(value.clone()),
-    }
+        body: Some(body),
+    };
+    let answer = (operation.handler)(context, &ask);
+    context.agent.settle();
+    answer
 }
 
 /// The state of a gate.

@@ -69,7 +69,7 @@ enum WriteKind {
     },
 }
 
-pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn put(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let target = target(context, ask, &body)?;
     if let WriteKind::Setting { fields, .. } = &target.what
@@ -282,7 +282,7 @@ fn check_version(ask: &Ask, property: &Property) -> Result<(), Problem> {
     Err(Problem::new(StatusCode::PRECONDITION_FAILED, message, "read it again").with("etag", present))
 }
 
-pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn send(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let dry = ask.is_dry()?;
     let url = url(ask)?;

@@ -135,3 +135,24 @@ fn a_url_means_the_same_with_and_without_a_slash() {
         assert_eq!(asked[0].0, status, "{name}: {:?}", asked[0]);
     }
 }
+
+#[test]
+fn one_sender_of_an_inbox_is_unlinked_by_its_name() {
+    let text = "[modules.a]\nkind = \"sender\"\n[modules.b]\nkind = \"sender\"\n[modules.receiver]\n[links]\n\
+                \"receiver/notes\" = [\"a/note\", \"b/note\"]\n";
+    let file = format!("{}.toml", name("senders"));
+    let database = Database::from_text(&file, text, configuration::Options::default()).unwrap();
+    let agent = Agent::load_with(&database, &plugins(), Options::default()).unwrap();
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    let senders = |client: &mut Client| -> Vec<String> {
+        client.links().unwrap().into_iter().map(|link| link.from).collect()
+    };
+    assert_eq!(senders(&mut client), ["/a/note", "/b/note"]);
+    let unknown = refused(client.unlink_from("receiver/notes", Some("c/note"), false));
+    assert!(unknown.message.contains("has no link from `c/note`"), "{unknown:?}");
+    client.unlink_from("receiver/notes", Some("/a/note"), true).unwrap();
+    assert_eq!(senders(&mut client), ["/a/note", "/b/note"], "a dry run");
+    client.unlink_from("/receiver/notes", Some("a/note"), false).unwrap();
+    assert_eq!(senders(&mut client), ["/b/note"]);
+}
