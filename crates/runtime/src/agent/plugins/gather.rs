@@ -5,9 +5,8 @@ use std::path::Path;
 
 use slate_module::Plugin;
 
-use super::{Origin, PluginError, unknown};
-use crate::agent::StartError;
-use crate::agent::composition::Composition;
+use super::{PluginError, unknown};
+use crate::agent::composition::{Composition, LibraryOrigin};
 use crate::configuration::{Configuration, PluginEntry};
 use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
 use crate::sharing::Sharing;
@@ -26,7 +25,7 @@ pub(super) struct PluginSources<'a> {
 pub(super) struct Gathered<'a> {
     sources: PluginSources<'a>,
     catalogue: Catalogue,
-    origins: BTreeMap<String, Origin>,
+    origins: BTreeMap<String, LibraryOrigin>,
     came: Vec<Plugin>,
     /// Plugins whose dependencies are being loaded.
     open: Vec<String>,
@@ -37,7 +36,8 @@ pub(super) struct Gathered<'a> {
 impl<'a> Gathered<'a> {
     pub fn new(composition: &'a Composition) -> Self {
         let catalogue = composition.catalogue.clone();
-        Self { origins: composition.origins.clone(), ..Self::with(composition.sources(), catalogue) }
+        let origins = composition.plugins.origins.clone();
+        Self { origins, ..Self::with(PluginSources::of(composition), catalogue) }
     }
 
     pub fn with(sources: PluginSources<'a>, catalogue: Catalogue) -> Self {
@@ -52,7 +52,7 @@ impl<'a> Gathered<'a> {
     }
 
     /// The catalogue, where libraries come from, and the plugins that came.
-    pub fn done(self) -> (Catalogue, BTreeMap<String, Origin>, Vec<Plugin>) {
+    pub fn done(self) -> (Catalogue, BTreeMap<String, LibraryOrigin>, Vec<Plugin>) {
         (self.catalogue, self.origins, self.came)
     }
 
@@ -147,7 +147,7 @@ impl<'a> Gathered<'a> {
             self.dependency(plugin.name(), dependency)?;
         }
         self.open.pop();
-        self.origins.insert(plugin.name().into(), Origin { file: file.into(), residence });
+        self.origins.insert(plugin.name().into(), LibraryOrigin { file: file.into(), residence });
         self.add(plugin)
     }
 
@@ -193,7 +193,16 @@ impl<'a> Gathered<'a> {
     }
 }
 
-impl PluginSources<'_> {
+impl<'a> PluginSources<'a> {
+    /// Where the plugins of an agent come from.
+    pub fn of(composition: &'a Composition) -> Self {
+        Self {
+            configuration: &composition.configuration,
+            linked: &composition.plugins.linked,
+            program: composition.assembly.ground.arenas.program.as_deref(),
+        }
+    }
+
     /// Loads a library for the modules of the configuration.
     pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
         let modules = self.configuration.modules();
@@ -213,11 +222,11 @@ impl PluginSources<'_> {
 ///
 /// # Errors
 /// When a plugin can't be loaded.
-pub fn catalogue(
+pub(in crate::agent) fn catalogue(
     configuration: &Configuration,
     linked: &[Plugin],
     sharing: Option<&dyn Sharing>,
-) -> Result<Catalogue, StartError> {
+) -> Result<Catalogue, PluginError> {
     let sources = PluginSources { configuration, linked, program: None };
     let mut gathered = Gathered::with(sources, host_catalogue(sharing));
     gathered.all()?;
