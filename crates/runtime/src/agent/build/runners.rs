@@ -82,10 +82,10 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     fn idle_runner(&mut self, m: usize, zeros: &Arc<Memory>) -> Option<Runner> {
         let surveyed = self.plan.surveyed(m);
         let name: Arc<str> = Arc::from(surveyed.module.name.value.as_str());
-        let ground = &mut *self.builder.ground;
-        let post = ground.post(&name);
-        post.health.begin();
-        let log = ground.logger.module(&name, ground.lockstep, &ground.means.clock)?;
+        let resources = &mut *self.builder.resources;
+        let signals = resources.signals(&name);
+        signals.health.begin();
+        let log = resources.logger.module(&name, resources.lockstep, &resources.means.clock)?;
         let host = Box::new(log.host());
         let random = Box::new(Cell::new(Random::new(self.plan.configuration.seed().value, &name)));
         let supervised = self.builder.isolation().supervised(m);
@@ -94,7 +94,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         let slots = Slots::new(ports.len(), |port| empty_slot(&ports[port], zeros));
         let own = self.own_properties(m)?;
         let frame = frame(&surveyed.description, &slots, zeros, &raw const *random, &raw const *host);
-        let patience = self.builder.ground.patience(&name, supervised.is_some());
+        let patience = self.builder.resources.patience(&name, supervised.is_some());
         let required = ports.iter().enumerate().filter(|(_, port)| port.required);
         Some(Runner {
             condition: None,
@@ -105,7 +105,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             has_conversions: false,
             reads_apart: false,
             in_every_cycle: false,
-            settings: self.builder.ground.board.settings(),
+            settings: self.builder.resources.board.settings(),
             settings_seen: None,
             last_tick: 0,
             due: 0,
@@ -118,7 +118,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             kind,
             trigger: surveyed.trigger.clone(),
             deadline: surveyed.deadline,
-            health: Arc::clone(&post.health),
+            health: Arc::clone(&signals.health),
             inputs: Vec::new(),
             readers: Vec::new(),
             groups: Vec::new(),
@@ -141,8 +141,8 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             state: own.state,
             timing: own.timing,
             histogram: Some(own.histogram),
-            commit: post.commit,
-            wake: post.wake,
+            commit: signals.commit,
+            wake: signals.wake,
             log,
             setup: surveyed.setup.clone(),
             requirements: Requirements::new(required.map(|(p, port)| (p, port.name.as_str()))),
@@ -161,7 +161,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     /// What every module has beside its ports.
     fn own_properties(&mut self, m: usize) -> Option<OwnProperties> {
         let params = format!("{}/params", self.plan.name(m));
-        let params = self.builder.ground.board.get(&params)?.0.channel()?.latest().ok()?;
+        let params = self.builder.resources.board.get(&params)?.0.channel()?.latest().ok()?;
         let enabled = self.builder.switch(m)?;
         let state = self.builder.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
@@ -196,7 +196,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             Direction::Aspect => self.aspect(m, p, runner)?,
             Direction::Provider => {
-                let place = self.builder.ground.service(&self.plan.port_path(m, p));
+                let place = self.builder.resources.service(&self.plan.port_path(m, p));
                 let provider = ProviderPort::new(p, place, runner.kind.clone());
                 runner.slots[p].data = provider.table().cast_mut().cast();
                 runner.providers.push(provider);
@@ -237,12 +237,12 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     fn aspect(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
         match *self.plan.survey.services.get(&(m, p))? {
             Some((provider, port)) => {
-                let place = self.builder.ground.service(&self.plan.port_path(provider, port));
+                let place = self.builder.resources.service(&self.plan.port_path(provider, port));
                 runner.aspects.push(AspectPort::new(p, &self.plan.port(m, p).name, place, &runner.wake));
             }
             None => {
                 let schema = self.plan.port(m, p).descriptor.hash;
-                let mut service = aspects::service(schema, &self.builder.ground.means, &runner.name)?;
+                let mut service = aspects::service(schema, &self.builder.resources.means, &runner.name)?;
                 service.begin(&runner.kind);
                 runner.slots[p].data = service.table().cast_mut();
                 runner.services.push(service);
@@ -254,17 +254,17 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     fn output(&mut self, m: usize, p: usize, port: &PortDescription) -> Option<OutputPort> {
         let property = self.builder.own_property(m, p)?;
         let writer = new_writer(&property)?;
-        self.builder.ground.index += 1;
+        self.builder.resources.index += 1;
         let path = property.path().to_owned();
         let actuator = self.plan.configuration.actuators().iter().find_map(|wanted| {
-            let actuator = self.builder.ground.actuators.get(&wanted.name.value)?;
+            let actuator = self.builder.resources.actuators.get(&wanted.name.value)?;
             Some((Arc::clone(actuator), actuator.commander(&path)?))
         });
         let wakes = self.builder.wakes(&path);
         Some(OutputPort {
             slot: p,
             property,
-            index: self.builder.ground.index,
+            index: self.builder.resources.index,
             writer,
             form: CanonicalForm::new(port.descriptor),
             debug: port.direction == Direction::Debug,
@@ -276,7 +276,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     }
 
     fn outbox(&mut self, p: usize, port: &PortDescription) -> OutboxPort {
-        self.builder.ground.index += 1;
+        self.builder.resources.index += 1;
         let mut memory: Vec<_> = (0..port.window).map(|_| Memory::zeroed(port.descriptor.size)).collect();
         let entries = memory
             .iter_mut()
@@ -297,7 +297,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             entries,
             size: port.descriptor.size,
             form: CanonicalForm::new(port.descriptor),
-            index: self.builder.ground.index,
+            index: self.builder.resources.index,
             wake: None,
             refused: 0,
         }
