@@ -9,7 +9,7 @@ use super::problems::{Problems, suggestion};
 use super::scope::{SECTIONS, each_text};
 use super::senders::{make_commands, make_table};
 use super::source::{SourceKind, Sources, Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// The agents of a file, with what each says that it runs.
@@ -27,7 +27,7 @@ struct AgentPart {
 
 impl Division {
     /// Notes what a text says of an agent; a later one overrides it.
-    pub(super) fn note(&mut self, agent: &str, entry: &Entry, table: &Table, problems: &mut Problems) {
+    pub(super) fn note(&mut self, agent: &str, entry: &TableEntry, table: &Table, problems: &mut Problems) {
         let part = self.0.entry(agent.into()).or_insert_with(|| AgentPart {
             called: agent.into(),
             key: entry.key,
@@ -91,7 +91,7 @@ impl Division {
 
     /// Lets an agent find the others on this machine, unless the file says where they are.
     fn introduce(&self, agent: &str, merged: &mut Table) {
-        let empty = |key| Entry { key, value: Spanned::new(Value::Table(Table::default()), key) };
+        let empty = |key| TableEntry { key, value: Spanned::new(Value::Table(Table::default()), key) };
         let mut table = merged;
         let key = self.0[agent].key;
         for name in ["share", "agents"] {
@@ -202,7 +202,7 @@ impl AgentSide<'_> {
     }
 
     /// Whether the agent has a module, an actuator or the input of a link.
-    fn keeps(&self, name: &str, entry: &Entry, sources: &Sources, problems: &mut Problems) -> bool {
+    fn keeps(&self, name: &str, entry: &TableEntry, sources: &Sources, problems: &mut Problems) -> bool {
         let is_own = is_own(sources, entry.key);
         match self.runner(first(name)) {
             Some(runner) if is_own && runner != self.agent => {

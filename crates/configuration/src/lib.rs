@@ -96,11 +96,11 @@ use read::Main;
 pub use record::{RATE, period};
 pub use schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
 use source::Sources;
-pub use source::{Origin, Source, SourceKind, Span, Spanned};
+pub use source::{Origin, SettingSource, SourceKind, Span, Spanned};
 pub use syslog::SyslogAddress;
 pub use team::{TEAM, is_topic};
 pub use trigger::{SnapshotCondition, SnapshotTrigger};
-pub use value::{Entry, Table, Value};
+pub use value::{Table, TableEntry, Value};
 
 /// What else goes into a configuration, beside its main file.
 #[derive(Clone, Debug, Default)]
@@ -311,7 +311,7 @@ impl Configuration {
     }
 
     /// The texts, as they were found; the later of two doesn't always override the earlier.
-    pub fn sources(&self) -> &[Source] {
+    pub fn sources(&self) -> &[SettingSource] {
         &self.sources.0
     }
 

@@ -5,7 +5,7 @@ use super::path::absolute;
 use super::problems::Problems;
 use super::senders::{UNNAMED, is_of_senders};
 use super::source::{Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// What a link may say.
@@ -52,7 +52,7 @@ impl LinkReader<'_> {
     }
 
     /// One of several senders.
-    fn sender(&mut self, to: &str, key: Span, from: &str, entry: &Entry) -> Option<Link> {
+    fn sender(&mut self, to: &str, key: Span, from: &str, entry: &TableEntry) -> Option<Link> {
         let empty = Table::default();
         let table = match entry.value.as_bool() {
             Some(false) => return None,
@@ -65,7 +65,7 @@ impl LinkReader<'_> {
         Some(self.with_options(destination(to, key, self.agent), from, table))
     }
 
-    fn link(&mut self, to: &str, entry: &Entry) -> Option<Link> {
+    fn link(&mut self, to: &str, entry: &TableEntry) -> Option<Link> {
         let to = destination(to, entry.key, self.agent);
         match entry.value.as_bool() {
             // It takes the link of an earlier layer out.

@@ -6,7 +6,7 @@ use slate_module::Level;
 use super::model::{Log, LogFile, LogTargets};
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 use crate::syslog::SyslogAddress;
 
@@ -82,7 +82,7 @@ impl LogReader<'_> {
 }
 
 impl Problems {
-    fn log_file(&mut self, entry: &Entry) -> Option<LogFile> {
+    fn log_file(&mut self, entry: &TableEntry) -> Option<LogFile> {
         const EXAMPLE: &str =
             "write file = \"agent.log\", or file = { path = \"agent.log\", size = \"10MB\", keep = 5 }";
         let table = match &entry.value.value {

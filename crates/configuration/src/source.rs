@@ -3,7 +3,7 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A stretch of the text of a [`Source`].
+/// A stretch of the text of a [`SettingSource`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
     pub(super) source: usize,
@@ -34,7 +34,7 @@ impl<T> Deref for Spanned<T> {
     }
 }
 
-/// What kind of layer a [`Source`] is.
+/// What kind of layer a [`SettingSource`] is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceKind {
     /// Built in.
@@ -53,7 +53,7 @@ pub enum SourceKind {
 
 /// A text that settings come from.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct SettingSource {
     pub(super) name: String,
     pub(super) kind: SourceKind,
     pub(super) path: Option<PathBuf>,
@@ -76,7 +76,7 @@ pub(super) struct TextPlace {
     pub(super) own: bool,
 }
 
-impl Source {
+impl SettingSource {
     /// A single setting.
     pub(super) fn setting(kind: SourceKind, text: &str) -> Self {
         let name = match kind {
@@ -157,10 +157,10 @@ impl fmt::Display for Origin {
 
 /// All texts of a configuration.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sources(pub(super) Vec<Source>);
+pub(super) struct Sources(pub(super) Vec<SettingSource>);
 
 impl Sources {
-    pub(super) fn of(&self, span: Span) -> &Source {
+    pub(super) fn of(&self, span: Span) -> &SettingSource {
         // A span is made only for a source of this list, which never shrinks.
         &self.0[span.source]
     }

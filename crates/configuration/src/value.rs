@@ -25,12 +25,12 @@ pub enum Value {
 /// Named values, ordered by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    pub(super) entries: BTreeMap<String, Entry>,
+    pub(super) entries: BTreeMap<String, TableEntry>,
 }
 
 /// A value in a [`Table`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct TableEntry {
     /// Where its key is written.
     pub key: Span,
     /// The value.
@@ -128,7 +128,7 @@ impl From<&Table> for interface::Value {
 
 impl Table {
     /// The entries, by name.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, &Entry)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &TableEntry)> {
         self.entries.iter().map(|(name, entry)| (name.as_str(), entry))
     }
 
@@ -143,7 +143,7 @@ impl Table {
     }
 
     /// The entry at a path.
-    pub(super) fn entry(&self, path: &[String]) -> Option<&Entry> {
+    pub(super) fn entry(&self, path: &[String]) -> Option<&TableEntry> {
         match path {
             [] => None,
             [name] => self.entries.get(name),
@@ -176,7 +176,10 @@ impl Table {
     pub(super) fn merge(&mut self, layer: Self) {
         for (name, entry) in layer.entries {
             match (self.entries.get_mut(&name).map(|old| &mut old.value.value), entry) {
-                (Some(Value::Table(old)), Entry { value: Spanned { value: Value::Table(new), .. }, .. }) => {
+                (
+                    Some(Value::Table(old)),
+                    TableEntry { value: Spanned { value: Value::Table(new), .. }, .. },
+                ) => {
                     old.merge(new);
                 }
                 (_, entry) => {

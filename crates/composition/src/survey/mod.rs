@@ -68,7 +68,7 @@ pub struct Joint<'a> {
     /// The module and the port that the link belongs to.
     pub port: (usize, Wire),
     /// What it leads to, through the links of other inputs.
-    pub target: Target,
+    pub target: LinkTarget,
     /// The field of the target that it reads; empty for the whole.
     pub from: String,
     /// The field of the port that it fills; empty for the whole.
@@ -94,7 +94,7 @@ pub enum Way {
 
 /// What a link leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum LinkTarget {
     /// A port of a module.
     Port(usize, usize),
     /// A property that every module has.
@@ -232,22 +232,22 @@ pub struct Lead {
 
 impl<'a> Survey<'a> {
     /// The path of what a link leads to.
-    pub fn path(&self, configuration: &Configuration, target: Target) -> String {
+    pub fn path(&self, configuration: &Configuration, target: LinkTarget) -> String {
         match target {
-            Target::Port(module, port) => {
+            LinkTarget::Port(module, port) => {
                 let surveyed = &self.modules[module];
                 format!("{}/{}", surveyed.module.name.value, surveyed.description.ports[port].name)
             }
-            Target::Implied(module, implied) => {
+            LinkTarget::Implied(module, implied) => {
                 format!("{}/{}", self.modules[module].module.name.value, implied.name())
             }
-            Target::Command(actuator) => {
+            LinkTarget::Command(actuator) => {
                 format!("{}/command", configuration.actuators()[actuator].name.value)
             }
-            Target::Absent(absent) => self.absent[absent].path.clone(),
-            Target::Remote(remote) => self.remote[remote].place(),
-            Target::Host(host) => host.path().into(),
-            Target::Played(played) => self.played[played].path.clone(),
+            LinkTarget::Absent(absent) => self.absent[absent].path.clone(),
+            LinkTarget::Remote(remote) => self.remote[remote].place(),
+            LinkTarget::Host(host) => host.path().into(),
+            LinkTarget::Played(played) => self.played[played].path.clone(),
         }
     }
 
@@ -267,7 +267,7 @@ impl<'a> Survey<'a> {
                 field: joint.field.clone(),
                 kind: (!joint.is_plain(), is_pending),
                 epoch: match joint.target {
-                    Target::Remote(remote) => {
+                    LinkTarget::Remote(remote) => {
                         self.remote[remote].property.as_ref().map_or(0, |property| property.epoch)
                     }
                     _ => 0,
@@ -289,10 +289,10 @@ impl<'a> Survey<'a> {
     }
 
     /// Whether what a link leads to is a port, or a switch, that links fill.
-    fn is_written(&self, target: Target) -> bool {
+    fn is_written(&self, target: LinkTarget) -> bool {
         let port = match target {
-            Target::Port(module, port) => (module, Wire::Port(port)),
-            Target::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+            LinkTarget::Port(module, port) => (module, Wire::Port(port)),
+            LinkTarget::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
             _ => return false,
         };
         self.joints.iter().any(|joint| joint.port == port)

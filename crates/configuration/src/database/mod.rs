@@ -27,7 +27,7 @@ use super::files::Files;
 use super::path::{self, Prefix};
 use super::read::{Main, ReadOutcome, ReadRequest, read};
 use super::set::{Written, first_equals, parse_set};
-use super::source::{Origin, Source, SourceKind, Sources};
+use super::source::{Origin, SettingSource, SourceKind, Sources};
 use super::value::Value;
 use super::{Configuration, Diagnostic, Options, Report, Setting, problems::Problems, report};
 use crate::mistake::Message;
@@ -114,7 +114,7 @@ pub fn parse_change(text: &str) -> Result<(String, String), Report> {
     let mut problems = Problems::default();
     let split = parse_set(text, None, 0, &mut problems).and_then(|_| first_equals(text));
     split.map(|equals| (text[..equals].trim().into(), text[equals + 1..].trim().into())).ok_or_else(|| {
-        let sources = Sources(vec![Source::setting(SourceKind::Change, text)]);
+        let sources = Sources(vec![SettingSource::setting(SourceKind::Change, text)]);
         report(&sources, problems)
     })
 }

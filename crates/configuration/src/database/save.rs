@@ -5,7 +5,7 @@ use toml_edit::DocumentMut;
 
 use super::super::files;
 use super::super::path::render;
-use super::super::value::{Entry, Table};
+use super::super::value::{Table, TableEntry};
 use super::*;
 
 /// Where changes are saved to.
@@ -131,12 +131,13 @@ impl Database {
             if let Some(place) = home::home(configuration, &path)
                 .map(|id| home::place(configuration, id, is_of_others))
                 .filter(|place| place.stands)
-                && let Some(document) = configuration.sources().get(place.text).and_then(Source::document)
+                && let Some(document) =
+                    configuration.sources().get(place.text).and_then(SettingSource::document)
             {
                 let document = documents.entry(place.text).or_insert_with(|| document.clone().into_mut());
                 let document = edit::part(document, place.agent);
                 let table = &path[..path.len() - 1];
-                let is_empty = |entry: &Entry| entry.value.as_table().is_some_and(Table::is_empty);
+                let is_empty = |entry: &TableEntry| entry.value.as_table().is_some_and(Table::is_empty);
                 if configuration.merged.entry(table).is_some_and(is_empty) {
                     edit::empty(document, table);
                 } else {

@@ -12,7 +12,7 @@ use super::calls::{self, say};
 use super::{HostService, Means};
 use crate::actuators::{Actuator, ActuatorList};
 use crate::digest::Digest;
-use crate::runner::Memory;
+use crate::runner::AlignedMemory;
 
 struct ActuatorService {
     /// What the calls of a tick use.
@@ -41,7 +41,7 @@ struct KnownActuator {
 
 /// The commands of a module to an actuator.
 struct Offer {
-    command: Memory,
+    command: AlignedMemory,
     priority: Priority,
     /// Whether this tick has offered one.
     set: bool,
@@ -185,7 +185,7 @@ impl ActuatorCalls {
         }
         let offer = known.offer.get_or_insert_with(|| {
             held.actuators().push((Arc::clone(actuator), commander));
-            Offer { command: Memory::zeroed(command.len()), priority, set: false, renewed: false }
+            Offer { command: AlignedMemory::zeroed(command.len()), priority, set: false, renewed: false }
         });
         // SAFETY: the memory has that size, and nobody else has it.
         unsafe { offer.command.as_mut_ptr().copy_from_nonoverlapping(command.as_ptr(), command.len()) };

@@ -13,7 +13,7 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use super::calls::{every_path, say, text};
 use super::{HostService, Means, followed, hash};
 use crate::digest::Digest;
-use crate::runner::Memory;
+use crate::runner::AlignedMemory;
 
 /// Events that wait for a module at most.
 const EVENTS: usize = 256;
@@ -44,7 +44,7 @@ struct OpenWriter {
     writer: Writer,
     form: CanonicalForm,
     /// What this tick writes.
-    value: Memory,
+    value: AlignedMemory,
     size: usize,
     set: bool,
     index: u32,
@@ -248,7 +248,7 @@ impl BlackboardService {
         Ok(OpenWriter {
             writer,
             form: CanonicalForm::new(descriptor),
-            value: Memory::zeroed(descriptor.size),
+            value: AlignedMemory::zeroed(descriptor.size),
             size: descriptor.size,
             set: false,
             index: hash(path),

@@ -12,7 +12,7 @@ use super::{HostService, Means};
 use crate::digest::Digest;
 use slate_configuration::{Schedule, ScheduledStage};
 
-use crate::main_loop::{LoopPolicy, Place, Takeover, Takeovers};
+use crate::main_loop::{LoopPolicy, LoopPosition, Takeover, Takeovers};
 
 /// What a policy returns after a panic.
 const PANICKED: i32 = -2;
@@ -39,7 +39,7 @@ impl Drop for ModulePolicy {
 }
 
 impl LoopPolicy for ModulePolicy {
-    fn next(&mut self, place: &Place<'_>) -> Option<usize> {
+    fn next(&mut self, place: &LoopPosition<'_>) -> Option<usize> {
         self.names.clear();
         self.names.extend(place.stages.iter().map(|name| Bytes::of(name)));
         let seen = LoopPlace {

@@ -3,12 +3,12 @@
 use super::sinks::LinkSink;
 use super::wire_name;
 use crate::survey::names::join;
-use crate::survey::{Absent, Survey, Target};
+use crate::survey::{Absent, LinkTarget, Survey};
 use slate_configuration::Configuration;
 
 /// A property, and a field of it.
 pub(super) struct TargetField {
-    pub target: Target,
+    pub target: LinkTarget,
     pub field: String,
 }
 
@@ -17,11 +17,11 @@ pub(super) fn target_name(
     configuration: &Configuration,
     survey: &Survey<'_>,
     absent: &[Absent],
-    target: Target,
+    target: LinkTarget,
 ) -> String {
     match target {
-        Target::Absent(index) => absent[index].path.clone(),
-        Target::Remote(index) => survey.remote[index].name(),
+        LinkTarget::Absent(index) => absent[index].path.clone(),
+        LinkTarget::Remote(index) => survey.remote[index].name(),
         other => survey.path(configuration, other),
     }
 }

@@ -12,7 +12,7 @@ use crate::RemotePath;
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use crate::link::FieldPlace;
-use crate::survey::{Joint, Misfit, Remote, Survey, Target, Way, Wire};
+use crate::survey::{Joint, LinkTarget, Misfit, Remote, Survey, Way, Wire};
 use slate_configuration::{Compression, Configuration, Link, Mistake, TEAM};
 
 /// The other agent that a link leads to, if it does.
@@ -187,7 +187,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
 
     /// The link to a field of the property, if both ends fit.
     fn fitted(&self, field: &str, complaints: &mut Complaints<'a>) -> Option<Joint<'a>> {
-        let source = TargetField { target: Target::Remote(self.index), field: field.to_owned() };
+        let source = TargetField { target: LinkTarget::Remote(self.index), field: field.to_owned() };
         fit::fit(self.configuration, self.survey, &[], self.link, self.sink, source, complaints)
     }
 
@@ -204,7 +204,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         Some(Joint {
             link: self.link,
             port: (self.sink.module, self.sink.wire),
-            target: Target::Remote(self.index),
+            target: LinkTarget::Remote(self.index),
             from: String::new(),
             field: self.sink.field.clone(),
             way: Way::Pending(Arc::new(place)),

@@ -10,7 +10,7 @@ use super::sinks::LinkSink;
 use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
-use crate::survey::{Absent, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire};
+use crate::survey::{Absent, Host, Implied, Joint, LinkTarget, Misfit, Survey, Surveyed, Wire};
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link, Span};
 
@@ -147,7 +147,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             if implied == Implied::Params && !self.has_an_end(module, &field) {
                 return None;
             }
-            return Some(TargetField { target: Target::Implied(module, implied), field });
+            return Some(TargetField { target: LinkTarget::Implied(module, implied), field });
         }
         let ports = &self.modules()[module].description.ports;
         let Some(at) = ports.iter().position(|port| port.name == name) else {
@@ -168,7 +168,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             return Some(self.absent(module, path));
         }
         if let Some((host, field)) = Host::of(path) {
-            return Some(TargetField { target: Target::Host(host), field: field.into() });
+            return Some(TargetField { target: LinkTarget::Host(host), field: field.into() });
         }
         let actuators = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
         let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
@@ -193,11 +193,11 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             Direction::Input | Direction::Queue => {
                 return match self.follow(module, Wire::Port(at), &field) {
                     Some(source) => source,
-                    None => Some(TargetField { target: Target::Port(module, at), field }),
+                    None => Some(TargetField { target: LinkTarget::Port(module, at), field }),
                 };
             }
             Direction::Output | Direction::Debug | Direction::Inbox => {
-                return Some(TargetField { target: Target::Port(module, at), field });
+                return Some(TargetField { target: LinkTarget::Port(module, at), field });
             }
             Direction::Command => (
                 Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate")),
@@ -271,7 +271,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.configuration.actuators().iter().enumerate().find_map(|(index, actuator)| {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
             let (name, field) = split_port(&[], rest);
-            (name == "command").then(|| TargetField { target: Target::Command(index), field: field.into() })
+            (name == "command")
+                .then(|| TargetField { target: LinkTarget::Command(index), field: field.into() })
         })
     }
 
@@ -280,7 +281,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
         let field = path[played.path.len()..].trim_start_matches('/').into();
-        Some(TargetField { target: Target::Played(index), field })
+        Some(TargetField { target: LinkTarget::Played(index), field })
     }
 
     fn absent(&mut self, module: &str, path: &str) -> TargetField {
@@ -291,6 +292,6 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             self.absent.push(absent);
             self.absent.len() - 1
         });
-        TargetField { target: Target::Absent(index), field: String::new() }
+        TargetField { target: LinkTarget::Absent(index), field: String::new() }
     }
 }
