@@ -7,7 +7,7 @@ use super::model::{Actuator, Limit, RateLimit};
 use super::path::absolute;
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
-use super::value::{Entry, Table};
+use super::value::{Table, TableEntry};
 use crate::mistake::Mistake;
 
 /// How long a command is followed when nothing else is said, nanoseconds.
@@ -31,7 +31,7 @@ impl ActuatorReader<'_> {
             .collect()
     }
 
-    fn actuator(&mut self, name: &str, entry: &Entry) -> Option<Actuator> {
+    fn actuator(&mut self, name: &str, entry: &TableEntry) -> Option<Actuator> {
         let known = ["command", "commands", "modules", "limits", "rate_limits", "time_to_live", "safe"];
         let table = self.problems.as_table(&format!("actuators.{name}"), entry)?;
         self.problems.unknown_keys(table, &format!("in actuator `{name}`"), &known);
@@ -87,7 +87,7 @@ impl ActuatorReader<'_> {
     }
 
     /// The commands of a list that are not taken off it, in the order in which they are written.
-    fn named_commands(&mut self, list: &Entry) -> Vec<Spanned<String>> {
+    fn named_commands(&mut self, list: &TableEntry) -> Vec<Spanned<String>> {
         let Some(table) = self.problems.as_table("commands", list) else { return Vec::new() };
         let named = table.iter().filter_map(|(name, entry)| {
             let stays = self.problems.flag(table, name).is_some_and(|flag| flag.value);
@@ -102,13 +102,13 @@ impl ActuatorReader<'_> {
         &mut self,
         table: &Table,
         name: &str,
-        read: impl Fn(&mut Self, Spanned<String>, &Entry) -> Option<T>,
+        read: impl Fn(&mut Self, Spanned<String>, &TableEntry) -> Option<T>,
     ) -> Vec<T> {
         let fields = self.problems.table(table, name).into_iter().flat_map(Table::iter);
         fields.filter_map(|(field, entry)| read(self, Spanned::new(field.into(), entry.key), entry)).collect()
     }
 
-    fn limit(&mut self, field: Spanned<String>, entry: &Entry) -> Option<Limit> {
+    fn limit(&mut self, field: Spanned<String>, entry: &TableEntry) -> Option<Limit> {
         let example = format!("write the lowest and the highest value: {} = [-1.0, 1.0]", field.value);
         let Some([low, high]) = entry.value.as_list() else {
             let message = Mistake::Value.of(format!(
@@ -131,7 +131,7 @@ impl ActuatorReader<'_> {
         Some(Limit { field, low, high })
     }
 
-    fn rate_limit(&mut self, field: Spanned<String>, entry: &Entry) -> Option<RateLimit> {
+    fn rate_limit(&mut self, field: Spanned<String>, entry: &TableEntry) -> Option<RateLimit> {
         let per_second = self.problems.number(&field, &entry.value)?;
         if per_second <= 0.0 {
             let help = format!("write how much it may change in a second: {} = 30.0", field.value);

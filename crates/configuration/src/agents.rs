@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::division::Division;
 use super::problems::{Problem, Problems, suggestion};
 use super::source::{SourceKind, Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// One of several agents.
@@ -22,7 +22,7 @@ pub(super) struct AgentTables {
     pub(super) wanted: Option<String>,
     /// All of them, and where each is first.
     pub(super) known: BTreeMap<String, Span>,
-    /// What each of them runs.
+    /// The parts of the file that each of them runs.
     pub(super) division: Division,
     /// Whether the wanted one's table says how it is called.
     is_named: bool,
@@ -49,7 +49,7 @@ impl AgentTables {
     }
 
     /// Notes the agents that a text describes; false after a problem with all of it.
-    pub(super) fn note(&mut self, agents: &Entry, problems: &mut Problems) -> bool {
+    pub(super) fn note(&mut self, agents: &TableEntry, problems: &mut Problems) -> bool {
         let Some(agents) = problems.as_table("agents", agents) else { return false };
         for (name, entry) in agents.iter() {
             let good = problems.agent_name(name, entry.key);
@@ -71,14 +71,14 @@ impl AgentTables {
     pub(super) fn own_name(&self) -> Option<Table> {
         let wanted = self.wanted.as_ref().filter(|_| !self.is_named)?;
         let (name, &key) = self.known.get_key_value(wanted)?;
-        let entry = |value| Entry { key, value: Spanned::new(value, key) };
+        let entry = |value| TableEntry { key, value: Spanned::new(value, key) };
         let table = |name: &str, entry| Table { entries: [(name.to_owned(), entry)].into() };
         let name = table("name", entry(Value::Text(name.clone())));
         Some(table("agent", entry(Value::Table(name))))
     }
 
-    /// What a setting says of the wanted agent; nothing if it is of another one, or wrong. Texts may be missing when they
-    /// are `incomplete`.
+    /// The part of a setting for the wanted agent; nothing if it is for another one, or wrong. Texts may be missing when
+    /// they are `incomplete`.
     pub(super) fn of_wanted(
         &mut self,
         kind: SourceKind,

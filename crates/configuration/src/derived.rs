@@ -1,12 +1,12 @@
-//! What follows from a configuration beside what is written: modules of plugins that were loaded by hand, and links that
-//! types and roles leave no choice of.
+//! Modules and links of a configuration that are not written: modules of plugins that were loaded by hand, and inferred
+//! links.
 
 use slate_blackboard::is_within;
 
 use super::Configuration;
 use super::model::{Isolation, Link, Module};
 use super::senders::UNNAMED;
-use super::source::{Source, SourceKind, Span, Spanned};
+use super::source::{SettingSource, SourceKind, Span, Spanned};
 use super::value::{Table, Value};
 
 impl Configuration {
@@ -90,7 +90,7 @@ impl Configuration {
         let text = format!("modules.\"{name}\".kind = \"{kind}\"");
         let span = Span { source: configuration.sources.0.len(), start: 0, end: text.len() };
         let rank = configuration.sources.0.iter().map(|source| source.rank).max().unwrap_or(0) + 1;
-        configuration.sources.0.push(Source {
+        configuration.sources.0.push(SettingSource {
             name: origin.into(),
             kind: SourceKind::Plugin,
             path: None,

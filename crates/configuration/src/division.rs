@@ -1,5 +1,5 @@
-//! Which of several agents runs what stands outside of `agents`, so that one file serves robots in one agent and robots
-//! in agents of their own.
+//! Divides what stands outside of `agents` among several agents, so that one file serves robots in one agent and robots in
+//! agents of their own.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,7 +9,7 @@ use super::problems::{Problems, suggestion};
 use super::scope::{SECTIONS, each_text};
 use super::senders::{make_commands, make_table};
 use super::source::{SourceKind, Sources, Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// The agents of a file, with what each says that it runs.
@@ -21,13 +21,13 @@ struct AgentPart {
     called: String,
     /// Where it is described.
     key: Span,
-    /// Robots and modules; nothing when it does not say.
+    /// Robots and modules; nothing without `runs`.
     runs: Option<Vec<Spanned<String>>>,
 }
 
 impl Division {
     /// Notes what a text says of an agent; a later one overrides it.
-    pub(super) fn note(&mut self, agent: &str, entry: &Entry, table: &Table, problems: &mut Problems) {
+    pub(super) fn note(&mut self, agent: &str, entry: &TableEntry, table: &Table, problems: &mut Problems) {
         let part = self.0.entry(agent.into()).or_insert_with(|| AgentPart {
             called: agent.into(),
             key: entry.key,
@@ -69,7 +69,7 @@ impl Division {
                 match section {
                     "links" => make_table(&mut entry.value, &|url| side.address(url), problems),
                     "actuators" => make_commands(&mut entry.value, &|url| side.address(url), problems),
-                    // What is no table is told by whoever reads it.
+                    // The reader of the section reports a value that is no table.
                     _ => {}
                 }
             }
@@ -91,12 +91,12 @@ impl Division {
 
     /// Lets an agent find the others on this machine, unless the file says where they are.
     fn introduce(&self, agent: &str, merged: &mut Table) {
-        let empty = |key| Entry { key, value: Spanned::new(Value::Table(Table::default()), key) };
+        let empty = |key| TableEntry { key, value: Spanned::new(Value::Table(Table::default()), key) };
         let mut table = merged;
         let key = self.0[agent].key;
         for name in ["share", "agents"] {
             let entry = table.entries.entry(name.into()).or_insert_with(|| empty(key));
-            // What is no table is told by whoever reads it.
+            // The reader of the section reports a value that is no table.
             let Value::Table(inner) = &mut entry.value.value else { return };
             table = inner;
         }
@@ -110,7 +110,7 @@ impl Division {
 struct ScopeNames {
     /// Where each is written first.
     common: BTreeMap<String, Span>,
-    /// Those that the agent's own table brings.
+    /// The names in the agent's own table.
     own: BTreeSet<String>,
 }
 
@@ -202,7 +202,7 @@ impl AgentSide<'_> {
     }
 
     /// Whether the agent has a module, an actuator or the input of a link.
-    fn keeps(&self, name: &str, entry: &Entry, sources: &Sources, problems: &mut Problems) -> bool {
+    fn keeps(&self, name: &str, entry: &TableEntry, sources: &Sources, problems: &mut Problems) -> bool {
         let is_own = is_own(sources, entry.key);
         match self.runner(first(name)) {
             Some(runner) if is_own && runner != self.agent => {

@@ -6,7 +6,7 @@ use toml_edit::TableLike;
 
 use super::problems::Problems;
 use super::source::{Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 
 impl Value {
     /// The value of a TOML item; what no setting can be (a date) is a problem.
@@ -75,7 +75,7 @@ impl Table {
                 table.key(name).and_then(toml_edit::Key::span).or_else(|| item.span()).unwrap_or_default();
             let key = Span { source, start: range.start, end: range.end };
             if let Some(value) = Value::of_item(item, key, problems) {
-                entries.insert(name.to_owned(), Entry { key, value });
+                entries.insert(name.to_owned(), TableEntry { key, value });
             }
         }
         Self { entries }

@@ -4,7 +4,7 @@ use std::cmp::Ordering;
 
 use super::problems::Problems;
 use super::source::Sources;
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// The path of the setting that this one takes the place of, if that stands there: of `every` it is `on`, of a link
@@ -77,7 +77,7 @@ pub(super) fn one_of<'k, 't>(
     table: &'t Table,
     a: &'k str,
     b: &'k str,
-) -> Option<(&'k str, &'t Entry)> {
+) -> Option<(&'k str, &'t TableEntry)> {
     match (table.entries.get(a), table.entries.get(b)) {
         (Some(first), Some(second)) => match sources.rank(first.key).cmp(&sources.rank(second.key)) {
             Ordering::Less => Some((b, second)),

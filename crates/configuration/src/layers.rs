@@ -12,8 +12,8 @@ use super::problems::{Problem, Problems, suggestion};
 use super::scope::flatten;
 use super::senders::merge_layer;
 use super::set::{Written, parse_set};
-use super::source::{Source, SourceKind, Sources, Span, TextPlace};
-use super::value::{Entry, Table, Value};
+use super::source::{SettingSource, SourceKind, Sources, Span, TextPlace};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// Reads the texts of a configuration and merges what they say.
@@ -24,9 +24,9 @@ pub(super) struct Layers {
     pub(super) merged: Table,
     /// Whether a text is missing from `merged`, so that what seems to be wrong there may be right.
     pub(super) incomplete: bool,
-    /// What is known of the files before they are read, and all of them after.
+    /// Files that are known already, and after reading all of them.
     pub(super) files: Files,
-    /// What each single setting says.
+    /// The tables of single settings.
     pub(super) flat_sets: Vec<Table>,
     /// The agents that the texts describe, and which of them is wanted.
     pub(super) agents: AgentTables,
@@ -115,7 +115,7 @@ impl Layers {
 
     /// Takes over what a text says, or the part of it that is a source of its own.
     pub(super) fn table(&mut self, id: usize, mut table: Table) {
-        if let Some(Entry { value, .. }) = table.entries.remove("include") {
+        if let Some(TableEntry { value, .. }) = table.entries.remove("include") {
             let source = &self.sources.0[id];
             let folder = source.path().unwrap_or(Path::new(&source.name)).parent().map(Path::to_owned);
             for file in self.problems.texts("include", &value, "common.toml") {
@@ -141,7 +141,7 @@ impl Layers {
             self.sources.0[id].place.own = table.entries.contains_key("agents");
             let (incomplete, problems) = (self.incomplete, &mut self.problems);
             let Some(mut table) = self.agents.of_wanted(kind, table, incomplete, problems) else { continue };
-            if let Some(Entry { key, .. }) = table.entries.remove("include") {
+            if let Some(TableEntry { key, .. }) = table.entries.remove("include") {
                 self.problems.add(key, "only a file includes others", "write `include` in the file");
             }
             let mut flat = flatten(table, &mut self.problems);
@@ -193,7 +193,7 @@ impl Layers {
     }
 
     /// Notes the agents that a text describes, and takes over what it says of the wanted one.
-    fn table_of_wanted(&mut self, text: usize, agents: &Entry) {
+    fn table_of_wanted(&mut self, text: usize, agents: &TableEntry) {
         if self.own {
             let help = "one agent has no others in it: write them in the file that includes this one";
             return self.problems.add(agents.key, "`agents` stands in what belongs to one agent", help);
@@ -259,7 +259,7 @@ impl Layers {
 
     /// A source of one setting, above those that are there.
     pub(super) fn setting(&mut self, kind: SourceKind, text: &str) -> usize {
-        self.sources.0.push(Source::setting(kind, text));
+        self.sources.0.push(SettingSource::setting(kind, text));
         let id = self.sources.0.len() - 1;
         self.rank(id);
         id
@@ -268,16 +268,24 @@ impl Layers {
     fn push(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) -> usize {
         let (path, id) = (path.map(Path::to_owned), self.sources.0.len());
         let place = TextPlace { root: self.root.unwrap_or(id), part_of: None, own: self.own };
-        self.sources.0.push(Source { name, kind, path, text, rank: usize::MAX, place, document: None });
+        self.sources.0.push(SettingSource {
+            name,
+            kind,
+            path,
+            text,
+            rank: usize::MAX,
+            place,
+            document: None,
+        });
         id
     }
 
     /// A source of the part of a text that is the wanted agent's.
     pub(super) fn part(&mut self, text: usize) -> usize {
-        let Source { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
+        let SettingSource { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
         let place = TextPlace { part_of: Some(text), own: true, ..*place };
         let (name, path, text) = (name.clone(), path.clone(), Arc::clone(whole));
-        self.sources.0.push(Source {
+        self.sources.0.push(SettingSource {
             name,
             kind: *kind,
             path,
@@ -322,7 +330,7 @@ fn beside(table: &mut Table, path: &[String], folder: &Path) {
     }
 }
 
-/// What TOML itself finds wrong, and what to do about it.
+/// The problem of a syntax error, with help.
 fn syntax_problem(error: &TomlError, source: usize, text: &str) -> Problem {
     let range = error.span().unwrap_or(0..0);
     let place = text.get(range.clone()).unwrap_or("").trim();

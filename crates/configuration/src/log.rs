@@ -6,7 +6,7 @@ use slate_module::Level;
 use super::model::{Log, LogFile, LogTargets};
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 use crate::syslog::SyslogAddress;
 
@@ -62,7 +62,7 @@ impl LogReader<'_> {
     fn log_targets(&mut self, table: &Table) -> LogTargets {
         let problems = &mut *self.problems;
         problems.unknown_keys(table, "in [log.targets]", &["console", "file", "syslog", "remote"]);
-        // What an earlier layer asked for, a later one switches off with `false`.
+        // `false` in a later layer switches a target of an earlier one off.
         let wanted = |name| {
             let entry = table.entries.get(name)?;
             (entry.value.as_bool() != Some(false)).then_some(entry)
@@ -82,7 +82,7 @@ impl LogReader<'_> {
 }
 
 impl Problems {
-    fn log_file(&mut self, entry: &Entry) -> Option<LogFile> {
+    fn log_file(&mut self, entry: &TableEntry) -> Option<LogFile> {
         const EXAMPLE: &str =
             "write file = \"agent.log\", or file = { path = \"agent.log\", size = \"10MB\", keep = 5 }";
         let table = match &entry.value.value {

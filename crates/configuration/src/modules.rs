@@ -6,7 +6,7 @@ use super::exclusive::one_of;
 use super::model::{Isolation, Module};
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
-use super::value::{Entry, Table};
+use super::value::{Table, TableEntry};
 use crate::mistake::Mistake;
 
 /// Reads `[modules]`.
@@ -22,7 +22,7 @@ impl ModuleReader<'_> {
         table.into_iter().flat_map(Table::iter).filter_map(|(name, entry)| self.module(name, entry)).collect()
     }
 
-    fn module(&mut self, name: &str, entry: &Entry) -> Option<Module> {
+    fn module(&mut self, name: &str, entry: &TableEntry) -> Option<Module> {
         let known = [
             "kind",
             "enabled",

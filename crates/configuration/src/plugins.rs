@@ -3,7 +3,7 @@
 use super::model::PluginEntry;
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
-use super::value::{Entry, Table};
+use super::value::{Table, TableEntry};
 
 /// Reads `[plugins]`.
 pub(super) struct PluginReader<'a> {
@@ -43,7 +43,7 @@ impl PluginReader<'_> {
         }
     }
 
-    fn plugin(&mut self, name: &str, entry: &Entry) -> Option<PluginEntry> {
+    fn plugin(&mut self, name: &str, entry: &TableEntry) -> Option<PluginEntry> {
         // A plugin is called as its package, which may have hyphens.
         if !self.problems.name("a plugin", &name.replace('-', "_"), false, entry.key) {
             return None;

@@ -1,7 +1,7 @@
 use slate_blackboard::{Url, nearest_names};
 
 use super::source::{Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::{Message, Mistake};
 use crate::team::TEAM;
 
@@ -45,7 +45,7 @@ impl Problems {
         self.as_table(name, parent.entries.get(name)?)
     }
 
-    pub(super) fn as_table<'a>(&mut self, name: &str, entry: &'a Entry) -> Option<&'a Table> {
+    pub(super) fn as_table<'a>(&mut self, name: &str, entry: &'a TableEntry) -> Option<&'a Table> {
         let table = entry.value.as_table();
         if table.is_none() {
             self.wrong_type(

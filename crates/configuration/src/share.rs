@@ -5,7 +5,7 @@ use slate_blackboard::Pattern;
 use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge};
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
-use super::value::{Entry, Table};
+use super::value::{Table, TableEntry};
 use crate::mistake::Mistake;
 use crate::team::is_topic;
 
@@ -114,7 +114,7 @@ impl ShareReader<'_> {
         good
     }
 
-    fn share_security(&mut self, entry: &Entry) -> Option<ShareSecurity> {
+    fn share_security(&mut self, entry: &TableEntry) -> Option<ShareSecurity> {
         let table = self.problems.as_table("share.security", entry)?;
         let files = ["certificate", "key", "authority"];
         self.problems.unknown_keys(table, "in [share.security]", &[&files[..], &["allow"]].concat());
@@ -150,7 +150,7 @@ impl ShareReader<'_> {
         Some(ShareSecurity { place: entry.key, credentials, allow })
     }
 
-    fn allowance(&mut self, agent: &str, entry: &Entry) -> Option<Allowance> {
+    fn allowance(&mut self, agent: &str, entry: &TableEntry) -> Option<Allowance> {
         self.problems.agent_name(agent, entry.key);
         let name = format!("share.security.allow.{agent}");
         let table = self.problems.as_table(&name, entry)?;

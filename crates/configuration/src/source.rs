@@ -3,7 +3,7 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A stretch of the text of a [`Source`].
+/// A stretch of the text of a [`SettingSource`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
     pub(super) source: usize,
@@ -34,7 +34,7 @@ impl<T> Deref for Spanned<T> {
     }
 }
 
-/// What kind of layer a [`Source`] is.
+/// The layer of a [`SettingSource`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceKind {
     /// Built in.
@@ -43,7 +43,7 @@ pub enum SourceKind {
     File,
     /// A setting of the command line.
     Set,
-    /// What holds until the next start, whatever an edited file says.
+    /// A setting that an edited file changes at the next start.
     Waiting,
     /// A change made at run time.
     Change,
@@ -53,7 +53,7 @@ pub enum SourceKind {
 
 /// A text that settings come from.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct SettingSource {
     pub(super) name: String,
     pub(super) kind: SourceKind,
     pub(super) path: Option<PathBuf>,
@@ -76,7 +76,7 @@ pub(super) struct TextPlace {
     pub(super) own: bool,
 }
 
-impl Source {
+impl SettingSource {
     /// A single setting.
     pub(super) fn setting(kind: SourceKind, text: &str) -> Self {
         let name = match kind {
@@ -130,7 +130,7 @@ impl Source {
     }
 }
 
-/// Where a value comes from, for people: `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`,
+/// The origin of a value, for people: `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`,
 /// `built-in defaults`, `until the next start`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {
@@ -157,10 +157,10 @@ impl fmt::Display for Origin {
 
 /// All texts of a configuration.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sources(pub(super) Vec<Source>);
+pub(super) struct Sources(pub(super) Vec<SettingSource>);
 
 impl Sources {
-    pub(super) fn of(&self, span: Span) -> &Source {
+    pub(super) fn of(&self, span: Span) -> &SettingSource {
         // A span is made only for a source of this list, which never shrinks.
         &self.0[span.source]
     }

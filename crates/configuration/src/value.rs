@@ -5,7 +5,7 @@ use slate_blackboard::interface;
 
 use super::source::{Span, Spanned};
 
-/// A value as it is written; what it must be is decided by who reads it.
+/// A value as it is written; its reader decides on the type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A truth value.
@@ -25,12 +25,12 @@ pub enum Value {
 /// Named values, ordered by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    pub(super) entries: BTreeMap<String, Entry>,
+    pub(super) entries: BTreeMap<String, TableEntry>,
 }
 
 /// A value in a [`Table`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct TableEntry {
     /// Where its key is written.
     pub key: Span,
     /// The value.
@@ -38,7 +38,7 @@ pub struct Entry {
 }
 
 impl Value {
-    /// What a message calls a value of this type.
+    /// The name of this type in messages.
     pub fn describe(&self) -> &'static str {
         match self {
             Self::Bool(_) => "a truth value",
@@ -128,7 +128,7 @@ impl From<&Table> for interface::Value {
 
 impl Table {
     /// The entries, by name.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, &Entry)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &TableEntry)> {
         self.entries.iter().map(|(name, entry)| (name.as_str(), entry))
     }
 
@@ -143,7 +143,7 @@ impl Table {
     }
 
     /// The entry at a path.
-    pub(super) fn entry(&self, path: &[String]) -> Option<&Entry> {
+    pub(super) fn entry(&self, path: &[String]) -> Option<&TableEntry> {
         match path {
             [] => None,
             [name] => self.entries.get(name),
@@ -176,7 +176,10 @@ impl Table {
     pub(super) fn merge(&mut self, layer: Self) {
         for (name, entry) in layer.entries {
             match (self.entries.get_mut(&name).map(|old| &mut old.value.value), entry) {
-                (Some(Value::Table(old)), Entry { value: Spanned { value: Value::Table(new), .. }, .. }) => {
+                (
+                    Some(Value::Table(old)),
+                    TableEntry { value: Spanned { value: Value::Table(new), .. }, .. },
+                ) => {
                     old.merge(new);
                 }
                 (_, entry) => {

@@ -1,15 +1,19 @@
-//! Who writes what a link leads to.
+//! The writers of the target of a link.
 
 use slate_configuration::Configuration;
 
 use super::names::split_module;
-use super::{Surveyed, Target};
+use super::{LinkTarget, Surveyed};
 
-/// The modules that write what a link leads to.
-pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {
+/// The modules that write the target of a link.
+pub(super) fn writers(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    target: LinkTarget,
+) -> Vec<usize> {
     match target {
-        Target::Port(module, _) => vec![module],
-        Target::Command(actuator) => {
+        LinkTarget::Port(module, _) => vec![module],
+        LinkTarget::Command(actuator) => {
             let wanted = &configuration.actuators()[actuator];
             let paths = wanted.commands.iter().map(|url| url.value.path_in(""));
             let ports = paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module));
@@ -18,9 +22,11 @@ pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], t
             };
             ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
         }
-        // What tells of a module, or is set in it, is of no moment of a cycle.
-        Target::Implied(..) | Target::Absent(_) | Target::Remote(_) | Target::Host(_) | Target::Played(_) => {
-            Vec::new()
-        }
+        // State and settings of a module are written at no particular moment of a cycle.
+        LinkTarget::Implied(..)
+        | LinkTarget::Absent(_)
+        | LinkTarget::Remote(_)
+        | LinkTarget::Host(_)
+        | LinkTarget::Played(_) => Vec::new(),
     }
 }

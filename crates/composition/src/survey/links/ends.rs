@@ -3,30 +3,30 @@
 use super::sinks::LinkSink;
 use super::wire_name;
 use crate::survey::names::join;
-use crate::survey::{Absent, Survey, Target};
+use crate::survey::{Absent, LinkTarget, Survey};
 use slate_configuration::Configuration;
 
 /// A property, and a field of it.
 pub(super) struct TargetField {
-    pub target: Target,
+    pub target: LinkTarget,
     pub field: String,
 }
 
-/// What a link reads, as messages call it.
+/// The name of the target of a link in messages.
 pub(super) fn target_name(
     configuration: &Configuration,
     survey: &Survey<'_>,
     absent: &[Absent],
-    target: Target,
+    target: LinkTarget,
 ) -> String {
     match target {
-        Target::Absent(index) => absent[index].path.clone(),
-        Target::Remote(index) => survey.remote[index].name(),
+        LinkTarget::Absent(index) => absent[index].path.clone(),
+        LinkTarget::Remote(index) => survey.remote[index].name(),
         other => survey.path(configuration, other),
     }
 }
 
-/// What a link fills, as messages call it.
+/// The name of the port of a link in messages.
 pub(super) fn sink_name(survey: &Survey<'_>, sink: &LinkSink) -> String {
     let module = &survey.modules[sink.module].module.name.value;
     join(&format!("{module}/{}", wire_name(survey, sink.module, sink.wire)), &sink.field)

@@ -1,4 +1,4 @@
-//! Whether both ends of a link fit, and how values become what the port takes.
+//! Checks that both ends of a link fit, and finds the conversion of its values.
 
 use std::sync::Arc;
 
@@ -14,34 +14,36 @@ use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
 use crate::survey::names::{join, split_module};
 use crate::survey::writers::writers;
-use crate::survey::{Absent, Implied, Joint, Survey, Surveyed, Target, Way, Wire};
+use crate::survey::{Absent, Implied, Joint, LinkTarget, Survey, Surveyed, Way, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
 /// The interface of what a link leads to, as far as it is known before anything is made.
 fn interface_of(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    target: Target,
+    target: LinkTarget,
 ) -> Option<&'static Descriptor> {
     match target {
-        Target::Port(module, port) => Some(survey.modules[module].description.ports[port].descriptor),
-        Target::Implied(module, implied) => Some(match implied {
+        LinkTarget::Port(module, port) => Some(survey.modules[module].description.ports[port].descriptor),
+        LinkTarget::Implied(module, implied) => Some(match implied {
             Implied::Params => survey.modules[module].description.params,
             Implied::Enabled => enabled_descriptor(),
             Implied::State => ModuleState::DESCRIPTOR,
             Implied::Timing => ModuleTiming::DESCRIPTOR,
             Implied::Histogram => TimingHistogram::DESCRIPTOR,
         }),
-        Target::Command(actuator) => configuration.actuators()[actuator].commands.iter().find_map(|url| {
-            let path = url.value.path_in("");
-            let (module, name) = split_module(&survey.modules, &path)?;
-            let ports = &survey.modules[module].description.ports;
-            Some(ports.iter().find(|port| port.name == name)?.descriptor)
-        }),
-        Target::Absent(_) => None,
-        Target::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
-        Target::Host(host) => Some(host.descriptor()),
-        Target::Played(played) => Some(survey.played[played].descriptor),
+        LinkTarget::Command(actuator) => {
+            configuration.actuators()[actuator].commands.iter().find_map(|url| {
+                let path = url.value.path_in("");
+                let (module, name) = split_module(&survey.modules, &path)?;
+                let ports = &survey.modules[module].description.ports;
+                Some(ports.iter().find(|port| port.name == name)?.descriptor)
+            })
+        }
+        LinkTarget::Absent(_) => None,
+        LinkTarget::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
+        LinkTarget::Host(host) => Some(host.descriptor()),
+        LinkTarget::Played(played) => Some(survey.played[played].descriptor),
     }
 }
 
@@ -80,7 +82,7 @@ struct BothEnds<'a, 's> {
     own: &'static Descriptor,
     direction: Direction,
     /// The other end, the field of it, what it is called and where that is written, and its interface if that is known.
-    target: Target,
+    target: LinkTarget,
     from: String,
     name: String,
     span: Span,
@@ -93,7 +95,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         survey: &'s Survey<'a>,
         link: &'a Link,
         sink: &'s LinkSink,
-        (target, from): (Target, String),
+        (target, from): (LinkTarget, String),
         name: String,
     ) -> Self {
         let description = &survey.modules[sink.module].description;
@@ -139,13 +141,13 @@ impl<'a, 's> BothEnds<'a, 's> {
     /// Whether the other end takes messages.
     fn is_inbox(&self) -> bool {
         match self.target {
-            Target::Port(module, port) => {
+            LinkTarget::Port(module, port) => {
                 self.survey.modules[module].description.ports[port].direction == Direction::Inbox
             }
-            // What it is there is known when it is.
-            Target::Absent(_) | Target::Remote(_) => self.direction == Direction::Outbox,
-            Target::Played(played) => self.survey.played[played].is_mailbox,
-            Target::Command(_) | Target::Implied(..) | Target::Host(_) => false,
+            // Its kind is not known yet.
+            LinkTarget::Absent(_) | LinkTarget::Remote(_) => self.direction == Direction::Outbox,
+            LinkTarget::Played(played) => self.survey.played[played].is_mailbox,
+            LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => false,
         }
     }
 
@@ -169,7 +171,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             let help = "leave it out: it is about values that are read";
             return Err((said, Mistake::Ends.of(message), help.into()));
         }
-        if matches!(self.target, Target::Command(_)) && self.direction == Direction::Queue {
+        if matches!(self.target, LinkTarget::Command(_)) && self.direction == Direction::Queue {
             let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
             return Err((self.span, message, "link a plain input to it".into()));
         }
@@ -178,7 +180,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Blocks are attached as their roles say.
     fn check_roles(&self) -> Result<(), Complaint> {
-        let (Wire::Port(port), Target::Port(module, other)) = (self.sink.wire, self.target) else {
+        let (Wire::Port(port), LinkTarget::Port(module, other)) = (self.sink.wire, self.target) else {
             return Ok(());
         };
         let own = &self.surveyed().description.ports[port].role;
@@ -190,7 +192,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         self.refuse(roles(&self.to, own, &self.name, other), help)
     }
 
-    /// What the link lets through, if that is not everything.
+    /// The filter of the link, if it has one.
     fn filter(&self) -> Result<Option<Filter>, Complaint> {
         filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoField { message, help }| {
             let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
@@ -219,7 +221,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let known = self.interface.is_none_or(|interface| interface.hash == self.own.hash);
         // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
         let is_apart = self.surveyed().module.isolated.value
-            && matches!(self.target, Target::Remote(_) | Target::Host(_) | Target::Played(_));
+            && matches!(self.target, LinkTarget::Remote(_) | LinkTarget::Host(_) | LinkTarget::Played(_));
         self.is_whole()
             && known
             && (!has_filter || self.direction == Direction::Queue)
@@ -254,7 +256,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let sink_place = self.sink_place()?;
         let Some(interface) = self.interface else {
             return match self.target {
-                Target::Absent(_) | Target::Remote(_) => Ok(Way::Pending(Arc::new(sink_place))),
+                LinkTarget::Absent(_) | LinkTarget::Remote(_) => Ok(Way::Pending(Arc::new(sink_place))),
                 _ => self.refuse(
                     format!("the type of `/{}` is not known", self.name),
                     "link to the whole command",
@@ -307,7 +309,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let own = self.surveyed();
         match self.target {
             // Replayed properties are written at their module's slot, possibly earlier in the cycle.
-            Target::Played(played) => {
+            LinkTarget::Played(played) => {
                 self.link.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
             }
             target => self.link.previous && is_earlier(self.configuration, self.survey, target, own.stage),
@@ -315,7 +317,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 }
 
-/// What is said of a link that only values have. (Messages have `previous` too: it sends them for the next cycle.)
+/// The first option of a link that is only for values. (Messages have `previous`, too: it sends them for the next cycle.)
 fn of_values(link: &Link) -> Option<(&'static str, Span)> {
     let Link { filter, transport, .. } = link;
     let said = [
@@ -330,7 +332,7 @@ fn of_values(link: &Link) -> Option<(&'static str, Span)> {
     said.into_iter().find_map(|(name, said)| Some((name, said?)))
 }
 
-/// What a link lets through, if that is not everything.
+/// The filter of a link, if it has one.
 fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>, NoField> {
     let every = link.filter.every.as_ref().map(|every| every.value).filter(|every| *every > 1);
     let when = link.filter.when.as_ref().map(|when| when.value.as_str());
@@ -351,7 +353,7 @@ fn range(survey: &Survey<'_>, sink: &LinkSink) -> Option<(f64, f64)> {
 fn is_earlier(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    target: Target,
+    target: LinkTarget,
     stage: slate_module::Stage,
 ) -> bool {
     let place = |stage: slate_module::Stage| {

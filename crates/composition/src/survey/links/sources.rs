@@ -1,4 +1,4 @@
-//! What a link leads to, through the links of what it leads to.
+//! The target of a link, through the links of other inputs.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +10,7 @@ use super::sinks::LinkSink;
 use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
-use crate::survey::{Absent, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire};
+use crate::survey::{Absent, Host, Implied, Joint, LinkTarget, Misfit, Survey, Surveyed, Wire};
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link, Span};
 
@@ -60,7 +60,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         &self.survey.modules
     }
 
-    /// What becomes of a link; nothing after a complaint.
+    /// Resolves a link; nothing after a complaint.
     pub fn joint(&mut self, link: usize) -> Option<Joint<'a>> {
         if let JointState::Joint(joint) = &self.found[link] {
             return joint.clone();
@@ -110,7 +110,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         fit::fit(self.configuration, self.survey, &self.absent, link, sink, source, self.complaints)
     }
 
-    /// Whether nothing is said of a link inside of this agent that is for others.
+    /// Whether a link inside of this agent has no options of links to other agents.
     fn is_own(&mut self, link: &Link, far: &Url) -> bool {
         let transport = &link.transport;
         let said = [
@@ -128,7 +128,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         said.iter().all(Option::is_none)
     }
 
-    /// What a path leads to; nothing after a complaint.
+    /// Resolves a path; nothing after a complaint.
     fn source(&mut self, span: Span, path: &str) -> Option<TargetField> {
         if let Some(source) = self.actuator(path).or_else(|| self.played(path)) {
             return Some(source);
@@ -147,7 +147,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             if implied == Implied::Params && !self.has_an_end(module, &field) {
                 return None;
             }
-            return Some(TargetField { target: Target::Implied(module, implied), field });
+            return Some(TargetField { target: LinkTarget::Implied(module, implied), field });
         }
         let ports = &self.modules()[module].description.ports;
         let Some(at) = ports.iter().position(|port| port.name == name) else {
@@ -162,13 +162,13 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.port(span, path, (module, at), field)
     }
 
-    /// What a path leads to that begins with the name of no module that is loaded.
+    /// Resolves a path that begins with the name of no loaded module.
     fn of_no_module(&mut self, span: Span, path: &str) -> Option<TargetField> {
         if let Some(module) = owner(self.dormant, path) {
             return Some(self.absent(module, path));
         }
         if let Some((host, field)) = Host::of(path) {
-            return Some(TargetField { target: Target::Host(host), field: field.into() });
+            return Some(TargetField { target: LinkTarget::Host(host), field: field.into() });
         }
         let actuators = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
         let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
@@ -181,7 +181,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         None
     }
 
-    /// What a path to a port of a module leads to.
+    /// Resolves a path to a port of a module.
     fn port(
         &mut self,
         span: Span,
@@ -193,11 +193,11 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             Direction::Input | Direction::Queue => {
                 return match self.follow(module, Wire::Port(at), &field) {
                     Some(source) => source,
-                    None => Some(TargetField { target: Target::Port(module, at), field }),
+                    None => Some(TargetField { target: LinkTarget::Port(module, at), field }),
                 };
             }
             Direction::Output | Direction::Debug | Direction::Inbox => {
-                return Some(TargetField { target: Target::Port(module, at), field });
+                return Some(TargetField { target: LinkTarget::Port(module, at), field });
             }
             Direction::Command => (
                 Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate")),
@@ -271,26 +271,27 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.configuration.actuators().iter().enumerate().find_map(|(index, actuator)| {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
             let (name, field) = split_port(&[], rest);
-            (name == "command").then(|| TargetField { target: Target::Command(index), field: field.into() })
+            (name == "command")
+                .then(|| TargetField { target: LinkTarget::Command(index), field: field.into() })
         })
     }
 
-    /// What is played at a path, or at the beginning of one that leads to a field.
+    /// The played property at a path, or at the beginning of one that leads to a field.
     fn played(&self, path: &str) -> Option<TargetField> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
         let field = path[played.path.len()..].trim_start_matches('/').into();
-        Some(TargetField { target: Target::Played(index), field })
+        Some(TargetField { target: LinkTarget::Played(index), field })
     }
 
     fn absent(&mut self, module: &str, path: &str) -> TargetField {
-        // What of it is a field is known when the module is there, and then it is linked anew.
+        // The field is known once the module is loaded, and then the port is linked anew.
         let absent = Absent { path: path.into(), module: module.into() };
         let known = self.absent.iter().position(|other| *other == absent);
         let index = known.unwrap_or_else(|| {
             self.absent.push(absent);
             self.absent.len() - 1
         });
-        TargetField { target: Target::Absent(index), field: String::new() }
+        TargetField { target: LinkTarget::Absent(index), field: String::new() }
     }
 }
