@@ -1,4 +1,4 @@
-// A robot as MAPE-K: what its blocks say, which route decides, what Execute does.
+// A robot as MAPE-K: outputs of its blocks, the current route, the actions of Execute.
 import { Age, brief, Empty, html, Problem, put, reload, select, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState, word } from "/slate.js";
 import { robots } from "/blocks.js";
 import { useRoute } from "/route.js";
@@ -20,10 +20,10 @@ function Block({ module, interfaces, readings, active }) {
   </article>`;
 }
 
-/** A switch of a module, for who may. */
+/** A switch of a module, for a role that may use it. */
 function Switch({ module, isAllowed, fail }) {
   const isOn = module.condition !== "INACTIVE";
-  // What is shown may be a second old, and a press means what the person sees.
+  // The shown state may be a second old; a press sets what the user sees.
   const turn = async ({ target }) => {
     try {
       await put(`/modules/${encodeURIComponent(module.name).replaceAll("%2F", "/")}`, { enabled: target.checked });

@@ -1,4 +1,4 @@
-// How the agent is, at a glance: what is out of the ordinary first.
+// The state of the agent at a glance, exceptional conditions first.
 import { duration, Empty, Field, html, number, useInterfaces, useProperties, useReadings, useResource, word } from "/slate.js";
 import { useRoute } from "/route.js";
 

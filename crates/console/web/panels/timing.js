@@ -1,4 +1,4 @@
-// How long everything takes: cycles, stages, modules, threads.
+// Durations of cycles, stages, modules and threads.
 import { Bar, duration, Empty, html, useMemo, useReadings, useRef, useResource, useState, word } from "/slate.js";
 
 const STAGES = ["PreLoop", "SensorAcquire", "SensorPrepare", "SensorProcess", "WorldState", "Think", "Skill", "Act", "ActExec", "PostLoop"];
@@ -24,10 +24,10 @@ function Head({ first, sort, setSort }) {
     <th>p99 / period</th>${column("Misses", "", "Ticks that missed their deadline")}${column("Panics")}</tr></thead>`;
 }
 
-/** What each thread took of a processor since the last look, and how long it waited for one in the middle. */
+/** Load of each thread since the last look, and its mean scheduling latency. */
 function useLoads() {
   const threads = useResource("/threads", 2) ?? [];
-  // What another visit has left is of no known time.
+  // Values of an earlier visit have no known interval.
   const begun = useRef(threads).current;
   const before = useRef({ when: 0, threads: new Map() });
   return useMemo(() => {
@@ -59,7 +59,7 @@ function Panel() {
   const modules = useResource("/modules", 2);
   const properties = useResource("/properties", 5) ?? [];
   const found = properties.map(({ path }) => path).filter((path) => /^loop\/[^/]+\/histogram$/.test(path));
-  // In the order in which they run; those of another loop behind them.
+  // In the order of execution; stages of another loop at the end.
   const rank = (path) => (STAGES.indexOf(path.split("/")[1]) + STAGES.length + 1) % (STAGES.length + 1);
   const stages = found.sort((one, other) => rank(one) - rank(other));
   const names = (modules ?? []).map(({ name }) => name);
