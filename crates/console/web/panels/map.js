@@ -185,7 +185,7 @@ function Panel({ options, setOptions }) {
     if (isShown("estimates")) {
       for (const { path, robot } of scene.estimates) {
         const isHeld = state.aim && chosen?.shows === path;
-        if (value(path) && !isHeld) layers.estimate(context, scheme, view, size, value(path), `${robot ?? path}, believed`);
+        if (value(path) && !isHeld) layers.estimate(context, scheme, view, size, value(path), `${robot ?? path} estimate`);
       }
     }
     if (isShown("poses")) {
