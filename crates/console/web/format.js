@@ -46,6 +46,9 @@ export const word = (name) => {
   return text.charAt(0).toUpperCase() + text.slice(1);
 };
 
+/** The condition of a module, with the input that it waits for. */
+export const conditionOf = ({ condition, waiting_for: input }) => word(condition) + (condition === "WAITING" && input ? ` for ${input}` : "");
+
 const NAMES = { theta: "θ" };
 
 /** A value in one line, by the schema of its interface. */

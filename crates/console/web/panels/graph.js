@@ -1,6 +1,6 @@
 // Modules, gates and links, with their rates. A link is made by dragging from one module to another,
 // or in the list of inputs, after a dry run.
-import { Age, duration, Empty, Field, get, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
+import { Age, conditionOf, duration, Empty, Field, get, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
 import { moduleOf } from "/blocks.js";
 
 const enc = (path) => path.split("/").map(encodeURIComponent).join("/");
@@ -193,7 +193,7 @@ function Panel({ options, setOptions }) {
     const gate = gates.get(name);
     if (gate) return `gate, ${gate.stopped ? "stopped" : word(gate.gate?.mode).toLowerCase() || "no command yet"}`;
     if (!module) return nodes.get(name).note;
-    return module?.condition !== "WORKING" ? word(module?.condition) : module.kind === own(name) ? "" : module.kind;
+    return module.condition !== "WORKING" ? conditionOf(module) : module.kind === own(name) ? "" : module.kind;
   };
   const source = (input) => links.find(({ to }) => to === input)?.from ?? "";
   return html`

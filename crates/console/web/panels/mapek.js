@@ -1,5 +1,5 @@
 // A robot as MAPE-K: outputs of its blocks, the current route, the actions of Execute.
-import { Age, brief, Empty, html, Problem, put, reload, select, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState, word } from "/slate.js";
+import { Age, brief, conditionOf, Empty, html, Problem, put, reload, select, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState, word } from "/slate.js";
 import { robots } from "/blocks.js";
 import { useRoute } from "/route.js";
 import { Strip } from "/strip.js";
@@ -10,7 +10,7 @@ function Block({ module, interfaces, readings, active }) {
   const short = module.name.slice(module.name.lastIndexOf("/") + 1);
   const state = module.panics ? "bad" : module.condition === "INACTIVE" ? "off" : module.misses ? "degraded" : undefined;
   return html`<article class="block" data-active=${active ?? ""} data-state=${state}>
-    <header><b>${short}</b> <span class="muted">${module.condition === "WORKING" ? "" : word(module.condition)}</span></header>
+    <header><b>${short}</b> <span class="muted">${module.condition === "WORKING" ? "" : conditionOf(module)}</span></header>
     ${module.outputs.map(({ path, interface: name, doc }) => {
       const reading = readings[path];
       return html`<button class="output" key=${path} title=${`${doc} /${path}`} onClick=${() => select(path)}>

@@ -1,15 +1,15 @@
 // Durations of cycles, stages, modules and threads.
-import { Bar, duration, Empty, html, useMemo, useReadings, useRef, useResource, useState, word } from "/slate.js";
+import { Bar, conditionOf, duration, Empty, html, useMemo, useReadings, useRef, useResource, useState } from "/slate.js";
 
 const STAGES = ["PreLoop", "SensorAcquire", "SensorPrepare", "SensorProcess", "WorldState", "Think", "Skill", "Act", "ActExec", "PostLoop"];
 
 const share = (part, whole) => (whole ? part / whole : 0);
 
-function Row({ name, condition, histogram, timing, most, misses, panics }) {
+function Row({ name, condition, waiting_for, histogram, timing, most, misses, panics }) {
   const state = panics || condition === "ILL" ? "bad" : misses ? "degraded" : condition === "INACTIVE" ? "off" : undefined;
   const cell = (value) => html`<td class="number">${value === undefined ? "–" : duration(value)}</td>`;
   return html`<tr data-state=${state}>
-    <th scope="row">${name}</th><td>${condition === undefined ? "" : word(condition)}</td>
+    <th scope="row">${name}</th><td>${condition === undefined ? "" : conditionOf({ condition, waiting_for })}</td>
     <td class="number">${timing?.period ? `${(1e9 / timing.period).toFixed(1)} Hz` : "–"}</td>
     ${cell(timing?.jitter)}${cell(histogram?.p50)}${cell(histogram?.p90)}${cell(histogram?.p99)}${cell(histogram?.max)}
     <td><${Bar} share=${share(histogram?.p99 ?? 0, most)} label=${histogram ? `99th percentile ${duration(histogram.p99)}` : "no samples yet"} /></td>
