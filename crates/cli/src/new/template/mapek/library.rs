@@ -1,31 +1,31 @@
-//! A robot in MAPE-K: it drives to a target, and backs off from near obstacles.
+//! A robot in MAPE-K: it drives to a target, and backs off from whatever comes too near.
 //!
 //! `cargo test` tests the blocks without a robot, `slate run PROJECT_NAME.toml` runs them in the simulator.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
 
-// --- actions ---------------------------------------------------------------------------------------------------------
+// --- what the robot can do -------------------------------------------------------------------------------------------
 
-/// Ports that actions act on.
+/// What actions act on.
 #[ports]
 pub struct Body {
-    /// Position in the map frame.
+    /// Where the robot is.
     #[stale(after = "200ms")]
     position: Required<Position>,
-    /// Heading in the map frame.
+    /// Where it looks.
     #[stale(after = "200ms")]
     orientation: Required<Orientation>,
-    /// Setpoints of the two wheels.
+    /// How its wheels shall turn.
     wheels: Command<WheelSpeeds>,
 }
 
-/// Radius of a wheel and distance between the wheels, metres.
+/// Metres: the radius of a wheel, and the distance between the two.
 const WHEEL: f64 = 0.0975;
 const TRACK: f64 = 0.331;
 
 impl Body {
-    /// Commands a twist: m/s and rad/s.
+    /// Commands metres and radians a second.
     fn drive(&self, linear: f64, angular: f64, priority: Priority) {
         let turn = angular * TRACK / 2.0;
         let [left, right] = [linear - turn, linear + turn].map(|speed| speed / WHEEL);
@@ -36,7 +36,7 @@ impl Body {
 /// Drives to a point of the map.
 #[derive(Serialize, Deserialize)]
 pub struct GoTo {
-    /// Target in the map frame, metres.
+    /// Metres.
     x: f64,
     y: f64,
 }
@@ -55,7 +55,7 @@ impl Action<Body> for GoTo {
         let body = acting.body;
         let (Some(position), Some(orientation)) = (body.position.fresh(), body.orientation.fresh())
         else {
-            // Without a fresh pose it commands nothing, and the gate stops the wheels.
+            // Who does not know where it is commands nothing, and the gate stops the wheels.
             return Step::Running;
         };
         let (x, y) = (self.x - position.x, self.y - position.y);
@@ -64,17 +64,17 @@ impl Action<Body> for GoTo {
             return Step::Done;
         }
         let error = math::angle_between(orientation.theta, math::atan2(y, x));
-        // It slows down near the target, and while it faces elsewhere.
+        // It goes only as far as it looks there, and slows down before it arrives.
         let speed = math::min(0.4, 2.0 * distance) * math::max(math::cos(error), 0.0);
         body.drive(speed, 2.0 * error, acting.priority);
         Step::Running
     }
 }
 
-/// Drives straight back for a duration.
+/// Drives straight back for a while.
 #[derive(Serialize, Deserialize)]
 pub struct BackUp {
-    /// Remaining time, seconds.
+    /// Seconds to go.
     left: f64,
 }
 
@@ -99,20 +99,20 @@ impl Action<Body> for BackUp {
 }
 
 repertoire! {
-    /// All actions of the robot.
+    /// All that the robot can do.
     pub enum Actions for Body as "MODULE_KIND_execute" { GoTo, BackUp }
 }
 
 // --- the deliberative route: Monitor, Analyze, Plan ------------------------------------------------------------------
 
-/// Sensors of the Monitor.
+/// What the Monitor watches.
 #[ports]
 pub struct Sensors {
     position: Required<Position>,
     orientation: Required<Orientation>,
 }
 
-/// Combines position and heading to a pose.
+/// Puts together where the robot is.
 pub struct PoseMonitor;
 
 impl Monitor for PoseMonitor {
@@ -132,22 +132,22 @@ impl Monitor for PoseMonitor {
     }
 }
 
-/// Whether the robot is at the target.
+/// Whether the robot is where it shall be.
 #[interface]
 #[derive(PartialEq)]
 pub struct AtTarget {
-    /// Whether it is there.
+    /// Whether it is.
     pub there: Bool,
 }
 
-/// Observations of the Analyze, and the target.
+/// What the Analyze observes, and the target.
 #[ports]
 pub struct Observations {
     pose: Observed<Pose2>,
     target: Required<Point2>,
 }
 
-/// Reports arrival at the target and departure from it, not every pose.
+/// Tells when the robot arrives or leaves; a pose comes many times a second, and this seldom.
 pub struct Arrival;
 
 impl Analyze for Arrival {
@@ -171,14 +171,14 @@ impl Analyze for Arrival {
     }
 }
 
-/// Changes that the Plan receives, and the target.
+/// What the Plan is told, and the target.
 #[ports]
 pub struct Notices {
     arrival: Noticed<AtTarget>,
     target: Required<Point2>,
 }
 
-/// Requests `GoTo`, again after each reflex.
+/// Goes to the target, and again whenever a reflex or anything else came between.
 pub struct Planner;
 
 impl Plan for Planner {
@@ -206,9 +206,9 @@ impl Plan for Planner {
 
 // --- the reactive route ----------------------------------------------------------------------------------------------
 
-/// Sensors of the reflex.
+/// What the reflex looks at.
 #[ports]
-pub struct ReflexSensors {
+pub struct Ears {
     #[stale(after = "200ms")]
     sonar: Required<SonarScan>,
 }
@@ -219,16 +219,16 @@ pub struct ReflexParams {
     distance: f64,
 }
 
-/// Backs off from near obstacles.
+/// Backs off from what is near.
 pub struct BackOff;
 
 impl ReactiveModel for BackOff {
     const NAME: &'static str = "MODULE_KIND_back_off";
-    type Sensors = ReflexSensors;
+    type Sensors = Ears;
     type Params = ReflexParams;
     type State = ();
 
-    fn run(_: &mut (), sensors: &ReflexSensors, params: &ReflexParams, _: &Tick) -> Option<ActionRequest> {
+    fn run(_: &mut (), sensors: &Ears, params: &ReflexParams, _: &Tick) -> Option<ActionRequest> {
         let scan = sensors.sonar.fresh()?;
         let nearest = scan
             .echoes
@@ -254,10 +254,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn arrival_is_reported_once() {
+    fn an_arrival_is_told_once() {
         let mut arrival = Fixture::<AnalyzeBlock<Arrival>>::new();
         arrival.set("target", Point2 { x: 1.0, y: 0.0 });
-        let mut report = |x: f64| {
+        let mut tells = |x: f64| {
             arrival.set(
                 "pose",
                 Pose2 {
@@ -272,13 +272,13 @@ mod tests {
                 .then(|| arrival.output::<AtTarget>("change").unwrap().there.get())
         };
         assert_eq!(
-            [report(0.0), report(0.5), report(0.99), report(1.0)],
+            [tells(0.0), tells(0.5), tells(0.99), tells(1.0)],
             [Some(false), None, Some(true), None]
         );
     }
 
     #[test]
-    fn near_obstacle_triggers_back_up() {
+    fn what_is_near_makes_it_back_off() {
         let mut reflex = Fixture::<ReactiveBlock<BackOff>>::new();
         reflex.write("sonar", 0, |scan: &mut SonarScan| scan.range_max = 0.1);
         reflex.tick();

@@ -1,62 +1,62 @@
-//! Distance to the nearest obstacle that the sonars of a robot detect.
+//! Tells how near the nearest thing is that the sonars of a robot hear.
 //!
 //! `cargo test` tests it without a robot, `slate run PROJECT_NAME.toml` adds it to a robot in the simulator.
 
 use slate_plugin::prelude::*;
 
-/// The nearest obstacle.
+/// The nearest thing.
 #[interface]
 #[derive(PartialEq)]
 pub struct Nearest {
-    /// Distance to it.
+    /// How far away it is.
     #[unit("m")]
     pub distance: f64,
 }
 
-/// Ports; the configuration links them.
+/// What it reads and writes. What these are linked to is said in the configuration.
 #[ports]
 pub struct Io {
-    /// Ranges of the sonars.
+    /// What the sonars hear.
     #[stale(after = "500ms")]
     sonar: Required<SonarScan>,
-    /// The smallest range, smoothed.
+    /// The nearest of it, smoothed.
     nearest: Output<Nearest>,
 }
 
 #[params]
 pub struct Params {
-    #[param(default = 0.5, range = 0.0..=1.0, doc = "weight of the last value; 0 is no smoothing")]
+    #[param(default = 0.5, range = 0.0..=1.0, doc = "how much of the last value stays; 0 is no smoothing")]
     inertia: f64,
 }
 
-/// The module; the host keeps its state.
-pub struct NearestObstacle;
+/// The module; its state is beside it, so that the host can save it.
+pub struct NearestThing;
 
 /// Finds the nearest echo.
 #[module(stage = SensorProcess, name = "MODULE_KIND")]
-impl Module for NearestObstacle {
+impl Module for NearestThing {
     type Io = Io;
     type Params = Params;
-    // The last distance, metres; a reload keeps it.
+    // The last distance, metres; it is carried over when the code is exchanged.
     type State = Option<f64>;
 
     fn tick(last: &mut Option<f64>, io: &Io, params: &Params, _: &Tick) -> Outcome {
         let Some(scan) = io.sonar.fresh() else {
-            // Without a fresh scan there is no distance.
+            // Who hears nothing says nothing.
             *last = None;
             return Outcome::Degraded;
         };
-        let ranges = scan.echoes.iter().map(|echo| echo.range);
-        let nearest = ranges.fold(scan.range_max, math::min);
-        let before = last.unwrap_or(nearest);
-        let distance = params.inertia * before + (1.0 - params.inertia) * nearest;
+        let heard = scan.echoes.iter().map(|echo| echo.range);
+        let heard = heard.fold(scan.range_max, math::min);
+        let before = last.unwrap_or(heard);
+        let distance = params.inertia * before + (1.0 - params.inertia) * heard;
         *last = Some(distance);
         io.nearest.set(Nearest { distance });
         Outcome::Ok
     }
 }
 
-plugin!(NearestObstacle);
+plugin!(NearestThing);
 
 #[cfg(test)]
 mod tests {
@@ -64,29 +64,29 @@ mod tests {
 
     use super::*;
 
-    /// The output for a scan without echoes and this maximum range.
-    fn distance_without_echoes(module: &mut Fixture<NearestObstacle>, range: f64) -> f64 {
+    /// What it says when nothing is heard within so many metres.
+    fn nothing_within(module: &mut Fixture<NearestThing>, range: f64) -> f64 {
         module.write("sonar", 0, |scan: &mut SonarScan| scan.range_max = range);
         assert_eq!(module.tick(), Outcome::Ok);
         module.output::<Nearest>("nearest").unwrap().distance
     }
 
     #[test]
-    fn distance_without_echoes_is_the_maximum_range() {
+    fn nothing_is_nearer_than_the_sonars_hear() {
         let mut module = Fixture::new();
-        assert_eq!(distance_without_echoes(&mut module, 2.0), 2.0);
+        assert_eq!(nothing_within(&mut module, 2.0), 2.0);
     }
 
     #[test]
-    fn output_is_smoothed_by_the_last_value() {
+    fn half_of_the_last_value_stays() {
         let mut module = Fixture::new();
-        distance_without_echoes(&mut module, 2.0);
-        assert_eq!(distance_without_echoes(&mut module, 1.0), 1.5);
+        nothing_within(&mut module, 2.0);
+        assert_eq!(nothing_within(&mut module, 1.0), 1.5);
     }
 
     #[test]
-    fn output_stops_without_a_fresh_scan() {
-        let mut module = Fixture::<NearestObstacle>::new();
+    fn it_says_nothing_while_it_hears_nothing() {
+        let mut module = Fixture::<NearestThing>::new();
         assert_eq!(module.tick().waiting_for(), Some("sonar"));
         module.set("sonar", SonarScan::default());
         module.expire("sonar");

@@ -4,28 +4,28 @@
 
 use slate_plugin::prelude::*;
 
-/// Ports; the configuration links them.
+/// What it reads and writes. What these are linked to is said in the configuration.
 #[ports]
 pub struct Io {
-    /// Position in the map frame.
+    /// Where the robot is.
     #[stale(after = "200ms")]
     position: Required<Position>,
-    /// Heading in the map frame.
+    /// Where it looks.
     #[stale(after = "200ms")]
     orientation: Required<Orientation>,
-    /// Target in the map frame.
+    /// Where it shall go.
     target: Required<Point2>,
-    /// Setpoints of the two wheels.
+    /// How its wheels shall turn.
     wheels: Command<WheelSpeeds>,
 }
 
 #[params]
 pub struct Params {
-    #[param(default = 0.4, range = 0.0..=1.2, unit = "m/s", doc = "maximum speed")]
+    #[param(default = 0.4, range = 0.0..=1.2, unit = "m/s", doc = "how fast it goes")]
     speed: f64,
-    #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "gain on distance and heading error")]
+    #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "how hard it turns to the target")]
     gain: f64,
-    #[param(default = 0.05, range = 0.0..=1.0, unit = "m", doc = "distance at which it has arrived")]
+    #[param(default = 0.05, range = 0.0..=1.0, unit = "m", doc = "it has arrived within this distance")]
     tolerance: f64,
     #[param(default = 0.0975, range = 0.01..=1.0, unit = "m", doc = "radius of a wheel")]
     wheel_radius: f64,
@@ -33,7 +33,7 @@ pub struct Params {
     track: f64,
 }
 
-/// The module; the host keeps its state.
+/// The module; its state is beside it, so that the host can save it.
 pub struct Follower;
 
 /// Turns to the target and drives there.
@@ -41,13 +41,13 @@ pub struct Follower;
 impl Module for Follower {
     type Io = Io;
     type Params = Params;
-    // Kept between ticks, and by a reload.
+    // What it remembers between two ticks; it is carried over when the code is exchanged.
     type State = ();
 
     fn tick(_: &mut (), io: &Io, params: &Params, _: &Tick) -> Outcome {
         let (Some(position), Some(orientation)) = (io.position.fresh(), io.orientation.fresh())
         else {
-            // Without a fresh pose it commands nothing, and the gate stops the wheels.
+            // Who does not know where it is commands nothing, and the gate stops the wheels.
             return Outcome::Degraded;
         };
         let (x, y) = (io.target.x - position.x, io.target.y - position.y);
@@ -57,7 +57,7 @@ impl Module for Follower {
             return Outcome::Ok;
         }
         let error = math::angle_between(orientation.theta, math::atan2(y, x));
-        // It slows down near the target, and while it faces elsewhere.
+        // It goes only as far as it looks there, and slows down before it arrives.
         let speed =
             math::min(params.speed, params.gain * distance) * math::max(math::cos(error), 0.0);
         let turn = params.gain * error * params.track / 2.0;
@@ -81,7 +81,7 @@ mod tests {
 
     use super::*;
 
-    /// The command at the origin, with heading 0.
+    /// What it commands at the origin, looking along x.
     fn wheels(target: Point2) -> WheelSpeeds {
         let mut follower = Fixture::<Follower>::new();
         follower.set(
@@ -99,25 +99,25 @@ mod tests {
     }
 
     #[test]
-    fn robot_drives_straight_to_a_target_ahead() {
+    fn it_drives_straight_to_what_is_ahead() {
         let wheels = wheels(Point2 { x: 2.0, y: 0.0 });
         assert_eq!(wheels.left, wheels.right);
         assert!(wheels.left > 0.0);
     }
 
     #[test]
-    fn robot_turns_to_a_target_beside_it() {
+    fn it_turns_to_what_is_beside_it() {
         let wheels = wheels(Point2 { x: 0.0, y: 1.0 });
         assert!(wheels.right > 0.0 && wheels.left < 0.0);
     }
 
     #[test]
-    fn robot_stops_at_the_target() {
+    fn it_stands_still_where_it_shall_be() {
         assert_eq!(wheels(Point2 { x: 0.0, y: 0.01 }), WheelSpeeds::ZERO);
     }
 
     #[test]
-    fn commands_need_a_fresh_position() {
+    fn it_waits_for_a_place_and_commands_nothing_once_it_is_old() {
         let mut follower = Fixture::<Follower>::new();
         follower.set("target", Point2 { x: 1.0, y: 0.0 });
         assert_eq!(follower.tick().waiting_for(), Some("position"));
