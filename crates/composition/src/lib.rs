@@ -1,9 +1,10 @@
-//! A configuration and a catalogue of kinds become a checked composition, or a report of everything that does not fit.
+//! Checks a configuration against a catalogue of kinds: a composition, or a report of all that is wrong.
 //!
-//! Nothing is made here: no thread, no property and no agent. So whoever wants to know whether a configuration fits asks
-//! [`check`], and an agent makes what a [`Survey`] says.
+//! It creates no thread, no property and no agent: [`check`] works without one, and an agent creates what a [`Survey`]
+//! lists.
 
 mod catalogue;
+mod complaints;
 pub mod link;
 pub mod own;
 pub mod parameters;
@@ -14,20 +15,21 @@ mod survey;
 mod wired;
 
 pub use catalogue::{Catalogue, RemoteProperty};
+pub use complaints::Complaints;
 pub use played::Played;
 pub use remote_path::RemotePath;
 pub use setup::{Describe, OwnSetup, Wire, describe};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
-    Absent, Complaints, Host, Implied, Joint, Lead, Misfit, RESERVED, Remote, Survey, Surveyed, Target, Way,
+    Absent, Host, Implied, Joint, Lead, LinkTarget, Misfit, RESERVED, Remote, Survey, Surveyed, Way,
     elsewhere, infer, loose, needs, remote_path, scope, survey,
 };
 pub use wired::{Wired, sends};
 
-/// What a configuration is made of with the kinds of a catalogue; [`Wired`] adds the links that need not be written.
+/// Checks a configuration against the kinds of a catalogue; [`Wired`] adds the links that need not be written.
 ///
 /// # Errors
-/// Everything that does not fit.
+/// All that is wrong.
 ///
 /// ```
 /// use slate_composition::{Catalogue, check};

@@ -7,12 +7,13 @@ use slate_module::aspect::{MainLoop, Service};
 use slate_module::{Description, Direction, Trigger};
 
 use crate::catalogue::Catalogue;
-use crate::survey::{Complaints, Survey, Surveyed, infer, needs, survey};
+use crate::complaints::Complaints;
+use crate::survey::{Survey, Surveyed, infer, needs, survey};
 
 /// A configuration with the links that types and roles leave no choice of.
 pub struct Wired {
     configuration: Arc<Configuration>,
-    /// What they leave a choice of.
+    /// Ambiguous links.
     ambiguous: Vec<Diagnostic>,
 }
 
@@ -29,7 +30,7 @@ impl Wired {
         &self.configuration
     }
 
-    /// What it is made of.
+    /// The checked composition.
     ///
     /// # Errors
     /// Everything that does not fit or is ambiguous.

@@ -14,6 +14,8 @@ pub mod recording;
 pub mod sharing;
 pub mod snapshot;
 pub mod stop_line;
+#[cfg(feature = "tls")]
+pub mod tls;
 
 pub use agent::{
     Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,
@@ -27,7 +29,7 @@ pub use slate_configuration::{
 };
 pub use slate_engine::clock::{Calendar, RecordedTimes, TimeSource};
 pub use slate_engine::main_loop::{
-    AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT,
+    AgentTrace, Control, Cycle, End, LoopPolicy, LoopPosition, Observer, Rate, STAGE_LIMIT,
 };
 use slate_engine::{actuators, clock, digest, main_loop, runner};
 pub use slate_engine::{give_way, isolation, log, plugin, synchronization, timing};

@@ -1,12 +1,13 @@
-//! Who provides what modules need.
+//! Services that modules need, and their providers.
 
 use std::collections::BTreeMap;
 
 use slate_module::aspect::{MainLoop, Service, TimeSource};
 use slate_module::{Description, Direction};
 
-use super::{Complaints, Surveyed};
+use super::Surveyed;
 use crate::catalogue::Catalogue;
+use crate::complaints::Complaints;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 

@@ -1,11 +1,11 @@
-//! Ports that lead nowhere and should: no mistake that keeps an agent from running, and yet a robot stands still by it.
+//! Ports that should lead somewhere and do not: the agent runs, and its robot stands still.
 
 use slate_module::{Direction, PortDescription};
 
-use super::{Survey, Target, Wire, scope};
+use super::{LinkTarget, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
-/// What is to be warned of.
+/// Warnings of ports and actuators that lead nowhere.
 pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (module, surveyed) in survey.modules.iter().enumerate() {
@@ -104,7 +104,7 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
     for (index, actuator) in configuration.actuators().iter().enumerate() {
         let name = &actuator.name.value;
         let command = format!("{name}/command");
-        let is_read = survey.joints.iter().any(|joint| joint.target == Target::Command(index));
+        let is_read = survey.joints.iter().any(|joint| joint.target == LinkTarget::Command(index));
         // Also by a module that is not loaded.
         let is_named = configuration
             .links()

@@ -9,14 +9,14 @@ use super::*;
 /// How often files are looked at. Two looks that agree make an edit, so that no half-written file is read.
 const PERIOD: Duration = Duration::from_millis(250);
 
-/// What became of edited files.
+/// The effects of edited files.
 #[derive(Clone, Debug, Default)]
 pub struct Edit {
-    /// What holds now.
+    /// The changes that hold now.
     pub changes: Vec<Change>,
-    /// What they say and only the next start can have, also since earlier edits.
+    /// Changes that wait for the next start, also of earlier edits.
     pub waiting: Vec<Change>,
-    /// What they say of settings that were changed at run time, which hold, also since earlier edits.
+    /// Edits of settings that were changed at run time and still hold, also earlier ones.
     pub covered: Vec<Change>,
 }
 
@@ -26,6 +26,30 @@ pub struct Watch {
     /// Dropped to end the thread.
     stop: Option<Sender<()>>,
     thread: Option<JoinHandle<()>>,
+}
+
+impl Watch {
+    /// Begins a thread that looks at the files of a database.
+    pub(super) fn begin(
+        database: Database,
+        told: impl FnMut(Result<Edit, Report>) + Send + 'static,
+    ) -> Result<Self, Report> {
+        let (stop, stopped) = mpsc::channel();
+        let mut watcher = FileWatcher { database, seen: None, refused: None };
+        let mut told = told;
+        let run = move || {
+            while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
+                if let Some(result) = watcher.look() {
+                    // The next edit is to be taken over even if nobody learns of this one.
+                    let _ = catch_unwind(AssertUnwindSafe(|| told(result)));
+                }
+            }
+        };
+        let thread = thread::Builder::new().name("configuration".into()).spawn(run).map_err(|error| {
+            refusal(format!("can't watch the configuration: {error}"), "end what has too many threads")
+        })?;
+        Ok(Self { stop: Some(stop), thread: Some(thread) })
+    }
 }
 
 impl Drop for Watch {
@@ -46,37 +70,9 @@ impl fmt::Debug for Watch {
     }
 }
 
-impl Database {
-    /// Takes over the files of the configuration, included ones too, when they are edited, within a second.
-    ///
-    /// A thread looks at what stands at their paths, so it doesn't matter how an editor replaces them. `told` is
-    /// called in that thread with what became of an edit, or with what is wrong with it; then nothing changes,
-    /// and the next edit is tried. Changes made at run time stay on top.
-    ///
-    /// # Errors
-    /// There can be no more threads.
-    pub fn watch(&self, told: impl FnMut(Result<Edit, Report>) + Send + 'static) -> Result<Watch, Report> {
-        let (stop, stopped) = mpsc::channel();
-        let mut watcher = Watcher { database: self.clone(), seen: None, refused: None };
-        let mut told = told;
-        let run = move || {
-            while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                if let Some(result) = watcher.look() {
-                    // The next edit is to be taken over even if nobody learns of this one.
-                    let _ = catch_unwind(AssertUnwindSafe(|| told(result)));
-                }
-            }
-        };
-        let thread = thread::Builder::new().name("configuration".into()).spawn(run).map_err(|error| {
-            refusal(format!("can't watch the configuration: {error}"), "end what has too many threads")
-        })?;
-        Ok(Watch { stop: Some(stop), thread: Some(thread) })
-    }
-}
-
-struct Watcher {
+struct FileWatcher {
     database: Database,
-    /// What stood on the disk at the last look, if it was new.
+    /// The files at the last look, if they were new.
     seen: Option<Files>,
     refused: Option<Refused>,
 }
@@ -84,13 +80,13 @@ struct Watcher {
 /// An edit that is wrong.
 struct Refused {
     files: Files,
-    /// What it was wrong for: it may be right after another change.
+    /// The generation that it was wrong for: it may be right after another change.
     generation: u64,
-    /// What is wrong, to be told once.
+    /// The report, to be told once.
     report: String,
 }
 
-impl Watcher {
+impl FileWatcher {
     fn look(&mut self) -> Option<Result<Edit, Report>> {
         let state = self.database.state();
         let generation = state.generation;
@@ -98,7 +94,7 @@ impl Watcher {
             state.files.fresh(self.refused.as_ref().map_or(&Files::default(), |refused| &refused.files));
         if state.files.hold_in(&now) {
             self.seen = None;
-            // What was wrong is mended.
+            // The mistake is mended.
             let state = self.database.state();
             let as_before =
                 || Ok(Edit { changes: Vec::new(), waiting: state.waiting, covered: state.covered });
@@ -113,7 +109,7 @@ impl Watcher {
                 return None;
             }
         }
-        let (result, files) = self.database.proposal(state, &[], Texts::Edited(now));
+        let (result, files) = self.database.proposal(state, &[], ProposalFiles::Edited(now));
         match result {
             // Overtaken by another change: the next look tries again.
             Ok(proposal) => {

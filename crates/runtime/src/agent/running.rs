@@ -69,14 +69,14 @@ impl Agent {
             (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
         if started.is_err() {
-            shared.finish(End::Stopped);
+            shared.run.finish(End::Stopped);
             shared.put_token_down();
         }
         drop(composition);
         drop(changing);
-        let end = shared.wait();
+        let end = shared.run.wait();
         shared.threads().join();
-        let panic = shared.close();
+        let panic = shared.run.close();
         for thread in [watchdog, timing].into_iter().flatten() {
             // They have nothing that panics.
             let _ = thread.join();
@@ -101,7 +101,7 @@ impl Agent {
     /// agent in which a recording is played and no module runs: to modules time never goes back. False, and nothing is
     /// changed, on the system's clock and where modules run.
     pub fn jump(&mut self, time: u64) -> bool {
-        let is_empty = self.handle.composition().assembly.present.is_empty();
+        let is_empty = self.handle.composition().assembly.modules.is_empty();
         if !self.handle.shared.lockstep || !is_empty {
             return false;
         }
@@ -157,7 +157,7 @@ impl Stopper {
     /// its first cycle.
     pub fn stop(&self) {
         if let Some(shared) = self.shared.upgrade() {
-            shared.stop();
+            shared.run.stop();
         }
     }
 }

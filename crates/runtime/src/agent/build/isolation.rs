@@ -11,7 +11,7 @@ use slate_module::Trigger;
 use super::{BuildPlan, Builder};
 use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use crate::runner::Supervised;
-use slate_composition::{Target, Wire};
+use slate_composition::{LinkTarget, Wire};
 
 /// A step that takes this many deadlines does not return any more.
 const DEADLINES: u64 = 10;
@@ -30,22 +30,22 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
     }
 
     /// Where the values of a property are: in memory that isolated modules see, if one of them writes or reads them.
-    pub fn memory(&mut self, m: usize, target: Target) -> Option<Arc<dyn ValueMemory>> {
+    pub fn memory(&mut self, m: usize, target: LinkTarget) -> Option<Arc<dyn ValueMemory>> {
         let writer = match target {
-            Target::Port(writer, _) => Some(writer),
-            Target::Command(_)
-            | Target::Absent(_)
-            | Target::Implied(..)
-            | Target::Remote(_)
-            | Target::Host(_)
-            | Target::Played(_) => None,
+            LinkTarget::Port(writer, _) => Some(writer),
+            LinkTarget::Command(_)
+            | LinkTarget::Absent(_)
+            | LinkTarget::Implied(..)
+            | LinkTarget::Remote(_)
+            | LinkTarget::Host(_)
+            | LinkTarget::Played(_) => None,
         };
         let writer =
             writer.filter(|writer| self.plan.is_isolated(*writer)).map(|writer| self.plan.name(writer));
         let read = self.plan.readers(target).any(|joint| self.plan.is_isolated(joint.port.0));
         let arena = match writer {
-            Some(writer) => self.builder.ground.arenas.own(writer),
-            None if read => self.builder.ground.arenas.host(),
+            Some(writer) => self.builder.resources.arenas.own(writer),
+            None if read => self.builder.resources.arenas.host(),
             None => return None,
         };
         self.arena(m, arena).map(|arena| arena as _)
@@ -56,7 +56,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         if !self.plan.is_isolated(m) {
             return None;
         }
-        let arena = self.builder.ground.arenas.host();
+        let arena = self.builder.resources.arenas.host();
         self.arena(m, arena).map(|arena| arena as _)
     }
 
@@ -96,14 +96,14 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         if !self.plan.is_isolated(m) {
             return None;
         }
-        let arena = self.builder.ground.arenas.own(self.plan.name(m));
+        let arena = self.builder.resources.arenas.own(self.plan.name(m));
         let own = self.arena(m, arena)?;
-        let arena = self.builder.ground.arenas.host();
+        let arena = self.builder.resources.arenas.host();
         let mut readable = vec![self.arena(m, arena)?];
         let joints = self.plan.survey.joints.iter().filter(|joint| joint.port.0 == m);
         let mut writers: Vec<usize> = joints
             .filter_map(|joint| match (joint.port.1, joint.target) {
-                (Wire::Port(_), Target::Port(writer, _)) if writer != m => Some(writer),
+                (Wire::Port(_), LinkTarget::Port(writer, _)) if writer != m => Some(writer),
                 _ => None,
             })
             .filter(|writer| self.plan.is_isolated(*writer))
@@ -111,12 +111,12 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         writers.sort_unstable();
         writers.dedup();
         for writer in writers {
-            let arena = self.builder.ground.arenas.own(self.plan.name(writer));
+            let arena = self.builder.resources.arenas.own(self.plan.name(writer));
             readable.push(self.arena(m, arena)?);
         }
         self.has_enough(m)?;
         let surveyed = self.plan.surveyed(m);
-        let (wanted, lockstep) = (surveyed.module.isolation, self.builder.ground.lockstep);
+        let (wanted, lockstep) = (surveyed.module.isolation, self.builder.resources.lockstep);
         let hang = self.plan.configuration.hang().value;
         let patience = match surveyed.deadline {
             // What a run in lockstep comes to does not depend on how fast the machine is.
@@ -125,7 +125,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         };
         let isolation = Isolation {
             name: surveyed.setup.name.clone(),
-            program: self.builder.ground.arenas.program.clone(),
+            program: self.builder.resources.arenas.program.clone(),
             memory: wanted.memory,
             patience: Duration::from_nanos(patience),
             hang: Duration::from_nanos(hang),

@@ -13,7 +13,7 @@ use crate::aspects::followed;
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
 use slate_composition::parameters::enabled_descriptor;
-use slate_composition::{Implied, Target, Wire};
+use slate_composition::{Implied, LinkTarget, Wire};
 
 /// What every module's runner writes.
 fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
@@ -42,7 +42,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             let path = self.plan.port_path(m, p);
             match port.direction {
                 Direction::Output | Direction::Debug | Direction::Command => {
-                    self.output_property(m, Target::Port(m, p), &path, port)?;
+                    self.output_property(m, LinkTarget::Port(m, p), &path, port)?;
                 }
                 Direction::Inbox => self.mailbox(m, &path, port)?,
                 Direction::Input | Direction::Queue => match self.plan.joint(m, Wire::Port(p)) {
@@ -107,12 +107,12 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     }
 
     /// What a link leads to, if that is of a module which is not there yet.
-    fn absent(&mut self, m: usize, target: Target, port: &PortDescription) -> Result<(), Failed> {
-        if matches!(target, Target::Remote(_)) && port.direction == Direction::Outbox {
+    fn absent(&mut self, m: usize, target: LinkTarget, port: &PortDescription) -> Result<(), Failed> {
+        if matches!(target, LinkTarget::Remote(_)) && port.direction == Direction::Outbox {
             // What is sent waits there until it goes to the other agent.
             return self.mailbox(m, &self.plan.target_path(target), port);
         }
-        let Target::Absent(absent) = target else { return Ok(()) };
+        let LinkTarget::Absent(absent) = target else { return Ok(()) };
         let path = self.plan.survey.absent[absent].path.clone();
         if port.direction == Direction::Outbox {
             self.mailbox(m, &path, port)
@@ -122,14 +122,15 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     }
 
     /// The same for a link that switches a module.
-    fn absent_switch(&mut self, m: usize, target: Target) -> Result<(), Failed> {
-        let Target::Absent(absent) = target else { return Ok(()) };
+    fn absent_switch(&mut self, m: usize, target: LinkTarget) -> Result<(), Failed> {
+        let LinkTarget::Absent(absent) = target else { return Ok(()) };
         let path = self.plan.survey.absent[absent].path.clone();
         if self.builder.standing(m, &path, enabled_descriptor())?.is_none() {
             let (depth, budget) = self.plan.demand(target, &path);
             let store = Store { capacity: 0, depth, budget };
             let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
-            let added = self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+            let added =
+                self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Output);
             self.builder.added(m, added)?;
         }
         Ok(())
@@ -139,7 +140,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn played(&mut self, m: usize) -> Result<(), Failed> {
         let survey = self.plan.survey;
         for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
-            let Target::Played(index) = joint.target else { continue };
+            let LinkTarget::Played(index) = joint.target else { continue };
             let played = &survey.played[index];
             if let (Wire::Port(port), true) = (joint.port.1, played.is_mailbox) {
                 self.mailbox(m, &played.path, &survey.modules[m].description.ports[port])?;
@@ -147,7 +148,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             }
             if self.builder.standing(m, &played.path, played.descriptor)?.is_none() {
                 let (depth, budget) = self.plan.demand(joint.target, &played.path);
-                let added = played.add(&self.builder.ground.board, depth, budget);
+                let added = played.add(&self.builder.resources.board, depth, budget);
                 self.builder.added(m, added)?;
             }
         }
@@ -158,7 +159,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn output_property(
         &mut self,
         m: usize,
-        target: Target,
+        target: LinkTarget,
         path: &str,
         port: &PortDescription,
     ) -> Result<(), Failed> {
@@ -168,7 +169,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let (depth, budget) = self.plan.demand(target, path);
         let store = followed(port.descriptor, Store { capacity: port.capacity, depth, budget });
         let memory = self.builder.isolation().memory(m, target);
-        let board = &self.builder.ground.board;
+        let board = &self.builder.resources.board;
         let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
         self.builder.added(m, added).map(drop)
     }
@@ -179,13 +180,13 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         }
         let senders = self.plan.links_to(path).count() as u16 + SPARE_READERS;
         let mailbox = Mailbox::new(port.descriptor.shape(0), senders, port.window as u16 * 2);
-        let added = self.builder.ground.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
+        let added = self.builder.resources.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
         self.builder.added(m, added).map(drop)
     }
 
-    fn alias(&mut self, m: usize, path: &str, target: Target) -> Result<(), Failed> {
+    fn alias(&mut self, m: usize, path: &str, target: LinkTarget) -> Result<(), Failed> {
         let target = self.plan.target_path(target);
-        let added = self.builder.ground.board.add_alias(path, &target);
+        let added = self.builder.resources.board.add_alias(path, &target);
         self.builder.added(m, added)
     }
 
@@ -195,7 +196,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             return self.builder.added(m, Err(error));
         }
         let property = self.new_converted(m, wire)?;
-        self.builder.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.resources.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
@@ -204,11 +205,11 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let (port, descriptor, capacity, doc) = match wire {
             Wire::Port(p) => {
                 let port = self.plan.port(m, p);
-                (Target::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
+                (LinkTarget::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
             }
             Wire::Enabled | Wire::Params => {
                 let doc = String::from("Whether the module runs.");
-                (Target::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
+                (LinkTarget::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
             }
         };
         let path = self.plan.target_path(port);
@@ -217,7 +218,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let store = Store { capacity, depth: 1, budget };
         let memory = self.builder.isolation().setting_memory(m);
         let made =
-            self.builder.ground.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
+            self.builder.resources.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
         self.made(m, made)
     }
 
@@ -227,10 +228,10 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         for (implied, doc, descriptor) in told() {
             let path = format!("{name}/{}", implied.name());
             if self.builder.standing(m, &path, descriptor)?.is_none() {
-                let (depth, budget) = self.plan.demand(Target::Implied(m, implied), &path);
+                let (depth, budget) = self.plan.demand(LinkTarget::Implied(m, implied), &path);
                 let store = Store { capacity: 0, depth, budget };
                 let added =
-                    self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+                    self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Output);
                 self.builder.added(m, added)?;
             }
         }
@@ -238,7 +239,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             (self.plan.surveyed(m).description.params, self.plan.surveyed(m).params.clone());
         let path = format!("{name}/params");
         let (doc, store) = ("Parameters of the module.", self.setting_store(m, Implied::Params, &path));
-        let added = self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Setting);
+        let added = self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Setting);
         let property = self.builder.added(m, added)?;
         self.set_first(&property, Some(&params));
         property.reserve(self.plan.reserved(m));
@@ -251,7 +252,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             return self.converted(m, Wire::Enabled, &path);
         }
         let property = self.new_switch(m)?;
-        self.builder.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.resources.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
@@ -261,7 +262,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let store = self.setting_store(m, Implied::Enabled, &path);
         let (doc, descriptor) = ("Whether the module runs.", enabled_descriptor());
         let made =
-            self.builder.ground.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
+            self.builder.resources.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
         let property = self.made(m, made)?;
         self.set_first(&property, Some(&[self.plan.surveyed(m).module.enabled.value.into()]));
         Ok(property)
@@ -269,7 +270,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
 
     /// How much is kept of what the host sets, which the module itself reads too.
     fn setting_store(&self, m: usize, implied: Implied, path: &str) -> Store {
-        let (depth, budget) = self.plan.demand(Target::Implied(m, implied), path);
+        let (depth, budget) = self.plan.demand(LinkTarget::Implied(m, implied), path);
         Store { capacity: 0, depth, budget: Budget { latest: budget.latest + 1, ..budget } }
     }
 
@@ -279,7 +280,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             return self.builder.added(m, Err(error));
         }
         let property = self.new_setting(m, path, p)?;
-        self.builder.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.resources.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
@@ -291,7 +292,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let depth = if port.direction == Direction::Queue { port.window * 2 } else { 1 };
         let store = Store { capacity: port.capacity, depth, budget };
         let memory = self.builder.isolation().setting_memory(m);
-        let board = &self.builder.ground.board;
+        let board = &self.builder.resources.board;
         let made = board.new_channel(path, &port.doc, port.descriptor, store, Access::Setting, memory);
         let property = self.made(m, made)?;
         self.set_first(&property, value.as_deref());
@@ -302,7 +303,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn made(&mut self, m: usize, made: Result<Arc<Property>, BoardError>) -> Result<Arc<Property>, Failed> {
         let property = self.builder.added(m, made)?;
         if self.builder.made != Made::OnTrial {
-            self.builder.ground.board.tap(&property);
+            self.builder.resources.board.tap(&property);
         }
         Ok(property)
     }
@@ -310,7 +311,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     /// The first value of a setting: what it was when its module was here last and is wanted back, else that of the
     /// configuration.
     fn set_first(&self, property: &Property, value: Option<&[u8]>) {
-        let kept = self.builder.ground.kept.get(property.path());
+        let kept = self.builder.resources.kept.get(property.path());
         let kept = kept.filter(|kept| kept.schema == property.descriptor().hash);
         let first = kept
             .map(|kept| (kept.bytes.as_slice(), kept.time))

@@ -20,7 +20,7 @@ use crate::plugin::Residence;
 use crate::snapshot::Keepsake;
 pub(super) use links::{LinkRetry, WaitingLinks};
 use slate_composition::Catalogue;
-pub(super) use target::{Changed, Fitting, Target};
+pub(super) use target::{Changed, CompositionTarget, Fitting};
 
 /// Where a plugin's code comes from.
 #[derive(Clone, Debug)]
@@ -114,7 +114,7 @@ impl Composition {
                 .plugin_of(kind)
                 .is_some_and(|plugin| plugins.iter().any(|own| own == plugin.name()))
         };
-        let modules = self.assembly.present.iter().filter(|(_, present)| of(&present.kind));
+        let modules = self.assembly.modules.iter().filter(|(_, loaded)| of(&loaded.kind));
         modules.map(|(name, _)| name.clone()).collect()
     }
 

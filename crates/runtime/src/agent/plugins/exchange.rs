@@ -47,10 +47,10 @@ impl<'c> CodeExchange<'c> {
         let mut exchanges = Vec::new();
         for module in modules {
             let Some(fresh) = version.fresh(composition, module)? else { continue };
-            let present = &composition.assembly.present[module];
+            let loaded = &composition.assembly.modules[module];
             exchanges.push(PendingExchange {
-                seat: Arc::clone(&present.seat),
-                own_thread: present.own_thread,
+                seat: Arc::clone(&loaded.seat),
+                own_thread: loaded.own_thread,
                 fresh,
             });
         }
@@ -106,7 +106,7 @@ fn exchange_all(exchanges: Vec<PendingExchange>) -> Option<CarriedCode> {
         let (old_kind, old) = {
             // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
             let runner = unsafe { seat.runner() };
-            (runner.kind.clone(), runner.instance)
+            runner.code.parts()
         };
         // SAFETY: both instances are of their kinds, and between two ticks they belong to this call.
         let state = seat.call(own_thread, || unsafe {
