@@ -5,7 +5,7 @@ use slate_blackboard::Url;
 use super::problems::Problems;
 use super::senders;
 use super::source::Spanned;
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// What a robot may bring; the same sections stand at the top for the agent itself.
@@ -44,13 +44,14 @@ pub(super) fn flatten(layer: Table, problems: &mut Problems) -> Table {
     flat
 }
 
-fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, problems: &mut Problems) {
+fn move_section(flat: &mut Table, scope: &str, section: &str, from: TableEntry, problems: &mut Problems) {
     let title = if scope.is_empty() { section.into() } else { format!("robots.{scope}.{section}") };
     if problems.as_table(&title, &from).is_none() {
         return;
     }
     let Value::Table(table) = from.value.value else { return };
-    let empty = Entry { key: from.key, value: Spanned::new(Value::Table(Table::default()), from.value.span) };
+    let empty =
+        TableEntry { key: from.key, value: Spanned::new(Value::Table(Table::default()), from.value.span) };
     let Value::Table(target) = &mut flat.entries.entry(section.into()).or_insert(empty).value.value else {
         return;
     };
@@ -65,7 +66,7 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
         match section {
             "links" => senders::make_table(&mut entry.value, &in_agent(scope), problems),
             "actuators" => {
-                resolve_keys(&mut entry.value, &["command", "commands"], &in_agent(scope));
+                senders::make_commands(&mut entry.value, &in_agent(scope), problems);
                 if let Value::Table(table) = &mut entry.value.value
                     && let Some(modules) = table.entries.get_mut("modules")
                 {
@@ -92,27 +93,12 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
 }
 
 /// The path of what a link fills, or the URL of another agent's inbox.
-fn destination(key: &str, scope: &str, entry: &Entry, problems: &mut Problems) -> Option<String> {
+fn destination(key: &str, scope: &str, entry: &TableEntry, problems: &mut Problems) -> Option<String> {
     problems.url(key, entry.key).map(|url| path_or_url(&url, scope))
 }
 
 fn path_or_url(url: &Url, scope: &str) -> String {
     if url.agent().is_some() { url.to_string() } else { url.path_in(scope) }
-}
-
-/// Changes the URLs of a value: the value itself when it is text, else the values of these keys.
-pub(super) fn resolve_keys(
-    value: &mut Spanned<Value>,
-    keys: &[&str],
-    resolve: &dyn Fn(&str) -> Option<String>,
-) {
-    match &mut value.value {
-        Value::Table(table) => {
-            let named = table.entries.iter_mut().filter(|(name, _)| keys.contains(&name.as_str()));
-            named.for_each(|(_, entry)| each_text(&mut entry.value.value, resolve));
-        }
-        text => each_text(text, resolve),
-    }
 }
 
 /// Makes URLs absolute; what is none stays as written and is reported by whoever reads it.
@@ -150,12 +136,15 @@ pub(super) fn flatten_path(mut path: Vec<String>) -> Vec<String> {
     if let [section, name, ..] = &mut path[..] {
         *name = flat_name(section, name, &scope);
     }
-    if let [section, _, sender, ..] = &mut path[..]
-        && section == "links"
-        && sender.contains('/')
-        && let Some(whole) = in_agent(&scope)(sender)
+    let named = match &mut path[..] {
+        [section, _, sender, ..] if section == "links" && sender.contains('/') => Some(sender),
+        [section, _, list, command, ..] if section == "actuators" && list == "commands" => Some(command),
+        _ => None,
+    };
+    if let Some(named) = named
+        && let Some(whole) = in_agent(&scope)(named)
     {
-        *sender = whole;
+        *named = whole;
     }
     path
 }

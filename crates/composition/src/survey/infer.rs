@@ -6,8 +6,9 @@
 
 use slate_module::{Description, Direction, PortDescription};
 
-use super::{Complaints, Surveyed, module, scope};
+use super::{Surveyed, module, scope};
 use crate::catalogue::Catalogue;
+use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Link, Mistake};
 
 /// What a simulator offers for judges and reports, and not for the robot.
@@ -79,7 +80,11 @@ pub fn infer<'a>(
             if fresh.says_of_port(&path) || stays(name) && has.is_none() {
                 continue;
             }
-            let found = candidates(&modules, surveyed, block, port);
+            let mut found = candidates(&modules, surveyed, block, port);
+            if port.direction == Direction::Outbox {
+                // Inboxes that are to have no senders but those that are written.
+                found.retain(|inbox| !fresh.is_left_out(inbox));
+            }
             match (&found[..], has) {
                 ([], _) | ([_], Some(_)) => {}
                 ([one], None) => links.extend(link(&path, one, port, surveyed)),

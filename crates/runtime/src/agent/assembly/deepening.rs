@@ -1,0 +1,43 @@
+//! A queue is linked to an output that keeps too few values: a deeper channel is exchanged between two steps of the
+//! module that writes it.
+
+use std::sync::Arc;
+
+use super::Assembly;
+use crate::agent::build::deepening;
+use crate::configuration::Configuration;
+use crate::main_loop::Shared;
+use slate_composition::Survey;
+
+impl Assembly {
+    /// Has outputs keep as many values as the queues need that are linked to them by a survey, before those get their
+    /// readers. Nobody who reads them already learns of it, so it may stay when the links are not made after all. Fails
+    /// with the name of a module that has not returned.
+    pub fn deepen(
+        &mut self,
+        configuration: &Configuration,
+        survey: &Survey<'_>,
+        shared: &Shared,
+    ) -> Result<(), String> {
+        for (name, outputs) in deepening(configuration, survey, &mut self.ground) {
+            // Who is not there yet finds it when it comes.
+            let Some(present) = self.present.get(&name) else { continue };
+            let seat = Arc::clone(&present.seat);
+            let work = move || {
+                // SAFETY: the seat is idle and belongs to the loop, or it is claimed.
+                let runner = unsafe { seat.runner() };
+                for (path, writer) in outputs {
+                    if let Some(output) =
+                        runner.outputs.ports.iter_mut().find(|output| output.property.path() == path)
+                    {
+                        output.writer.deepen(writer);
+                    }
+                }
+                Some(())
+            };
+            let seats = [Arc::clone(&present.seat)];
+            shared.with_seats(&seats, present.own_thread, work).ok_or(name)?;
+        }
+        Ok(())
+    }
+}

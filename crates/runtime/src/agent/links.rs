@@ -1,0 +1,371 @@
+//! Links of an agent that runs.
+
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::is_within;
+use slate_module::Direction;
+
+use super::handle::AgentHandle;
+use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
+use crate::sharing::RemotePath;
+use slate_composition::{Complaints, loose, survey};
+use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
+
+/// A link to be made while the agent runs.
+///
+/// ```
+/// use std::time::Duration;
+/// use slate_runtime::NewLink;
+///
+/// let link = NewLink::new("follower/pose", "localizer/pose").previous(true).stale(Duration::from_millis(200));
+/// assert_eq!(link.to, "follower/pose");
+/// ```
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewLink {
+    /// The destination: an input such as `follower/pose`, or an inbox.
+    pub to: String,
+    /// The source: the property that the input reads, or the outbox whose messages the inbox takes.
+    pub from: String,
+    /// What else is said of it: keys and values of its table, as a configuration has them.
+    options: Vec<(String, String)>,
+}
+
+impl NewLink {
+    /// A link from a property to an input, or from an outbox to an inbox.
+    pub fn new(to: impl Into<String>, from: impl Into<String>) -> Self {
+        Self { to: to.into(), from: from.into(), options: Vec::new() }
+    }
+
+    /// Whether it reads last cycle's value.
+    pub fn previous(self, previous: bool) -> Self {
+        if previous { self.with("previous", "true") } else { self }
+    }
+
+    /// The age from which a value counts as stale.
+    pub fn stale(self, age: Duration) -> Self {
+        self.with("stale", format!("\"{}ns\"", age.as_nanos()))
+    }
+
+    /// Sets another option, such as `every`, to a value as a configuration has it; what can't be is refused when the link
+    /// is made.
+    pub fn with(mut self, option: impl Into<String>, value: impl Into<String>) -> Self {
+        self.options.push((option.into(), value.into()));
+        self
+    }
+
+    /// The changes of the configuration. The first takes away what an earlier link said besides; an inbox keeps its
+    /// other senders.
+    fn changes(&self, to: &str, sends: bool) -> Vec<(String, String)> {
+        let options =
+            || self.options.iter().map(|(name, value)| format!("{name} = {value}")).collect::<Vec<_>>();
+        if sends {
+            let path = sender_setting(to, &self.from);
+            let mut changes = vec![(path.clone(), "true".to_owned())];
+            if !self.options.is_empty() {
+                changes.push((path, format!("{{ {} }}", options().join(", "))));
+            }
+            return changes;
+        }
+        let path = link_setting(to);
+        let from = quoted(&self.from);
+        let mut changes = vec![(path.clone(), from.clone())];
+        if !self.options.is_empty() {
+            changes.push((path, format!("{{ from = {from}, {} }}", options().join(", "))));
+        }
+        changes
+    }
+}
+
+/// A property of another agent, as the end of a link.
+#[derive(Clone, Copy, Debug)]
+pub struct RemoteEnd<'a> {
+    /// Its path in that agent.
+    pub path: &'a str,
+    /// Its interface.
+    pub descriptor: &'static Descriptor,
+    /// Whether it takes messages.
+    pub takes_messages: bool,
+}
+
+/// A link that there is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LinkStatus {
+    /// The destination: an input or an inbox.
+    pub to: String,
+    /// The source: a property or an outbox.
+    pub from: String,
+    /// Whether messages go over it, from an outbox to an inbox.
+    pub sends: bool,
+    /// Whether nobody has written it, as types and roles leave no choice.
+    pub inferred: bool,
+    /// What else the configuration says of it: keys and values of its table.
+    pub options: Vec<(String, String)>,
+    /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
+    pub queue: Option<(u64, u64)>,
+    /// For an input of a value: how old that was in the step of its reader that was measured last, ns of the agent's time.
+    pub age: Option<u64>,
+    /// Whether it is a queue input that fell behind and reads no more, as its link says.
+    pub evicted: bool,
+    /// Why it brings nothing: what it leads to of another agent is not there, or a module is in the way of it.
+    pub trouble: Option<String>,
+}
+
+/// Lists, makes and takes away links.
+pub(super) struct LinkEditor<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> LinkEditor<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// The links that the agent has, by their destinations.
+    pub fn links(&self) -> Vec<LinkStatus> {
+        let composition = self.agent.composition();
+        let gauge = |link: &Link| composition.assembly.ground.gauges.get(&link.to.value);
+        let unmade = composition.unmade();
+        let misfits = &composition.assembly.misfits;
+        let trouble = |link: &Link| {
+            let trouble = composition.remotes.trouble(&composition.configuration, link, misfits);
+            let ends = [link.to.value.clone(), link.from.value.path_in("")];
+            let mut unmade = unmade.iter().filter(|(port, _)| ends.iter().any(|end| is_within(end, port)));
+            trouble.or_else(|| unmade.next().map(|(_, reason)| reason.clone()))
+        };
+        let status = |link: &Link| LinkStatus {
+            queue: gauge(link)
+                .map(|gauge| (gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed))),
+            age: composition.assembly.ground.ages.get(&link.to.value).and_then(|age| age.get()),
+            evicted: gauge(link).is_some_and(|gauge| gauge.evicted.load(Ordering::Relaxed)),
+            options: composition.configuration.link_options(link),
+            inferred: link.is_inferred(),
+            sends: composition.assembly.sends(&link.to.value, &link.from.value.path_in("")),
+            to: link.to.value.clone(),
+            from: link.from.value.to_string(),
+            trouble: trouble(link),
+        };
+        composition.configuration.links().iter().map(status).collect()
+    }
+
+    /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing.
+    pub fn loose_ends(&self) -> Vec<Diagnostic> {
+        let composition = self.agent.composition();
+        let configuration = &composition.configuration;
+        let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
+        loose(configuration, &survey)
+    }
+
+    /// Links an input, between two cycles and with the states of all modules as they are.
+    pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
+        let (database, path) = self.destination(&link.to)?;
+        self.commit(|| self.linking(&database, link, &path))
+    }
+
+    /// Whether a link could be made: as [`link`](LinkEditor::link), and nothing is changed.
+    pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
+        let (database, path) = self.destination(&link.to)?;
+        Ok(self.judged(self.linking(&database, link, &path)?)?.changes().to_vec())
+    }
+
+    /// The configuration with a link. As an outbox sends to one inbox, its link to another inbox goes.
+    fn linking(&self, database: &Database, link: &NewLink, to: &str) -> Result<Proposal, Report> {
+        let changes = link.changes(to, self.sends(to, &link.from));
+        let Some((left, from)) = self.left_by(link, to) else { return database.propose(&changes) };
+        let path = written(&database.current(), &left, Some(&from));
+        let is_it = |own: &Link| own.to.value == left && own.from.value.path_in("") == from;
+        // One that was made at run time leaves nothing behind; one of a file is overlaid.
+        match database.propose_instead(&[&path], &changes) {
+            Ok(moved) if !moved.configuration().links().iter().any(is_it) => Ok(moved),
+            _ => database.propose(&[vec![(path, "false".to_owned())], changes].concat()),
+        }
+    }
+
+    /// The inbox that an outbox sends to until a link leads it to another one, and the path of the outbox.
+    fn left_by(&self, link: &NewLink, to: &str) -> Option<(String, String)> {
+        let composition = self.agent.composition();
+        let from = composition.configuration.own_path(&link.from).ok()?;
+        let mut links =
+            composition.configuration.links().iter().filter(|_| composition.assembly.sends(to, &from));
+        let left = links.find(|own| {
+            own.to.value != to
+                && own.from.value.path_in("") == from
+                && composition.assembly.sends(&own.to.value, &from)
+        })?;
+        Some((left.to.value.clone(), from))
+    }
+
+    /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not
+    /// fit, and what to do.
+    pub fn misfit(
+        &self,
+        link: &NewLink,
+        path: RemotePath,
+        property: &RemoteEnd<'_>,
+    ) -> Result<Option<(String, String)>, Report> {
+        let (database, to) = self.destination(&link.to)?;
+        let proposal = self.linking(&database, link, &to)?;
+        let configuration = proposal.configuration();
+        let url = path.to_string();
+        let descriptor = property.descriptor;
+        let found = slate_composition::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
+        let target = self.agent.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
+        let survey = survey(configuration, &target.catalogue, &mut Complaints::new(configuration));
+        if let Some(misfit) = survey.misfits.get(&to) {
+            return Ok(Some((misfit.message.clone(), misfit.help.clone())));
+        }
+        let ports = survey.modules.iter().flat_map(|surveyed| {
+            let name = &surveyed.module.name.value;
+            surveyed.description.ports.iter().map(move |port| (format!("{name}/{}", port.name), port))
+        });
+        // The end of the link that is here.
+        let to = if to.starts_with("slate://") { configuration.own_path(&link.from)? } else { to };
+        let port = ports.into_iter().find(|(path, _)| *path == to).map(|(_, port)| port);
+        let sends = port.is_some_and(|port| port.direction == Direction::Outbox);
+        Ok(match (sends, property.takes_messages) {
+            (true, false) => {
+                Some((format!("`{to}` sends messages, and `{url}` is a value"), "link it to an inbox".into()))
+            }
+            (false, true) => {
+                Some((format!("`{url}` takes messages, and has no value"), "link an outbox to it".into()))
+            }
+            (true, true) => port.filter(|port| port.descriptor.hash != descriptor.hash).map(|port| {
+                let message =
+                    format!("`{to}` is {} but `{url}` is {}", port.descriptor.name, descriptor.name);
+                (message, "messages have the same interface at both ends".into())
+            }),
+            (false, false) => None,
+        })
+    }
+
+    /// Takes the links of an input or inbox away.
+    pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
+        self.unlink_from(to, None)
+    }
+
+    /// Takes one of the senders of an inbox away, or as [`unlink`](LinkEditor::unlink).
+    pub fn unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
+        let (database, cut) = self.linked(to, from)?;
+        self.commit(|| without(&database, &cut))
+    }
+
+    /// Whether a link could be taken away: as [`unlink`](LinkEditor::unlink), and nothing is changed.
+    pub fn check_unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
+        self.check_unlink_from(to, None)
+    }
+
+    /// Whether one of the senders of an inbox could be taken away.
+    pub fn check_unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
+        let (database, cut) = self.linked(to, from)?;
+        Ok(self.judged(without(&database, &cut)?)?.changes().to_vec())
+    }
+
+    /// The database, and the path of what a link fills or the URL of another agent's inbox.
+    fn destination(&self, to: &str) -> Result<(Database, String), Report> {
+        let composition = self.agent.composition();
+        let own = composition.configuration.agent_name();
+        let other = slate_blackboard::Url::parse(to)
+            .ok()
+            .filter(|url| url.agent().is_some_and(|agent| agent != own && agent != TEAM));
+        let path = match other {
+            Some(url) => url.to_string(),
+            None => composition.configuration.own_path(to)?,
+        };
+        Ok((composition.database()?, path))
+    }
+
+    /// Whether a link carries messages.
+    fn sends(&self, to: &str, from: &str) -> bool {
+        let from = slate_blackboard::Url::parse(from).map(|url| url.path_in("")).unwrap_or_default();
+        self.agent.composition().assembly.sends(to, &from)
+    }
+
+    fn linked(&self, to: &str, from: Option<&str>) -> Result<(Database, Cut), Report> {
+        let (database, path) = self.destination(to)?;
+        let configuration = Arc::clone(&self.agent.composition().configuration);
+        let from = from.map(|from| configuration.own_path(from)).transpose()?;
+        let is_it = |link: &&Link| {
+            link.to.value == path && from.as_ref().is_none_or(|from| link.from.value.path_in("") == *from)
+        };
+        let mut own = configuration.links().iter().filter(is_it).peekable();
+        if own.peek().is_some() {
+            let inferred = own.filter(|link| link.is_inferred()).map(|link| link.setting().0).collect();
+            return Ok((database, Cut { to: path, from, inferred }));
+        }
+        if let Some(from) = from.filter(|_| configuration.links().iter().any(|link| link.to.value == path)) {
+            let links = configuration.links().iter().filter(|link| link.to.value == path);
+            let senders: Vec<_> = links.map(|link| link.from.value.to_string()).collect();
+            let message = Mistake::Name.of(format!("`{path}` has no link from `{from}`"));
+            let help = format!("its links are from: {}", senders.join(", "));
+            return Err(Diagnostic::without_place(message, Some(help)).into());
+        }
+        let known = configuration.links().iter().map(|link| link.to.value.as_str());
+        let near = slate_blackboard::nearest_names(&path, known.clone());
+        let help = match (near.is_empty(), known.clone().next()) {
+            (false, _) => format!("did you mean {}?", near.join(" or ")),
+            (true, Some(_)) => format!("linked are: {}", known.collect::<Vec<_>>().join(", ")),
+            (true, None) => "the agent has no links".into(),
+        };
+        Err(Diagnostic::without_place(Mistake::Name.of(format!("`{path}` has no link")), Some(help)).into())
+    }
+
+    /// Makes changes of the configuration, unless links are among them that a module is in the way of.
+    pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
+        loop {
+            // Somebody else may be faster.
+            if let Some(changes) = self.judged(propose()?)?.apply() {
+                return Ok(changes);
+            }
+        }
+    }
+
+    /// Refuses changes of links that a module is in the way of.
+    pub fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
+        if proposal.changes().iter().any(|change| change.names().first().is_some_and(|name| name == "links"))
+        {
+            self.agent.composition().check_returned(proposal.configuration())?;
+        }
+        Ok(proposal)
+    }
+}
+
+/// A link that is taken away, or all of an inbox.
+struct Cut {
+    to: String,
+    from: Option<String>,
+    /// The settings of those that are not written.
+    inferred: Vec<String>,
+}
+
+/// The configuration without a link. One that was made at run time leaves nothing behind; one of a file is overlaid.
+fn without(database: &Database, cut: &Cut) -> Result<Proposal, Report> {
+    if !cut.inferred.is_empty() {
+        let mut changes: Vec<_> = cut.inferred.iter().map(|path| (path.clone(), "false")).collect();
+        if database.current().links().iter().any(|link| link.to.value == cut.to) && cut.from.is_none() {
+            changes = vec![(link_setting(&cut.to), "false")];
+        }
+        return database.propose(&changes);
+    }
+    let is_it = |link: &Link| {
+        let from = || link.from.value.path_in("");
+        link.to.value == cut.to && cut.from.as_ref().is_none_or(|cut| from() == *cut)
+    };
+    let has_it = |configuration: &Configuration| configuration.links().iter().any(is_it);
+    let path = written(&database.current(), &cut.to, cut.from.as_deref());
+    match database.revert(&path) {
+        Ok(reverted) if !has_it(reverted.configuration()) => Ok(reverted),
+        _ => database.propose(&[(path, "false")]),
+    }
+}
+
+/// The setting of a link, or of one of the senders of an inbox where they stand one by one.
+fn written(configuration: &Configuration, to: &str, from: Option<&str>) -> String {
+    let sender = from.map(|from| sender_setting(to, &format!("/{from}")));
+    sender.filter(|path| configuration.value(path).is_some()).unwrap_or_else(|| link_setting(to))
+}
+
+fn quoted(text: &str) -> String {
+    toml_edit::Value::from(text).to_string()
+}

@@ -1,0 +1,280 @@
+//! Which plugins come, in the order of what they need: a catalogue with them is made, and nothing is changed yet.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use slate_module::Plugin;
+
+use super::{PluginError, unknown};
+use crate::agent::composition::{Composition, LibraryOrigin};
+use crate::configuration::{Configuration, PluginEntry};
+use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
+use crate::sharing::Sharing;
+use slate_composition::Catalogue;
+
+/// Where plugins come from.
+#[derive(Clone, Copy)]
+pub(super) struct PluginSources<'a> {
+    pub configuration: &'a Configuration,
+    /// The plugins that are linked into the program.
+    pub linked: &'a [Plugin],
+    /// What runs isolated modules, unless this program does.
+    pub program: Option<&'a Path>,
+}
+
+pub(super) struct Gathered<'a> {
+    sources: PluginSources<'a>,
+    catalogue: Catalogue,
+    origins: BTreeMap<String, LibraryOrigin>,
+    came: Vec<Plugin>,
+    /// Plugins whose dependencies are being loaded.
+    open: Vec<String>,
+    /// Whether a library that does not fit is shown at its line of the configuration: nobody else asked for it.
+    shows_places: bool,
+}
+
+impl<'a> Gathered<'a> {
+    pub fn new(composition: &'a Composition) -> Self {
+        let catalogue = composition.catalogue.clone();
+        let origins = composition.plugins.origins.clone();
+        Self { origins, ..Self::with(PluginSources::of(composition), catalogue) }
+    }
+
+    pub fn with(sources: PluginSources<'a>, catalogue: Catalogue) -> Self {
+        Self {
+            sources,
+            catalogue,
+            origins: BTreeMap::new(),
+            came: Vec::new(),
+            open: Vec::new(),
+            shows_places: false,
+        }
+    }
+
+    /// The catalogue, where libraries come from, and the plugins that came.
+    pub fn done(self) -> (Catalogue, BTreeMap<String, LibraryOrigin>, Vec<Plugin>) {
+        (self.catalogue, self.origins, self.came)
+    }
+
+    /// All that an agent begins with: the plugins that are linked in, and those of the configuration.
+    pub fn all(&mut self) -> Result<(), PluginError> {
+        self.shows_places = true;
+        self.linked(self.sources.linked)?;
+        for entry in self.sources.configuration.plugins() {
+            if entry.load {
+                self.named(&entry.name.value)?;
+            } else {
+                self.dormant(entry);
+            }
+        }
+        Ok(())
+    }
+
+    /// Plugins that are linked in, in the order of what they need.
+    fn linked(&mut self, plugins: &[Plugin]) -> Result<(), PluginError> {
+        for plugin in plugins {
+            self.linked_one(plugins, plugin)?;
+        }
+        Ok(())
+    }
+
+    fn linked_one(&mut self, all: &[Plugin], plugin: &Plugin) -> Result<(), PluginError> {
+        if self.came.iter().any(|other| other.name() == plugin.name()) {
+            let same = all.iter().filter(|other| other.name() == plugin.name()).count() > 1;
+            return if same { Err(PluginError::Loaded { name: plugin.name().into() }) } else { Ok(()) };
+        }
+        self.enter(plugin.name())?;
+        for dependency in plugin.dependencies() {
+            match all.iter().find(|other| other.name() == dependency) {
+                Some(other) => self.linked_one(all, other)?,
+                None => self.dependency(plugin.name(), dependency)?,
+            }
+        }
+        self.open.pop();
+        self.add(plugin.clone())
+    }
+
+    /// A plugin of that name or the plugins of a list; those that are there already are left as they are.
+    pub fn named(&mut self, name: &str) -> Result<(), PluginError> {
+        let mut names = Vec::new();
+        expand(self.sources.configuration.plugins(), name, &mut names);
+        for name in names {
+            if self.catalogue.plugin(&name).is_none() {
+                self.entry(&name)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// As [`named`](Gathered::named), but it must not be there yet.
+    pub fn named_afresh(&mut self, name: &str) -> Result<(), PluginError> {
+        if self.catalogue.plugin(name).is_some() {
+            return Err(PluginError::Loaded { name: name.into() });
+        }
+        self.named(name)
+    }
+
+    fn entry(&mut self, name: &str) -> Result<(), PluginError> {
+        let entry = self.sources.configuration.plugins().iter().find(|entry| entry.name.value == name);
+        let linked = self.sources.linked.iter().find(|plugin| plugin.name() == name);
+        match (entry.and_then(|entry| entry.file.as_ref()), linked) {
+            (Some(file), _) => self.library(&file.value, Some(name)).map_err(|error| match error {
+                PluginError::Library(_) | PluginError::OtherPlugin { .. } if self.shows_places => {
+                    let help = miette::Diagnostic::help(&error).map(|help| help.to_string());
+                    let configuration = &self.sources.configuration;
+                    let shown = configuration.diagnostic(file.span, error.to_string(), help);
+                    PluginError::Unfit(vec![shown].into())
+                }
+                other => other,
+            }),
+            (None, Some(plugin)) => self.linked_one(self.sources.linked, plugin),
+            (None, None) if entry.is_some() => Err(PluginError::NoFile { name: name.into() }),
+            (None, None) => Err(unknown(self.sources.configuration, &self.catalogue, name)),
+        }
+    }
+
+    /// A library, which must be of the plugin that is `expected`.
+    pub fn library(&mut self, file: &Path, expected: Option<&str>) -> Result<(), PluginError> {
+        let (plugin, residence) = self.sources.open(file)?;
+        if let Some(expected) = expected.filter(|expected| *expected != plugin.name()) {
+            return Err(other_plugin(file, &plugin, expected));
+        }
+        if self.catalogue.plugin(plugin.name()).is_some() {
+            return Err(PluginError::Loaded { name: plugin.name().into() });
+        }
+        self.enter(plugin.name())?;
+        for dependency in plugin.dependencies() {
+            self.dependency(plugin.name(), dependency)?;
+        }
+        self.open.pop();
+        self.origins.insert(plugin.name().into(), LibraryOrigin { file: file.into(), residence });
+        self.add(plugin)
+    }
+
+    fn dependency(&mut self, name: &str, dependency: &str) -> Result<(), PluginError> {
+        if self.catalogue.plugin(dependency).is_some() {
+            return Ok(());
+        }
+        if self.open.iter().any(|open| open == dependency) {
+            return self.enter(dependency);
+        }
+        let known = self.sources.configuration.plugins().iter().any(|entry| entry.name.value == dependency);
+        if known || self.sources.linked.iter().any(|plugin| plugin.name() == dependency) {
+            return self.named(dependency);
+        }
+        Err(PluginError::Missing { name: name.into(), dependency: dependency.into() })
+    }
+
+    fn enter(&mut self, name: &str) -> Result<(), PluginError> {
+        if let Some(at) = self.open.iter().position(|open| open == name) {
+            let circle = self.open[at..].iter().cloned().chain([name.to_owned()]).collect();
+            return Err(PluginError::Circle { circle });
+        }
+        self.open.push(name.into());
+        Ok(())
+    }
+
+    fn add(&mut self, plugin: Plugin) -> Result<(), PluginError> {
+        check_kinds(&self.catalogue, &plugin)?;
+        self.came.push(plugin.clone());
+        self.catalogue.add(plugin);
+        Ok(())
+    }
+
+    /// A plugin that is not loaded: what it brings is known from its file, when that can be read.
+    fn dormant(&mut self, entry: &PluginEntry) {
+        // A list may have loaded it.
+        let is_loaded = self.catalogue.plugin(&entry.name.value).is_some();
+        let Some(file) = entry.file.as_ref().filter(|_| !is_loaded) else { return };
+        if let Ok(outline) = LibraryOutline::read(&file.value) {
+            let kinds = outline.modules.into_iter().map(|module| (module.name, entry.name.value.clone()));
+            self.catalogue.dormant.extend(kinds);
+        }
+    }
+}
+
+impl<'a> PluginSources<'a> {
+    /// Where the plugins of an agent come from.
+    pub fn of(composition: &'a Composition) -> Self {
+        Self {
+            configuration: &composition.configuration,
+            linked: &composition.plugins.linked,
+            program: composition.assembly.ground.arenas.program.as_deref(),
+        }
+    }
+
+    /// Loads a library for the modules of the configuration.
+    pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        let modules = self.configuration.modules();
+        let are_isolated = |outline: &LibraryOutline| {
+            outline.modules.iter().all(|kind| {
+                let mut own = modules.iter().filter(|module| module.kind.value == kind.name).peekable();
+                own.peek().is_some() && own.all(|module| module.isolated.value)
+            })
+        };
+        let (plugin, _, residence) = plugin::load_for(file, self.program, are_isolated)?;
+        Ok((plugin, residence))
+    }
+}
+
+/// What an agent of that configuration could be made of: kinds of the plugins that are linked in and of those that it
+/// names, links to other agents where something is to carry them, and the services of the host.
+///
+/// # Errors
+/// When a plugin can't be loaded.
+pub(in crate::agent) fn catalogue(
+    configuration: &Configuration,
+    linked: &[Plugin],
+    sharing: Option<&dyn Sharing>,
+) -> Result<Catalogue, PluginError> {
+    let sources = PluginSources { configuration, linked, program: None };
+    let mut gathered = Gathered::with(sources, host_catalogue(sharing));
+    gathered.all()?;
+    Ok(gathered.done().0)
+}
+
+/// What every agent has, before any plugin has come.
+pub(in crate::agent) fn host_catalogue(sharing: Option<&dyn Sharing>) -> Catalogue {
+    Catalogue {
+        shares: sharing.is_some(),
+        carriers: sharing.map(Sharing::carriers).unwrap_or_default(),
+        has_jpeg: sharing.is_some_and(Sharing::has_jpeg),
+        services: crate::aspects::services().collect(),
+        describe: crate::runner::describe,
+        ..Catalogue::default()
+    }
+}
+
+pub(super) fn other_plugin(file: &Path, plugin: &Plugin, expected: &str) -> PluginError {
+    PluginError::OtherPlugin { file: file.into(), found: plugin.name().into(), expected: expected.into() }
+}
+
+/// No kind is brought twice.
+pub(super) fn check_kinds(catalogue: &Catalogue, plugin: &Plugin) -> Result<(), PluginError> {
+    for other in &catalogue.plugins {
+        let same =
+            |kind: &&slate_module::ModuleKind| other.kinds().iter().any(|known| known.name() == kind.name());
+        if let Some(kind) = plugin.kinds().iter().find(same) {
+            return Err(PluginError::SameKind {
+                name: plugin.name().into(),
+                kind: kind.name().into(),
+                other: other.name().into(),
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The plugins that a name means: itself, or those of a list, which may have lists in it, but not itself.
+pub(super) fn expand(entries: &[PluginEntry], name: &str, names: &mut Vec<String>) {
+    let entry = entries.iter().find(|entry| entry.name.value == name);
+    let Some(members) = entry.and_then(|entry| entry.members.as_ref()) else {
+        if !names.iter().any(|known| known == name) {
+            names.push(name.into());
+        }
+        return;
+    };
+    for member in members {
+        expand(entries, &member.value, names);
+    }
+}

@@ -1,0 +1,69 @@
+//! What the links of an agent want of others.
+
+use std::collections::BTreeMap;
+
+use slate_blackboard::is_within;
+use slate_module::Direction;
+
+use crate::agent::assembly::Present;
+use crate::configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
+use crate::sharing::{Expected, Pace, RemotePath, Want};
+use slate_composition::{elsewhere, remote_path};
+
+/// What the links of a configuration want of other agents. Links to one property share what is the most that one of
+/// them wants.
+pub(super) fn wants(
+    configuration: &Configuration,
+    properties: &BTreeMap<RemotePath, String>,
+    modules: &BTreeMap<String, Present>,
+) -> BTreeMap<RemotePath, Want> {
+    let mut wants: BTreeMap<RemotePath, Want> = BTreeMap::new();
+    for link in configuration.links() {
+        let Some(path) = remote_path(configuration, link) else { continue };
+        // It is carried in another way than the link asks for, so others of the property are not to follow it.
+        if elsewhere(configuration, link).is_some() {
+            continue;
+        }
+        let want = want(modules, link);
+        let want = wants.get(&path).map_or_else(|| want.clone(), |known| known.and(&want));
+        wants.insert(path, want);
+    }
+    let related = wants.clone();
+    for (path, want) in &mut wants {
+        let others = related.iter().filter(|(other, _)| {
+            let same = properties.get(path).is_some_and(|property| properties.get(*other) == Some(property));
+            // A path and what lies below it are of one property.
+            *other != path
+                && other.agent == path.agent
+                && (same || is_within(&other.path, &path.path) || is_within(&path.path, &other.path))
+        });
+        *want = others.fold(want.clone(), |want, (_, other)| want.and(other));
+    }
+    wants
+}
+
+fn want(modules: &BTreeMap<String, Present>, link: &Link) -> Want {
+    if link.destination().is_some_and(|url| url.agent().is_some()) {
+        return Want::Messages;
+    }
+    let port = modules.iter().find_map(|(name, present)| {
+        let rest = link.to.value.strip_prefix(name.as_str())?.strip_prefix('/')?;
+        present.description.ports.iter().find(|port| port.name == rest)
+    });
+    let direction = port.map(|port| port.direction);
+    let transport = &link.transport;
+    let interval = transport.interval.as_ref().map_or(0, |interval| interval.value);
+    Want::Values {
+        reliable: transport.mode.as_ref().is_none_or(|mode| mode.value == LinkMode::Reliable),
+        pace: match transport.rate.as_ref().map(|rate| rate.value) {
+            Some(LinkRate::Every(period)) => Pace::Every(period),
+            Some(LinkRate::OnChange) | None => Pace::OnChange(interval),
+        },
+        compression: transport.compression.as_ref().map_or(Compression::Lossless, |said| said.value),
+        every: port.filter(|_| direction == Some(Direction::Queue)).map(|port| {
+            let said = link.window.as_ref().map(|window| usize::from(window.value));
+            2 * said.unwrap_or(port.window).max(16)
+        }),
+        interface: port.map(|port| Expected(port.descriptor)),
+    }
+}
