@@ -253,8 +253,8 @@ impl Run {
 
     /// The agent's name and period, in the place of a configuration that can't be read.
     pub(super) fn bare_configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
-        let lines = self.text.as_deref().unwrap_or_default().lines();
-        let period = lines.filter(|line| line.starts_with("loop.period = ")).next_back().unwrap_or_default();
+        let mut lines = self.text.as_deref().unwrap_or_default().lines();
+        let period = lines.rfind(|line| line.starts_with("loop.period = ")).unwrap_or_default();
         let text = format!("agent.name = {:?}\n{period}\n", self.agent());
         configuration(&format!("the recording of {}", self.agent()), &text, sets)
     }
