@@ -199,7 +199,7 @@ impl<'a> PluginSources<'a> {
         Self {
             configuration: &composition.configuration,
             linked: &composition.plugins.linked,
-            program: composition.assembly.ground.arenas.program.as_deref(),
+            program: composition.assembly.resources.arenas.program.as_deref(),
         }
     }
 
