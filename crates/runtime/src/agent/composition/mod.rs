@@ -52,7 +52,7 @@ pub(super) trait AutomaticSnapshot: Send + Sync {
     /// Begins anew: what holds now was no change.
     fn begin(&self, shared: &Shared);
 
-    /// Waits until the last snapshot is written. Not for the loop, as who writes may wait for that.
+    /// Waits until the last snapshot is written. Must not be called by the loop, as the writer may wait for it.
     fn wait(&self);
 }
 

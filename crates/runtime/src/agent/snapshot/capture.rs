@@ -99,7 +99,7 @@ impl Subjects {
         })
     }
 
-    /// Copies all; nothing when a module's save did not return. For who has the token, between two cycles, while modules
+    /// Copies all; nothing when a module's save did not return. The caller has the token, between two cycles, while modules
     /// with threads of their own are held.
     pub fn capture(&self, shared: &Shared) -> Option<Result<Image, SnapshotError>> {
         for subject in self.modules.iter().filter(|subject| !subject.own_thread) {

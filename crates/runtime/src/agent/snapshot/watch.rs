@@ -193,7 +193,7 @@ impl SnapshotWatch {
             });
             return Flow::Next;
         }
-        // Somebody else who changes the agent may wait for the loop; then it is the cycle after that.
+        // Another thread that changes the agent may wait for the loop; then it is the cycle after that.
         let Some(composition) = agent.try_composition() else {
             self.due.store(true, Ordering::Relaxed);
             return Flow::Next;
