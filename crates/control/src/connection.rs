@@ -28,19 +28,19 @@ pub const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The connections of a server.
 #[derive(Default)]
-pub struct Guests {
-    present: Mutex<(u64, BTreeMap<u64, Guest>)>,
+pub struct Connections {
+    present: Mutex<(u64, BTreeMap<u64, PresentConnection>)>,
     /// Whether the agent ends.
     ends: AtomicBool,
 }
 
-impl std::fmt::Debug for Guests {
+impl std::fmt::Debug for Connections {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Guests").field("count", &self.present().1.len()).finish_non_exhaustive()
+        f.debug_struct("Connections").field("count", &self.present().1.len()).finish_non_exhaustive()
     }
 }
 
-struct Guest {
+struct PresentConnection {
     /// Counts what all of them did, at what this one did last.
     last: u64,
     /// Requests that are being answered.
@@ -52,7 +52,7 @@ struct Guest {
     belongings: Arc<Mutex<Belongings>>,
 }
 
-impl Guest {
+impl PresentConnection {
     /// Whether it may be let go for its silence.
     fn is_idle(&self) -> bool {
         let keeps = || self.belongings.lock().unwrap_or_else(PoisonError::into_inner).keep();
@@ -74,27 +74,27 @@ impl Belongings {
 }
 
 /// A connection that is counted as long as this lives.
-pub struct Place {
-    guests: Arc<Guests>,
+pub struct ConnectionSlot {
+    guests: Arc<Connections>,
     number: u64,
     /// Notified when it is to go.
     pub leave: Arc<Notify>,
     belongings: Arc<Mutex<Belongings>>,
 }
 
-impl std::fmt::Debug for Place {
+impl std::fmt::Debug for ConnectionSlot {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Place").field("number", &self.number).finish_non_exhaustive()
+        f.debug_struct("ConnectionSlot").field("number", &self.number).finish_non_exhaustive()
     }
 }
 
-impl Guests {
-    fn present(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, Guest>)> {
+impl Connections {
+    fn present(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, PresentConnection>)> {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Counts one more; nothing when all places are taken by who is at work.
-    pub fn admit(self: &Arc<Self>) -> Option<Place> {
+    pub fn admit(self: &Arc<Self>) -> Option<ConnectionSlot> {
         let mut present = self.present();
         if present.1.len() >= MOST && !dismiss(&mut present.1) {
             return None;
@@ -102,7 +102,7 @@ impl Guests {
         present.0 += 1;
         let number = present.0;
         let (leave, belongings) = (Arc::new(Notify::new()), Arc::default());
-        let guest = Guest {
+        let guest = PresentConnection {
             last: number,
             busy: 0,
             is_socket: false,
@@ -111,7 +111,7 @@ impl Guests {
             belongings: Arc::clone(&belongings),
         };
         present.1.insert(number, guest);
-        Some(Place { guests: Arc::clone(self), number, leave, belongings })
+        Some(ConnectionSlot { guests: Arc::clone(self), number, leave, belongings })
     }
 
     /// Lets the connection go that was idle for the longest; false when none is idle.
@@ -150,23 +150,23 @@ impl Guests {
     }
 }
 
-fn dismiss(present: &mut BTreeMap<u64, Guest>) -> bool {
+fn dismiss(present: &mut BTreeMap<u64, PresentConnection>) -> bool {
     let idle = present.iter().filter(|(_, guest)| guest.is_idle());
     let oldest = idle.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number);
     let dismissed = oldest.and_then(|oldest| present.remove(&oldest));
     dismissed.inspect(|guest| guest.leave.notify_one()).is_some()
 }
 
-impl Place {
+impl ConnectionSlot {
     /// Counts as busy until what is returned is dropped.
-    pub fn work(self: &Arc<Self>) -> Work {
+    pub fn work(self: &Arc<Self>) -> BusyConnection {
         let mut present = self.guests.present();
         present.0 += 1;
         let now = present.0;
         if let Some(guest) = present.1.get_mut(&self.number) {
             (guest.last, guest.busy) = (now, guest.busy + 1);
         }
-        Work(Arc::clone(self))
+        BusyConnection(Arc::clone(self))
     }
 
     /// Counts as a WebSocket from now on, perhaps that of a browser's page; false when there are too many.
@@ -183,7 +183,7 @@ impl Place {
     }
 }
 
-impl Place {
+impl ConnectionSlot {
     /// Does something with the trace that this connection records.
     pub(crate) fn with_trace<R>(&self, act: impl FnOnce(&mut ToolTrace) -> R) -> R {
         let mut own = self.belongings();
@@ -208,7 +208,7 @@ impl Place {
     }
 
     /// Ends what belongs to the connection, which is closed.
-    pub fn close(&self, context: &Arc<crate::context::Context>) {
+    fn close(&self, context: &Arc<crate::context::Context>) {
         let Belongings { trace, leases } = std::mem::take(&mut *self.belongings());
         for lease in &leases {
             // It may have ended by itself.
@@ -229,7 +229,32 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+/// Ends what belongs to a connection when this is dropped.
+pub struct ConnectionEnd {
+    context: Arc<crate::context::Context>,
+    slot: Arc<ConnectionSlot>,
+}
+
+impl std::fmt::Debug for ConnectionEnd {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ConnectionEnd").field("slot", &self.slot).finish_non_exhaustive()
+    }
+}
+
+impl ConnectionEnd {
+    /// That of a connection to an agent.
+    pub fn new(context: &Arc<crate::context::Context>, slot: &Arc<ConnectionSlot>) -> Self {
+        Self { context: Arc::clone(context), slot: Arc::clone(slot) }
+    }
+}
+
+impl Drop for ConnectionEnd {
+    fn drop(&mut self) {
+        self.slot.close(&self.context);
+    }
+}
+
+impl Drop for ConnectionSlot {
     fn drop(&mut self) {
         self.guests.present().1.remove(&self.number);
     }
@@ -237,9 +262,9 @@ impl Drop for Place {
 
 /// A request that is being answered.
 #[derive(Debug)]
-pub struct Work(Arc<Place>);
+pub struct BusyConnection(Arc<ConnectionSlot>);
 
-impl Drop for Work {
+impl Drop for BusyConnection {
     fn drop(&mut self) {
         if let Some(guest) = self.0.guests.present().1.get_mut(&self.0.number) {
             guest.busy -= 1;

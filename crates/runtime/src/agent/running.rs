@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::{Agent, StartError};
-use crate::main_loop::{AgentTrace, End, Flow, Observer, Rate, Shared, Watchdog, cycle, drive};
+use crate::main_loop::{AgentTrace, End, Flow, Observer, Rate, SharedLoop, Watchdog, cycle, drive};
 use crate::synchronization::Synchronization;
 
 /// How long the end of a run waits for the last lines of the log.
@@ -149,7 +149,7 @@ impl Agent {
 /// Ends a run from another thread. It keeps nothing of its agent: a handler of signals has it until the process ends.
 #[derive(Clone)]
 pub struct Stopper {
-    shared: Weak<Shared>,
+    shared: Weak<SharedLoop>,
 }
 
 impl Stopper {

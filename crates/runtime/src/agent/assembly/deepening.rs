@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Assembly;
 use crate::agent::build::deepening;
 use crate::configuration::Configuration;
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use slate_composition::Survey;
 
 impl Assembly {
@@ -17,7 +17,7 @@ impl Assembly {
         &mut self,
         configuration: &Configuration,
         survey: &Survey<'_>,
-        shared: &Shared,
+        shared: &SharedLoop,
     ) -> Result<(), String> {
         for (name, outputs) in deepening(configuration, survey, &mut self.resources) {
             // A module that is not there yet finds it when it comes.

@@ -8,7 +8,7 @@ use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
 
 use super::capture::Subject;
 use crate::aspects::TimePlace;
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::runner::{OutboxPort, Retired};
 use crate::snapshot::{Image, SnapshotError};
 
@@ -32,7 +32,7 @@ pub(super) struct Thaw {
 
 impl Thaw {
     /// Finds out whether it can be done; the caller has the token. Nothing is changed when it can't.
-    pub fn judged(self, shared: &Shared) -> Result<Self, SnapshotError> {
+    pub fn judged(self, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         let Self { subjects, ready } = &self;
         for subject in subjects.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
@@ -51,7 +51,7 @@ impl Thaw {
 
     /// Does it; the caller has the token, while modules with threads of their own are held. Returns the instances that were
     /// there before.
-    pub fn apply(self, shared: &Shared) -> Vec<Retired> {
+    pub fn apply(self, shared: &SharedLoop) -> Vec<Retired> {
         let Self { subjects, ready } = self;
         let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
         // SAFETY: the caller has the token.
@@ -103,7 +103,7 @@ impl Thaw {
     }
 }
 
-fn report(shared: &Shared, result: Result<(), BoardError>) {
+fn report(shared: &SharedLoop, result: Result<(), BoardError>) {
     if let Err(error) = result {
         let text = format!("a property does not go on from the snapshot: {error}");
         shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
