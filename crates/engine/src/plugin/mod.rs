@@ -1,6 +1,7 @@
 //! Plugins as shared libraries: what a file says of itself before it is opened, and opening it.
 
 mod copy;
+mod known;
 mod library;
 mod outline;
 mod seal;
@@ -8,6 +9,7 @@ mod whole;
 
 use std::path::PathBuf;
 
+pub use known::KnownLibraries;
 pub use library::{Residence, load};
 pub use library::{code_of, file_of, load_for, open_as_it_is};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};

@@ -19,7 +19,7 @@ const MARK: &[u8; 8] = b"SLATESUM";
 const LENGTH: u64 = 16;
 
 /// The hash over so many bytes.
-fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
+pub(super) fn hash(file: &mut impl Read, length: u64) -> io::Result<u64> {
     let (mut hash, mut part) = (Xxh3Default::new(), vec![0; 1 << 18]);
     let mut rest = file.take(length);
     loop {

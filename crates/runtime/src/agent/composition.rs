@@ -22,6 +22,7 @@ use crate::isolation::Isolation;
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
 use crate::playback::PlaybackControl;
+use crate::plugin::KnownLibraries;
 use crate::runner::ModuleCondition;
 use crate::snapshot::Keepsake;
 use slate_composition::Catalogue;
@@ -58,6 +59,8 @@ pub(super) struct Composition {
     pub present: BTreeMap<String, Present>,
     /// The plugins that are linked into the program.
     pub linked: Vec<Plugin>,
+    /// Libraries as they were when they were loaded last.
+    pub libraries: Option<KnownLibraries>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, Origin>,
     /// Plugins whose new code runs beside the old.
@@ -105,6 +108,7 @@ impl Composition {
             ground,
             present: BTreeMap::new(),
             linked: Vec::new(),
+            libraries: None,
             origins: BTreeMap::new(),
             trials: BTreeMap::new(),
             loop_owner: None,

@@ -37,6 +37,7 @@ use crate::main_loop::{
     End, Flow, Observer, Pace, Parameters, Rate, Shared, Watchdog, Workers, cycle, drive,
 };
 use crate::playback::Playback;
+use crate::plugin::KnownLibraries;
 use crate::recording::Recording;
 use crate::sharing::Sharing;
 use build::Ground;
@@ -83,6 +84,9 @@ pub struct Options {
     /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
     /// first, with the same plugins. Nothing for this program.
     pub isolation_program: Option<PathBuf>,
+    /// A file in which libraries are known as they were when they were loaded last: one that has changed since is told of
+    /// before it is opened, and one that is damaged is refused. Made when it is needed.
+    pub known_libraries: Option<PathBuf>,
     /// Whether [`Agent::remember`] is to write what modules remember; their files are kept from other runs until then.
     pub keeps_memory: bool,
     /// Whether files of the configuration that are edited are taken over, when the agent is loaded with a database.
@@ -108,6 +112,7 @@ impl Default for Options {
             time_source: None,
             calendar: None,
             isolation_program: None,
+            known_libraries: None,
             keeps_memory: false,
             follows_files: true,
             sharing: None,
@@ -220,7 +225,8 @@ impl Agent {
         catalogue.played = Arc::clone(&played);
         let remotes = Remotes::new(options.sharing);
         let configured = Arc::new(configuration.clone());
-        let composition = Composition::new(configured, catalogue, ground, remotes, options.armed);
+        let mut composition = Composition::new(configured, catalogue, ground, remotes, options.armed);
+        composition.libraries = options.known_libraries.map(KnownLibraries::at);
         let composer = Composer::new(Arc::clone(&shared), composition, options.recording);
         control.connect(Box::new(composer.downgrade()));
         changes.connect(Box::new(composer.downgrade()));

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use slate_module::Plugin;
+use slate_module::{Level, Plugin};
 
 use super::{Origin, PluginError, unknown};
 use crate::agent::StartError;
 use crate::agent::composition::Composition;
+use crate::clock::Clock;
 use crate::configuration::{Configuration, PluginEntry};
-use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
+use crate::log::Logger;
+use crate::plugin::{self, KnownLibraries, LibraryError, LibraryOutline, Residence};
 use crate::sharing::Sharing;
 use slate_composition::Catalogue;
 
@@ -21,6 +23,16 @@ pub(super) struct PluginSources<'a> {
     pub linked: &'a [Plugin],
     /// What runs isolated modules, unless this program does.
     pub program: Option<&'a Path>,
+    /// What tells of libraries that have changed, if anything does.
+    pub watch: Option<LibraryWatch<'a>>,
+}
+
+/// Tells of libraries that are not as they were when they were loaded last.
+#[derive(Clone, Copy)]
+pub(super) struct LibraryWatch<'a> {
+    pub known: &'a KnownLibraries,
+    pub logger: &'a Logger,
+    pub clock: &'a Clock,
 }
 
 pub(super) struct Gathered<'a> {
@@ -196,6 +208,7 @@ impl<'a> Gathered<'a> {
 impl PluginSources<'_> {
     /// Loads a library for the modules of the configuration.
     pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        self.look(file)?;
         let modules = self.configuration.modules();
         let are_isolated = |outline: &LibraryOutline| {
             outline.modules.iter().all(|kind| {
@@ -205,6 +218,17 @@ impl PluginSources<'_> {
         };
         let (plugin, _, residence) = plugin::load_for(file, self.program, are_isolated)?;
         Ok((plugin, residence))
+    }
+
+    /// Tells of a library that has changed since it was loaded last; a damaged one is refused.
+    pub fn look(&self, file: &Path) -> Result<(), LibraryError> {
+        let Some(watch) = self.watch else { return Ok(()) };
+        if watch.known.look(file)? {
+            let text =
+                format!("{} was built or copied anew since it was loaded last", crate::printable(file));
+            watch.logger.log(watch.clock.now(), Level::Info, &text);
+        }
+        Ok(())
     }
 }
 
@@ -218,7 +242,7 @@ pub fn catalogue(
     linked: &[Plugin],
     sharing: Option<&dyn Sharing>,
 ) -> Result<Catalogue, StartError> {
-    let sources = PluginSources { configuration, linked, program: None };
+    let sources = PluginSources { configuration, linked, program: None, watch: None };
     let mut gathered = Gathered::with(sources, host_catalogue(sharing));
     gathered.all()?;
     Ok(gathered.done().0)

@@ -30,7 +30,7 @@ use crate::recording::{Change, Recording};
 pub use error::PluginError;
 pub use gather::catalogue;
 pub(super) use gather::host_catalogue;
-use gather::{Gathered, PluginSources};
+use gather::{Gathered, LibraryWatch, PluginSources};
 pub use links::RemoteEnd;
 pub use links::{LinkStatus, NewLink};
 use overview::{Held, Overview};
@@ -474,6 +474,11 @@ impl Composition {
             configuration: &self.configuration,
             linked: &self.linked,
             program: self.ground.arenas.program.as_deref(),
+            watch: self.libraries.as_ref().map(|known| LibraryWatch {
+                known,
+                logger: &self.ground.logger,
+                clock: &self.ground.means.clock,
+            }),
         }
     }
 

@@ -50,6 +50,7 @@ impl Composer {
             let reason = format!("module `{module}` is isolated, and its new code would run in the agent");
             return Err(instead(name, &reason));
         }
+        composition.sources().look(file)?;
         let program = composition.ground.arenas.program.as_deref();
         let (new, _, residence) = plugin::load_for(file, program, |_| false)?;
         if new.name() != name {
