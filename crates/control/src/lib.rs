@@ -61,5 +61,5 @@ pub use role::Role;
 pub use schema::{complete, of_interface};
 pub use select::Selection;
 pub use server::{OpenError, Server, lowered};
-pub use service::{Found, Service};
+pub use service::{Found, Service, too_many};
 pub use stream::{Follow, Sample, Watcher, What, apart};

@@ -26,7 +26,7 @@ use crate::operation::Caller;
 use crate::problem::Problem;
 use crate::query::Query;
 use crate::role::Role;
-use crate::service::{Found, Service};
+use crate::service::{Found, Service, too_many};
 
 /// The header by which a caller says for whom it asks.
 pub const CALLER: &str = "slate-caller";
@@ -193,8 +193,7 @@ async fn receive(listener: UnixListener, hall: Arc<Hall>) {
 }
 
 fn welcome(stream: UnixStream, hall: &Arc<Hall>) {
-    // One that is closed at once asks again later.
-    let Some(place) = hall.guests.admit().map(Arc::new) else { return };
+    let place = Arc::new(hall.guests.admit());
     let is_last = hall.reserve().is_given();
     let hall = Arc::clone(hall);
     tokio::spawn(async move {
@@ -216,6 +215,7 @@ impl Drop for Closing {
 }
 
 async fn converse(stream: UnixStream, hall: Arc<Hall>, place: Arc<Place>, is_last: bool) {
+    let is_brief = is_last || place.only_stops;
     let service = service_fn(move |request| {
         let (hall, place) = (Arc::clone(&hall), Arc::clone(&place));
         // A stop is carried out as soon as its head is there, whatever becomes of the connection.
@@ -231,14 +231,14 @@ async fn converse(stream: UnixStream, hall: Arc<Hall>, place: Arc<Place>, is_las
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(None)
-        .keep_alive(!is_last)
+        .keep_alive(!is_brief)
         .serve_connection(TokioIo::new(Patient::new(stream)), service);
     let connection = std::pin::pin!(async move {
         // Who is gone misses nothing.
         let _ = connection.await;
     });
-    if is_last {
-        // It has the last descriptor.
+    if is_brief {
+        // It has the last descriptor, or place.
         let _ = tokio::time::timeout(REQUEST, connection).await;
     } else {
         connection.await;
@@ -286,6 +286,9 @@ async fn answer(
     let path = head.uri.path();
     let query = Query::parse(head.uri.query().unwrap_or_default())?;
     let found = Found::of(head.method.as_str(), path)?;
+    if place.only_stops && !found.is_stop() {
+        return Err(too_many());
+    }
     hall.service.answer(found, caller, (path, &head.headers), query, body).await
 }
 

@@ -27,6 +27,9 @@ const BODY: usize = 1 << 20;
 /// How long a request may take to come.
 const REQUEST: Duration = Duration::from_secs(10);
 
+/// How long a stop waits for its reason.
+const REASON: Duration = Duration::from_millis(100);
+
 /// How long a change waits for the one before it; less than callers wait for an answer.
 const TURN: Duration = Duration::from_secs(50);
 
@@ -140,8 +143,9 @@ impl Service {
             return refused.map(whole);
         }
         if operation.name == STOP {
-            // What can't be understood is no reason not to stop.
-            let body = read(headers, body, true).await.unwrap_or_default();
+            // What can't be understood, or has not come yet, is no reason not to stop.
+            let read = tokio::time::timeout(REASON, read(headers, body, true)).await;
+            let body = read.ok().and_then(Result::ok).flatten();
             return Ok(self.stop(Found { operation, captured }, caller, query, body));
         }
         check_query(operation, &query)?;
@@ -224,7 +228,8 @@ async fn within<T, E>(future: impl Future<Output = Result<T, E>>) -> Option<T> {
     future.await.ok()
 }
 
-pub(crate) fn too_many() -> Problem {
+/// Why a request is refused that is one too many.
+pub fn too_many() -> Problem {
     let message = "too many tools are at work with this agent";
     Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
 }

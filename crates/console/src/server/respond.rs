@@ -10,7 +10,9 @@ use hyper::header::{
 };
 use hyper::{Method, Request, Response, StatusCode};
 use serde_json::json;
-use slate_control::{BASE, Body, Caller, Found, Place, Problem, Query, json_response, lowered, response};
+use slate_control::{
+    BASE, Body, Caller, Found, Place, Problem, Query, json_response, lowered, response, too_many,
+};
 
 use super::Hall;
 use crate::socket;
@@ -57,6 +59,11 @@ async fn answer(
     from: SocketAddr,
     request: Request<Incoming>,
 ) -> Result<Response<Body>, Problem> {
+    let is_stop =
+        || Found::of(request.method().as_str(), request.uri().path()).is_ok_and(|found| found.is_stop());
+    if place.only_stops && !is_stop() {
+        return Err(too_many());
+    }
     let is_socket = request.headers().contains_key(UPGRADE);
     hall.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {
