@@ -11,6 +11,7 @@ pub mod channel;
 pub mod commit;
 pub mod interface;
 pub mod message;
+mod nearest;
 mod shape;
 mod stamp;
 mod sync;
@@ -19,9 +20,10 @@ pub mod wake;
 
 pub use board::{
     Access, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError, Placement, Property, Setter,
-    Settings, Store, Taps, Watch, Watchers, Watching, nearest_names, nearest_paths,
+    Settings, Store, Taps, Watch, Watchers, Watching,
 };
 pub use channel::Channel;
+pub use nearest::{nearest_names, nearest_paths};
 pub use shape::Shape;
 pub use stamp::Stamp;
 pub use url::{Url, UrlError, is_within};

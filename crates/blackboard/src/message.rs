@@ -3,6 +3,8 @@
 //! A sender writes into a slot of its own and hands it over with one exchange of the list's head, so a sender that is
 //! preempted half-way holds nobody up; the receiver takes the whole list at once and reverses it.
 
+mod tap;
+
 use std::ops::DerefMut;
 use std::sync::{Arc, PoisonError};
 
@@ -10,8 +12,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::Shape;
 use crate::bytes;
-use crate::channel::{Tap, Tapped};
-use crate::sync::{AtomicU32, AtomicU64, Guarded, Mutex, Ordering, Reading, order};
+use crate::sync::{AtomicU32, AtomicU64, GuardedCell, Mutex, Ordering, ReadGuard, order};
+
+pub use tap::Tap;
+pub(crate) use tap::Tapped;
 
 /// The states of a slot. The receiver changes it from being sent to an answer, the sender back to being sent.
 const FREE: u32 = 0;
@@ -54,7 +58,7 @@ struct Slot {
     status: AtomicU32,
     /// 1 + the index of the message sent before; 0 for none.
     before: AtomicU64,
-    content: Guarded<Content>,
+    content: GuardedCell<Content>,
 }
 
 #[derive(Debug)]
@@ -128,7 +132,7 @@ impl Mailbox {
         let slot = || Slot {
             status: AtomicU32::new(FREE),
             before: AtomicU64::new(0),
-            content: Guarded::new(Content { data: vec![0; words].into_boxed_slice(), items: 0, time: 0 }),
+            content: GuardedCell::new(Content { data: vec![0; words].into_boxed_slice(), items: 0, time: 0 }),
         };
         let count = usize::from(senders);
         let (senders, names) = (vec![false; count], vec![String::new(); count]);
@@ -436,7 +440,7 @@ pub struct Message<'a> {
     slot: usize,
     mailbox: &'a Mailbox,
     sequence: u64,
-    content: Reading<Content>,
+    content: ReadGuard<Content>,
 }
 
 impl<'a> Message<'a> {

@@ -40,16 +40,16 @@ pub(crate) mod order {
 /// Memory that a protocol guards. Under loom every access is checked against the others.
 #[cfg(loom)]
 #[derive(Debug)]
-pub(crate) struct Guarded<T>(loom::cell::UnsafeCell<T>);
+pub(crate) struct GuardedCell<T>(loom::cell::UnsafeCell<T>);
 
 #[cfg(loom)]
-impl<T> Guarded<T> {
+impl<T> GuardedCell<T> {
     pub fn new(value: T) -> Self {
         Self(loom::cell::UnsafeCell::new(value))
     }
 
-    pub fn read(&self) -> Reading<T> {
-        Reading(self.0.get())
+    pub fn read(&self) -> ReadGuard<T> {
+        ReadGuard(self.0.get())
     }
 
     pub fn write<R>(&self, write: impl FnOnce(*mut T) -> R) -> R {
@@ -60,10 +60,10 @@ impl<T> Guarded<T> {
 /// An access that goes on as long as it lives.
 #[cfg(loom)]
 #[derive(Debug)]
-pub(crate) struct Reading<T>(loom::cell::ConstPtr<T>);
+pub(crate) struct ReadGuard<T>(loom::cell::ConstPtr<T>);
 
 #[cfg(loom)]
-impl<T> Reading<T> {
+impl<T> ReadGuard<T> {
     /// # Safety
     /// Nobody writes while this lives.
     pub unsafe fn get(&self) -> &T {
@@ -75,17 +75,17 @@ impl<T> Reading<T> {
 /// Memory that a protocol guards.
 #[cfg(not(loom))]
 #[derive(Debug)]
-pub(crate) struct Guarded<T>(std::cell::UnsafeCell<T>);
+pub(crate) struct GuardedCell<T>(std::cell::UnsafeCell<T>);
 
 #[cfg(not(loom))]
-impl<T> Guarded<T> {
+impl<T> GuardedCell<T> {
     pub fn new(value: T) -> Self {
         Self(std::cell::UnsafeCell::new(value))
     }
 
     #[inline]
-    pub fn read(&self) -> Reading<T> {
-        Reading(self.0.get())
+    pub fn read(&self) -> ReadGuard<T> {
+        ReadGuard(self.0.get())
     }
 
     #[inline]
@@ -97,10 +97,10 @@ impl<T> Guarded<T> {
 /// An access that goes on as long as it lives.
 #[cfg(not(loom))]
 #[derive(Debug)]
-pub(crate) struct Reading<T>(*const T);
+pub(crate) struct ReadGuard<T>(*const T);
 
 #[cfg(not(loom))]
-impl<T> Reading<T> {
+impl<T> ReadGuard<T> {
     /// # Safety
     /// Nobody writes while this lives, and the memory outlives it.
     #[inline]

@@ -45,7 +45,7 @@ export async function request(method, path, { body, signal } = {}) {
   try {
     response = await fetch(BASE + path, options);
   } catch {
-    throw new Problem(0, "the agent does not answer", "see whether it still runs");
+    throw new Problem(0, "the agent does not respond", "check that it is still running: `slate ps`");
   }
   life.heard = performance.now();
   const isRefused = (response.headers.get("content-type") ?? "").startsWith("application/problem+json");

@@ -27,7 +27,7 @@ async function loadPanels() {
   loaded.forEach(({ value, reason }, place) => {
     const panel = value?.default;
     if (panel?.id && panel.title && panel.Panel) panels.set(panel.id, panel);
-    else broken.push(`${paths[place]}: ${reason ?? "it exports no { id, title, Panel }"}`);
+    else broken.push(`${paths[place]}: ${reason ?? "it must export { id, title, Panel } as default"}`);
   });
   broken.forEach((text) => console.error(text));
 }
@@ -51,7 +51,7 @@ function Asking({ problem }) {
   };
   return html`<main class="asking"><form onSubmit=${enter}>
     <h1>Slate</h1>
-    <p>${problem ? "Nobody has this token; each run has a new one." : "The agent wants to know who asks."} It prints a link with its token when it starts:</p>
+    <p>${problem ? "The token is invalid; each run has a new one." : "The agent requires a token."} The agent prints a link with its token at the start:</p>
     <pre>console: ${location.origin}/#token=…</pre>
     <label>Link or token <input autofocus autocomplete="off" spellcheck="false" value=${text} onInput=${(event) => setText(event.target.value)} /></label>
     <button class="primary" disabled=${!text.trim()}>Open</button>
@@ -143,7 +143,7 @@ function App() {
   }, [all, view.name]);
 
   return html`
-    <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Go to the panels</a>
+    <a class="skip" href="#content" onClick=${(event) => { event.preventDefault(); document.getElementById("content").focus(); }}>Skip to the panels</a>
     <${Head} agent=${agent} state=${state} view=${view} layout=${layout} layouts=${all} built=${BUILT_IN} show=${show}
       change=${change} saved=${(name, layout) => { setSaved({ ...saved, [name]: layout }); show(name); }} help=${() => setHelp(true)} find=${() => setFinds(true)} />
     <${Banner} agent=${agent} state=${state} broken=${broken} isOther=${isOther} seen=${() => setIsOther(false)} />

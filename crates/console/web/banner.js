@@ -30,7 +30,7 @@ function Hold({ children, done }) {
 }
 
 function Over({ how, isGone }) {
-  return html`<div class="banner over" role="status"><b>The run is over.</b> ${how}. ${isGone ? "The agent has ended; what is shown is its end." : "The agent stays as long as this page is open."}</div>`;
+  return html`<div class="banner over" role="status"><b>The run is over.</b> ${how}. ${isGone ? "The agent has ended; the page shows its last values." : "The agent stays as long as this page is open."}</div>`;
 }
 
 function Gone({ state }) {
@@ -40,14 +40,14 @@ function Gone({ state }) {
     return () => clearInterval(timer);
   }, []);
   if (problemOf("/agent")?.status === 401) {
-    return html`<div class="banner lost" role="alert"><b>This is another run now.</b> It has tokens of its own: open the link that it has printed.</div>`;
+    return html`<div class="banner lost" role="alert"><b>The agent was restarted.</b> Each run has new tokens: open the link that the new run printed.</div>`;
   }
   const seconds = Math.round((performance.now() - connection.since) / 1000);
   if (state === "silent") {
-    return html`<div class="banner disarmed" role="alert"><b>No answer for ${seconds} s.</b> What is shown is as old. The agent is connected and says nothing.</div>`;
+    return html`<div class="banner disarmed" role="alert"><b>No answer for ${seconds} s.</b> The values shown are that old. The agent is connected but does not respond.</div>`;
   }
   return html`<div class="banner lost" role="alert">
-    <b>No connection for ${seconds} s.</b> What is shown is as old. The agent has ended, or can't be reached; the page goes on when it is back.
+    <b>No connection for ${seconds} s.</b> The values shown are that old. The agent has ended or is unreachable; the page reconnects by itself.
   </div>`;
 }
 
@@ -81,14 +81,14 @@ export function Banner({ agent, state, broken, isOther, seen }) {
   return html`<div class="banners">
     ${over && html`<${Over} how=${over} isGone=${state === "lost"} />`}
     ${!over && ["lost", "silent"].includes(state) && html`<${Gone} state=${state} />`}
-    ${isOther && html`<div class="banner other" role="status"><b>Another run has begun.</b> Trails and plots are of this one alone. <span class="grow"></span> <button onClick=${seen}>Good</button></div>`}
+    ${isOther && html`<div class="banner other" role="status"><b>A new run has started.</b> Trails and plots were cleared. <span class="grow"></span> <button onClick=${seen}>OK</button></div>`}
     ${stopped !== null && html`<div class="banner stopped" role="alert">
       <b>Stopped</b> ${stopped} <span class="grow"></span> <${Hold} done=${act("/reset")}>Hold to reset</${Hold}>
     </div>`}
     ${stopped === null && disarmed.length > 0 && html`<div class="banner disarmed" role="alert">
       <b>Not armed</b> ${disarmed.join(", ")} <span class="grow"></span> <button onClick=${act("/arm")}>Arm</button>
     </div>`}
-    ${broken.map((text) => html`<div class="banner lost" role="alert" key=${text}><b>A panel can't be loaded.</b> ${text}</div>`)}
+    ${broken.map((text) => html`<div class="banner lost" role="alert" key=${text}><b>A panel failed to load.</b> ${text}</div>`)}
     <${Trouble} problem=${problem} />
   </div>`;
 }

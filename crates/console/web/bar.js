@@ -31,10 +31,10 @@ function Recording({ recordings, act, isAllowed }) {
   const own = going.find(({ file }) => /^recording-\d+$/.test(nameOf(file)));
   const begin = () => act(`/recordings/${free("recording", files)}`, {});
   return html`
-    <button class="record" aria-pressed=${Boolean(own)} disabled=${!isAllowed} title=${own ? "Ends the recording" : "Records everything into a new file"} onClick=${() => (own ? act(`/recordings/${nameOf(own.file)}/stop`) : begin())}>
-      ${own ? "■ End" : "● Record"}</button>
-    <button id="mark" disabled=${!isAllowed} title="Marks this moment in the log (b)" onClick=${() => act("/log", { text: "mark" })}>Mark</button>
-    ${flight && html`<button disabled=${!isAllowed} title="Writes what is in memory into a file" onClick=${() => act(`/recordings/${free("moment", files)}/snapshot`)}>Save the last ${Math.round((flight.to - flight.from) / 1e9)} s</button>`}
+    <button class="record" aria-pressed=${Boolean(own)} disabled=${!isAllowed} title=${own ? "Stop the recording" : "Record all properties into a new file"} onClick=${() => (own ? act(`/recordings/${nameOf(own.file)}/stop`) : begin())}>
+      ${own ? "■ Stop recording" : "● Record"}</button>
+    <button id="mark" disabled=${!isAllowed} title="Write a mark into the log (b)" onClick=${() => act("/log", { text: "mark" })}>Mark</button>
+    ${flight && html`<button disabled=${!isAllowed} title="Write the flight recorder to a file" onClick=${() => act(`/recordings/${free("moment", files)}/snapshot`)}>Save the last ${Math.round((flight.to - flight.from) / 1e9)} s</button>`}
     ${going.map(({ file, bytes, values, dropped, failure }) => html`<span class="going" key=${file} data-state=${failure || dropped ? "bad" : undefined} title=${file}>${nameOf(file)}: ${size(bytes)}, ${values} values${dropped ? `, ${dropped} dropped` : ""}${failure ? `, ${failure}` : ""}</span>`)}`;
 }
 
@@ -54,10 +54,10 @@ function Playback({ playback, act, isAllowed }) {
   };
   return html`
     <button disabled=${!isAllowed} aria-label=${isPaused ? "Play" : "Pause"} onClick=${() => act(isPaused ? "/playback/resume" : "/playback/pause")}>${isPaused ? "▶" : "❚❚"}</button>
-    <button disabled=${!isAllowed} title="One cycle" onClick=${() => act("/playback/step", { cycles: 1 })}>Step</button>
-    <select aria-label="How fast" value=${rate ?? ""} disabled=${!isAllowed} onChange=${(event) => act("/playback/rate", { factor: event.target.value ? Number(event.target.value) : null })}>
-      ${Object.entries(RATES).map(([factor, name]) => html`<option key=${factor} value=${factor}>${name}</option>`)}<option value="">as fast as it can</option></select>
-    <${Slider} from=${from} to=${to} now=${now} move=${seek} label="Where the recording is played" />
+    <button disabled=${!isAllowed} title="Step one cycle" onClick=${() => act("/playback/step", { cycles: 1 })}>Step</button>
+    <select aria-label="Playback rate" value=${rate ?? ""} disabled=${!isAllowed} onChange=${(event) => act("/playback/rate", { factor: event.target.value ? Number(event.target.value) : null })}>
+      ${Object.entries(RATES).map(([factor, name]) => html`<option key=${factor} value=${factor}>${name}</option>`)}<option value="">unlimited</option></select>
+    <${Slider} from=${from} to=${to} now=${now} move=${seek} label="Playback position" />
     <span class="number">${time(now)} of ${time(to)}</span>`;
 }
 
@@ -74,7 +74,7 @@ function Past({ flight, agent }) {
   const to = Math.max(flight.to, clock.live);
   const ago = (clock.live - clock.now) / 1e9;
   return html`
-    <${Slider} from=${flight.from} to=${to} now=${isPast() ? clock.now : to} move=${(place) => (place >= to - 1e8 ? lookLive() : lookBack(agent.name, Math.round(place)))} label="Looks back" />
+    <${Slider} from=${flight.from} to=${to} now=${isPast() ? clock.now : to} move=${(place) => (place >= to - 1e8 ? lookLive() : lookBack(agent.name, Math.round(place)))} label="Time shown" />
     ${isPast() ? html`<span class="number past">${ago.toFixed(1)} s ago</span><button class="primary" onClick=${lookLive}>Go live</button>` : html`<span class="number muted">live</span>`}`;
 }
 
@@ -106,6 +106,6 @@ export function Bar({ agent }) {
   return html`<footer class="foot" aria-label="Record and replay" data-past=${isPast() ? "true" : undefined}>
     <${Trouble} problem=${problem} />
     ${playback ? html`<${Playback} playback=${playback} act=${act} isAllowed=${isAllowed} />` : html`<${Recording} recordings=${recordings} act=${act} isAllowed=${isAllowed} />
-      ${recordings.flight && agent ? html`<${Past} flight=${recordings.flight} agent=${agent} />` : html`<span class="grow"></span><span class="muted">The last seconds are not kept: <code>[record.flight]</code></span>`}`}
+      ${recordings.flight && agent ? html`<${Past} flight=${recordings.flight} agent=${agent} />` : html`<span class="grow"></span><span class="muted">The flight recorder is off: see <code>[record.flight]</code></span>`}`}
   </footer>`;
 }

@@ -18,7 +18,7 @@ function parts(text) {
   while (PARTS.lastIndex < text.trimEnd().length) {
     const at = PARTS.lastIndex;
     const part = PARTS.exec(text);
-    if (!part) throw new Error(`“${text.slice(at).trim()}” is nothing that can be computed`);
+    if (!part) throw new Error(`“${text.slice(at).trim()}” is not part of an expression`);
     found.push(part[1] !== undefined ? { number: Number(part[1]) } : part[2] !== undefined ? { input: part[2].trim() } : part[3] !== undefined ? { word: part[3] } : { sign: part[4] });
   }
   return found;
@@ -80,7 +80,7 @@ export function parse(text) {
       return inner;
     }
     if (part?.word && Object.hasOwn(CONSTANTS, part.word)) return { of: () => CONSTANTS[part.word], unit: () => null };
-    if (!part?.word || !Object.hasOwn(FUNCTIONS, part.word)) throw new Error(part ? `“${part.word ?? part.sign}” is no number; functions are ${functions}; names stand in braces` : "a number is missing at the end");
+    if (!part?.word || !Object.hasOwn(FUNCTIONS, part.word)) throw new Error(part ? `“${part.word ?? part.sign}” is not a number; functions: ${functions}; write names in braces` : "a number is missing at the end");
     demand("(");
     const given = [sum()];
     while (take(",")) given.push(sum());
@@ -91,6 +91,6 @@ export function parse(text) {
     };
   };
   const whole = sum();
-  if (place < all.length) throw new Error(`“${Object.values(all[place])[0]}” is too much`);
+  if (place < all.length) throw new Error(`“${Object.values(all[place])[0]}” is unexpected`);
   return { inputs, compute: whole.of, unit: (units) => whole.unit(units) ?? "" };
 }

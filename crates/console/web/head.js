@@ -39,7 +39,7 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
     const link = `${location.origin}/#view=${view.name}&layout=${write(layout)}`;
     try {
       await navigator.clipboard.writeText(link);
-      tell("The link is copied; it has no token");
+      tell("Link copied (without a token)");
     } catch {
       setAsked({ link });
     }
@@ -54,7 +54,7 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
       const name = nameOf(title, { ...built, ...(await get("/layouts")) });
       await put(`/layouts/${name}`, own);
       saved(name, own);
-      tell(`console/layouts/${name}.json is written`);
+      tell(`Saved as console/layouts/${name}.json`);
     } catch (problem) {
       if (!(problem instanceof Problem)) throw problem;
       tell(problem.message);
@@ -62,12 +62,12 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
   };
   return html`<span class="layouts">
     ${note && html`<span role="status" class="muted">${note}</span>`}
-    ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="The layout as it was">Reset layout</button>`}
-    <button class="quiet" onClick=${share} title="Copies a link to this layout">Link</button>
-    <button class="quiet" onClick=${() => setAsked({ title: view.name in built ? "" : layout.title })} title="Saves this layout in the project">Save</button>
-    ${asked && html`<${Dialog} label=${asked.link ? "Link to this layout" : "Save the layout"} kind="saving" close=${close}>
+    ${view.layout && html`<button class="quiet" onClick=${() => show(view.name)} title="Discard the changes of this layout">Reset layout</button>`}
+    <button class="quiet" onClick=${share} title="Copy a link to this layout">Link</button>
+    <button class="quiet" onClick=${() => setAsked({ title: view.name in built ? "" : layout.title })} title="Save this layout in the project">Save</button>
+    ${asked && html`<${Dialog} label=${asked.link ? "Link to this layout" : "Save layout"} kind="saving" close=${close}>
       ${asked.link ? html`<label>A link to this layout, without a token<input readonly data-first value=${asked.link} onFocus=${(event) => event.target.select()} /></label>`
-      : html`<form class="saving" onSubmit=${save}><label>Name of the layout, for this project<input name="title" data-first autocomplete="off" required defaultValue=${asked.title} /></label>
+      : html`<form class="saving" onSubmit=${save}><label>Layout name<input name="title" data-first autocomplete="off" required defaultValue=${asked.title} /></label>
         <div><button class="primary">Save</button><button type="button" onClick=${close}>Cancel</button></div></form>`}</${Dialog}>`}
   </span>`;
 }
@@ -87,14 +87,14 @@ export function Head(properties) {
     <div class="title">
       <img src="/icon.svg" alt="" width="28" height="28" />
       <h1>${agent?.name ?? "Slate"}</h1>
-      <span class="connection" data-state=${isBack ? "past" : isOver ? "over" : state}>${isBack ? (isPlayed ? "A recording" : "Looking back") : isOver ? "Run over" : names[state]}</span>
+      <span class="connection" data-state=${isBack ? "past" : isOver ? "over" : state}>${isBack ? (isPlayed ? "Playback" : "History") : isOver ? "Run ended" : names[state]}</span>
       <${Clock} />
       ${verdicts.map(({ path }) => html`<${Verdict} key=${path} path=${path} isNamed=${verdicts.length > 1} />`)}
       <span class="grow"></span>
       <${Layouts} ...${properties} />
-      <button class="quiet" onClick=${find} title="Finds everything (Ctrl K)">Find</button>
-      <button class="quiet" onClick=${toggleTheme} title="Dark or light" aria-label="Dark or light">◐</button>
-      <button class="quiet" onClick=${help} title="Keys (?)" aria-label="Keys">?</button>
+      <button class="quiet" onClick=${find} title="Find layouts, panels, properties and commands (Ctrl K)">Find</button>
+      <button class="quiet" onClick=${toggleTheme} title="Switch between dark and light" aria-label="Switch between dark and light">◐</button>
+      <button class="quiet" onClick=${help} title="Keyboard shortcuts (?)" aria-label="Keyboard shortcuts">?</button>
     </div>
     <nav aria-label="Layouts" ref=${bar}>
       ${Object.entries(layouts).map(([name, { title }]) =>

@@ -7,7 +7,7 @@ import { useEffect, useRef, useState } from "/lib/preact.js";
 
 const RETRY = [500, 1000, 2000];
 const HIDDEN_RATE = 1;
-// A page asks at least once a second. After so long without a word the agent does not answer, and how often that is looked for, ms.
+// A page asks at least once a second. After so long without a word the agent does not respond, and how often that is looked for, ms.
 const SILENCE = 2500;
 const LOOK = 500;
 // How soon it is asked again for what was not there.

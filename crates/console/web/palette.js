@@ -51,8 +51,8 @@ export function Palette({ agent, layouts, panels, show, help, close }) {
     ...Object.entries(layouts).map(([name, { title }]) => ({ kind: "Layout", name: title, act: () => show(name) })),
     ...[...panels.values()].map(({ id, title }) => ({ kind: "Panel", name: title, act: () => openPanel(id) })),
     { kind: "Action", name: "Stop all actuators", act: stop },
-    { kind: "Action", name: "Dark or light", act: toggleTheme },
-    { kind: "Action", name: "Keys", act: help },
+    { kind: "Action", name: "Switch between dark and light", act: toggleTheme },
+    { kind: "Action", name: "Keyboard shortcuts", act: help },
     ...(isAllowed ? [{ kind: "Action", name: "Arm all actuators", act: arm }] : []),
     ...(agent?.role === "developer" ? modules.map(({ name, condition }) => ({ kind: "Action", name: `Switch ${name} ${condition === "INACTIVE" ? "on" : "off"}`, act: enable(name, condition === "INACTIVE") })) : []),
     ...properties.map(({ path, doc }) => ({ kind: "Property", name: path, doc, act: () => (select(path), show("inspect")) })),
@@ -83,11 +83,11 @@ export function Palette({ agent, layouts, panels, show, help, close }) {
     event.preventDefault();
   };
   return html`<${Dialog} label="Find" kind="palette" close=${close}>
-    <input type="search" data-first autocomplete="off" spellcheck="false" placeholder="Layout, panel, property, or what shall be done" role="combobox" aria-expanded="true" aria-controls="found" aria-label="Find"
+    <input type="search" data-first autocomplete="off" spellcheck="false" placeholder="Layout, panel, property or command" role="combobox" aria-expanded="true" aria-controls="found" aria-label="Find"
       aria-activedescendant=${found.length ? `found-${chosen}` : undefined} value=${text} onInput=${(event) => { setText(event.target.value); setPlace(0); }} onKeyDown=${key} />
     <${Trouble} problem=${problem} />
     <ul id="found" role="listbox" aria-label="Found" ref=${list}>${found.map((one, own) => html`<li key=${`${one.kind} ${one.name}`} id=${`found-${own}`} role="option" aria-selected=${own === chosen} onClick=${() => act(one)} title=${one.doc}>
       <span>${one.name}</span><small>${one.kind}${one.kind === "Plot" && one.doc ? `, ${one.doc}` : ""}</small></li>`)}</ul>
-    ${!found.length && html`<p class="empty">Nothing is called so.</p>`}
+    ${!found.length && html`<p class="empty">No match.</p>`}
   </${Dialog}>`;
 }

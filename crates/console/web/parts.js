@@ -24,7 +24,7 @@ export const Field = ({ name, children, state, title }) =>
  *  now while the past is looked at. */
 export const Age = ({ time, limit = Infinity }) => {
   if (time === undefined || time === null) return html`<span class="muted">never</span>`;
-  if (isOfNow({ time })) return html`<span class="stale" title="Nothing is kept of the time that is looked at">of now</span>`;
+  if (isOfNow({ time })) return html`<span class="stale" title="No history of this property at the selected time">current value</span>`;
   const seconds = (clock.now - time) / 1e9;
   return html`<span class=${seconds > limit ? "stale" : "muted"}>${age(Math.max(0, seconds))}</span>`;
 };

@@ -17,7 +17,7 @@ export function alsoStop(send) {
 /** Stops all actuators. */
 export async function stop() {
   const begin = performance.now();
-  const late = setTimeout(() => say("NOT CONFIRMED: use the stop of the robot itself", "failed"), CONFIRMED);
+  const late = setTimeout(() => say("NOT CONFIRMED: use the robot's emergency stop", "failed"), CONFIRMED);
   for (const send of others) send();
   try {
     const { stopped } = await post("/stop", { reason: "in the console" });

@@ -13,7 +13,7 @@ class Shield extends Component {
   render({ children, title }, { error }) {
     if (!error) return children;
     const again = () => this.setState({ error: null });
-    return html`<div class="trouble" role="alert"><b>${title} has failed: ${error.message}</b><button onClick=${again}>Try again</button></div>`;
+    return html`<div class="trouble" role="alert"><b>Panel ${title} failed: ${error.message}</b><button onClick=${again}>Try again</button></div>`;
   }
 }
 
@@ -30,14 +30,14 @@ function Tile({ tile, number, panels, change, close, split }) {
         ${[...panels.values()].map(({ id, title }) => html`<option key=${id} value=${id}>${title}</option>`)}
       </select>
       <span class="grow"></span>
-      <button class="quiet" title="Another panel below" aria-label="Add a panel below" onClick=${() => split("below")}>⬓</button>
-      <button class="quiet" title="Another panel beside it" aria-label="Add a panel beside it" onClick=${() => split("beside")}>◨</button>
+      <button class="quiet" title="Add a panel below" aria-label="Add a panel below" onClick=${() => split("below")}>⬓</button>
+      <button class="quiet" title="Add a panel beside this one" aria-label="Add a panel beside this one" onClick=${() => split("beside")}>◨</button>
       <button class="quiet" title="Close" aria-label="Close the panel" disabled=${!close} onClick=${close}>✕</button>
     </header>
     <div class="tile-body">
       ${panel
         ? html`<${Shield} key=${tile.panel} title=${title}><${panel.Panel} options=${tile.options ?? {}} setOptions=${setOptions} /></${Shield}>`
-        : html`<p class="empty">There is no panel “${tile.panel}”. A project has its own in <code>console/panels</code>.</p>`}
+        : html`<p class="empty">Unknown panel “${tile.panel}”. Panels of a project belong in <code>console/panels</code>.</p>`}
     </div>
   </section>`;
 }

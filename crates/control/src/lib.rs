@@ -24,6 +24,7 @@ pub mod client;
 mod connection;
 mod context;
 mod entries;
+pub mod graph;
 mod lease;
 mod operation;
 pub mod operations;

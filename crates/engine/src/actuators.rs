@@ -28,7 +28,7 @@ pub struct Actuator {
     /// What a person at the controls commands, for whoever takes them. It is read by the loop, so that nobody but the
     /// agent's own threads is ever in the gate.
     controls: Mutex<Controls>,
-    inner: Mutex<Inner>,
+    inner: Mutex<CommandedState>,
     clock: Arc<Clock>,
     /// How long a command holds, nanoseconds.
     time_to_live: u64,
@@ -58,7 +58,7 @@ pub struct Holder {
 const TELEOPERATION: &str = "teleoperation";
 
 #[derive(Debug)]
-struct Inner {
+struct CommandedState {
     gate: Gate,
     command: Writer,
     state: Writer,
@@ -94,7 +94,7 @@ impl Actuator {
         let (writer, controls) = channel.writer().ok().zip(channel.latest().ok()).unzip();
         let time_to_live = gate.time_to_live();
         let expires = Arc::new(AtomicU64::new(u64::MAX));
-        let inner = Inner {
+        let inner = CommandedState {
             gate,
             command,
             state,
@@ -197,13 +197,13 @@ impl Actuator {
         inner.last_state
     }
 
-    fn locked(&self) -> MutexGuard<'_, Inner> {
+    fn locked(&self) -> MutexGuard<'_, CommandedState> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The gate, unless another thread is in it at this moment: nobody waits here. Who finds it taken meets a
     /// commander that holds the lease, or the loop that ends what is stale.
-    fn free(&self) -> Option<MutexGuard<'_, Inner>> {
+    fn free(&self) -> Option<MutexGuard<'_, CommandedState>> {
         for _ in 0..64 {
             match self.inner.try_lock() {
                 Ok(inner) => return Some(inner),
@@ -315,7 +315,7 @@ impl Actuator {
         (rearm, now): (bool, u64),
     ) -> Result<(), BoardError> {
         let mut inner = self.locked();
-        let Inner { command, state, .. } = &mut *inner;
+        let CommandedState { command, state, .. } = &mut *inner;
         for (own, writer) in [("command", command), ("gate", state)] {
             let path = format!("{}/{own}", self.name);
             if let (Some(frozen), Some((property, _))) = (properties.get(&path), board.get(&path)) {
@@ -366,7 +366,7 @@ impl Actuator {
     }
 }
 
-impl Inner {
+impl CommandedState {
     /// Offers what a person commands, as long as it is meant: whoever is at the controls may be gone.
     fn follow_controls(&mut self, commander: u32, now: u64) {
         let Some(controls) = &mut self.controls else { return };

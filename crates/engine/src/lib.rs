@@ -12,6 +12,7 @@ pub mod clock;
 pub mod digest;
 mod frozen;
 pub mod isolation;
+mod library;
 pub mod log;
 pub mod main_loop;
 mod memory;

@@ -159,10 +159,10 @@ impl AspectPort {
 pub struct ProviderPort {
     /// Its slot in the frame.
     pub slot: usize,
-    inner: Box<Inner>,
+    inner: Box<ProviderState>,
 }
 
-struct Inner {
+struct ProviderState {
     table: ProviderTable,
     place: Arc<ServicePlace>,
     kind: ModuleKind,
@@ -174,7 +174,7 @@ impl ProviderPort {
         // What a module has left that never returned is not called any more, and its code may be in it for ever.
         std::mem::forget(place.change(std::mem::take).service);
         let table = ProviderTable { context: std::ptr::null_mut(), provide, withdraw };
-        let mut inner = Box::new(Inner { table, place, kind });
+        let mut inner = Box::new(ProviderState { table, place, kind });
         inner.table.context = (&raw mut *inner).cast();
         Self { slot, inner }
     }
@@ -214,8 +214,8 @@ unsafe extern "C" fn provide(
     owner: *mut (),
     end: unsafe extern "C" fn(*mut ()),
 ) {
-    // SAFETY: the context is the `Inner` of the port, which lives as long as the module's runner.
-    let inner = unsafe { &*context.cast::<Inner>() };
+    // SAFETY: the context is the `ProviderState` of the port, which lives as long as the module's runner.
+    let inner = unsafe { &*context.cast::<ProviderState>() };
     let mut memory = Memory::zeroed(size);
     // SAFETY: the module passes a table of that size.
     unsafe { memory.as_mut_ptr().copy_from_nonoverlapping(table, size) };
@@ -224,5 +224,5 @@ unsafe extern "C" fn provide(
 
 unsafe extern "C" fn withdraw(context: *mut ()) {
     // SAFETY: as for `provide`.
-    unsafe { &*context.cast::<Inner>() }.place.withdraw();
+    unsafe { &*context.cast::<ProviderState>() }.place.withdraw();
 }

@@ -1,6 +1,6 @@
 //! Random schedules of the synchronisation points.
 //!
-//! `cargo test -p slate-runtime --release --features shuttle --test synchronization_schedules`
+//! `cargo test -p slate-engine --release --features shuttle --test synchronization_schedules`
 #![cfg(feature = "shuttle")]
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 

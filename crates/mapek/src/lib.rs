@@ -13,7 +13,7 @@
 //!
 //! // Mandatory: its sensors and actuators, and what it can do.
 //!
-//! /// How near the nearest thing is.
+//! /// Distance to the nearest obstacle.
 //! #[interface]
 //! pub struct Nearest {
 //!     /// Metres.
@@ -68,7 +68,7 @@
 //!     }
 //! }
 //!
-//! /// What actions act on.
+//! /// Ports that actions act on.
 //! #[ports]
 //! pub struct Body {
 //!     pose: Required<Pose2>,
@@ -102,16 +102,16 @@
 //!     }
 //! }
 //!
-//! /// Drives straight on for a while.
+//! /// Drives straight for a duration.
 //! #[derive(Serialize, Deserialize)]
 //! pub struct Drive {
 //!     /// Metres per second.
 //!     speed: f64,
-//!     /// Seconds to go.
+//!     /// Remaining time, seconds.
 //!     left: f64,
 //! }
 //!
-//! /// What [`Drive`] is started with.
+//! /// Arguments of [`Drive`].
 //! #[derive(Clone, Copy)]
 //! pub struct Stretch {
 //!     /// Metres per second.
@@ -141,7 +141,7 @@
 //!     }
 //! }
 //!
-//! /// A macro-action: turns to the origin and drives there, again and again until it is near.
+//! /// A macro-action: turns to the origin and drives there, in short legs.
 //! #[derive(Serialize, Deserialize)]
 //! pub struct GoToOrigin {
 //!     leg: Option<InSequence<(TurnTo, Drive)>>,
@@ -184,7 +184,7 @@
 //! }
 //!
 //! repertoire! {
-//!     /// All that the robot can do.
+//!     /// All actions of the robot.
 //!     pub enum Actions for Body { TurnTo, Drive, GoToOrigin }
 //! }
 //!
@@ -223,7 +223,7 @@
 //!     pose: Observed<Pose2>,
 //! }
 //!
-//! /// Tells when the robot arrives at the origin or leaves it.
+//! /// Reports arrival at the origin and departure from it.
 //! pub struct Arrival;
 //!
 //! impl Analyze for Arrival {
@@ -245,7 +245,7 @@
 //!     arrival: Noticed<AtOrigin>,
 //! }
 //!
-//! /// Goes to the origin, and again whenever a reflex or anything else came between.
+//! /// Requests `GoToOrigin`, again after each reflex.
 //! pub struct GoToOriginPlanner;
 //!
 //! impl Plan for GoToOriginPlanner {
@@ -284,7 +284,7 @@
 //!     distance: f64,
 //! }
 //!
-//! /// Backs off from what is near.
+//! /// Backs off from near obstacles.
 //! pub struct BackOff;
 //!
 //! impl ReactiveModel for BackOff {
@@ -364,7 +364,7 @@ pub use knowledge::{
 };
 pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason};
 pub use monitor::{Monitor, MonitorBlock, MonitorPorts};
-pub use pipeline::{Admission, Entry, Origin, Pipeline};
+pub use pipeline::{Admission, Origin, Pipeline, QueuedAction};
 pub use plan::{Agenda, Plan, PlanBlock, PlanMemory, PlanPorts, Situation};
 pub use port::{Change, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn, ReflexOut, role};
 pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};

@@ -6,7 +6,7 @@ use crate::{ActionRequest, PlanStep, Route};
 
 /// An action in the pipeline.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Entry {
+pub struct QueuedAction {
     /// The action.
     pub action: ActionRequest,
     /// Whose it is.
@@ -27,7 +27,7 @@ pub enum Origin {
     },
 }
 
-impl Entry {
+impl QueuedAction {
     /// The route on which it came.
     pub fn route(&self) -> Route {
         match self.origin {
@@ -80,20 +80,20 @@ pub enum Admission {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Saved")]
 pub struct Pipeline {
-    high: VecDeque<Entry>,
-    normal: VecDeque<Entry>,
-    running: Option<Entry>,
-    interrupted: Option<Entry>,
+    high: VecDeque<QueuedAction>,
+    normal: VecDeque<QueuedAction>,
+    running: Option<QueuedAction>,
+    interrupted: Option<QueuedAction>,
     epoch: u64,
     replan: bool,
 }
 
 #[derive(Deserialize)]
 struct Saved {
-    high: VecDeque<Entry>,
-    normal: VecDeque<Entry>,
-    running: Option<Entry>,
-    interrupted: Option<Entry>,
+    high: VecDeque<QueuedAction>,
+    normal: VecDeque<QueuedAction>,
+    running: Option<QueuedAction>,
+    interrupted: Option<QueuedAction>,
     epoch: u64,
     replan: bool,
 }
@@ -126,9 +126,9 @@ impl Pipeline {
         action: ActionRequest,
         source: u32,
         rank: i32,
-        cleared: impl FnMut(Entry),
+        cleared: impl FnMut(QueuedAction),
     ) -> Admission {
-        let entry = Entry { action, origin: Origin::Reflex { source, rank } };
+        let entry = QueuedAction { action, origin: Origin::Reflex { source, rank } };
         let mut cleared = cleared;
         let admission = self.admit(entry, &mut cleared);
         if admission != Admission::Full {
@@ -139,7 +139,7 @@ impl Pipeline {
         admission
     }
 
-    fn admit(&mut self, entry: Entry, cleared: &mut impl FnMut(Entry)) -> Admission {
+    fn admit(&mut self, entry: QueuedAction, cleared: &mut impl FnMut(QueuedAction)) -> Admission {
         if let Some(running) = self.running.as_mut().filter(|running| running.repeats(&entry)) {
             *running = entry;
             return Admission::Renewed;
@@ -169,7 +169,7 @@ impl Pipeline {
         ticket: u64,
         epoch: u64,
         step: PlanStep,
-        mut cleared: impl FnMut(Entry),
+        mut cleared: impl FnMut(QueuedAction),
     ) -> Admission {
         if epoch != self.epoch {
             return Admission::OldEpoch;
@@ -181,20 +181,20 @@ impl Pipeline {
             if self.normal.len() == Self::CAPACITY {
                 return Admission::Full;
             }
-            self.normal.push_back(Entry { action, origin: Origin::Plan(ticket) });
+            self.normal.push_back(QueuedAction { action, origin: Origin::Plan(ticket) });
         }
         self.replan = false;
         Admission::Waiting
     }
 
     /// Abandons the plan: clears its actions, refuses those of its epoch, and requests a new plan.
-    pub fn abandon_plan(&mut self, mut cleared: impl FnMut(Entry)) {
+    pub fn abandon_plan(&mut self, mut cleared: impl FnMut(QueuedAction)) {
         self.clear_planned(&mut cleared);
         self.epoch += 1;
         self.replan = true;
     }
 
-    fn clear_planned(&mut self, cleared: &mut impl FnMut(Entry)) {
+    fn clear_planned(&mut self, cleared: &mut impl FnMut(QueuedAction)) {
         if self.running.is_some_and(|running| running.route() == Route::DELIBERATIVE) {
             self.interrupt();
         }
@@ -208,12 +208,12 @@ impl Pipeline {
     }
 
     /// The action that ran until something took its place; its owner cancels it before it lets the next one run.
-    pub fn take_interrupted(&mut self) -> Option<Entry> {
+    pub fn take_interrupted(&mut self) -> Option<QueuedAction> {
         self.interrupted.take()
     }
 
     /// The running action; if none runs, the next one runs from now on.
-    pub fn advance(&mut self) -> Option<Entry> {
+    pub fn advance(&mut self) -> Option<QueuedAction> {
         if self.running.is_none() {
             self.running = self.high.pop_front().or_else(|| self.normal.pop_front());
         }
@@ -221,12 +221,12 @@ impl Pipeline {
     }
 
     /// The running action.
-    pub fn running(&self) -> Option<&Entry> {
+    pub fn running(&self) -> Option<&QueuedAction> {
         self.running.as_ref()
     }
 
     /// Ends the running action.
-    pub fn finish(&mut self) -> Option<Entry> {
+    pub fn finish(&mut self) -> Option<QueuedAction> {
         self.running.take()
     }
 
@@ -246,7 +246,7 @@ impl Pipeline {
     }
 
     /// The waiting actions in the order of their turns.
-    pub fn iter(&self) -> impl Iterator<Item = &Entry> {
+    pub fn iter(&self) -> impl Iterator<Item = &QueuedAction> {
         self.high.iter().chain(&self.normal)
     }
 }

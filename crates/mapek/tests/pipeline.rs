@@ -3,7 +3,7 @@
 use crate::common;
 
 use proptest::prelude::*;
-use slate_mapek::{ActionKind, ActionRequest, Admission, Entry, Origin, Pipeline, PlanStep, Route};
+use slate_mapek::{ActionKind, ActionRequest, Admission, Origin, Pipeline, PlanStep, QueuedAction, Route};
 
 use common::{Drive, Swerve};
 
@@ -12,7 +12,7 @@ fn request(number: u32) -> ActionRequest {
     Drive::request((number.into(), 1.0))
 }
 
-fn number(entry: &Entry) -> f64 {
+fn number(entry: &QueuedAction) -> f64 {
     entry.action.arguments[0]
 }
 
@@ -167,14 +167,14 @@ fn operation() -> impl Strategy<Value = Operation> {
 /// The rules as they are said, without an order kept: each action carries when it came, and the choice is made late.
 #[derive(Default)]
 struct Model {
-    waiting: Vec<(u64, Entry)>,
-    running: Option<Entry>,
+    waiting: Vec<(u64, QueuedAction)>,
+    running: Option<QueuedAction>,
     arrivals: u64,
     epoch: u64,
     replan: bool,
 }
 
-fn rank(entry: &Entry) -> Option<i32> {
+fn rank(entry: &QueuedAction) -> Option<i32> {
     match entry.origin {
         Origin::Plan(_) => None,
         Origin::Reflex { rank, .. } => Some(rank),
@@ -182,19 +182,19 @@ fn rank(entry: &Entry) -> Option<i32> {
 }
 
 impl Model {
-    fn arrive(&mut self, entry: Entry) {
+    fn arrive(&mut self, entry: QueuedAction) {
         self.arrivals += 1;
         self.waiting.push((self.arrivals, entry));
     }
 
-    fn clear_planned(&mut self) -> Option<Entry> {
+    fn clear_planned(&mut self) -> Option<QueuedAction> {
         self.waiting.retain(|(_, entry)| entry.route() == Route::REACTIVE);
         self.running.take_if(|entry| entry.route() == Route::DELIBERATIVE)
     }
 
     /// The action that is interrupted.
-    fn reflex(&mut self, new: Entry) -> Option<Entry> {
-        let same = |old: &Entry| old.origin == new.origin && old.action.kind == new.action.kind;
+    fn reflex(&mut self, new: QueuedAction) -> Option<QueuedAction> {
+        let same = |old: &QueuedAction| old.origin == new.origin && old.action.kind == new.action.kind;
         let mut interrupted = None;
         if self.running.as_ref().is_some_and(same) {
             self.running = Some(new);
@@ -209,9 +209,9 @@ impl Model {
         self.clear_planned().or(interrupted)
     }
 
-    fn next(&mut self) -> Option<Entry> {
+    fn next(&mut self) -> Option<QueuedAction> {
         if self.running.is_none() {
-            let key = |(arrival, entry): &(u64, Entry)| (std::cmp::Reverse(rank(entry)), *arrival);
+            let key = |(arrival, entry): &(u64, QueuedAction)| (std::cmp::Reverse(rank(entry)), *arrival);
             let best = (0..self.waiting.len()).min_by_key(|i| key(&self.waiting[*i]))?;
             self.running = Some(self.waiting.remove(best).1);
         }
@@ -231,12 +231,12 @@ proptest! {
                 Operation::Reflex { source, rank, swerve } => {
                     let action = if swerve { Swerve::request((value.into(), 1.0)) } else { request(value) };
                     pipeline.reflex(action, source, rank, |_| {});
-                    interrupted = model.reflex(Entry { action, origin: Origin::Reflex { source, rank } });
+                    interrupted = model.reflex(QueuedAction { action, origin: Origin::Reflex { source, rank } });
                 }
                 Operation::Planned { late, step } => {
                     let (action, ticket) = (request(value), u64::from(value));
                     let epoch = if late { model.epoch.wrapping_sub(1) } else { model.epoch };
-                    let reflexes: Vec<Entry> =
+                    let reflexes: Vec<QueuedAction> =
                         pipeline.iter().filter(|entry| entry.route() == Route::REACTIVE).copied().collect();
                     let running = pipeline.running().copied();
                     pipeline.planned(action, ticket, epoch, step, |_| {});
@@ -245,12 +245,12 @@ proptest! {
                             interrupted = model.clear_planned();
                         }
                         if step != PlanStep::CLEAR {
-                            model.arrive(Entry { action, origin: Origin::Plan(ticket) });
+                            model.arrive(QueuedAction { action, origin: Origin::Plan(ticket) });
                         }
                         model.replan = false;
                     }
                     // Whatever the Plan sends: the reflexes are there as before, and first.
-                    let after: Vec<Entry> = pipeline.iter().take(reflexes.len()).copied().collect();
+                    let after: Vec<QueuedAction> = pipeline.iter().take(reflexes.len()).copied().collect();
                     prop_assert_eq!(after, reflexes);
                     if running.is_some_and(|entry| entry.route() == Route::REACTIVE) {
                         prop_assert_eq!(pipeline.running().copied(), running);

@@ -1,10 +1,8 @@
 //! The module's side of its table: from C calls to an [`Instance`]. A panic ends here, as a host can't catch what
 //! another library throws.
 
-use std::any::Any;
-
 use crate::instance::Authored;
-use crate::place;
+use crate::panics::{self, discard, placed_message};
 use crate::table::{Bytes, DONE, PANICKED, REFUSED, SetupTable, Sink};
 use crate::{
     Frame, Instance, Level, Module, ModuleTable, PortCursor, Refusal, Setup, Tick, decode, portable,
@@ -49,7 +47,7 @@ impl Sink {
 /// # Safety
 /// The sink is as the host made it.
 unsafe fn answer(sink: *const Sink, call: impl FnOnce() -> Result<Vec<u8>, Refusal>) -> i32 {
-    let result = place::catch(call).unwrap_or_else(|payload| {
+    let result = panics::catch(call).unwrap_or_else(|payload| {
         let reason = placed_message(payload.as_ref());
         discard(payload);
         Err(Refusal(reason))
@@ -87,7 +85,7 @@ unsafe extern "C" fn describe<I: Instance>(setup: *const SetupTable, sink: *cons
     // SAFETY: the host passes a setup and a sink that live during the call.
     unsafe {
         answer(sink, || {
-            place::remember();
+            panics::remember();
             with_setup(setup, |setup| portable::encode_description(&I::describe(setup)?))
         })
     }
@@ -102,7 +100,7 @@ unsafe extern "C" fn create<I: Instance>(
     // SAFETY: the host passes what lives during the call, and a place for the instance.
     unsafe {
         answer(sink, || {
-            place::remember();
+            panics::remember();
             let made = with_setup(setup, |setup| I::create(setup, params.as_slice()))?;
             instance.write(Box::into_raw(Box::new(made)).cast());
             Ok(Vec::new())
@@ -118,7 +116,7 @@ unsafe extern "C" fn tick<I: Instance>(instance: *mut (), frame: *const Frame) -
         let params = std::slice::from_raw_parts(frame.params, frame.params_size);
         (*instance.cast::<I>()).tick(&mut PortCursor::new(frame), params, &Tick::new(frame))
     };
-    match place::catch(step) {
+    match panics::catch(step) {
         Ok(outcome) => outcome as i32,
         Err(payload) => {
             let reason = placed_message(payload.as_ref());
@@ -156,26 +154,4 @@ unsafe extern "C" fn destroy<I: Instance>(instance: *mut (), sink: *const Sink) 
             Ok(Vec::new())
         })
     }
-}
-
-/// Drops what a panic carried, which may itself panic.
-pub(crate) fn discard(payload: Box<dyn Any + Send>) {
-    let _ = place::catch_aside(move || drop(payload));
-}
-
-/// What a panic that was just caught says, and where it came from.
-fn placed_message(payload: &(dyn Any + Send)) -> String {
-    let message = panic_message(payload);
-    match place::take() {
-        Some(place) => format!("{message} (at {place})"),
-        None => message,
-    }
-}
-
-pub(crate) fn panic_message(payload: &(dyn Any + Send)) -> String {
-    let text = payload
-        .downcast_ref::<&str>()
-        .copied()
-        .or_else(|| payload.downcast_ref::<String>().map(String::as_str));
-    format!("panicked: {}", text.unwrap_or("without a message"))
 }

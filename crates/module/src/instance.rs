@@ -1,23 +1,9 @@
 use std::marker::PhantomData;
 
-use slate_blackboard::interface::{Interface, Value};
+use slate_blackboard::interface::Interface;
 
-use crate::export::discard;
-use crate::place;
-use crate::{Description, Module, Outcome, Params, PortCursor, Ports, Refusal, Tick};
-
-/// What a module is told when it is set up.
-#[derive(Clone, Copy, Debug)]
-pub struct Setup<'a> {
-    /// The module's name in the agent, such as `r2/planner`.
-    pub name: &'a str,
-    /// The run's seed.
-    pub seed: u64,
-    /// The period of the main loop, nanoseconds.
-    pub period: u64,
-    /// The configuration table named by [`Instance::SECTION`], if the module asks for one and it is there.
-    pub section: Option<&'a Value>,
-}
+use crate::panics::{catch_aside, discard};
+use crate::{Description, Module, Outcome, Params, PortCursor, Ports, Refusal, Setup, Tick, decode, encode};
 
 /// A running module as the host drives it. [`Module`] is what authors write; this is for modules whose ports are
 /// only known from their configuration, such as a simulator.
@@ -100,7 +86,7 @@ impl<M: Module> Instance for Authored<M> {
         let state = decode(state).map_err(|error| Refusal(format!("its state does not fit: {error}")))?;
         let old = std::mem::replace(&mut self.state, state);
         // The new state is in place, so a panic of the old one's end is no refusal.
-        let _ = place::catch_aside(|| drop(old)).map_err(discard);
+        let _ = catch_aside(|| drop(old)).map_err(discard);
         Ok(())
     }
 
@@ -119,42 +105,4 @@ pub fn read_params<P: Params>(bytes: &[u8]) -> Result<P, Refusal> {
     }
     // SAFETY: the length was checked, every bit pattern of an interface is valid, and the read needs no alignment.
     Ok(unsafe { bytes.as_ptr().cast::<P>().read_unaligned() })
-}
-
-/// A state as CBOR with field names.
-///
-/// # Errors
-/// What can't be written.
-pub fn encode<T: serde::Serialize>(state: &T) -> Result<Vec<u8>, Refusal> {
-    let mut bytes = Vec::new();
-    ciborium::into_writer(state, &mut bytes).map_err(|error| Refusal(error.to_string()))?;
-    Ok(bytes)
-}
-
-/// A state from CBOR; it fits if it deserialises.
-///
-/// # Errors
-/// What doesn't fit.
-pub fn decode<T: serde::de::DeserializeOwned>(bytes: &[u8]) -> Result<T, Refusal> {
-    ciborium::from_reader(bytes).map_err(|error| {
-        Refusal(match error {
-            ciborium::de::Error::Io(_) => "it ends too early".into(),
-            ciborium::de::Error::Syntax(at) => format!("byte {at} is no CBOR"),
-            ciborium::de::Error::Semantic(_, problem) => problem,
-            ciborium::de::Error::RecursionLimitExceeded => "it is nested too deeply".into(),
-        })
-    })
-}
-
-#[cfg(test)]
-#[allow(clippy::unwrap_used, reason = "a test that fails panics")]
-mod tests {
-    use super::{decode, encode};
-
-    #[test]
-    fn state_that_does_not_fit_is_refused_in_words() {
-        let saved = encode(&None::<u64>).unwrap();
-        assert_eq!(decode::<u64>(&saved).unwrap_err().0, "invalid type: null, expected integer");
-        assert_eq!(decode::<u64>(&[]).unwrap_err().0, "it ends too early");
-    }
 }

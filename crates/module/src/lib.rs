@@ -76,6 +76,7 @@
 extern crate self as slate_module;
 
 pub mod aspect;
+mod codec;
 mod description;
 mod export;
 mod frame;
@@ -83,19 +84,21 @@ mod instance;
 pub mod math;
 mod module;
 mod outline;
+mod panics;
 mod parameters;
-mod place;
 mod plugin;
 mod port;
 mod portable;
 mod random;
+mod setup;
 pub mod table;
 pub mod testing;
 mod tick;
 
+pub use codec::{decode, encode};
 pub use description::{Description, Direction, PortDescription, Stage, Trigger, parse_duration};
 pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
-pub use instance::{Instance, Setup, decode, encode, read_params};
+pub use instance::{Instance, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};
 pub use parameters::{Parameter, Params};
@@ -106,6 +109,7 @@ pub use port::{
 };
 pub use portable::{PortableDescription, decode_interface, encode_interface};
 pub use random::Random;
+pub use setup::Setup;
 pub use slate_blackboard as blackboard;
 pub use slate_blackboard::Stamp;
 pub use slate_blackboard::interface::{Bool, Interface, Optional, Plain, Sequence, Text};

@@ -21,7 +21,7 @@ pub use ticked::Ticked;
 pub struct Fixture<M: Module> {
     instance: Authored<M>,
     description: Description,
-    memory: Vec<Memory>,
+    memory: Vec<FixtureMemory>,
     params: M::Params,
     now: u64,
     last: u64,
@@ -30,7 +30,7 @@ pub struct Fixture<M: Module> {
 }
 
 /// The memory behind a port, aligned for every interface.
-struct Memory {
+struct FixtureMemory {
     words: Vec<u128>,
     items: usize,
     sequence: u64,
@@ -75,7 +75,7 @@ impl<M: Module> Fixture<M> {
             .iter()
             .map(|port| {
                 let shape = port.descriptor.shape(port.capacity);
-                Memory {
+                FixtureMemory {
                     words: vec![0; shape.bytes(shape.capacity).div_ceil(16).max(1)],
                     items: 0,
                     sequence: 0,
@@ -330,7 +330,7 @@ impl<M: Module> Fixture<M> {
     }
 }
 
-fn slot(port: &crate::PortDescription, memory: &mut Memory, entries: &[Entry]) -> PortSlot {
+fn slot(port: &crate::PortDescription, memory: &mut FixtureMemory, entries: &[Entry]) -> PortSlot {
     let mut flags = Flags::ALIVE;
     if memory.new {
         flags |= Flags::NEW;

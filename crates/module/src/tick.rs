@@ -76,14 +76,14 @@ impl Tick {
     /// # }
     /// ```
     pub fn log_with(&self, level: Level, message: fmt::Arguments<'_>, fields: &[(&str, FieldValue<'_>)]) {
-        let mut parts = Line::<256>::new();
+        let mut parts = LogText::<256>::new();
         for (key, value) in fields {
             let before = parts.length;
             if parts.field(key, *value).is_err() {
                 parts.length = before;
             }
         }
-        let mut line = Line::<512>::new();
+        let mut line = LogText::<512>::new();
         line.room = line.bytes.len() - parts.length;
         // A message that doesn't fit is cut, which is no error to anybody.
         let _ = Without { line: &mut line, unwanted: &[SEPARATOR] }.write_fmt(message);
@@ -167,14 +167,14 @@ impl fmt::Display for FieldValue<'_> {
 }
 
 /// A log line on the stack, as a tick must not allocate.
-struct Line<const N: usize> {
+struct LogText<const N: usize> {
     bytes: [u8; N],
     length: usize,
     /// How much of it may be used.
     room: usize,
 }
 
-impl<const N: usize> Line<N> {
+impl<const N: usize> LogText<N> {
     fn new() -> Self {
         Self { bytes: [0; N], length: 0, room: N }
     }
@@ -192,7 +192,7 @@ impl<const N: usize> Line<N> {
     }
 }
 
-impl<const N: usize> Write for Line<N> {
+impl<const N: usize> Write for LogText<N> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         let mut end = text.len().min(self.room - self.length);
         while !text.is_char_boundary(end) {
@@ -206,7 +206,7 @@ impl<const N: usize> Write for Line<N> {
 
 /// Writes `_` in place of characters that have a meaning of their own.
 struct Without<'a, const N: usize> {
-    line: &'a mut Line<N>,
+    line: &'a mut LogText<N>,
     unwanted: &'static [char],
 }
 

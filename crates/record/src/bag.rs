@@ -9,49 +9,18 @@
 //!
 //! Chunks are read uncompressed, with LZ4 and with Zstandard, and written uncompressed or with LZ4.
 
-mod compression;
 mod copy;
 mod curves;
-mod definitions;
 mod diff;
-mod ends;
-mod error;
-mod info;
-mod outline;
-mod reader;
-mod record;
-mod recount;
-mod repair;
-mod repeated;
-mod resume;
-mod selection;
-mod source;
-mod summary;
 mod table;
-mod tail;
-mod together;
-mod value;
-pub(crate) mod whole;
-mod writer;
 
-pub use compression::Compression;
-pub(crate) use copy::copy_into;
+pub use crate::merge::Part;
+pub use crate::storage::{
+    Attachment, AttachmentInfo, Channel, ChannelInfo, ChunksInfo, Compression, Decoder, Error, Header, Info,
+    Lost, MAXIMUM_RECORD, Message, Metadata, Reader, Repaired, Schema, Selection, Unread, Value, Writer,
+    repair, repair_into, seconds, verify,
+};
 pub use copy::{copy, merge};
 pub use curves::plot;
 pub use diff::{Compared, Counts, Diff, Difference, diff, diff_of};
-pub use error::Error;
-pub use info::{AttachmentInfo, ChannelInfo, ChunksInfo, Info, verify};
-pub use reader::{Attachment, Message, Reader};
-pub(crate) use reader::{ChannelTopic, Spot};
-pub use record::{Channel, Header, Metadata, Schema};
-pub(crate) use repair::REPAIR;
-pub use repair::{Lost, Repaired, repair, repair_into};
-pub(crate) use repeated::{REPEATED, Repeated};
-pub use selection::Selection;
-pub use table::{Table, export_csv, seconds};
-pub use together::Part;
-pub use value::{Decoder, Unread, Value};
-pub use writer::Writer;
-
-/// The most bytes that a record, or the records of a chunk, may have to be read. What is longer is refused.
-pub const MAXIMUM_RECORD: u64 = 256 << 20;
+pub use table::{Table, export_csv};

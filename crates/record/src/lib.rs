@@ -11,7 +11,9 @@
 pub mod bag;
 mod batch;
 mod error;
+mod followed;
 pub mod logs;
+mod merge;
 pub mod page;
 mod plot;
 mod recorder;
@@ -20,6 +22,7 @@ mod report;
 pub mod ros;
 mod scene;
 mod statistics;
+mod storage;
 mod summary;
 mod trajectory;
 

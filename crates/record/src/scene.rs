@@ -78,6 +78,14 @@ pub struct Robot {
     pub cones: Vec<Cone>,
 }
 
+impl Robot {
+    /// A point of the robot's own frame, in the world.
+    pub(crate) fn to_world(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let (sine, cosine) = (libm::sin(self.theta), libm::cos(self.theta));
+        [self.x + cosine * x - sine * y, self.y + sine * x + cosine * y]
+    }
+}
+
 /// What a range sensor covers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cone {

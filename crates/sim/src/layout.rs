@@ -8,8 +8,18 @@ use slate_module::math::{cos, sin};
 
 use crate::error::DescriptionError;
 use crate::geometry::{Point, Polygon, Pose};
-use crate::scenario::Layout;
 use crate::world::{Body, World};
+
+/// Where things stand.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layout {
+    /// Poses of the robots.
+    pub robots: BTreeMap<String, Pose>,
+    /// Bodies beside those of the arena.
+    #[serde(default)]
+    pub bodies: Vec<Body>,
+}
 
 /// A robot starts in a strip of the arena, a box stands near its straight way to the goal, a disturber anywhere else.
 #[derive(Clone, Debug, Serialize, Deserialize)]

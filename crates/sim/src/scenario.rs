@@ -7,8 +7,9 @@ use slate_module::Random;
 use slate_module::blackboard::interface::Value;
 
 use crate::fault::{self, Fault, FaultySensor};
-use crate::geometry::{Point, Polygon, Pose};
-use crate::layout;
+use crate::geometry::{Point, Polygon};
+pub use crate::layout::Layout;
+use crate::layout::{ObstructedWay, Scattered};
 use crate::robot::{LaserDescription, RobotDescription};
 use crate::script::RandomWalk;
 use crate::simulation::Placement;
@@ -49,14 +50,86 @@ pub struct Section {
     pub layouts: BTreeMap<String, Layout>,
     /// How `random` places things.
     #[serde(default)]
-    pub random: Option<layout::ObstructedWay>,
+    pub random: Option<ObstructedWay>,
     /// How `scattered` places things.
     #[serde(default)]
-    pub scattered: Option<layout::Scattered>,
+    pub scattered: Option<Scattered>,
     /// Faults of the robots' sensors, by name.
     #[serde(default)]
     pub faults: BTreeMap<String, serde_json::Value>,
 }
+
+impl Section {
+    fn check(&self) -> Result<(), DescriptionError> {
+        let wrong = |message: String| Err(DescriptionError::new("[world]", message));
+        self.random.as_ref().map_or(Ok(()), ObstructedWay::check)?;
+        self.scattered.as_ref().map_or(Ok(()), Scattered::check)?;
+        if let Some(name) = self.goals.keys().find(|name| !self.robots.contains_key(*name)) {
+            return wrong(format!("[world.goals] names `{name}`, which is no robot of the world"));
+        }
+        if !(1..=10_000).contains(&self.steps_per_second) {
+            return wrong("steps_per_second is from 1 to 10000".into());
+        }
+        if !(1..=256).contains(&self.threads) {
+            return wrong("threads is from 1 to 256".into());
+        }
+        Ok(())
+    }
+
+    /// The descriptions of the robots, with the sensors they carry here, and their laser scanners.
+    fn robots(&self) -> Result<(Descriptions, BTreeMap<String, LaserDescription>), DescriptionError> {
+        let (mut descriptions, mut lasers) = (Descriptions::new(), BTreeMap::new());
+        for (name, entry) in &self.robots {
+            let mut description = RobotDescription::load(&entry.model)
+                .map_err(|error| error.of(&format!("[world] robots.{name}")))?;
+            let own = entry.robot_sensor.as_ref();
+            if let Some(profile) = own.or(self.robot_sensor.as_ref()) {
+                choose(&mut description, profile, own.is_some())?;
+            }
+            if let Some(laser) = entry.laser.as_ref().filter(|laser| !laser.is_empty()) {
+                lasers.insert(name.clone(), laser_of(&description, laser)?);
+            }
+            descriptions.insert(name.clone(), description);
+        }
+        Ok((descriptions, lasers))
+    }
+
+    /// The layout under a seed.
+    fn lay_out(
+        &self,
+        world: &World,
+        descriptions: &Descriptions,
+        goals: &BTreeMap<String, Vec<Point>>,
+        seed: u64,
+    ) -> Result<Layout, String> {
+        if let Some(layout) = self.layouts.get(&self.layout) {
+            return Ok(layout.clone());
+        }
+        let outlines: BTreeMap<_, _> =
+            descriptions.iter().map(|(name, description)| (name.clone(), description.outline())).collect();
+        let mut random = Random::new(seed, "layout");
+        match self.layout.as_str() {
+            "random" => {
+                let rules = self.random.as_ref();
+                let rules = rules.ok_or("layout `random` needs a [world.random] table")?;
+                rules.lay_out(world, &outlines, point(self.goal), &mut random)
+            }
+            "scattered" => {
+                let rules = self.scattered.as_ref();
+                let rules = rules.ok_or("layout `scattered` needs a [world.scattered] table")?;
+                rules.lay_out(world, &outlines, goals, &mut random)
+            }
+            other => {
+                let mut known: Vec<_> = self.layouts.keys().map(String::as_str).collect();
+                known.extend(["random", "scattered"]);
+                Err(format!("no layout `{other}`; there are {}", known.join(", ")))
+            }
+        }
+    }
+}
+
+/// The descriptions of robots, by name.
+type Descriptions = BTreeMap<String, RobotDescription>;
 
 fn random_layout() -> String {
     "random".into()
@@ -88,17 +161,6 @@ pub struct RobotEntry {
     /// Its script, if it does not obey commands.
     #[serde(default)]
     pub script: Option<RandomWalk>,
-}
-
-/// Where things stand.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct Layout {
-    /// Poses of the robots.
-    pub robots: BTreeMap<String, Pose>,
-    /// Bodies beside those of the arena.
-    #[serde(default)]
-    pub bodies: Vec<Body>,
 }
 
 /// A world that is laid out.
@@ -134,20 +196,9 @@ impl Scenario {
         // JSON's numbers are whole or not as they like, as people write them.
         let table = serde_json::to_value(table).map_err(|error| wrong(error.to_string()))?;
         let section: Section = serde_json::from_value(table).map_err(|error| wrong(error.to_string()))?;
+        section.check()?;
         let mut world = World::load(&section.arena).map_err(|error| error.of("[world] arena"))?;
-        let (mut descriptions, mut lasers) = (BTreeMap::new(), BTreeMap::new());
-        for (name, entry) in &section.robots {
-            let mut description = RobotDescription::load(&entry.model)
-                .map_err(|error| error.of(&format!("[world] robots.{name}")))?;
-            let own = entry.robot_sensor.as_ref();
-            if let Some(profile) = own.or(section.robot_sensor.as_ref()) {
-                choose(&mut description, profile, own.is_some())?;
-            }
-            if let Some(laser) = entry.laser.as_ref().filter(|laser| !laser.is_empty()) {
-                lasers.insert(name.clone(), laser_of(&description, laser)?);
-            }
-            descriptions.insert(name.clone(), description);
-        }
+        let (descriptions, lasers) = section.robots()?;
         let sensors = section.robots.iter().map(|(name, entry)| {
             let sonar = sonar_of(entry, &descriptions[name], &section.sonar);
             let sonar = Some(FaultySensor::Sonar).filter(|_| !sonar.is_empty());
@@ -155,41 +206,12 @@ impl Scenario {
             (name.clone(), sonar.into_iter().chain(laser).collect())
         });
         let faults = fault::read(&section.faults, &sensors.collect())?;
-        section.random.as_ref().map_or(Ok(()), layout::ObstructedWay::check)?;
-        section.scattered.as_ref().map_or(Ok(()), layout::Scattered::check)?;
         let goals: BTreeMap<String, Vec<Point>> = section
             .goals
             .iter()
             .map(|(name, goals)| (name.clone(), goals.iter().copied().map(point).collect()))
             .collect();
-        if let Some(name) = goals.keys().find(|name| !section.robots.contains_key(*name)) {
-            return Err(wrong(format!("[world.goals] names `{name}`, which is no robot of the world")));
-        }
-        let outlines: BTreeMap<_, _> =
-            descriptions.iter().map(|(name, description)| (name.clone(), description.outline())).collect();
-        let mut random = Random::new(seed, "layout");
-        let layout = match section.layouts.get(&section.layout) {
-            Some(layout) => layout.clone(),
-            None if section.layout == "random" => {
-                let rules = section
-                    .random
-                    .as_ref()
-                    .ok_or_else(|| wrong("layout `random` needs a [world.random] table".into()))?;
-                rules.lay_out(&world, &outlines, point(section.goal), &mut random).map_err(wrong)?
-            }
-            None if section.layout == "scattered" => {
-                let rules = section
-                    .scattered
-                    .as_ref()
-                    .ok_or_else(|| wrong("layout `scattered` needs a [world.scattered] table".into()))?;
-                rules.lay_out(&world, &outlines, &goals, &mut random).map_err(wrong)?
-            }
-            None => {
-                let mut known: Vec<_> = section.layouts.keys().map(String::as_str).collect();
-                known.extend(["random", "scattered"]);
-                return Err(wrong(format!("no layout `{}`; there are {}", section.layout, known.join(", "))));
-            }
-        };
+        let layout = section.lay_out(&world, &descriptions, &goals, seed).map_err(wrong)?;
         world.bodies.extend(layout.bodies);
         let mut placements = Vec::new();
         for (name, entry) in &section.robots {
@@ -204,12 +226,6 @@ impl Scenario {
                 pose: *pose,
                 script: entry.script,
             });
-        }
-        if !(1..=10_000).contains(&section.steps_per_second) {
-            return Err(wrong("steps_per_second is from 1 to 10000".into()));
-        }
-        if !(1..=256).contains(&section.threads) {
-            return Err(wrong("threads is from 1 to 256".into()));
         }
         let step = 1_000_000_000 / u64::from(section.steps_per_second);
         Ok(Self {

@@ -1,5 +1,5 @@
-//! The ledger of what the book promises: `book/guarantees.txt` names the tests that hold each promise, each of them must be
-//! there, and `book/src/guarantees.md` is the page that is made of it.
+//! The ledger of promises: `book/guarantees.txt` names the tests that verify each promise of the book, each of these tests
+//! must exist, and `book/src/guarantees.md` is the generated page.
 //!
 //! `SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees` writes the page anew.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
@@ -10,9 +10,10 @@ use std::path::{Path, PathBuf};
 
 const HEAD: &str = "# Guarantees
 
-Each promise of this book, with the tests that hold it. `cargo test` fails when one of them is gone, or when this page is not
-what `book/guarantees.txt` says. A new promise gets a line there and a test;
-`SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees` writes the page. `grep -rn TEST crates examples` finds a test.
+Each promise of this book with the tests that verify it. `cargo test` fails when one of these tests is missing,
+or when this page differs from `book/guarantees.txt`. A new promise needs a line there and a test;
+`SLATE_WRITE=1 cargo test -p slate-robotics --test guarantees` writes the page. `grep -rn TEST crates examples`
+finds a test.
 ";
 
 struct Promise {
@@ -110,7 +111,7 @@ fn title(file: &str) -> String {
 fn page(chapters: &[Chapter]) -> String {
     let mut page = HEAD.to_owned();
     for Chapter { file, promises } in chapters {
-        let _ = write!(page, "\n## [{}]({file})\n\n| promise | held by |\n|---|---|\n", title(file));
+        let _ = write!(page, "\n## [{}]({file})\n\n| promise | tests |\n|---|---|\n", title(file));
         for Promise { text, tests } in promises {
             let tests: Vec<_> = tests.iter().map(|test| format!("`{test}`")).collect();
             let _ = writeln!(page, "| {text} | {} |", tests.join("<br>"));

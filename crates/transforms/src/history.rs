@@ -8,12 +8,12 @@ use crate::interpolation::between;
 #[derive(Clone, Debug)]
 pub(crate) struct History {
     /// Room for `capacity` samples was made when the history was.
-    samples: VecDeque<Sample>,
+    samples: VecDeque<TransformSample>,
     capacity: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Sample {
+struct TransformSample {
     time: u64,
     transform: Isometry3<f64>,
 }
@@ -31,7 +31,7 @@ impl History {
     pub fn new(capacity: usize, time: u64, transform: Isometry3<f64>) -> Self {
         let capacity = capacity.max(1);
         let mut samples = VecDeque::with_capacity(capacity);
-        samples.push_back(Sample { time, transform });
+        samples.push_back(TransformSample { time, transform });
         Self { samples, capacity }
     }
 
@@ -45,7 +45,7 @@ impl History {
 
     /// Adds a sample, in the place of one of the same time; false when it is older than all that can be kept.
     pub fn add(&mut self, time: u64, transform: Isometry3<f64>) -> bool {
-        let sample = Sample { time, transform };
+        let sample = TransformSample { time, transform };
         let place = self.samples.partition_point(|other| other.time < time);
         if let Some(same) = self.samples.get_mut(place).filter(|other| other.time == time) {
             *same = sample;

@@ -62,12 +62,12 @@ pub struct Edge<'a> {
 pub struct FrameTree {
     limits: Limits,
     /// Frames in the order of their first use.
-    frames: Vec<Frame>,
+    frames: Vec<FrameNode>,
     names: BTreeMap<Arc<str>, usize>,
 }
 
 #[derive(Clone, Debug)]
-struct Frame {
+struct FrameNode {
     name: Arc<str>,
     /// Parent, and transforms to it.
     place: Option<(usize, Motion)>,
@@ -322,7 +322,7 @@ impl FrameTree {
         }
         let name: Arc<str> = frame.into();
         self.names.insert(Arc::clone(&name), self.frames.len());
-        self.frames.push(Frame { name, place: None });
+        self.frames.push(FrameNode { name, place: None });
         self.frames.len() - 1
     }
 

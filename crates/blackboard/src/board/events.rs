@@ -2,8 +2,8 @@ use std::ops::DerefMut;
 use std::sync::{Arc, PoisonError, Weak};
 
 use super::Pattern;
-use crate::channel::Link;
-use crate::sync::{AtomicU32, AtomicU64, Guarded, Mutex, Ordering, order};
+use crate::channel::HandleChange;
+use crate::sync::{AtomicU32, AtomicU64, GuardedCell, Mutex, Ordering, order};
 use crate::wake::Wake;
 
 /// What happened to the property at a path. The first event of a property is that it appeared and the last that it
@@ -66,7 +66,7 @@ impl Iterator for Observer {
 struct Ring {
     pattern: Pattern,
     wake: Option<Arc<Wake>>,
-    slots: Box<[Guarded<Option<Event>>]>,
+    slots: Box<[GuardedCell<Option<Event>>]>,
     pushed: AtomicU64,
     popped: AtomicU64,
     missed: AtomicU64,
@@ -78,7 +78,7 @@ unsafe impl Send for Ring {}
 unsafe impl Sync for Ring {}
 
 impl Ring {
-    fn slot(&self, number: u64) -> &Guarded<Option<Event>> {
+    fn slot(&self, number: u64) -> &GuardedCell<Option<Event>> {
         &self.slots[(number % self.slots.len() as u64) as usize]
     }
 
@@ -140,7 +140,7 @@ impl Observers {
         let ring = Arc::new(Ring {
             pattern: pattern.clone(),
             wake,
-            slots: (0..limit.max(1)).map(|_| Guarded::new(None)).collect(),
+            slots: (0..limit.max(1)).map(|_| GuardedCell::new(None)).collect(),
             pushed: AtomicU64::new(0),
             popped: AtomicU64::new(0),
             missed: AtomicU64::new(0),
@@ -167,14 +167,14 @@ impl Settings {
 
 /// Where the events of one property come from.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(super) struct EventSource {
     path: Arc<str>,
     observers: Arc<Observers>,
     /// 1 from its appearing to its vanishing. Changed under the lock of the list.
     present: AtomicU32,
 }
 
-impl Source {
+impl EventSource {
     pub fn new(path: &str, observers: Arc<Observers>) -> Self {
         Self { path: path.into(), observers, present: AtomicU32::new(0) }
     }
@@ -196,13 +196,13 @@ impl Source {
         self.tell(Event::Vanished(Arc::clone(&self.path)));
     }
 
-    pub fn link(&self, link: Link) {
+    pub fn link(&self, link: HandleChange) {
         let path = Arc::clone(&self.path);
         self.tell(match link {
-            Link::WriterCame(generation) => Event::WriterCame(path, generation),
-            Link::WriterLeft(generation) => Event::WriterLeft(path, generation),
-            Link::ReaderCame => Event::ReaderCame(path),
-            Link::ReaderLeft => Event::ReaderLeft(path),
+            HandleChange::WriterCame(generation) => Event::WriterCame(path, generation),
+            HandleChange::WriterLeft(generation) => Event::WriterLeft(path, generation),
+            HandleChange::ReaderCame => Event::ReaderCame(path),
+            HandleChange::ReaderLeft => Event::ReaderLeft(path),
         });
     }
 

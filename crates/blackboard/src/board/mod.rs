@@ -1,9 +1,7 @@
 mod error;
 mod events;
-mod nearest;
 mod pattern;
 mod property;
-mod renamed;
 
 use std::collections::BTreeMap;
 use std::ops::{Deref, DerefMut};
@@ -11,17 +9,17 @@ use std::sync::{Arc, OnceLock, PoisonError};
 
 pub use error::BoardError;
 pub use events::{Event, Observer, Settings};
-pub use nearest::{nearest_names, nearest_paths};
 pub use pattern::{Pattern, PatternError};
 pub use property::{Access, Carrier, Property, Setter, Watch, Watchers, Watching};
 
-use crate::channel::{Budget, Channel, FrozenValue, Tap, ValueMemory};
+use crate::channel::{Budget, Channel, FrozenValue, ValueMemory};
 use crate::interface::{Descriptor, FieldPath, Value, View, find};
-use crate::message::Mailbox;
+use crate::message::{Mailbox, Tap};
+use crate::nearest::nearest_paths;
 use crate::sync::RwLock;
 use crate::wake::Wake;
 use crate::{Stamp, Url};
-use events::{Observers, Source};
+use events::{EventSource, Observers};
 
 /// The address space of an agent: properties by path.
 ///
@@ -29,7 +27,7 @@ use events::{Observers, Source};
 #[derive(Debug)]
 pub struct Board {
     agent: String,
-    entries: RwLock<Entries>,
+    entries: RwLock<BoardEntries>,
     observers: Arc<Observers>,
     taps: Tappers,
 }
@@ -49,10 +47,10 @@ impl std::fmt::Debug for Tappers {
     }
 }
 
-type Entries = BTreeMap<String, Entry>;
+type BoardEntries = BTreeMap<String, BoardEntry>;
 
 #[derive(Clone, Debug)]
-enum Entry {
+enum BoardEntry {
     Property(Arc<Property>),
     /// An input that is linked: the URL of the property it reads, which may name a field.
     Alias(String),
@@ -88,7 +86,7 @@ impl Board {
     pub fn new(agent: &str) -> Self {
         Self {
             agent: agent.into(),
-            entries: RwLock::new(Entries::new()),
+            entries: RwLock::new(BoardEntries::new()),
             observers: Arc::new(Observers::new()),
             taps: Tappers::default(),
         }
@@ -105,11 +103,11 @@ impl Board {
         let _ = self.taps.0.set(taps);
     }
 
-    fn entries(&self) -> impl Deref<Target = Entries> {
+    fn entries(&self) -> impl Deref<Target = BoardEntries> {
         self.entries.read().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn entries_mut(&self) -> impl DerefMut<Target = Entries> {
+    fn entries_mut(&self) -> impl DerefMut<Target = BoardEntries> {
         self.entries.write().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -191,14 +189,14 @@ impl Board {
         let mut entries = self.entries_mut();
         for placement in placements {
             let (path, entry) = match placement {
-                Placement::Property(property) => (property.path().to_owned(), Entry::Property(property)),
-                Placement::Alias { path, target } => (path, Entry::Alias(target)),
+                Placement::Property(property) => (property.path().to_owned(), BoardEntry::Property(property)),
+                Placement::Alias { path, target } => (path, BoardEntry::Alias(target)),
             };
-            if let Some(Entry::Property(old)) = entries.get(&path) {
+            if let Some(BoardEntry::Property(old)) = entries.get(&path) {
                 old.source().vanish();
                 gone.push(Arc::clone(old));
             }
-            if let Entry::Property(new) = &entry {
+            if let BoardEntry::Property(new) = &entry {
                 new.source().appear();
             }
             entries.insert(path, entry);
@@ -227,8 +225,8 @@ impl Board {
         self.add(Arc::new(property))
     }
 
-    fn source(&self, path: &str) -> Arc<Source> {
-        Arc::new(Source::new(path, Arc::clone(&self.observers)))
+    fn source(&self, path: &str) -> Arc<EventSource> {
+        Arc::new(EventSource::new(path, Arc::clone(&self.observers)))
     }
 
     fn add(&self, property: Arc<Property>) -> Result<Arc<Property>, BoardError> {
@@ -237,7 +235,7 @@ impl Board {
         if entries.contains_key(path) {
             return Err(BoardError::Exists { url: format!("/{path}") });
         }
-        entries.insert(property.path().into(), Entry::Property(Arc::clone(&property)));
+        entries.insert(property.path().into(), BoardEntry::Property(Arc::clone(&property)));
         // Nobody finds it before the lock is released, so nothing happens to it before it has appeared.
         property.source().appear();
         Ok(property)
@@ -252,7 +250,7 @@ impl Board {
         if entries.contains_key(path) {
             return Err(BoardError::Exists { url: format!("/{path}") });
         }
-        entries.insert(path.into(), Entry::Alias(target.into()));
+        entries.insert(path.into(), BoardEntry::Alias(target.into()));
         Ok(())
     }
 
@@ -263,8 +261,8 @@ impl Board {
     pub fn replace_alias(&self, path: &str, target: &str) -> Result<String, BoardError> {
         let mut entries = self.entries_mut();
         match entries.get_mut(path) {
-            Some(Entry::Alias(old)) => Ok(std::mem::replace(old, target.into())),
-            Some(Entry::Property(_)) => Err(BoardError::Exists { url: format!("/{path}") }),
+            Some(BoardEntry::Alias(old)) => Ok(std::mem::replace(old, target.into())),
+            Some(BoardEntry::Property(_)) => Err(BoardError::Exists { url: format!("/{path}") }),
             None => Err(unknown(path, &entries)),
         }
     }
@@ -277,14 +275,14 @@ impl Board {
     pub fn remove(&self, path: &str) -> Result<(), BoardError> {
         let mut entries = self.entries_mut();
         match entries.remove(path) {
-            Some(Entry::Property(property)) => {
+            Some(BoardEntry::Property(property)) => {
                 // Before the path is free, so that this comes before the next one appears.
                 property.source().vanish();
                 // Its last owner drops handles, which must not happen under the lock.
                 drop(entries);
                 Ok(())
             }
-            Some(Entry::Alias(_)) => Ok(()),
+            Some(BoardEntry::Alias(_)) => Ok(()),
             None => Err(unknown(path, &entries)),
         }
     }
@@ -399,8 +397,8 @@ impl Board {
     fn filtered(&self, wanted: impl Fn(&Property) -> bool) -> Vec<Arc<Property>> {
         let entries = self.entries();
         let properties = entries.values().filter_map(|entry| match entry {
-            Entry::Property(property) => Some(property),
-            Entry::Alias(_) => None,
+            BoardEntry::Property(property) => Some(property),
+            BoardEntry::Alias(_) => None,
         });
         properties.filter(|property| wanted(property)).cloned().collect()
     }
@@ -411,8 +409,8 @@ impl Board {
         entries
             .iter()
             .filter_map(|(path, entry)| match entry {
-                Entry::Alias(target) => Some((path.clone(), target.clone())),
-                Entry::Property(_) => None,
+                BoardEntry::Alias(target) => Some((path.clone(), target.clone())),
+                BoardEntry::Property(_) => None,
             })
             .collect()
     }
@@ -432,18 +430,18 @@ fn value(
     }
 }
 
-fn look_up(path: &str, entries: &Entries) -> Result<(Arc<Property>, String), String> {
+fn look_up(path: &str, entries: &BoardEntries) -> Result<(Arc<Property>, String), String> {
     let mut path = path.to_owned();
     // An alias leads to a property, not to another alias, but an application may chain them by mistake.
     for _ in 0..8 {
         let mut end = path.len();
         loop {
             match entries.get(&path[..end]) {
-                Some(Entry::Property(property)) => {
+                Some(BoardEntry::Property(property)) => {
                     let field = path[end..].trim_start_matches('/').to_owned();
                     return Ok((Arc::clone(property), field));
                 }
-                Some(Entry::Alias(target)) => {
+                Some(BoardEntry::Alias(target)) => {
                     path = format!("{target}{}", &path[end..]);
                     break;
                 }
@@ -457,7 +455,7 @@ fn look_up(path: &str, entries: &Entries) -> Result<(Arc<Property>, String), Str
     Err(path)
 }
 
-fn unknown(path: &str, entries: &Entries) -> BoardError {
+fn unknown(path: &str, entries: &BoardEntries) -> BoardError {
     BoardError::Unknown {
         url: format!("/{path}"),
         near: nearest_paths(path, '/', entries.keys().map(String::as_str)),

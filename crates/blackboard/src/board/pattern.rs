@@ -13,11 +13,11 @@ use std::fmt;
 /// ```
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
-    parts: Vec<Part>,
+    parts: Vec<PatternPart>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Part {
+enum PatternPart {
     Name(String),
     Any,
     Several,
@@ -40,9 +40,9 @@ impl Pattern {
     /// When a part is empty, or is neither a name nor one or two stars.
     pub fn parse(text: &str) -> Result<Self, PatternError> {
         let part = |part: &str| match part {
-            "*" => Some(Part::Any),
-            "**" => Some(Part::Several),
-            name if crate::url::is_name(name) => Some(Part::Name(name.into())),
+            "*" => Some(PatternPart::Any),
+            "**" => Some(PatternPart::Several),
+            name if crate::url::is_name(name) => Some(PatternPart::Name(name.into())),
             _ => None,
         };
         let parts: Option<_> = text.strip_prefix('/').unwrap_or(text).split('/').map(part).collect();
@@ -58,16 +58,16 @@ impl Pattern {
         let mut several = None;
         loop {
             match (self.parts.get(part), rest.map(split)) {
-                (Some(Part::Several), _) => {
+                (Some(PatternPart::Several), _) => {
                     several = rest.map(|rest| (part, rest));
                     part += 1;
                     continue;
                 }
-                (Some(Part::Any), Some((_, after))) => {
+                (Some(PatternPart::Any), Some((_, after))) => {
                     (rest, part) = (after, part + 1);
                     continue;
                 }
-                (Some(Part::Name(name)), Some((first, after))) if name == first => {
+                (Some(PatternPart::Name(name)), Some((first, after))) if name == first => {
                     (rest, part) = (after, part + 1);
                     continue;
                 }
@@ -92,9 +92,9 @@ impl fmt::Display for Pattern {
         for (index, part) in self.parts.iter().enumerate() {
             let slash = if index == 0 { "" } else { "/" };
             let text = match part {
-                Part::Name(name) => name,
-                Part::Any => "*",
-                Part::Several => "**",
+                PatternPart::Name(name) => name,
+                PatternPart::Any => "*",
+                PatternPart::Several => "**",
             };
             write!(f, "{slash}{text}")?;
         }

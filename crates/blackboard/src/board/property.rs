@@ -2,7 +2,7 @@ use std::ops::DerefMut;
 use std::sync::{Arc, PoisonError, TryLockError};
 
 use super::BoardError;
-use super::events::Source;
+use super::events::EventSource;
 use crate::Stamp;
 use crate::channel::{Channel, Frozen, Latest, Writer};
 use crate::interface::{AccessError, Descriptor, Value, edit};
@@ -13,7 +13,7 @@ use crate::wake::Wake;
 /// A typed value at a URL, with one writer and many readers.
 #[derive(Debug)]
 pub struct Property {
-    source: Arc<Source>,
+    source: Arc<EventSource>,
     doc: String,
     descriptor: &'static Descriptor,
     access: Access,
@@ -54,7 +54,7 @@ fn locked<T>(mutex: &Mutex<T>) -> impl DerefMut<Target = T> {
 
 impl Property {
     pub(super) fn new(
-        source: Arc<Source>,
+        source: Arc<EventSource>,
         doc: &str,
         descriptor: &'static Descriptor,
         access: Access,
@@ -75,7 +75,7 @@ impl Property {
         }
     }
 
-    pub(super) fn source(&self) -> &Source {
+    pub(super) fn source(&self) -> &EventSource {
         &self.source
     }
 

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::{Budget, Channel, Link, LinkError, Policy, QueueReader, Start, Writer};
+use super::{Budget, Channel, HandleChange, LinkError, Policy, QueueReader, Start, Writer};
 
 impl Channel {
     /// The writer of a channel for the same values that keeps `depth` of them, to be given to this channel's writer with
@@ -16,7 +16,7 @@ impl Channel {
         let own = Arc::downgrade(self);
         deeper.hook.set(move |link| {
             // Its readers are this channel's; its writer is this one's, which tells of itself.
-            if let (Link::ReaderCame | Link::ReaderLeft, Some(own)) = (link, own.upgrade()) {
+            if let (HandleChange::ReaderCame | HandleChange::ReaderLeft, Some(own)) = (link, own.upgrade()) {
                 own.hook.call(link);
             }
         });

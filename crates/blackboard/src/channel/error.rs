@@ -20,3 +20,33 @@ pub enum LinkError {
         bytes: usize,
     },
 }
+
+/// A reader that must not be overtaken has no room; nothing was lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a reader that must see every value is behind by the whole queue")]
+pub struct Blocked;
+
+/// A value whose bytes are elsewhere was not published.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum AdoptError {
+    /// A reader that must not be overtaken has no room.
+    #[error(transparent)]
+    Blocked(#[from] Blocked),
+    /// There are fewer bytes than the value has.
+    #[error("the value takes {needed} bytes, rounded up to its alignment, and {length} are lent")]
+    TooShort {
+        /// How many there are.
+        length: usize,
+        /// How many it takes.
+        needed: usize,
+    },
+    /// They begin where no such value can.
+    #[error("the value is aligned to {align} bytes, and those that are lent are not")]
+    Misaligned {
+        /// What its address has to be a multiple of.
+        align: usize,
+    },
+    /// Another process looks for the values in memory that was given for them.
+    #[error("the values of the channel have to be in the memory that was given for them")]
+    Given,
+}

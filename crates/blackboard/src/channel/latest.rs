@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
-use super::pool::{self, Held, Loan};
-use super::{Channel, Link};
+use super::pool::{self, Loan, SlotPin};
+use super::{Channel, HandleChange};
 use crate::Stamp;
 use crate::sync::{Ordering, order};
 
@@ -13,11 +13,11 @@ use crate::sync::{Ordering, order};
 #[repr(align(64))]
 pub struct Latest {
     channel: Arc<Channel>,
-    held: Option<Held>,
+    held: Option<SlotPin>,
     /// Whether that is not pinned, and stays only until the writer's next turn.
     is_loose: bool,
     sequence: u64,
-    candidate: Option<Held>,
+    candidate: Option<SlotPin>,
     /// Whether it is not counted.
     probe: bool,
 }
@@ -100,7 +100,7 @@ impl Latest {
 
     /// Goes on with a value that is pinned, or none.
     #[inline]
-    fn replace(&mut self, held: Option<Held>) {
+    fn replace(&mut self, held: Option<SlotPin>) {
         let is_loose = std::mem::take(&mut self.is_loose);
         if let Some(old) = std::mem::replace(&mut self.held, held).filter(|_| !is_loose) {
             old.give_back();
@@ -135,9 +135,9 @@ impl Latest {
         }
         // The writer, who alone exchanges it, is not at work.
         let newest = (tail > 0).then(|| pool::slot_of(self.channel.cell(tail).load(order::ACQUIRE)));
-        self.held = newest.map(|slot| Held::new(self.channel.pool.place(slot)));
+        self.held = newest.map(|slot| SlotPin::new(self.channel.pool.place(slot)));
         self.is_loose = self.held.is_some();
-        self.sequence = self.held.map_or(0, Held::sequence);
+        self.sequence = self.held.map_or(0, SlotPin::sequence);
         self.sequence != before
     }
 
@@ -172,7 +172,7 @@ impl Drop for Latest {
         desk.probes -= u16::from(self.probe);
         drop(desk);
         if !self.probe {
-            self.channel.hook.call(Link::ReaderLeft);
+            self.channel.hook.call(HandleChange::ReaderLeft);
         }
     }
 }

@@ -3,7 +3,7 @@ use std::sync::OnceLock;
 
 /// A handle that came or went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Link {
+pub(crate) enum HandleChange {
     /// The writer of that generation.
     WriterCame(u64),
     /// The writer of that generation.
@@ -16,15 +16,15 @@ pub(crate) enum Link {
 
 /// Who is told of links.
 #[derive(Default)]
-pub(super) struct Hook(OnceLock<Box<dyn Fn(Link) + Send + Sync>>);
+pub(super) struct Hook(OnceLock<Box<dyn Fn(HandleChange) + Send + Sync>>);
 
 impl Hook {
-    pub fn set(&self, call: impl Fn(Link) + Send + Sync + 'static) {
+    pub fn set(&self, call: impl Fn(HandleChange) + Send + Sync + 'static) {
         // A channel belongs to one property, so it is set once.
         let _ = self.0.set(Box::new(call));
     }
 
-    pub fn call(&self, link: Link) {
+    pub fn call(&self, link: HandleChange) {
         if let Some(call) = self.0.get() {
             call(link);
         }

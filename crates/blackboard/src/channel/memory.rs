@@ -24,13 +24,13 @@ pub unsafe trait ValueMemory: Send + Sync {
 }
 
 /// Where the bytes of a channel's values are.
-pub(super) enum Memory {
+pub(super) enum SlotMemory {
     /// Each behind the slot that it belongs to.
     Heap,
     Given(Arc<dyn ValueMemory>),
 }
 
-impl fmt::Debug for Memory {
+impl fmt::Debug for SlotMemory {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Heap => "Heap",

@@ -16,39 +16,42 @@
 //! never at work at a time, the loop can say so ([`Writer::set_in_turn`]), and its readers look at the newest value
 //! without a pin ([`Latest::refresh_in_turn`]). All others pin as ever.
 
+mod aside;
 mod deeper;
 mod error;
 mod frozen;
 mod latest;
 mod ledger;
 mod lent;
+mod lines;
 mod link;
 mod memory;
 mod pool;
 mod queue;
-mod tap;
 mod writer;
 
 use std::ops::DerefMut;
 use std::sync::{Arc, PoisonError};
 
-pub use error::LinkError;
+pub use crate::message::Tap;
+pub use aside::SetAside;
+pub use error::{AdoptError, Blocked, LinkError};
 pub use frozen::{Frozen, FrozenValue, Misfit};
 pub use latest::Latest;
-pub use lent::{AdoptError, LentBytes};
-pub(crate) use link::Link;
+pub use lent::LentBytes;
+pub(crate) use link::HandleChange;
 pub use memory::ValueMemory;
 pub use pool::Loan;
 pub use queue::{Cursor, Evicted, Policy, QueueReader, Start};
-pub use tap::Tap;
-pub(crate) use tap::Tapped;
-pub use writer::{Blocked, Draft, SetAside, Writer};
+pub use writer::{Draft, Writer};
 
 use crate::Shape;
+use crate::message::Tapped;
 use crate::sync::{AtomicU32, AtomicU64, Mutex, Ordering, order};
-use ledger::{LINE, Ledger};
+use ledger::Ledger;
+use lines::LINE;
 use link::Hook;
-use memory::Memory;
+use memory::SlotMemory;
 use pool::{NO_SLOT, Pool};
 
 /// How many readers a channel serves. What they may pin decides how many slots there can be.
@@ -158,7 +161,7 @@ impl Channel {
             ledger: Some(Ledger::new(near)),
             deeper: None,
         };
-        let memory = memory.map_or(Memory::Heap, Memory::Given);
+        let memory = memory.map_or(SlotMemory::Heap, SlotMemory::Given);
         Arc::new(Self {
             shape,
             budget,
@@ -225,7 +228,7 @@ impl Channel {
     /// When there is one, or no memory is left for values.
     pub fn writer(self: &Arc<Self>) -> Result<Writer, LinkError> {
         let writer = Writer::new(self)?;
-        self.hook.call(Link::WriterCame(writer.generation()));
+        self.hook.call(HandleChange::WriterCame(writer.generation()));
         Ok(writer)
     }
 
@@ -235,7 +238,7 @@ impl Channel {
     /// When the budget is spent, or no memory is left for what it may pin.
     pub fn latest(self: &Arc<Self>) -> Result<Latest, LinkError> {
         let reader = self.new_latest(false)?;
-        self.hook.call(Link::ReaderCame);
+        self.hook.call(HandleChange::ReaderCame);
         Ok(reader)
     }
 
@@ -283,7 +286,7 @@ impl Channel {
         desk.queues[place] = true;
         let reader = QueueReader::new(Arc::clone(self), place, policy, start);
         drop(desk);
-        self.hook.call(Link::ReaderCame);
+        self.hook.call(HandleChange::ReaderCame);
         Ok(reader)
     }
 
@@ -294,7 +297,7 @@ impl Channel {
 
     /// Has `hook` called whenever a handle came or went, in the thread that made or dropped it, with no lock of the
     /// channel held. Only the first hook counts.
-    pub(crate) fn set_hook(&self, hook: impl Fn(Link) + Send + Sync + 'static) {
+    pub(crate) fn set_hook(&self, hook: impl Fn(HandleChange) + Send + Sync + 'static) {
         self.hook.set(hook);
     }
 

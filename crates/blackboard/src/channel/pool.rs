@@ -4,9 +4,9 @@ use std::marker::PhantomData;
 use std::ptr::NonNull;
 use std::sync::OnceLock;
 
-use super::ledger::FarLines;
-use super::memory::Memory;
-use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, Guarded, Ordering, Reading, order};
+use super::lines::FarLines;
+use super::memory::SlotMemory;
+use crate::sync::{AtomicPtr, AtomicU32, AtomicU64, GuardedCell, Ordering, ReadGuard, order};
 use crate::{Shape, Stamp};
 
 /// The index of no slot.
@@ -38,7 +38,7 @@ pub(super) struct Slot {
     /// Pins given back since the slot was made.
     pub returned: AtomicU64,
     /// Guards the bytes too, so a checker that watches it watches the value.
-    pub header: Guarded<Header>,
+    pub header: GuardedCell<Header>,
     /// Its own bytes, which others may stand in for.
     own: NonNull<u8>,
     /// These are they, if they fit here: then a lone number, which is what modules write most, takes no line of its own.
@@ -60,13 +60,13 @@ pub(super) struct Header {
 pub(super) struct Pool {
     /// The first slots, which are all that most channels ever have. It stands first, as all else is needed only when slots are
     /// made.
-    near: Box<[Entry]>,
+    near: Box<[SlotAddress]>,
     ready: AtomicU32,
     limit: usize,
     /// All others, once there are more.
     far: OnceLock<Box<Far>>,
     /// Where the bytes are when they don't follow their slots.
-    memory: Memory,
+    memory: SlotMemory,
     /// Of a slot, and of the bytes that follow it.
     slot: Layout,
     /// Of the bytes that are elsewhere.
@@ -76,7 +76,7 @@ pub(super) struct Pool {
 /// Where a slot is, and the value in it. Written once, so all cores keep it in their caches, and fetch a slot and its
 /// bytes at once. Only where values are lent are the bytes elsewhere at times.
 #[derive(Debug)]
-struct Entry {
+struct SlotAddress {
     slot: AtomicPtr<Slot>,
     data: AtomicPtr<u8>,
 }
@@ -84,11 +84,11 @@ struct Entry {
 /// What belongs to the slots beyond the first ones.
 #[derive(Debug)]
 struct Far {
-    table: Box<[Entry]>,
+    table: Box<[SlotAddress]>,
     lines: FarLines,
 }
 
-impl Entry {
+impl SlotAddress {
     fn table(count: usize) -> Box<[Self]> {
         let entry = |_| Self {
             slot: AtomicPtr::new(std::ptr::null_mut()),
@@ -100,12 +100,12 @@ impl Entry {
 
 /// A slot that is ready.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Place {
+pub(super) struct SlotPlace {
     slot: NonNull<Slot>,
     data: NonNull<u8>,
 }
 
-impl Place {
+impl SlotPlace {
     /// What goes with the bytes.
     ///
     /// # Safety
@@ -119,24 +119,24 @@ impl Place {
 
 impl Pool {
     /// A pool of at most `limit` slots, of which `near` are looked up at once.
-    pub fn new(shape: Shape, near: usize, limit: usize, memory: Memory) -> Self {
+    pub fn new(shape: Shape, near: usize, limit: usize, memory: SlotMemory) -> Self {
         let bytes = shape.bytes(shape.capacity);
         // What exceeds the address space fails when it is allocated.
         let layout = |size: usize, align| Layout::from_size_align(size, align).unwrap_or(IMPOSSIBLE);
         let slot = match memory {
             // Neighbouring lines are fetched in pairs, so a value of one line comes with its header.
-            Memory::Heap if bytes <= size_of::<u64>() && shape.align <= align_of::<u64>() => {
+            SlotMemory::Heap if bytes <= size_of::<u64>() && shape.align <= align_of::<u64>() => {
                 Layout::new::<Slot>()
             }
-            Memory::Heap => {
+            SlotMemory::Heap => {
                 let align = if shape.bytes(0) > 0 { 128 } else { 64 };
                 layout(bytes.max(1).saturating_add(size_of::<Slot>()), align)
             }
-            Memory::Given(_) => Layout::new::<Slot>(),
+            SlotMemory::Given(_) => Layout::new::<Slot>(),
         };
         // No line is shared by two values, as their writers may differ.
         let bytes = layout(bytes.max(1).saturating_add(63) & !63, 64);
-        let (near, far) = (Entry::table(near), OnceLock::new());
+        let (near, far) = (SlotAddress::table(near), OnceLock::new());
         Self { near, ready: AtomicU32::new(0), limit, far, memory, slot, bytes }
     }
 
@@ -147,7 +147,7 @@ impl Pool {
 
     /// Where a slot below the number of those that are ready is.
     #[inline(always)] // Part of every write and every read.
-    fn entry(&self, index: usize) -> &Entry {
+    fn entry(&self, index: usize) -> &SlotAddress {
         match self.near.get(index) {
             Some(entry) => entry,
             None => &self.far().table[index - self.near.len()],
@@ -159,7 +159,7 @@ impl Pool {
     fn far(&self) -> &Far {
         self.far.get_or_init(|| {
             let count = self.limit - self.near.len();
-            Box::new(Far { table: Entry::table(count), lines: FarLines::new(count) })
+            Box::new(Far { table: SlotAddress::table(count), lines: FarLines::new(count) })
         })
     }
 
@@ -191,24 +191,24 @@ impl Pool {
     /// How many bytes a slot takes.
     pub fn slot_size(&self) -> usize {
         match self.memory {
-            Memory::Heap => self.slot.size(),
-            Memory::Given(_) => self.bytes.size(),
+            SlotMemory::Heap => self.slot.size(),
+            SlotMemory::Given(_) => self.bytes.size(),
         }
     }
 
-    fn make(&self) -> Option<Place> {
+    fn make(&self) -> Option<SlotPlace> {
         // SAFETY: the layout is that of a slot and more, so not empty.
         let slot = NonNull::new(unsafe { alloc_zeroed(self.slot) })?.cast::<Slot>();
         let data = match &self.memory {
             // SAFETY: what is allocated is a slot, without more than its small bytes or with as many behind it as are needed.
-            Memory::Heap => Some(unsafe {
+            SlotMemory::Heap => Some(unsafe {
                 if self.slot.size() > size_of::<Slot>() {
                     slot.add(1).cast()
                 } else {
                     NonNull::new_unchecked((&raw mut (*slot.as_ptr()).small).cast())
                 }
             }),
-            Memory::Given(memory) => memory.allocate(self.bytes).inspect(|data| {
+            SlotMemory::Given(memory) => memory.allocate(self.bytes).inspect(|data| {
                 // SAFETY: the memory promises that many bytes, which nobody else has. Readers may look at all of them.
                 unsafe { data.write_bytes(0, self.bytes.size()) };
             }),
@@ -218,20 +218,20 @@ impl Pool {
             unsafe { dealloc(slot.as_ptr().cast(), self.slot) };
             return None;
         };
-        let header = Guarded::new(Header { length: 0, items: 0, stamp: Stamp::default() });
+        let header = GuardedCell::new(Header { length: 0, items: 0, stamp: Stamp::default() });
         // SAFETY: fresh memory of this layout.
         unsafe {
             slot.write(Slot { returned: AtomicU64::new(0), header, own: data, small: UnsafeCell::new(0) })
         };
-        Some(Place { slot, data })
+        Some(SlotPlace { slot, data })
     }
 
     /// # Safety
     /// It was made by this pool, and nobody uses it any more.
-    unsafe fn free(&self, place: Place) {
+    unsafe fn free(&self, place: SlotPlace) {
         // SAFETY: allocated with these layouts, and passed on to the caller.
         unsafe {
-            if let Memory::Given(memory) = &self.memory {
+            if let SlotMemory::Given(memory) = &self.memory {
                 memory.free(place.slot.as_ref().own, self.bytes);
             }
             place.slot.drop_in_place();
@@ -267,7 +267,7 @@ impl Pool {
 
     /// Whether the bytes are in memory that was given.
     pub fn is_given(&self) -> bool {
-        matches!(self.memory, Memory::Given(_))
+        matches!(self.memory, SlotMemory::Given(_))
     }
 
     /// Has the slot's bytes elsewhere, or in its own memory again.
@@ -286,18 +286,18 @@ impl Pool {
 
     /// As [`slot`](Pool::slot) and [`data`](Pool::data) together.
     #[inline]
-    pub fn place(&self, index: u16) -> Place {
+    pub fn place(&self, index: u16) -> SlotPlace {
         let entry = self.entry(index.into());
         let (slot, data) = (entry.slot.load(Ordering::Relaxed), entry.data.load(Ordering::Relaxed));
         debug_assert!(!slot.is_null(), "slot {index} is not ready");
         // SAFETY: as for `slot`; the bytes were set with it.
-        unsafe { Place { slot: NonNull::new_unchecked(slot), data: NonNull::new_unchecked(data) } }
+        unsafe { SlotPlace { slot: NonNull::new_unchecked(slot), data: NonNull::new_unchecked(data) } }
     }
 
     /// Pins the slot that is in the cell, whichever that is.
     #[inline]
-    pub fn pin(&self, cell: &AtomicU64) -> Held {
-        Held(self.place(slot_of(cell.fetch_add(1, order::PUBLISH))))
+    pub fn pin(&self, cell: &AtomicU64) -> SlotPin {
+        SlotPin(self.place(slot_of(cell.fetch_add(1, order::PUBLISH))))
     }
 }
 
@@ -318,17 +318,17 @@ impl Drop for Pool {
 
 /// A reader's pin: the slot stays as it is until this is given back, which happens once.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Held(Place);
+pub(super) struct SlotPin(SlotPlace);
 
 // SAFETY: a slot's value is written by the one writer while nobody has it pinned, and only read by those who have;
 // the count of returned pins is atomic.
-unsafe impl Send for Held {}
+unsafe impl Send for SlotPin {}
 // SAFETY: as above.
-unsafe impl Sync for Held {}
+unsafe impl Sync for SlotPin {}
 
-impl Held {
+impl SlotPin {
     /// A pin that was counted already.
-    pub fn new(place: Place) -> Self {
+    pub fn new(place: SlotPlace) -> Self {
         Self(place)
     }
 
@@ -361,8 +361,8 @@ impl Held {
 /// A value that is lent: it stays as it is while this lives.
 #[derive(Debug)]
 pub struct Loan<'a> {
-    place: Place,
-    header: Reading<Header>,
+    place: SlotPlace,
+    header: ReadGuard<Header>,
     life: PhantomData<&'a [u8]>,
 }
 

@@ -2,8 +2,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::pool::{Held, Loan};
-use super::{Channel, IDLE, Link, has_value};
+use super::pool::{Loan, SlotPin};
+use super::{Channel, HandleChange, IDLE, has_value};
 use crate::sync::{Ordering, order};
 
 /// What happens to a reader that the writer has overtaken.
@@ -50,7 +50,7 @@ pub struct QueueReader {
     policy: Policy,
     /// The sequence number of the value to read next.
     next: u64,
-    window: Vec<Held>,
+    window: Vec<SlotPin>,
     skipped: u64,
     evicted: bool,
 }
@@ -152,7 +152,7 @@ impl QueueReader {
 
     /// Gives the window back.
     pub fn release(&mut self) {
-        self.window.drain(..).for_each(Held::give_back);
+        self.window.drain(..).for_each(SlotPin::give_back);
     }
 
     /// How far it is.
@@ -207,6 +207,6 @@ impl Drop for QueueReader {
             self.channel.cursors[self.place].store(IDLE, order::RELEASE);
         }
         self.channel.desk().queues[self.place] = false;
-        self.channel.hook.call(Link::ReaderLeft);
+        self.channel.hook.call(HandleChange::ReaderLeft);
     }
 }

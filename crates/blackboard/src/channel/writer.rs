@@ -2,8 +2,10 @@ use std::marker::PhantomData;
 use std::sync::Arc;
 
 use super::ledger::Ledger;
-use super::pool::{self, Held, NO_SLOT};
-use super::{Channel, IDLE, Link, LinkError, Tap};
+use super::lent::{Lent, LentBytes};
+use super::pool::{self, NO_SLOT, SlotPin};
+use super::{AdoptError, Blocked, Channel, HandleChange, IDLE, LinkError, SetAside};
+use crate::message::Tap;
 use crate::sync::{Ordering, order};
 use crate::{Shape, Stamp};
 
@@ -26,11 +28,6 @@ pub struct Writer {
     pub(super) deeper: Option<Box<Writer>>,
     pub(super) ledger: Ledger,
 }
-
-/// A reader that must not be overtaken has no room; nothing was lost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a reader that must see every value is behind by the whole queue")]
-pub struct Blocked;
 
 /// The slot that the next value is written in. It holds what some older value left there.
 #[derive(Debug)]
@@ -260,6 +257,57 @@ impl Writer {
         self.commit(items, size, time, 0)
     }
 
+    /// Publishes a value of `items` tail items, at most as many as fit, without a copy: readers see the bytes that are
+    /// lent. What the draft holds is not published, and a pointer to it is of no use any more.
+    ///
+    /// The bytes are given back when a newer value has taken the place of this one and no reader holds it any more: at
+    /// the next `adopt` or [`give_back`](Writer::give_back), when this writer is dropped, and at the latest when the
+    /// channel is gone. So a channel has as many as it keeps, and as its readers held at that time. This may allocate,
+    /// which [`write`](Writer::write) does not.
+    ///
+    /// # Errors
+    /// When the bytes are too few or not aligned, the channel's values have to be in memory that was given, or as
+    /// [`publish`](Writer::publish). They are given back then.
+    pub fn adopt(&mut self, bytes: Box<dyn LentBytes>, items: usize, time: u64) -> Result<Stamp, AdoptError> {
+        let shape = self.channel.shape;
+        let items = items.min(shape.capacity);
+        let (lent, needed) = (bytes.bytes(), shape.bytes(items));
+        if lent.len() < needed {
+            return Err(AdoptError::TooShort { length: lent.len(), needed });
+        }
+        if !lent.cast::<u8>().addr().get().is_multiple_of(shape.align.max(1)) {
+            return Err(AdoptError::Misaligned { align: shape.align });
+        }
+        if self.channel.pool.is_given() {
+            return Err(AdoptError::Given);
+        }
+        self.give_back();
+        let slot = self.draft_index();
+        // As the value's bytes would be, this is changed while the slot is the draft, which nobody has pinned, and
+        // brought by the exchange of the cell to whoever pins it: see `Pool::set_data`.
+        // SAFETY: the slot is the draft, and shows the bytes until they are given back.
+        unsafe { self.channel.pool.set_data(slot, lent.cast()) };
+        // The writer pins it, too: so it takes the slot for no draft, however it looks for one, before it has given the
+        // bytes back, and other channels pay nothing for it.
+        match self.commit(items, needed, time, 1) {
+            Ok(stamp) => {
+                self.ledger.lent.push(Lent { slot, _bytes: bytes });
+                self.give_back();
+                Ok(stamp)
+            }
+            Err(blocked) => {
+                // SAFETY: it is still the draft.
+                unsafe { self.channel.pool.set_data(slot, self.channel.pool.own_data(slot)) };
+                Err(blocked.into())
+            }
+        }
+    }
+
+    /// Gives back what was adopted and nobody sees any more. Who may not adopt again for long calls this now and then.
+    pub fn give_back(&mut self) {
+        self.ledger.give_back(&self.channel.pool);
+    }
+
     /// Counts values that never came, so that the numbers go on behind them and every reader sees that it has missed
     /// them. A reader that must see every value is not overtaken by it: then fewer are counted.
     pub fn skip(&mut self, count: u64) {
@@ -286,13 +334,12 @@ impl Writer {
             return None;
         }
         let index = self.draft_index();
-        self.channel.aside.store(1, Ordering::Relaxed);
         // To the search for a free slot it is one that a reader has pinned.
         let entry = self.ledger.entry(&self.channel.pool, usize::from(index));
         entry.pins = entry.pins.wrapping_add(1);
         self.ledger.draft = NO_SLOT;
-        let held = Held::new(self.channel.pool.place(index));
-        Some(SetAside { channel: Arc::clone(&self.channel), held })
+        let held = SlotPin::new(self.channel.pool.place(index));
+        Some(SetAside::new(Arc::clone(&self.channel), held))
     }
 
     /// Whether it takes turns with those readers that [say so](super::Latest::refresh_in_turn), which then need no pin. It
@@ -343,21 +390,6 @@ impl Drop for Writer {
         desk.ledger = Some(std::mem::replace(&mut self.ledger, Ledger::new(0)));
         self.channel.writer.store(self.generation << 1, Ordering::Release);
         drop(desk);
-        self.channel.hook.call(Link::WriterLeft(self.generation));
-    }
-}
-
-/// A draft that a late step may still write to. Dropping this says that it no longer does.
-#[derive(Debug)]
-pub struct SetAside {
-    channel: Arc<Channel>,
-    held: Held,
-}
-
-impl Drop for SetAside {
-    fn drop(&mut self) {
-        self.held.give_back();
-        // Whoever sees this sees the pin given back too.
-        self.channel.aside.store(0, order::RELEASE);
+        self.channel.hook.call(HandleChange::WriterLeft(self.generation));
     }
 }

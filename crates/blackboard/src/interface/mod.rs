@@ -4,21 +4,24 @@
 //! padding the compiler leaves between fields is zeroed at commit, before anything but the writer sees the bytes. So it may cross a library boundary or shared memory as it is, and outlives the plugin that wrote it.
 //! Its [`Descriptor`] names the fields with their types, offsets, units and documentation.
 
-mod access;
 mod canonical;
+mod decode;
 mod descriptor;
+mod encode;
 mod hash;
 mod padding;
+mod path;
 mod plain;
 mod primitive;
 mod value;
 mod view;
 
-pub use access::{AccessError, FieldPath, edit, find};
 pub use canonical::CanonicalForm;
 pub use descriptor::{Constant, Descriptor, Enumeration, Field, Kind};
+pub use encode::edit;
 pub use hash::schema_hash;
 pub use padding::{clear_padding, gap_before_tail};
+pub use path::{AccessError, FieldPath, find};
 pub use plain::{Bool, Optional, Plain, Sequence, Text};
 pub use primitive::Primitive;
 pub use value::Value;

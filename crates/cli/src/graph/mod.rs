@@ -1,6 +1,5 @@
-//! Modules and what goes from one to another, as a drawing.
+//! `slate graph`: modules, gates and links as a drawing, or as text for other programs.
 
-mod layout;
 mod svg;
 mod text;
 
@@ -10,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;
-use serde::Serialize;
-use serde_json::Value;
+use slate::blackboard::Pattern;
+use slate::control::graph::{GraphLink, ModuleGraph};
 use slate::runtime::composition::Wired;
 use slate::runtime::configuration::{Actuator, Link};
 use slate::runtime::replacement::Replacement;
@@ -62,85 +61,6 @@ enum Format {
     Json,
 }
 
-/// What is drawn.
-#[derive(Debug, Default, Serialize)]
-pub struct Graph {
-    pub title: String,
-    pub nodes: Vec<Node>,
-    pub edges: Vec<Edge>,
-}
-
-/// A module, or what else values come from and go to.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Node {
-    pub name: String,
-    pub kind: Kind,
-    /// The stage of the main loop that a module runs in, where that is known; else what it is.
-    pub note: String,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Kind {
-    Module,
-    /// A gate in front of an actuator.
-    Gate,
-    /// Another agent, or the host.
-    Outside,
-}
-
-/// A link.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Edge {
-    pub from: usize,
-    pub to: usize,
-    /// The property that is read, or the output that sends messages, without the name of its module.
-    pub output: String,
-    /// The input, without the name of its module.
-    pub input: String,
-    pub flow: Flow,
-    /// Whether nobody has written it, as types and roles leave no choice.
-    pub inferred: bool,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Flow {
-    Values,
-    Messages,
-    /// Values of the last cycle.
-    Previous,
-}
-
-/// What a graph is made of, of a configuration or an agent that runs.
-struct Found {
-    title: String,
-    /// Modules and the stages they run in.
-    modules: Vec<(String, String)>,
-    links: Vec<FoundLink>,
-    /// Actuators and what commands them.
-    actuators: Vec<(String, Vec<String>)>,
-}
-
-struct FoundLink {
-    to: String,
-    from: String,
-    flow: Flow,
-    inferred: bool,
-}
-
-impl FoundLink {
-    fn new(to: String, from: String, options: &[(String, String)], sends: bool, inferred: bool) -> Self {
-        let is_previous = options.iter().any(|(name, value)| name == "previous" && value == "true");
-        let flow = match (sends, is_previous) {
-            (true, _) => Flow::Messages,
-            (false, true) => Flow::Previous,
-            (false, false) => Flow::Values,
-        };
-        Self { to, from, flow, inferred }
-    }
-}
-
 /// What a file has in it by the ending of its name.
 fn named(path: &Path) -> Result<Format, Failure> {
     match path.extension().and_then(|ending| ending.to_str()) {
@@ -154,11 +74,13 @@ fn named(path: &Path) -> Result<Format, Failure> {
 
 /// Draws it.
 pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
-    let found = match &options.name {
+    let mut graph = match &options.name {
         Some(name) => of_configuration(name, options)?,
-        None => of_agent(&options.agent)?,
+        None => options.agent.connect()?.graph()?.graph(),
     };
-    let graph = made(found, &options.hide);
+    let patterns = options.hide.iter().filter_map(|hide| Pattern::parse(hide).ok());
+    let patterns: Vec<_> = patterns.collect();
+    graph.hide(|name| patterns.iter().any(|pattern| pattern.matches(name)));
     let format = match (options.json, options.format, &options.out) {
         (true, ..) => Format::Json,
         (false, Some(format), _) => format,
@@ -191,7 +113,7 @@ fn write(path: &Path, text: &str) -> io::Result<()> {
     new.keep()
 }
 
-fn of_configuration(name: &str, options: &GraphOptions) -> Result<Found, Failure> {
+fn of_configuration(name: &str, options: &GraphOptions) -> Result<ModuleGraph, Failure> {
     let sets = [check::QUIET.map(String::from).to_vec(), options.set.clone()].concat();
     let application = examples::find(name, options.agent.agent.as_deref(), Vec::new(), sets, None)?;
     let catalogue = check::catalogue(&application)?;
@@ -209,138 +131,16 @@ fn of_configuration(name: &str, options: &GraphOptions) -> Result<Found, Failure
         let sends = survey.sends(&link.to.value, &link.from.value.path_in(""));
         let options = configuration.link_options(link);
         let (to, from) = (link.to.value.clone(), link.from.value.to_string());
-        FoundLink::new(to, from, &options, sends, link.is_inferred())
+        GraphLink::new(to, from, &options, sends, link.is_inferred())
     };
     let commands = |actuator: &Actuator| {
         let commands = actuator.commands.iter().map(|command| command.value.to_string());
         (actuator.name.value.clone(), commands.collect())
     };
-    Ok(Found {
-        title: application.name.clone(),
-        modules: names.into_iter().map(module).collect(),
-        links: configuration.links().iter().map(link).collect(),
-        actuators: configuration.actuators().iter().map(commands).collect(),
-    })
-}
-
-fn of_agent(agent: &AgentOption) -> Result<Found, Failure> {
-    let mut client = agent.connect()?;
-    let modules = client.modules()?.into_iter();
-    let links = client.links()?.into_iter();
-    let links =
-        links.map(|link| FoundLink::new(link.to, link.from, &link.options, link.sends, link.inferred));
-    let mut actuators: BTreeMap<String, Vec<String>> = BTreeMap::new();
-    for setting in client.settings("actuators").unwrap_or_default() {
-        let path = setting.path.strip_prefix("actuators.").and_then(|rest| rest.rsplit_once(".command"));
-        if let Some((name, _)) = path {
-            let commands = actuators.entry(name.trim_matches('"').to_owned()).or_default();
-            match setting.value {
-                Value::String(command) => commands.push(command),
-                Value::Array(all) => commands.extend(all.iter().filter_map(Value::as_str).map(String::from)),
-                _ => {}
-            }
-        }
-    }
-    Ok(Found {
-        title: client.name().to_owned(),
-        modules: modules.map(|module| (module.name, module.condition.to_lowercase())).collect(),
-        links: links.collect(),
-        actuators: actuators.into_iter().collect(),
-    })
-}
-
-/// Nodes and edges of what was found.
-fn made(found: Found, hide: &[String]) -> Graph {
-    let Found { title, modules, links, actuators } = found;
-    let patterns: Vec<_> =
-        hide.iter().filter_map(|hide| slate::blackboard::Pattern::parse(hide).ok()).collect();
-    let is_hidden = |name: &str| patterns.iter().any(|pattern| pattern.matches(name));
-    let mut graph = Graph { title, ..Graph::default() };
-    let module = |(name, note)| Node { name, kind: Kind::Module, note };
-    graph.nodes = modules.into_iter().map(module).collect();
-    let gate = |(name, _): &(String, Vec<String>)| Node {
-        name: name.clone(),
-        kind: Kind::Gate,
-        note: "gate".into(),
-    };
-    graph.nodes.extend(actuators.iter().map(gate));
-    let mut edges = Vec::new();
-    for FoundLink { to, from, flow, inferred } in links {
-        let ((from, output), (to, input)) = (graph.end(&from), graph.end(&to));
-        edges.push(Edge { from, to, output, input, flow, inferred });
-    }
-    for (name, commands) in actuators {
-        for command in commands {
-            let (from, output) = graph.end(&command);
-            let Some(to) = graph.nodes.iter().position(|node| node.kind == Kind::Gate && node.name == name)
-            else {
-                continue;
-            };
-            edges.push(Edge {
-                from,
-                to,
-                output,
-                input: "command".into(),
-                flow: Flow::Values,
-                inferred: false,
-            });
-        }
-    }
-    graph.edges = edges;
-    graph.hide(is_hidden);
-    graph
-}
-
-impl Graph {
-    /// The node that a URL leads to, and what is left of it behind the name of the node.
-    fn end(&mut self, url: &str) -> (usize, String) {
-        let path = match url.strip_prefix("slate://") {
-            Some(rest) => {
-                let (agent, path) = rest.split_once('/').unwrap_or((rest, ""));
-                return (self.outside(&format!("slate://{agent}"), "another agent"), path.into());
-            }
-            None => url.trim_start_matches('/'),
-        };
-        let owner = self.nodes.iter().enumerate().filter_map(|(index, node)| {
-            let rest = path.strip_prefix(node.name.as_str())?.strip_prefix('/')?;
-            Some((node.name.len(), index, rest.to_owned()))
-        });
-        match owner.max() {
-            Some((_, index, rest)) => (index, rest),
-            None => {
-                let (first, rest) = path.split_once('/').unwrap_or((path, ""));
-                (self.outside(first, "the host's"), rest.into())
-            }
-        }
-    }
-
-    fn outside(&mut self, name: &str, note: &str) -> usize {
-        let is_it = |node: &Node| node.kind == Kind::Outside && node.name == name;
-        self.nodes.iter().position(is_it).unwrap_or_else(|| {
-            self.nodes.push(Node { name: name.into(), kind: Kind::Outside, note: note.into() });
-            self.nodes.len() - 1
-        })
-    }
-
-    /// Leaves nodes out, with their edges.
-    fn hide(&mut self, is_hidden: impl Fn(&str) -> bool) {
-        let mut number = 0;
-        let places: Vec<Option<usize>> = self
-            .nodes
-            .iter()
-            .map(|node| {
-                let stays = !is_hidden(&node.name);
-                number += usize::from(stays);
-                stays.then(|| number - 1)
-            })
-            .collect();
-        self.nodes.retain(|node| !is_hidden(&node.name));
-        self.edges.retain_mut(|edge| match (places[edge.from], places[edge.to]) {
-            (Some(from), Some(to)) => {
-                (edge.from, edge.to) = (from, to);
-                true
-            }
-            _ => false,
-        });
-    }
+    Ok(ModuleGraph::new(
+        application.name.clone(),
+        names.into_iter().map(module).collect(),
+        configuration.links().iter().map(link).collect(),
+        configuration.actuators().iter().map(commands).collect(),
+    ))
 }

@@ -1,20 +1,19 @@
-//! A graph as a text for other programs.
+//! A graph as text for other programs.
 
 use std::fmt::Write;
 
 use serde_json::json;
+use slate::control::graph::{Flow, ModuleGraph, NodeKind};
 
-use super::{Flow, Graph, Kind};
-
-/// For Markdown.
-pub fn mermaid(graph: &Graph) -> String {
+/// A Mermaid flowchart, for Markdown.
+pub fn mermaid(graph: &ModuleGraph) -> String {
     let mut text = "flowchart LR\n".to_owned();
     for (index, node) in graph.nodes.iter().enumerate() {
         let name = node.name.replace('"', "#quot;");
         let shape = match node.kind {
-            Kind::Module => format!("[\"{name}\"]"),
-            Kind::Gate => format!("{{{{\"{name}\"}}}}"),
-            Kind::Outside => format!("([\"{name}\"])"),
+            NodeKind::Module => format!("[\"{name}\"]"),
+            NodeKind::Gate => format!("{{{{\"{name}\"}}}}"),
+            NodeKind::Outside => format!("([\"{name}\"])"),
         };
         let _ = writeln!(text, "  n{index}{shape}");
     }
@@ -36,15 +35,15 @@ pub fn mermaid(graph: &Graph) -> String {
     text
 }
 
-/// For Graphviz.
-pub fn dot(graph: &Graph) -> String {
+/// A digraph of Graphviz.
+pub fn dot(graph: &ModuleGraph) -> String {
     let mut text = "digraph slate {\n  rankdir=LR;\n  node [shape=box, fontname=\"sans-serif\"];\n  edge [fontsize=10];\n".to_owned();
     let quoted = |text: &str| format!("{:?}", text);
     for (index, node) in graph.nodes.iter().enumerate() {
         let shape = match node.kind {
-            Kind::Module => "box",
-            Kind::Gate => "hexagon",
-            Kind::Outside => "ellipse",
+            NodeKind::Module => "box",
+            NodeKind::Gate => "hexagon",
+            NodeKind::Outside => "ellipse",
         };
         let _ = writeln!(text, "  n{index} [label={}, shape={shape}];", quoted(&node.name));
     }
@@ -67,8 +66,8 @@ pub fn dot(graph: &Graph) -> String {
     text
 }
 
-/// For programs.
-pub fn json(graph: &Graph) -> String {
+/// A JSON object with nodes and edges.
+pub fn json(graph: &ModuleGraph) -> String {
     let name = |index: usize| graph.nodes.get(index).map(|node| node.name.as_str());
     let edges = graph.edges.iter().map(|edge| {
         json!({

@@ -57,11 +57,11 @@ visit(async () => {
   await until("it is left out", async () => (await page.locator(".overlay").count()) === 0);
   await page.click("summary:has-text('Overlays')");
   await page.click("button:has-text('Hold')");
-  await page.waitForSelector("button[aria-pressed=true]:has-text('Go on')");
+  await page.waitForSelector("button[aria-pressed=true]:has-text('Resume')");
   const held = await shows();
   await page.waitForTimeout(300);
   assert((await shows()) === held, "a picture that is held goes on");
-  await page.click("button:has-text('Go on')");
+  await page.click("button:has-text('Resume')");
   await until("it goes on", async () => (await shows()) !== held);
 
   // A stream of them is for an <img>, too.

@@ -68,7 +68,7 @@ visit(async () => {
   await part("/echoes/3/range");
   await until("the one with its unit", async () => /^\d\.\d+ m$/.test(await page.innerText(".part output")));
   await browser.accessible(page, "a part of a property");
-  await page.click("button:has-text('Plot the part')");
+  await page.click("button:has-text('Plot this part')");
   await until("the part is plotted", async () => /sonar\/echoes\/3\/range\s+\d\.\d+ m/.test(await page.innerText(".tile[data-panel=plot] .series")));
   await page.fill("input[aria-label='Search for properties']", "r2");
   await page.focus("[role=row][tabindex='0']");
@@ -189,7 +189,7 @@ visit(async () => {
   await until("a part by JSONPath is a line, too, with its unit", async () => / m$/.test((await page.locator(".tile").nth(1).locator(".series b").allInnerTexts())[2]));
   await add.fill("simulator/r2/sonar$.echoes");
   await add.press("Enter");
-  await until("what is no number is said to be none", async () => (await page.innerText(".tile .trouble")).includes("There is no number at $.echoes"));
+  await until("what is no number is said to be none", async () => (await page.innerText(".tile .trouble")).includes("the value at $.echoes"));
   await add.fill("");
   // What it was where the pointer is.
   const chart = await page.locator(".tile").nth(1).locator(".chart").boundingBox();
@@ -237,7 +237,7 @@ visit(async () => {
   await page.focus(".node[data-name='r2/pass_range']");
   await page.keyboard.press("Enter");
   await page.click(".links button:has-text('range')");
-  await until("it is found out that it fits", async () => (await page.innerText(".relink")).includes("It fits"));
+  await until("it is found out that it fits", async () => (await page.innerText(".relink")).includes("Compatible"));
   await page.selectOption(".relink select", "/simulator/r2/truth");
   await until("it is found out that it does not", async () => (await page.locator(".relink .trouble").count()) === 1);
   assert(await page.locator(".relink button.primary").isDisabled(), "what does not fit can be linked");
@@ -325,7 +325,7 @@ visit(async () => {
     });
     eager.observe(document.body, { subtree: true, childList: true, attributes: true });
   });
-  await page.click("button:has-text('Take the controls')");
+  await page.click("button:has-text('Take control')");
   await page.waitForSelector(".drive[data-held=true]");
   await until("the key of the first moment counts", async () => (await turns()) || (await page.locator(".lapsed").count()) > 0);
   assert((await page.evaluate(() => window.keys)) === 1, "no key came with the controls");
@@ -379,7 +379,7 @@ visit(async () => {
   await until("it turns", async () => !(await stands()));
   await page.evaluate(() => (navigator.getGamepads = () => []));
   await until("it stands without the gamepad", stands);
-  await page.click("button:has-text('Give the controls back')");
+  await page.click("button:has-text('Release control')");
   await until("nobody drives any more", async () => (await value(`${AGENT}/r2/wheels/gate`)).priority !== "TELEOPERATION");
 
   // Everything is found by a few letters: a number to plot, a module to be switched on; and the stop stays in reach.
@@ -405,13 +405,13 @@ visit(async () => {
   await until("it is switched on", async () => (await api("GET", "/modules")).some(({ name, condition }) => name === "r2/avoid_obstacle" && condition === "WORKING"));
   await until("the palette is closed", async () => (await page.locator("[role=dialog]").count()) === 0);
   await page.keyboard.press("?");
-  await page.waitForSelector("[role=dialog][aria-label=Keys]");
+  await page.waitForSelector("[role=dialog][aria-label='Keyboard shortcuts']");
   await page.keyboard.press("Escape");
   await until("the keys are closed", async () => (await page.locator("[role=dialog]").count()) === 0);
 
   // Layouts: changed, shared by a link, saved in the project. A panel of the project is there like any other.
   await browser.view(page, "timing");
-  await page.click("button[aria-label='Add a panel beside it']");
+  await page.click("button[aria-label='Add a panel beside this one']");
   await page.selectOption(".tile:nth-of-type(1) >> nth=1 >> select[aria-label=Panel]", "clearance");
   await until("the project's panel shows a value", async () => /^\d\.\d+ m$/.test(await page.innerText(".own-clearance")));
   const shared = page.url();

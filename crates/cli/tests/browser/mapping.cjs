@@ -81,9 +81,9 @@ visit(async () => {
 
   // A layer is left out.
   await page.click(".map summary:has-text('Layers')");
-  await page.click("label:has-text('Planned ways')");
+  await page.click("label:has-text('Planned paths')");
   await until("the way is not seen", async () => (await colored(["path"])) < 10);
-  await page.click("label:has-text('Planned ways')");
+  await page.click("label:has-text('Planned paths')");
   await page.click(".map summary:has-text('Layers')");
 
   // What is painted is in the map, and in the way of the plan; and it is taken back.
@@ -108,7 +108,7 @@ visit(async () => {
   await until("what is painted is in the map", async () => at(await grid(), x, y) === 100);
   await until("it is said", async () => (await page.innerText(".said")).includes("Painted"));
   await browser.picture(page, "mapping-painted");
-  await page.selectOption("select[aria-label='What is painted']", "FREE");
+  await page.selectOption("select[aria-label='Cell state']", "FREE");
   await page.mouse.click(...pixel(x, y));
   await until("it is painted free", async () => at(await grid(), x, y) === 0);
   await page.click("button:has-text('Undo')");

@@ -41,7 +41,7 @@ visit(async () => {
     await page.waitForTimeout(600);
     assert((await note.count()) === 0, `of now is ${await note.allInnerTexts()}`);
   } else {
-    await until("it is said that the map is of now", async () => (await note.count()) === 1 && (await note.innerText()).startsWith("Of now: r2/occupancy_mapper/map"));
+    await until("it is said that the map is of now", async () => (await note.count()) === 1 && (await note.innerText()).startsWith("Current values: r2/occupancy_mapper/map"));
   }
   await browser.accessible(page, "a map that is looked back at");
   await browser.picture(page, isKept ? "past-map" : "past-map-of-now");

@@ -11,7 +11,7 @@ visit(async () => {
   await until("the page says that the run is over", async () => (await page.locator(".banner.over").count()) === 1);
   const words = await page.innerText(".banner.over");
   assert(words.includes("The run is over") && words.includes("goal reached"), words);
-  await until("the head says so", async () => (await page.innerText(".connection")) === "Run over");
+  await until("the head says so", async () => (await page.innerText(".connection")) === "Run ended");
   // Longer than a page is away that is loaded anew.
   await page.waitForTimeout(4000);
   assert((await page.locator(".banner.lost").count()) === 0, "the page has lost the agent");

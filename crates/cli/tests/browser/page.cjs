@@ -79,7 +79,7 @@ class Visit {
   }
 
   async theme(page, name) {
-    if ((await page.evaluate(() => document.documentElement.dataset.theme)) !== name) await page.click("button[aria-label='Dark or light']");
+    if ((await page.evaluate(() => document.documentElement.dataset.theme)) !== name) await page.click("button[aria-label='Switch between dark and light']");
   }
 
   async end() {

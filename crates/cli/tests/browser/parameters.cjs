@@ -17,11 +17,11 @@ visit(async () => {
   const save = page.locator(".tile button:has-text('Save')");
   await until("there is one to be saved", async () => (await save.innerText()) === "Save 1");
   const dialog = page.locator("[role=dialog][aria-label=Save]");
-  for (const answer of ["Cancel", "Write 1"]) {
+  for (const answer of ["Cancel", "Save 1"]) {
     await save.click();
     await until("what would be written, and where", async () => {
       const said = (await dialog.innerText()).replaceAll(/\s+/g, " ");
-      return said.includes("r2/planner.params.speed 0.3 → 0.2") && said.includes("robot.toml. Comments, and all else in it, stay.");
+      return said.includes("r2/planner.params.speed 0.3 → 0.2") && said.includes("robot.toml. Comments and all other content are kept.");
     });
     assert((await api("GET", "/settings/differences")).some(({ path }) => path.endsWith("params.speed")), "looking writes");
     await browser.accessible(page, "what would be written");

@@ -19,7 +19,7 @@ visit(async () => {
   await page.keyboard.press("Home");
   await until("the past is marked", async () => (await page.locator(".foot[data-past=true]").count()) === 1);
   await until("the robot is where it was", async () => (await row.innerText()).replaceAll("−", "-").includes(`${start.x.toFixed(2)} m`), 20);
-  assert((await page.innerText(".connection")) === "Looking back", "the head says that it is live");
+  assert((await page.innerText(".connection")) === "History", "the head says that it is live");
   assert((await now()) < 1, "the clock does not show the past");
   const going = (await value(`${AGENT}/loop/state`)).cycles;
   await until("the agent goes on", async () => (await value(`${AGENT}/loop/state`)).cycles > going);
@@ -30,7 +30,7 @@ visit(async () => {
   const map = await page.locator(".map canvas").boundingBox();
   const before = await value(`${AGENT}/r2/knowledge/params`);
   await page.mouse.click(map.x + map.width / 2, map.y + map.height / 2);
-  await until("it is said why no goal is set", async () => (await page.innerText(".map .trouble, .trouble")).includes("What is shown is the past"));
+  await until("it is said why no goal is set", async () => (await page.innerText(".map .trouble, .trouble")).includes("the page shows a past time"));
   assert(JSON.stringify(await value(`${AGENT}/r2/knowledge/params`)) === JSON.stringify(before), "a goal is set in the past");
   await page.click("button:has-text('Go live')");
   await until("the present again", async () => (await now()) > 6);
@@ -38,7 +38,7 @@ visit(async () => {
   // The time of a line of the log is looked back at.
   await api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { goal_x: 0.5 });
   await page.locator(".log tr", { hasText: "knowledge/params" }).first().click({ timeout: 5000 });
-  await page.click("button:has-text('Look back at')");
+  await page.click("button:has-text('Go to')");
   await until("the past of the line", async () => (await page.locator(".foot[data-past=true]").count()) === 1);
   // Lines that came later stand behind a mark, also those that come while one looks back.
   await api("POST", "/log", { text: "much later" });

@@ -19,7 +19,7 @@ visit(async () => {
   }, from + (to - from) * 0.6);
   await until("it goes there", async () => Math.abs((await api("GET", "/playback")).time - (from + (to - from) * 0.6)) < (to - from) * 0.05);
   await until("the robot is elsewhere", async () => (await row.innerText()) !== before);
-  await until("the log goes up to there", async () => /is looked at/.test(await page.innerText(".log .looked-at")));
+  await until("the log goes up to there", async () => /Time shown/.test(await page.innerText(".log .looked-at")));
   await browser.accessible(page, "a playback");
   await browser.picture(page, "replay");
   const { time } = await api("GET", "/playback");
@@ -27,7 +27,7 @@ visit(async () => {
   await page.click("button:has-text('Step')");
   await page.click("button:has-text('Step')");
   await until("a step further", async () => (await api("GET", "/playback")).time > time);
-  await page.selectOption("select[aria-label='How fast']", "2");
+  await page.selectOption("select[aria-label='Playback rate']", "2");
   await until("twice as fast", async () => (await api("GET", "/playback")).rate === 2);
   await page.click("button[aria-label=Play]");
   await until("it goes on", async () => !(await api("GET", "/playback")).is_paused);

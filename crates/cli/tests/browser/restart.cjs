@@ -29,7 +29,7 @@ visit(async () => {
   await browser.accessible(page, "an agent that is gone");
   console.log("again");
   await until("the page goes on by itself", async () => (await page.innerText(".connection")) === "Live", 30);
-  await until("it says that it is another run", async () => /Another run has begun/.test(await page.innerText(".banner.other")));
+  await until("it says that it is another run", async () => /A new run has started/.test(await page.innerText(".banner.other")));
   await until("the clock is the new one's", async () => (await clock()) < late, 10);
   const before = await row.innerText();
   await until("the robot drives", async () => (await row.innerText()) !== before);
@@ -40,7 +40,7 @@ visit(async () => {
   console.log("kill");
   await until("nobody is there", async () => (await page.locator(".banner.lost").count()) === 1);
   console.log("other");
-  await until("it says that it needs another token", async () => /This is another run now/.test(await page.innerText(".banner.lost")), 30);
+  await until("it says that it needs another token", async () => /The agent was restarted/.test(await page.innerText(".banner.lost")), 30);
   await browser.accessible(page, "a run with another token");
   browser.complaints = browser.complaints.filter((text, place) => place < complained || !/ERR_CONNECTION|WebSocket|401|Failed to load resource/.test(text));
   await browser.end();

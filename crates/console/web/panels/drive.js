@@ -160,27 +160,27 @@ function Panel({ options, setOptions }) {
 
   if (!actuators) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
   if (!actuators.length) return html`<${Empty}>This agent has no actuator.</${Empty}>`;
-  if (agent?.role === "viewer") return html`<${Empty}>A viewer may not drive. The token of an operator does.</${Empty}>`;
+  if (agent?.role === "viewer") return html`<${Empty}>Driving requires the role operator or developer; this token has the role viewer.</${Empty}>`;
   const isKnown = command(actuator.interface, [1, 0], current.current.limits, chassis) !== null;
   const cap = (name, value, most, unit) => html`<label class="cap">${word(name)} <input type="range" min="0.05" max=${most} step="0.05" value=${value} onInput=${(event) => setOptions({ [name]: Number(event.target.value) })} /><span class="number">${number(value, unit)}</span></label>`;
   return html`
     <div class="bar-of-tools">
       <select aria-label="Actuator" value=${actuator.name} disabled=${isHeld} onChange=${(event) => setOptions({ actuator: event.target.value })}>${actuators.map(({ name }) => html`<option key=${name} value=${name}>${name}</option>`)}</select>
-      ${isHeld ? html`<button class="primary" onClick=${leave}>Give the controls back</button>` : html`<button class="primary" disabled=${!isKnown} onClick=${take}>Take the controls</button>`}
+      ${isHeld ? html`<button class="primary" onClick=${leave}>Release control</button>` : html`<button class="primary" disabled=${!isKnown} onClick=${take}>Take control</button>`}
     </div>
     ${status?.problem && html`<${Trouble} problem=${{ message: status.problem.detail, help: status.problem.help }} />`}
-    ${status?.state === "gone" && html`<p class="trouble" role="alert">The controls are gone with the connection; take them again.</p>`}
-    ${isHeld && isLapsed && html`<p class="trouble lapsed" role="alert">What you held was let go, as for half a second this page stood still or the agent did not answer; hold it anew.</p>`}
-    ${!isKnown && html`<p class="trouble">Commands of the kind ${actuator.interface} are not known here; use the API.</p>`}
+    ${status?.state === "gone" && html`<p class="trouble" role="alert">Control was lost with the connection; take control again.</p>`}
+    ${isHeld && isLapsed && html`<p class="trouble lapsed" role="alert">The command was released: the page or the agent did not respond for 0.5 s. Release and hold again.</p>`}
+    ${!isKnown && html`<p class="trouble">The page cannot create commands of the type ${actuator.interface}; use the HTTP API.</p>`}
     <div class="scroll drive" data-held=${isHeld}>
       <div class="drive-part"><${Stick} key=${lapses + grips} position=${position} move=${go} release=${letGo} />
-        <p class="muted">${isHeld ? "The robot stands until you hold the stick, W A S D or arrows; Space stops." : "Take the controls to drive."}${pad && ` Gamepad: hold its left shoulder button.`}</p></div>
+        <p class="muted">${isHeld ? "Hold the stick, W A S D or the arrow keys to drive; Space stops all actuators." : "Take control to drive."}${pad && ` Gamepad: drive while holding the left shoulder button.`}</p></div>
       <div class="drive-part">
         ${cap("speed", speed, 1.5, "m/s")}${cap("turn", turn, 3, "rad/s")}
         <dl>
-          <${Field} name="Commander"><span>${gate ? (gate.age === null ? "nobody" : word(gate.priority)) : "–"}</span></${Field}>
+          <${Field} name="Commander"><span>${gate ? (gate.age === null ? "none" : word(gate.priority)) : "–"}</span></${Field}>
           <${Field} name="Gate" state=${gate && gate.mode !== "ARMED" ? "degraded" : undefined}>${gate ? word(gate.mode) : "–"}</${Field}>
-          <${Field} name="Answer takes" state=${isLate ? "degraded" : undefined}>${status?.delay ? `${status.delay.toFixed(1)} ms${isLate ? ", half speed" : ""}` : "–"}</${Field}>
+          <${Field} name="Round-trip time" state=${isLate ? "degraded" : undefined}>${status?.delay ? `${status.delay.toFixed(1)} ms${isLate ? ", half speed" : ""}` : "–"}</${Field}>
           ${got && Object.entries(got).map(([name, value]) => html`<${Field} key=${name} name=${word(name)}><span class="number">${number(value, actuator.interface === "Twist2" ? (name === "linear" ? "m/s" : "rad/s") : "rad/s")}</span></${Field}>`)}
         </dl></div>
     </div>`;

@@ -1,8 +1,7 @@
 // Modules, gates and the links between them, with how much goes over each. A link is made by dragging from a module to another
 // one, or in the list of inputs; whether it fits is found out before it is made.
-import { Age, duration, Empty, Field, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
+import { Age, duration, Empty, Field, get, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
 import { moduleOf } from "/blocks.js";
-import { HEIGHT, layout, WIDTH } from "/graph/layout.js";
 
 const enc = (path) => path.split("/").map(encodeURIComponent).join("/");
 
@@ -11,32 +10,48 @@ const short = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}�
 
 const count = (number, name) => `${number} ${name}${number === 1 ? "" : "s"}`;
 
-// A gate lets through or not: it is no box.
-const GATE = `M9 0H${WIDTH - 9}L${WIDTH} ${HEIGHT / 2}L${WIDTH - 9} ${HEIGHT}H9L0 ${HEIGHT / 2}z`;
+/** The outline of a gate. */
+const gateOutline = (width, height) => `M9 0H${width - 9}L${width} ${height / 2}L${width - 9} ${height}H9L0 ${height / 2}z`;
 
-/** Nodes, and edges with all the links between the same two. */
-function made(modules, properties, links, actuators, hidden) {
-  const fits = (name) => !hidden.some((part) => name.includes(part));
-  const gates = actuators.map(({ name }) => name);
-  const names = [...modules.map(({ name }) => name), ...gates].filter(fits);
-  const found = new Map();
-  const add = (from, to, link) => {
-    if (!from || !to) return;
-    const key = `${from} ${to}`;
-    if (!found.has(key)) found.set(key, { from, to, links: [] });
-    found.get(key).links.push(link);
-  };
-  for (const link of links) {
-    const source = link.from.replace(/^\//, "");
-    const [from, to] = [moduleOf(source, names), moduleOf(link.to, names)];
-    add(from, to, { ...link, source });
-  }
-  for (const { name } of actuators) {
-    const robot = name.split("/")[0];
-    const command = properties.find(({ path, interface: kind, access }) => access === "output" && path.startsWith(`${robot}/execute`) && path.endsWith(`/${name.split("/").at(-1)}`) && kind !== "ExecuteStatus");
-    if (command) add(moduleOf(command.path, names), name, { to: name, from: `/${command.path}`, source: command.path, sends: false });
-  }
-  return { names, gates: new Set(gates.filter(fits)), edges: [...found.values()] };
+// How soon the layout is requested after a change of the size, and again after a failure, ms.
+const [SETTLE, RETRY] = [50, 2000];
+
+/** The graph with its layout, which the agent computes: requested anew whenever the key or the size changes. */
+function useGraph(key, hide, size) {
+  const [graph, setGraph] = useState(null);
+  const [attempt, setAttempt] = useState(0);
+  const [width, height] = [Math.floor(size?.width ?? 0), Math.floor(size?.height ?? 0)];
+  useEffect(() => {
+    let timer = 0;
+    let ended = false;
+    const request = async () => {
+      try {
+        const found = await get(`/graph?${new URLSearchParams({ hide, width, height })}`);
+        if (!ended) setGraph(found);
+      } catch (problem) {
+        if (!(problem instanceof Problem)) throw problem;
+        if (!ended) timer = setTimeout(() => setAttempt(attempt + 1), RETRY);
+      }
+    };
+    timer = setTimeout(request, SETTLE);
+    return () => {
+      ended = true;
+      clearTimeout(timer);
+    };
+  }, [key, hide, width, height, attempt]);
+  return graph;
+}
+
+/** Edges with what is known of their links at present. */
+function joined(edges, links) {
+  const known = new Map(links.map((link) => [`${link.to} ${link.from.replace(/^\//, "")}`, link]));
+  return edges.map((edge) => ({
+    ...edge,
+    links: edge.links.map(({ output, input, flow }) => {
+      const [source, to] = [`${edge.from}/${output}`, `${edge.to}/${input}`];
+      return { ...known.get(`${to} ${source}`), from: source.startsWith("slate://") ? source : `/${source}`, source, to, sends: flow === "messages" };
+    }),
+  }));
 }
 
 /** Makes a link, after it was found out whether it fits. */
@@ -70,12 +85,12 @@ function Relink({ input, from, sources, done, isAllowed }) {
   return html`<div class="relink">
     <p><b>${input}</b> <span class="muted">reads</span></p>
     <select aria-label=${`Source of ${input}`} value=${source} onChange=${(event) => setSource(event.target.value)} disabled=${!isAllowed}>
-      <option value="">nothing</option>${!sources.includes(source) && source && html`<option value=${source}>${source}</option>`}
+      <option value="">none</option>${!sources.includes(source) && source && html`<option value=${source}>${source}</option>`}
       ${sources.map((path) => html`<option key=${path} value=${path}>${path}</option>`)}</select>
-    <p role="status" class="muted">${!isAllowed ? "A developer changes links." : checked?.fits ? (checked.conversion ? `✓ It fits: ${checked.conversion}.` : "✓ It fits.") : ""}</p>
+    <p role="status" class="muted">${!isAllowed ? "Changing links requires the role developer." : checked?.fits ? (checked.conversion ? `✓ Compatible: ${checked.conversion}.` : "✓ Compatible.") : ""}</p>
     <${Trouble} problem=${checked?.problem} />
     ${isAllowed && html`<p><button class="primary" disabled=${!checked?.fits} onClick=${() => act(() => put(`/links/${enc(input)}`, { from: source }))}>Link</button>
-      <button disabled=${!from} onClick=${() => act(() => remove(`/links/${enc(input)}`))}>Take the link away</button> <button onClick=${done}>Cancel</button></p>`}</div>`;
+      <button disabled=${!from} onClick=${() => act(() => remove(`/links/${enc(input)}`))}>Remove link</button> <button onClick=${done}>Cancel</button></p>`}</div>`;
 }
 
 /** What goes over the links of an edge. */
@@ -83,13 +98,13 @@ function Edge({ edge, rates, change, close }) {
   // Messages have no value that stays.
   const readings = useReadings(edge.links.filter(({ sends }) => !sends).map(({ source }) => source), 4);
   const told = (links) => links.map(({ source, to, from, sends, age, queue, trouble, evicted }) => html`<section key=${to}>
-    <button class="output" title="Shows it in the panel Inspector" onClick=${() => select(sends ? to : source)}><span>${sends ? `${source} sends to` : "from"}</span><span class="number">/${sends ? to : source}</span></button>
+    <button class="output" title="Show in the Inspector panel" onClick=${() => select(sends ? to : source)}><span>${sends ? `${source} sends to` : "from"}</span><span class="number">/${sends ? to : source}</span></button>
     ${!sends && html`<button class="output" onClick=${() => change(to, from)} disabled=${edge.isGate}><span>to</span><span class="number">${to}</span></button>`}
     <dl>
       ${!sends && html`<${Field} name="Rate">${hertz(rates.get(source)) || "–"}</${Field}><${Field} name="Age"><${Age} time=${readings[source]?.time} /></${Field}>`}
-      ${age !== undefined && html`<${Field} name="Latency" title="How old the value was when its reader had it, in the last step that was measured">${duration(age)}</${Field}>`}
-      ${queue && html`<${Field} name="Queue" state=${queue[1] ? "degraded" : undefined} title="Values that the reader has not taken, and those that it never saw">${queue[0]} wait, ${queue[1]} lost</${Field}>`}
-      ${(trouble || evicted) && html`<${Field} name="Trouble" state="bad">${trouble ?? "it fell behind and reads no more"}</${Field}>`}
+      ${age !== undefined && html`<${Field} name="Latency" title="Age of the value when its reader took it, in the last measured step">${duration(age)}</${Field}>`}
+      ${queue && html`<${Field} name="Queue" state=${queue[1] ? "degraded" : undefined} title="Values not yet read, and values lost">${queue[0]} waiting, ${queue[1]} lost</${Field}>`}
+      ${(trouble || evicted) && html`<${Field} name="Trouble" state="bad">${trouble ?? "evicted: the reader fell behind"}</${Field}>`}
     </dl></section>`);
   return html`<section class="links" aria-label=${`Links from ${edge.from} to ${edge.to}`}>
     <header><b>${edge.from} → ${edge.to}</b><button class="quiet" aria-label="Close" onClick=${close}>✕</button></header>${told(edge.links)}</section>`;
@@ -108,23 +123,22 @@ function Panel({ options, setOptions }) {
   const drawing = useRef(null);
   const [box, size] = useSize();
   const rates = useRates(properties);
-  const hidden = (options.hide ?? "").split(/\s+/).filter(Boolean);
-  const structure = JSON.stringify([modules?.map(({ name }) => name), links.map(({ to, from }) => [to, from]), actuators.map(({ name }) => name), hidden]);
-  const graph = useMemo(() => made(modules ?? [], properties, links, actuators, hidden), [structure, properties.length]);
-  const placed = useMemo(() => {
-    // Who sends to a module is before it, and what it hears back closes a loop.
-    const sent = new Set(graph.edges.filter(({ links }) => links.some(({ sends }) => sends)).map(({ from, to }) => `${from} ${to}`));
-    const onward = graph.edges.filter(({ from, to }) => !sent.has(`${to} ${from}`) || sent.has(`${from} ${to}`));
-    return layout(graph.names, graph.edges, onward, size);
-  }, [graph, size?.width, size?.height]);
-  if (!modules) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
+  const structure = JSON.stringify([modules?.map(({ name }) => name), links.map(({ to, from }) => [to, from]), actuators.map(({ name }) => name)]);
+  const drawn = useGraph(structure, options.hide ?? "", size);
+  const edges = useMemo(() => joined(drawn?.edges ?? [], links), [drawn, links]);
+  const nodes = useMemo(() => new Map((drawn?.nodes ?? []).map((node) => [node.name, node])), [drawn]);
+  if (!modules || !drawn) return html`<div class="graph"><div class="scroll" ref=${box}><${Empty}>Waiting for the agent.</${Empty}></div></div>`;
+  const { node_width: WIDTH, node_height: HEIGHT } = drawn;
+  const names = drawn.nodes.map(({ name }) => name);
+  const countOf = (kind) => drawn.nodes.filter((node) => node.kind === kind).length;
   const isAllowed = agent?.role === "developer";
+  const isGate = (name) => nodes.get(name)?.kind === "gate";
   const conditions = new Map(modules.map((module) => [module.name, module]));
   const gates = new Map(actuators.map((actuator) => [actuator.name, actuator]));
   const rate = ({ links }) => (links.length > 1 ? `${links.length} links` : links[0].sends ? "messages" : rates.get(links[0].source) === 0 ? "0 Hz" : hertz(rates.get(links[0].source)));
   // The slowest and the fastest of what a module writes.
   const pace = (name) => {
-    const paths = graph.gates.has(name) ? [`${name}/command`] : outputsOf(name).map((path) => path.slice(1));
+    const paths = isGate(name) ? [`${name}/command`] : outputsOf(name).map((path) => path.slice(1));
     const own = paths.map((path) => rates.get(path)).filter((rate) => rate > 0);
     const [least, most] = [Math.min(...own), Math.max(...own)];
     // Nearly the same is the same.
@@ -139,14 +153,14 @@ function Panel({ options, setOptions }) {
   const trouble = ({ links }) => links.find(({ trouble, evicted }) => trouble || evicted);
   const isInput = ({ access }) => access === "setting" || access === "queue";
   const settings = properties.filter(isInput).filter(({ path }) => !/\/(params|enabled)$/.test(path)).map(({ path }) => path);
-  const inputsOf = (module) => [...new Set([...links.filter(({ sends }) => !sends).map(({ to }) => to), ...settings])].filter((path) => moduleOf(path, graph.names) === module).sort();
+  const inputsOf = (module) => [...new Set([...links.filter(({ sends }) => !sends).map(({ to }) => to), ...settings])].filter((path) => moduleOf(path, names) === module).sort();
   const sources = properties.filter((property) => !isInput(property)).map(({ path }) => `/${path}`);
-  const outputsOf = (module) => sources.filter((path) => moduleOf(path.slice(1), graph.names) === module && !/\/(histogram|state|timing)$/.test(path));
+  const outputsOf = (module) => sources.filter((path) => moduleOf(path.slice(1), names) === module && !/\/(histogram|state|timing)$/.test(path));
   const point = (event) => {
     const { left, top } = drawing.current.getBoundingClientRect();
     return { x: event.clientX - left, y: event.clientY - top };
   };
-  const nodeAt = ({ x, y }) => [...placed.places].find(([, place]) => x >= place.x && x <= place.x + WIDTH && y >= place.y && y <= place.y + HEIGHT)?.[0];
+  const nodeAt = ({ x, y }) => drawn.nodes.find((node) => x >= node.x && x <= node.x + WIDTH && y >= node.y && y <= node.y + HEIGHT)?.name;
   const choose = (name, edge = "") => {
     setChosen(name);
     setEdgeChosen(edge);
@@ -161,7 +175,7 @@ function Panel({ options, setOptions }) {
   const end = (event) => {
     if (!drag) return;
     const to = nodeAt(point(event));
-    if (drag.moved && to && to !== drag.from && !graph.gates.has(to)) {
+    if (drag.moved && to && to !== drag.from && !isGate(to)) {
       const [inputs, outputs] = [inputsOf(to), outputsOf(drag.from)];
       const already = inputs.find((input) => links.some((link) => link.to === input && outputs.includes(link.from)));
       choose(to);
@@ -170,48 +184,46 @@ function Panel({ options, setOptions }) {
     setDrag(null);
   };
   const key = (event, name) => (event.key === "Enter" || event.key === " ") && (event.preventDefault(), choose(name));
-  const shown = graph.edges.find(({ from, to }) => `${from} ${to}` === edgeChosen);
+  const shown = edges.find(({ from, to }) => `${from} ${to}` === edgeChosen);
   const isChosen = ({ from, to }) => (edgeChosen ? edgeChosen === `${from} ${to}` : chosen === from || chosen === to);
   // What stands in the box of its robot.
-  const own = (name) => name.slice(name.indexOf("/") + 1);
+  const own = (name) => (nodes.get(name).group ? name.slice(name.indexOf("/") + 1) : name);
   const more = (name) => {
     const module = conditions.get(name);
     const gate = gates.get(name);
     if (gate) return `gate, ${gate.stopped ? "stopped" : word(gate.gate?.mode).toLowerCase() || "no command yet"}`;
+    if (!module) return nodes.get(name).note;
     return module?.condition !== "WORKING" ? word(module?.condition) : module.kind === own(name) ? "" : module.kind;
   };
   const source = (input) => links.find(({ to }) => to === input)?.from ?? "";
   return html`
-    <div class="bar-of-tools"><input type="search" placeholder="Hide modules, such as referee monitor" aria-label="Hide modules whose names have" value=${options.hide ?? ""} onInput=${(event) => setOptions({ hide: event.target.value })} />
-      <span class="muted" title="The rates are of what each writes; lines are thicker where more goes">${count(graph.names.length - graph.gates.size, "module")}, ${graph.gates.size ? `${count(graph.gates.size, "gate")}, ` : ""}${count(links.length, "link")}${isAllowed ? "; drag from a module to another to link them" : ""}</span></div>
+    <div class="bar-of-tools"><input type="search" placeholder="Hide modules, such as referee monitor" aria-label="Hide modules by name" value=${options.hide ?? ""} onInput=${(event) => setOptions({ hide: event.target.value })} />
+      <span class="muted" title="Rates of each module's outputs; the line width grows with the rate">${count(countOf("module"), "module")}, ${countOf("gate") ? `${count(countOf("gate"), "gate")}, ` : ""}${count(links.length, "link")}${isAllowed ? "; drag from one module to another to link them" : ""}</span></div>
     <div class="graph">
-      <div class="scroll" ref=${box} tabindex="0" role="group" aria-label="Graph"><svg ref=${drawing} width=${placed.width} height=${placed.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
+      <div class="scroll" ref=${box} tabindex="0" role="group" aria-label="Graph"><svg ref=${drawing} width=${drawn.width} height=${drawn.height} role="group" aria-label="Modules and links" onPointerMove=${move} onPointerUp=${end}>
         <defs><marker id="tip" viewBox="0 0 8 8" refX="7" refY="4" markerUnits="userSpaceOnUse" markerWidth="10" markerHeight="10" orient="auto-start-reverse"><path d="M0 0L8 4L0 8z" class="tip" /></marker></defs>
-        ${placed.boxes.map(({ name, ...box }) => html`<g key=${name} class="box"><rect ...${box} rx="10" /><text x=${box.x + 12} y=${box.y + 16}>${name}</text></g>`)}
-        ${[...graph.edges].sort((one, other) => isChosen(one) - isChosen(other)).map((edge) => {
-          const way = placed.ways.get(edge);
-          if (!way) return null;
+        ${drawn.groups.map(({ name, ...box }) => html`<g key=${name} class="box"><rect ...${box} rx="10" /><text x=${box.x + 12} y=${box.y + 16}>${name}</text></g>`)}
+        ${[...edges].sort((one, other) => isChosen(one) - isChosen(other)).map((edge) => {
           const id = `${edge.from} ${edge.to}`;
           const state = trouble(edge) ? "bad" : isChosen(edge) ? "chosen" : chosen || edgeChosen ? "dim" : undefined;
           const words = edge.links.map(({ source, to, sends }) => (sends ? `${source} sends to ${to}` : `${source} to ${to}, ${hertz(rates.get(source)) || "–"}`)).join("\n");
-          return html`<g key=${id} class="edge" data-state=${state} data-edge=${id} data-back=${way.isBack} data-sends=${edge.links.every(({ sends }) => sends)} onClick=${() => choose("", id)}><title>${words}</title>
-            <path class="near" d=${way.d} /><path d=${way.d} style=${{ strokeWidth: width(edge) }} marker-end="url(#tip)" /></g>`;
+          return html`<g key=${id} class="edge" data-state=${state} data-edge=${id} data-back=${edge.back} data-sends=${edge.links.every(({ sends }) => sends)} onClick=${() => choose("", id)}><title>${words}</title>
+            <path class="near" d=${edge.path} /><path d=${edge.path} style=${{ strokeWidth: width(edge) }} marker-end="url(#tip)" /></g>`;
         })}
-        ${drag?.moved && html`<path class="dragged" d=${`M${placed.places.get(drag.from).x + WIDTH} ${placed.places.get(drag.from).y + HEIGHT / 2}L${drag.x} ${drag.y}`} />`}
-        ${graph.names.map((name) => {
-          const { x, y } = placed.places.get(name);
+        ${drag?.moved && html`<path class="dragged" d=${`M${nodes.get(drag.from).x + WIDTH} ${nodes.get(drag.from).y + HEIGHT / 2}L${drag.x} ${drag.y}`} />`}
+        ${names.map((name) => {
+          const { x, y } = nodes.get(name);
           const module = conditions.get(name);
-          const state = module?.panics ? "bad" : module?.misses ? "degraded" : module?.condition === "INACTIVE" ? "off" : gates.get(name)?.stopped ? "bad" : graph.gates.has(name) ? "gate" : undefined;
+          const state = module?.panics ? "bad" : module?.misses ? "degraded" : module?.condition === "INACTIVE" ? "off" : gates.get(name)?.stopped ? "bad" : isGate(name) ? "gate" : undefined;
           return html`<g key=${name} class="node" data-state=${state} data-chosen=${chosen === name} transform=${`translate(${x} ${y})`} tabindex="0" role="button" data-name=${name} aria-pressed=${chosen === name}
             onPointerDown=${(event) => begin(event, name)} onKeyDown=${(event) => key(event, name)}>
-            ${graph.gates.has(name) ? html`<path class="body" d=${GATE} />` : html`<rect class="body" width=${WIDTH} height=${HEIGHT} rx="7" />`}
+            ${isGate(name) ? html`<path class="body" d=${gateOutline(WIDTH, HEIGHT)} />` : html`<rect class="body" width=${WIDTH} height=${HEIGHT} rx="7" />`}
             <text x="12" y=${more(name) || pace(name) ? 16 : 23}>${short(own(name), 20)}</text><text x="12" y="30" class="small">${short(more(name), pace(name) ? 19 - pace(name).length : 23)}</text>
             <text x=${WIDTH - 10} y="30" class="small pace">${pace(name)}</text></g>`;
         })}
-        ${graph.edges.filter((edge) => isChosen(edge) && placed.ways.has(edge)).map((edge) => {
-          // Where the lines of the chosen module are apart.
-          const { start, end } = placed.ways.get(edge);
-          const { x, y } = chosen === edge.to ? start : end;
+        ${edges.filter((edge) => isChosen(edge)).map((edge) => {
+          // Labels stand at the far ends, where the lines of the chosen module are apart.
+          const [x, y] = chosen === edge.to ? edge.start : edge.end;
           return html`<text key=${`${edge.from} ${edge.to}`} class="rate" x=${x} y=${y - 5}>${rate(edge)}</text>`;
         })}</svg></div>
       ${chosen && html`<section class="links" aria-label=${`Links of ${chosen}`}><header><b>${chosen}</b><button class="quiet" aria-label="Close" onClick=${() => choose("")}>✕</button></header>
@@ -221,7 +233,7 @@ function Panel({ options, setOptions }) {
             <span>${input.slice(chosen.length + 1)}</span><span class="muted number">${source(input) || "no link"}</span><span class="muted number">${hertz(rates.get(source(input).slice(1)))}</span></button></li>`)}</ul>
           <h3>Outputs</h3><ul>${outputsOf(chosen).map((path) => html`<li key=${path}><button class="output" onClick=${() => select(path.slice(1))}><span>${path.slice(chosen.length + 2)}</span><span class="number muted">${hertz(rates.get(path.slice(1)))}</span></button></li>`)}</ul>`}
       </section>`}
-      ${shown && html`<${Edge} key=${edgeChosen} edge=${{ ...shown, isGate: graph.gates.has(shown.to) }} rates=${rates} close=${() => choose("")} change=${(input, from) => { choose(shown.to); setEditing({ input, from }); }} />`}
+      ${shown && html`<${Edge} key=${edgeChosen} edge=${{ ...shown, isGate: isGate(shown.to) }} rates=${rates} close=${() => choose("")} change=${(input, from) => { choose(shown.to); setEditing({ input, from }); }} />`}
     </div>`;
 }
 

@@ -44,7 +44,7 @@ function Overlay({ paths, kinds, size, room, time, readings }) {
     });
   });
   return html`<svg class="overlay" viewBox=${`0 0 ${size.width} ${size.height}`} preserveAspectRatio="xMidYMid meet" role="img"
-    aria-label=${items.map(({ words, item }) => `${words} at ${Math.round(item.x)}, ${Math.round(item.y)}`).join("; ") || "Nothing found"}>
+    aria-label=${items.map(({ words, item }) => `${words} at ${Math.round(item.x)}, ${Math.round(item.y)}`).join("; ") || "No detections"}>
     ${items.map(({ item, place, words }, number) => html`<${Found} key=${number} item=${item} place=${place % 6} words=${words} scale=${scale} />`)}</svg>`;
 }
 
@@ -89,7 +89,7 @@ function Panel({ options, setOptions }) {
     return () => ends.forEach((end) => end());
   }, [overlays.join(" ")]);
 
-  if (!images.length) return html`<${Empty}>No module of this agent writes an image.</${Empty}>`;
+  if (!images.length) return html`<${Empty}>No module of this agent publishes an image.</${Empty}>`;
   // Where a pointer is in the picture, which stands in the middle of its box.
   const point = (event) => {
     const { left, top, width, height } = canvas.current.getBoundingClientRect();
@@ -100,9 +100,9 @@ function Panel({ options, setOptions }) {
   const toggle = (path) => setOptions({ hidden: overlays.includes(path) ? [...(options.hidden ?? []), path] : options.hidden.filter((other) => other !== path) });
   return html`
     <div class="bar-of-tools">
-      <select aria-label="Which image" value=${path} onChange=${(event) => setOptions({ path: event.target.value })}>${images.map((path) => html`<option key=${path} value=${path}>${path}</option>`)}</select>
+      <select aria-label="Image" value=${path} onChange=${(event) => setOptions({ path: event.target.value })}>${images.map((path) => html`<option key=${path} value=${path}>${path}</option>`)}</select>
       <select aria-label="Rate" value=${rate} onChange=${(event) => setOptions({ rate: Number(event.target.value) })}>${[1, 5, 10, 20].map((rate) => html`<option key=${rate} value=${rate}>${rate} Hz</option>`)}</select>
-      <button class="tool" aria-pressed=${held} disabled=${!shown} onClick=${() => setHeld(!held)}>${held ? "Go on" : "Hold"}</button>
+      <button class="tool" aria-pressed=${held} disabled=${!shown} onClick=${() => setHeld(!held)}>${held ? "Resume" : "Hold"}</button>
       <a download=${`${path.replaceAll("/", "-")}.png`} href=${source(agent?.name ?? "", path, { format: "png" })}>Save as PNG</a>
       <span class="grow"></span>
       <span class="muted number">${pixel ? `${pixel[0]}, ${pixel[1]} px` : shown ? `${shown.width} × ${shown.height}` : ""}</span>
@@ -110,9 +110,9 @@ function Panel({ options, setOptions }) {
         ${[...kinds.keys()].map((path) => html`<label key=${path}><input type="checkbox" checked=${overlays.includes(path)} onChange=${() => toggle(path)} /> ${path}</label>`)}</${Menu}>`}
     </div>
     <div class="picture"><div class="frame" ref=${frame} onPointerMove=${(event) => shown && point(event)} onPointerLeave=${() => setPixel(null)}>
-      <canvas ref=${canvas} role="img" aria-label=${`What is at ${path}`} hidden=${!shown}></canvas>
+      <canvas ref=${canvas} role="img" aria-label=${`Image ${path}`} hidden=${!shown}></canvas>
       ${shown && overlays.length > 0 && html`<${Overlay} paths=${overlays} kinds=${kinds} size=${shown} time=${shown.time} readings=${readings} room=${room} />`}
-      ${!shown && html`<${Empty}>No picture yet.</${Empty}>`}</div></div>`;
+      ${!shown && html`<${Empty}>No image yet.</${Empty}>`}</div></div>`;
 }
 
 export default { id: "image", title: "Image", Panel };

@@ -33,7 +33,7 @@ function Editor({ property, value }) {
       setSaid(sends ? answer.status : "Set");
       reload("/properties", "/properties?values", "/settings/differences");
     } catch (error) {
-      if (error instanceof SyntaxError) setProblem(new Problem(0, `This is no JSON: ${error.message}`, "such as {\"x\": 1.5}"));
+      if (error instanceof SyntaxError) setProblem(new Problem(0, `invalid JSON: ${error.message}`, "such as {\"x\": 1.5}"));
       else if (error instanceof Problem) setProblem(error);
       else throw error;
     }
@@ -64,11 +64,11 @@ function Part({ path, schema }) {
   const found = reading ? (isPath ? reading.value : [reading.value]) : [];
   const unit = isPath ? "" : unitAt(schema, text);
   return html`<form class="part" onSubmit=${enter}>
-    <label>Part <input name="part" autocomplete="off" spellcheck="false" placeholder="/field/0 or $..x" title="A JSON Pointer or a JSONPath; Enter shows what it leads to" defaultValue=${text} /></label>
+    <label>Part <input name="part" autocomplete="off" spellcheck="false" placeholder="/field/0 or $..x" title="A JSON Pointer or a JSONPath; Enter shows the values there" defaultValue=${text} /></label>
     <${Trouble} problem=${problem} />
     ${reading && html`<output>${found.slice(0, 32).map((value, at) => html`<code key=${at}>${typeof value === "number" ? number(value, unit) : JSON.stringify(value)}</code>`)}
-        ${!found.length && html`<span class="muted">Nothing is there.</span>`}${found.length > 32 && html`<span class="muted">and ${found.length - 32} more</span>`}</output>
-      ${["number", "boolean"].includes(typeof found[0]) && html`<div><button type="button" title=${`${isPath ? "The first one over" : "Over"} time, in a panel beside this`} onClick=${() => openPanel("plot", { series: [path + text] })}>Plot the part</button></div>`}`}
+        ${!found.length && html`<span class="muted">No value there.</span>`}${found.length > 32 && html`<span class="muted">and ${found.length - 32} more</span>`}</output>
+      ${["number", "boolean"].includes(typeof found[0]) && html`<div><button type="button" title=${`${isPath ? "Plot the first value" : "Plot the value"} over time`} onClick=${() => openPanel("plot", { series: [path + text] })}>Plot this part</button></div>`}`}
   </form>`;
 }
 
@@ -78,12 +78,12 @@ function Panel() {
   const schema = useInterfaces()[property?.interface];
   const links = useResource("/links", 5) ?? [];
   const reading = useReading(property && property.access !== "messages" ? path : null, 10);
-  if (!path) return html`<${Empty}>Choose a property in the panel Properties.</${Empty}>`;
-  if (!property) return html`<${Empty}>There is no property /${path} now.</${Empty}>`;
+  if (!path) return html`<${Empty}>Select a property in the Properties panel.</${Empty}>`;
+  if (!property) return html`<${Empty}>Property /${path} does not exist.</${Empty}>`;
   const own = `/${path}`;
   const readers = links.filter(({ from }) => from === own || from.startsWith(`${own}/`)).map(({ to }) => to);
   const isLinked = links.some(({ to }) => to === path);
-  const writer = { output: "its module", queue: "its link", setting: isLinked ? "its link" : "configuration, or by hand", messages: "whoever sends" }[property.access];
+  const writer = { output: "its module", queue: "its link", setting: isLinked ? "its link" : "configuration or operator", messages: "any sender" }[property.access];
   return html`<div class="scroll inspector" tabindex="0" role="group" aria-label="Inspector">
     <div class="group"><code>/${path}</code></div>
     <p class="doc">${property.doc}</p>
@@ -91,14 +91,14 @@ function Panel() {
       <${Field} name="Interface" title=${schema?.description}>${property.interface}</${Field}>
       <${Field} name="Written by">${writer}</${Field}>
       <${Field} name="Read by">${readers.length ? readers.join(", ") : "no link"}</${Field}>
-      ${reading && html`<${Field} name="Number, age">${reading.sequence}, <${Age} time=${reading.time} /></${Field}>`}
+      ${reading && html`<${Field} name="Sequence number, age">${reading.sequence}, <${Age} time=${reading.time} /></${Field}>`}
     </dl>
-    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>What it is</th><td></td></tr></thead><tbody>
+    ${reading && html`<table><thead><tr><th>Field</th><th class="number">Value</th><th>Description</th><td></td></tr></thead><tbody>
       ${leaves(schema).map((leaf) => html`<tr key=${leaf.pointer}><th scope="row" title=${leaf.pointer}>${leaf.name || "value"}</th>
         <td class="number">${written(part(reading.value, leaf.pointer), leaf)}</td><td class="muted wrap">${leaf.doc}</td>
-        <td>${["number", "integer", "boolean"].includes(leaf.type) && html`<button class="quiet" title="Over time, in a panel beside this" aria-label=${`Plot ${leaf.name || "value"}`} onClick=${() => openPanel("plot", { series: [path + leaf.pointer] })}>Plot</button>`}</td></tr>`)}</tbody></table>`}
+        <td>${["number", "integer", "boolean"].includes(leaf.type) && html`<button class="quiet" title="Plot over time" aria-label=${`Plot ${leaf.name || "value"}`} onClick=${() => openPanel("plot", { series: [path + leaf.pointer] })}>Plot</button>`}</td></tr>`)}</tbody></table>`}
     ${reading && html`<${Part} key=${path} path=${path} schema=${schema} />`}
-    ${!reading && property.access !== "messages" && html`<p class="doc muted">It has no value yet.</p>`}
+    ${!reading && property.access !== "messages" && html`<p class="doc muted">No value yet.</p>`}
     ${(property.access === "messages" || (property.access === "setting" && !isLinked)) && html`<${Editor} property=${property} value=${reading?.value} />`}
     ${reading && html`<details class="raw"><summary>As JSON</summary><pre>${JSON.stringify(reading.value, null, 1)}</pre></details>`}
   </div>`;

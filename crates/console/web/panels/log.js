@@ -93,7 +93,7 @@ function Panel({ options, setOptions }) {
     try {
       setProblem(null);
       const { values } = await get(`${at(agent.name, "loop/state", "history")}?to=${when}&limit=1`);
-      if (!values.length) throw new Problem(0, `${time(when)} is not kept any more`, "what is kept begins at the left end of the bar below");
+      if (!values.length) throw new Problem(0, `${time(when)} is no longer in the flight recorder`, "the history begins at the left end of the slider below");
       setPaused(true);
       lookBack(agent.name, when);
     } catch (error) {
@@ -102,20 +102,20 @@ function Panel({ options, setOptions }) {
     }
   };
   const later = moment === null ? -1 : shown.findIndex((line) => line.time > moment);
-  const mark = html`<tr class="looked-at" key="looked-at"><td colspan="4">${isStill ? `${time(moment)} is looked at${later < 0 ? "" : "; what follows was later"}` : "What follows was later"}</td></tr>`;
+  const mark = html`<tr class="looked-at" key="looked-at"><td colspan="4">${isStill ? `Time shown: ${time(moment)}${later < 0 ? "" : "; later messages follow"}` : "Later messages follow"}</td></tr>`;
   // Who scrolls back wants to read.
   const scrolled = ({ target }) => setPaused(target.scrollHeight - target.scrollTop - target.clientHeight > 30);
   return html`
     <div class="bar-of-tools">
       <input type="search" placeholder="Search" aria-label="Search in the log" value=${text} onInput=${(event) => setText(event.target.value)} />
-      <select aria-label="Least level" value=${level} onChange=${(event) => setOptions({ level: event.target.value })}>
+      <select aria-label="Minimum level" value=${level} onChange=${(event) => setOptions({ level: event.target.value })}>
         ${LEVELS.map((name) => html`<option key=${name} value=${name}>${name}</option>`)}</select>
-      ${line && html`<button title="All panels show what was then (Enter)" onClick=${() => jump(line.time)}>Look back at ${time(line.time)}</button>`}
+      ${line && html`<button title="Show this time in all panels (Enter)" onClick=${() => jump(line.time)}>Go to ${time(line.time)}</button>`}
       ${paused && html`<button onClick=${() => { setPaused(false); setChosen(null); }}>Follow</button>`}
     </div>
     <${Trouble} problem=${problem} />
     <div class="scroll" ref=${scroll} onScroll=${scrolled} onKeyDown=${key} role="log" aria-live="off" aria-label="Log" tabindex="0">
-      ${lines && !shown.length && html`<${Empty}>${all.length ? "No line has that." : "No line yet of this level."}</${Empty}>`}
+      ${lines && !shown.length && html`<${Empty}>${all.length ? "No message matches." : "No message of this level yet."}</${Empty}>`}
       <table class="log"><tbody>
         ${shown.map((line, place) => html`${place === later && mark}<tr key=${line.sequence} data-level=${line.level.toLowerCase()} data-later=${moment !== null && line.time > moment ? "true" : undefined} aria-selected=${line.sequence === chosen ? "true" : undefined} onClick=${() => { setPaused(true); setChosen(line.sequence); }} onDblClick=${() => jump(line.time)}>
           <td class="muted">${time(line.time)}</td><td>${line.level.toLowerCase()}</td><td>${line.module}</td><td>${line.text}${line.dropped ? ` (${line.dropped} more dropped)` : ""}</td></tr>`)}${isStill && later < 0 && mark}

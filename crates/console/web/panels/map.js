@@ -9,11 +9,11 @@ import { gatesOf, routeOf } from "/route.js";
 import { fit, toPixel, toWorld, zoom } from "/map/view.js";
 
 const NO_GOAL = {
-  viewer: "A viewer looks; an operator sets goals",
-  operator: "No input or mailbox here takes a place; parameters are a developer's, unless console.operable has them",
-  developer: "No input, parameter or mailbox here takes a place",
+  viewer: "Setting a goal requires the role operator; this token has the role viewer",
+  operator: "No input or inbox of this agent accepts a goal; parameters require the role developer, or an entry in console.operable",
+  developer: "No input, parameter or inbox of this agent accepts a goal",
 };
-const LAYERS = { world: "World", grids: "Grid maps", paths: "Planned ways", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
+const LAYERS = { world: "World", grids: "Occupancy grids", paths: "Planned paths", estimates: "Estimates", scans: "Scans", trails: "Trails", goals: "Goals", sightings: "Sightings", poses: "Poses" };
 
 const MARKS = { OCCUPIED: "Occupied", FREE: "Free", MEASURED: "As measured" };
 const BRUSHES = [0.1, 0.2, 0.4, 0.8];
@@ -210,7 +210,7 @@ function Panel({ options, setOptions }) {
   async function change(words, work) {
     try {
       setProblem(null);
-      if (isPast()) throw new Problem(409, "What is shown is the past, and this would hold now", "go live first, below");
+      if (isPast()) throw new Problem(409, "the page shows a past time, and a change applies to the present", "press “Go live” below first");
       const undo = await work();
       if (undo) setUndone((all) => [...all, { words, undo }]);
       setSaid(words);
@@ -225,7 +225,7 @@ function Panel({ options, setOptions }) {
     if (!isInside) {
       const ends = (axis) => `${fixed(minimum[axis], "m")} to ${fixed(maximum[axis], "m")}`;
       return change("", () => {
-        throw new Problem(422, `This is outside of the world, which goes from ${ends(0)} in x and from ${ends(1)} in y`, "choose a place in it");
+        throw new Problem(422, `the position is outside of the world: x from ${ends(0)}, y from ${ends(1)}`, "choose a position in the world");
       });
     }
     const shown = chosen.shows ?? (chosen.how === "send" ? null : chosen.path);
@@ -236,7 +236,7 @@ function Panel({ options, setOptions }) {
   const undo = async () => {
     const last = undone.at(-1);
     setUndone(undone.slice(0, -1));
-    await change(`Taken back: ${last.words}`, async () => {
+    await change(`Undone: ${last.words}`, async () => {
       await last.undo();
     });
   };
@@ -347,19 +347,19 @@ function Panel({ options, setOptions }) {
     html`<button class="tool" aria-pressed=${tool === name} disabled=${disabled} title=${title} onClick=${() => setTool(name)}>${word(name)}</button>`;
   return html`<div class="map">
     <div class="bar-of-tools">
-      ${button("move", "Drag the map; the wheel zooms")}
-      ${button("goal", able.goal.length ? "A click sets the goal; dragging turns it" : NO_GOAL[agent?.role], !able.goal.length)}
-      ${able.pose.length > 0 && button("pose", "Drag the pose to where the robot is; beside it, a click says where and dragging turns it")}
-      ${able.paint.length > 0 && button("paint", "Drag to paint what is where")}
-      ${button("measure", "Drag to measure")}
-      ${choices.length > 1 && html`<select aria-label="What is set" value=${chosen?.path} onChange=${(event) => setTarget(event.target.value)}>
+      ${button("move", "Drag to pan; wheel to zoom")}
+      ${button("goal", able.goal.length ? "Click to set the goal; drag to set its heading" : NO_GOAL[agent?.role], !able.goal.length)}
+      ${able.pose.length > 0 && button("pose", "Drag the estimate to the robot's true position, or click beside it to set a new pose and drag to set its heading")}
+      ${able.paint.length > 0 && button("paint", "Drag to paint cells of the occupancy grid")}
+      ${button("measure", "Drag to measure a distance")}
+      ${choices.length > 1 && html`<select aria-label="Target" value=${chosen?.path} onChange=${(event) => setTarget(event.target.value)}>
         ${choices.map(({ path }) => html`<option key=${path} value=${path}>${path}</option>`)}</select>`}
-      ${tool === "paint" && html`<select aria-label="What is painted" value=${mark} onChange=${(event) => setMark(event.target.value)}>
+      ${tool === "paint" && html`<select aria-label="Cell state" value=${mark} onChange=${(event) => setMark(event.target.value)}>
           ${Object.entries(MARKS).map(([name, title]) => html`<option key=${name} value=${name}>${title}</option>`)}</select>
-        <select aria-label="Width of the brush" value=${brush} onChange=${(event) => setBrush(Number(event.target.value))}>
+        <select aria-label="Brush width" value=${brush} onChange=${(event) => setBrush(Number(event.target.value))}>
           ${BRUSHES.map((width) => html`<option key=${width} value=${width}>${width} m</option>`)}</select>`}
-      ${tool in able && html`<button class="tool" disabled=${!undone.length} title=${undone.length ? `Takes back: ${undone.at(-1).words}` : "Nothing to take back"} onClick=${undo}>Undo</button>`}
-      <button class="tool" onClick=${whole} title="All of the world (f)">Fit</button>
+      ${tool in able && html`<button class="tool" disabled=${!undone.length} title=${undone.length ? `Undo: ${undone.at(-1).words}` : "Nothing to undo"} onClick=${undo}>Undo</button>`}
+      <button class="tool" onClick=${whole} title="Fit the world into the view (f)">Fit</button>
       ${scene.robots.length > 0 && html`<select aria-label="Follow" value=${options.follow ?? ""} onChange=${(event) => setOptions({ follow: event.target.value })}>
         <option value="">Follow none</option>${scene.robots.map(({ name }) => html`<option key=${name} value=${name}>Follow ${name}</option>`)}</select>`}
       <span class="grow"></span>
@@ -381,7 +381,7 @@ function Panel({ options, setOptions }) {
       <p class="pointer number">${hover ? `${fixed(hover[0], "m")}  ${fixed(hover[1], "m")}` : ""}</p>
       <p class="legend" aria-hidden="true"><span class="deliberative">● Deliberative</span><span class="reactive">■ Reactive</span></p>
       <p class="said" role="status">${said}</p>
-      ${ofNow && html`<p class="of-now" role="status" title="The last seconds leave out what is larger than record.flight.largest, or not chosen"><b>Of now:</b> ${ofNow}, which the last seconds leave out</p>`}
+      ${ofNow && html`<p class="of-now" role="status" title="The flight recorder excludes values larger than record.flight.largest and properties that are not selected"><b>Current values:</b> ${ofNow}, not in the flight recorder</p>`}
       <${Trouble} problem=${problem} />
     </div>
   </div>`;

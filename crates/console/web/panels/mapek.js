@@ -33,7 +33,7 @@ function Switch({ module, isAllowed, fail }) {
       fail(problem);
     }
   };
-  return html`<label class="switch"><input type="checkbox" role="switch" checked=${isOn} disabled=${!isAllowed} onChange=${turn} /> ${module.name.slice(module.name.lastIndexOf("/") + 1)} is on</label>`;
+  return html`<label class="switch"><input type="checkbox" role="switch" checked=${isOn} disabled=${!isAllowed} onChange=${turn} /> Enable ${module.name.slice(module.name.lastIndexOf("/") + 1)}</label>`;
 }
 
 function Execute({ status }) {
@@ -41,12 +41,12 @@ function Execute({ status }) {
   const depths = (status.tree || status.running || "").split(" > ").filter(Boolean);
   const ended = [...status.ended].reverse().slice(0, 5);
   return html`
-    <ol class="actions" aria-label="Running actions">${depths.length ? depths.map((name, depth) => html`<li key=${depth} style=${{ paddingLeft: `${depth * 14}px` }}>${depth ? "└ " : ""}${name}</li>`) : html`<li class="muted">nothing runs</li>`}</ol>
+    <ol class="actions" aria-label="Running actions">${depths.length ? depths.map((name, depth) => html`<li key=${depth} style=${{ paddingLeft: `${depth * 14}px` }}>${depth ? "└ " : ""}${name}</li>`) : html`<li class="muted">none</li>`}</ol>
     <table class="pipeline"><caption class="hidden">Pipeline</caption><tbody>
-      <tr><th scope="row">Reflexes wait</th><td class="number">${status.high}</td><th scope="row">taken</th><td class="number">${status.reflexes}</td></tr>
-      <tr><th scope="row">Actions wait</th><td class="number">${status.normal}</td><th scope="row">done</th><td class="number">${status.completed}</td></tr>
-      <tr><th scope="row">Cancelled</th><td class="number">${status.cancelled}</td><th scope="row" title="Planned before a reflex, and so not taken">too late</th><td class="number">${status.dropped}</td></tr></tbody></table>
-    <h3>Ended last</h3>
+      <tr><th scope="row">Reflexes pending</th><td class="number">${status.high}</td><th scope="row">accepted</th><td class="number">${status.reflexes}</td></tr>
+      <tr><th scope="row">Actions pending</th><td class="number">${status.normal}</td><th scope="row">completed</th><td class="number">${status.completed}</td></tr>
+      <tr><th scope="row">Cancelled</th><td class="number">${status.cancelled}</td><th scope="row" title="Actions planned before a reflex or a failure">discarded</th><td class="number">${status.dropped}</td></tr></tbody></table>
+    <h3>Last ended</h3>
     <ul class="ended">${ended.map(({ number, kind, ending, route }) => html`<li key=${number}><span class="route" data-route=${route}>${kind}</span> <span class="muted">${word(ending)}</span></li>`)}
       ${!ended.length && html`<li class="muted">none</li>`}</ul>`;
 }
@@ -63,18 +63,18 @@ function Robot({ robot, isAllowed, fail }) {
   const reactive = route === "REACTIVE" ? "REACTIVE" : undefined;
   return html`<section class="robot" aria-label=${`MAPE-K of ${robot.name}`}>
     <header><h2>${robot.name}</h2><span class="route" data-route=${route}>${word(route)}</span></header>
-    <${Strip} path=${robot.status} pointer="/route" values=${ROUTES} name="Route of the last minute" />
+    <${Strip} path=${robot.status} pointer="/route" values=${ROUTES} name="Route over the last minute" />
     <div class="mapek">
       <div class="stage monitor"><h3>Monitor</h3>${cards(Monitor, deliberative)}</div>
       <div class="stage analyze"><h3>Analyze</h3>${cards(Analyze, deliberative)}</div>
       <div class="stage plan"><h3>Plan</h3>${cards(Plan, deliberative)}
-        <p class="muted" title="What was planned before the last reflex or failure comes too late">${status ? `${status.ticket} actions planned, ${status.epoch} reflexes and failures${status.replan ? "; a new plan is wanted" : ""}` : ""}</p></div>
+        <p class="muted" title="Actions planned before the last reflex or failure are discarded">${status ? `${status.ticket} actions planned, ${status.epoch} reflexes and failures${status.replan ? "; replanning requested" : ""}` : ""}</p></div>
       <div class="stage execute"><h3>Execute</h3>
         ${executes.map(({ name, outputs }) => html`<article class="block" key=${name} data-active=${route ?? ""}><header><b>${name.slice(name.lastIndexOf("/") + 1)}</b> ${readings[robot.status] && html`<${Age} time=${readings[robot.status].time} />`}</header>
           <${Execute} status=${status} />
           ${outputs.filter(({ path }) => path !== robot.status).map(({ path, interface: name }) => html`<button class="output" key=${path} onClick=${() => select(path)}><span class="muted">${path.split("/").at(-1)}</span><span class="number">${readings[path] ? brief(readings[path].value, interfaces[name]) : "none yet"}</span>
             ${readings[path] && html`<${Age} time=${readings[path].time} />`}</button>`)}</article>`)}</div>
-      <div class="stage reactive-stage"><h3>ReactiveModel: from the sensors straight to Execute</h3><div class="row">${ReactiveModel.map((module) => html`<div key=${module.name}>
+      <div class="stage reactive-stage"><h3>ReactiveModel: sensors to Execute directly</h3><div class="row">${ReactiveModel.map((module) => html`<div key=${module.name}>
         ${cards([module], module.condition === "WORKING" ? reactive : undefined)}<${Switch} module=${module} isAllowed=${isAllowed} fail=${fail} /></div>`)}</div></div>
       <div class="stage knowledge"><h3>Knowledge</h3><div class="row">${cards(Knowledge)}</div></div>
     </div></section>`;
@@ -88,7 +88,7 @@ function Panel({ options, setOptions }) {
   const [problem, setProblem] = useState(null);
   const found = useMemo(() => (modules && links ? robots(modules, properties, links) : null), [modules, properties, links]);
   if (!found) return html`<${Empty}>Waiting for the agent.</${Empty}>`;
-  if (!found.length) return html`<${Empty}>No module of this agent is an Execute, so there is no robot in MAPE-K here.</${Empty}>`;
+  if (!found.length) return html`<${Empty}>This agent has no Execute module, hence no MAPE-K robot.</${Empty}>`;
   const robot = found.find(({ name }) => name === options.robot) ?? found[0];
   return html`
     ${found.length > 1 && html`<div class="bar-of-tools">${found.map(({ name }) => html`<button class="tool" key=${name} aria-pressed=${name === robot.name} onClick=${() => setOptions({ robot: name })}>${name}</button>`)}</div>`}

@@ -16,7 +16,7 @@ function Robot({ status, name }) {
 }
 
 const Gate = ({ name, state }) => html`<${Field} name=${name} state=${state && state.mode !== "ARMED" ? "degraded" : undefined}
-  title="Who commands the actuator, and whether commands pass">
+  title="State of the gate, and priority of the current command">
   ${state ? `${word(state.mode)}, ${state.age === null ? "safe command" : word(state.priority)}` : "–"}</${Field}>`;
 
 function Panel() {
@@ -34,7 +34,7 @@ function Panel() {
   const ill = modules.filter(({ condition, misses, panics }) => !HEALTHY.includes(condition) || misses || panics);
   const [loop, cycle] = [value("loop/state"), value("loop/histogram")];
   return html`<div class="overview scroll" tabindex="0" role="group" aria-label="Overview">
-    ${ill.length > 0 && html`<section><div class="group"><h3>Out of the ordinary</h3></div><dl>
+    ${ill.length > 0 && html`<section><div class="group"><h3>Needs attention</h3></div><dl>
       ${ill.map(({ name, condition, misses, panics }) => html`<${Field} key=${name} name=${name} state=${HEALTHY.includes(condition) ? "degraded" : "bad"}>
         ${word(condition)}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl></section>`}
     ${statuses.map((path) => html`<${Robot} key=${path} name=${path.split("/")[0]} status=${value(path)} />`)}
@@ -47,10 +47,10 @@ function Panel() {
       ${Object.entries(interfaces.Metrics?.properties ?? {}).filter(([name]) => name !== "reserved").map(([name, schema]) =>
         html`<${Field} key=${name} name=${word(name)} title=${schema.description}>${value(path) ? number(value(path)[name], schema["x-unit"]) : "–"}</${Field}>`)}</dl></section>`)}
     <section><div class="group"><h3>Agent</h3></div><dl>
-      <${Field} name="Modules">${modules.filter(({ condition }) => condition === "WORKING").length} of ${modules.length} work</${Field}>
+      <${Field} name="Modules">${modules.filter(({ condition }) => condition === "WORKING").length} of ${modules.length} working</${Field}>
       <${Field} name="Cycles">${loop?.cycles ?? "–"}</${Field}>
-      <${Field} name="A cycle takes" title="The median, and what 99 of 100 keep below">${cycle ? `${duration(cycle.p50)}, 99 %: ${duration(cycle.p99)}` : "–"}</${Field}>
-      <${Field} name="Cycles too late" state=${loop?.overruns ? "degraded" : undefined}>${loop?.overruns ?? "–"}</${Field}>
+      <${Field} name="Cycle duration" title="Median and 99th percentile">${cycle ? `${duration(cycle.p50)}, p99 ${duration(cycle.p99)}` : "–"}</${Field}>
+      <${Field} name="Overruns" state=${loop?.overruns ? "degraded" : undefined}>${loop?.overruns ?? "–"}</${Field}>
     </dl></section>
   </div>`;
 }

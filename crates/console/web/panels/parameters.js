@@ -62,7 +62,7 @@ function Parameter({ leaf, module, value, file, set, fail, isAllowed }) {
     ${type === "boolean" && html`<span></span><input id=${id} aria-label=${label} type="checkbox" disabled=${!isAllowed} checked=${value === true} onChange=${(event) => set(event.target.checked)} /><span></span>`}
     ${choices && html`<span></span><select id=${id} aria-label=${label} disabled=${!isAllowed} value=${value} onChange=${(event) => set(event.target.value)}>${choices.map((choice) => html`<option key=${choice}>${choice}</option>`)}</select><span></span>`}
     ${!isNumber && type !== "boolean" && !choices && html`<span></span><form onSubmit=${enter}><input id=${id} aria-label=${label} autocomplete="off" disabled=${!isAllowed || type !== "string"} value=${text ?? (typeof value === "string" ? value : JSON.stringify(value))} onInput=${(event) => setText(event.target.value)} onBlur=${enter} /></form><span></span>`}
-    <span class="was" title=${differs ? `The file says ${file}` : ""}>${differs ? `file: ${file}` : ""}</span></div>`;
+    <span class="was" title=${differs ? `Value in the file: ${file}` : ""}>${differs ? `file: ${file}` : ""}</span></div>`;
 }
 
 const nameOf = (path) => path.replace(/^modules\./, "").replaceAll('"', "");
@@ -70,11 +70,11 @@ const nameOf = (path) => path.replace(/^modules\./, "").replaceAll('"', "");
 /** What is going to be taken back, whoever has changed it: a goal among it moves the robot. */
 function Revert({ differences, revert, close }) {
   return html`<${Dialog} label="Revert" kind="revert" close=${close}>
-    <h2>Take back what no file says</h2>
+    <h2>Revert unsaved changes</h2>
     <dl>${differences.map(({ path, file, present, default: usual }) => html`<div class="field" key=${path}><dt>${nameOf(path)}</dt>
       <dd>${present ?? "none"} → ${file ?? usual ?? "the default"}</dd></div>`)}</dl>
     <div class="choices"><button data-first onClick=${close}>Cancel</button>
-      <button class="primary" onClick=${() => (close(), revert())}>Take back ${differences.length}</button></div>
+      <button class="primary" onClick=${() => (close(), revert())}>Revert ${differences.length}</button></div>
   </${Dialog}>`;
 }
 
@@ -95,13 +95,13 @@ function Save({ differences, save, close }) {
     return () => (ended = true);
   }, [text]);
   return html`<${Dialog} label="Save" kind="revert" close=${close}>
-    <h2>Write into the files what holds now</h2>
+    <h2>Save changes to the configuration files</h2>
     <dl>${differences.map(({ path, file, present }) => html`<div class="field" key=${path}><dt>${nameOf(path)}</dt>
-      <dd>${file ?? "not there"} → ${present ?? "taken out"}</dd></div>`)}</dl>
-    <p role="status">${files ? html`Into ${files.map((file, place) => html`${place ? ", " : ""}<code key=${file}>${file}</code>`)}${files.length ? ". Comments, and all else in it, stay." : "no file: they say all of it"}` : problem ? "" : "Looking which files that changes."}</p>
+      <dd>${file ?? "not set"} → ${present ?? "removed"}</dd></div>`)}</dl>
+    <p role="status">${files ? html`Files: ${files.map((file, place) => html`${place ? ", " : ""}<code key=${file}>${file}</code>`)}${files.length ? ". Comments and all other content are kept." : "No file to change."}` : problem ? "" : "Determining the files to change."}</p>
     <${Trouble} problem=${problem} />
     <div class="choices"><button data-first onClick=${close}>Cancel</button>
-      <button class="primary" disabled=${!files?.length} onClick=${() => (close(), save())}>Write ${differences.length}</button></div>
+      <button class="primary" disabled=${!files?.length} onClick=${() => (close(), save())}>Save ${differences.length}</button></div>
   </${Dialog}>`;
 }
 
@@ -158,33 +158,33 @@ function Panel({ options, setOptions }) {
     setUndoable(undone.current.length);
     if (last) set(last.path, last.leaf, undefined, true)(last.before);
   };
-  const revert = () => attempt(() => remove("/settings")).then((done) => done && ((undone.current = []), setUndoable(0), setSaid("As the files say again")));
-  const save = () => attempt(() => post("/settings/save", {})).then((done) => done && setSaid(`Written: ${done.files.join(", ") || "nothing has changed"}`));
+  const revert = () => attempt(() => remove("/settings")).then((done) => done && ((undone.current = []), setUndoable(0), setSaid("All unsaved changes were reverted")));
+  const save = () => attempt(() => post("/settings/save", {})).then((done) => done && setSaid(`Saved: ${done.files.join(", ") || "no changes"}`));
   // What the command line says is none of the files', and stays out of them.
   const own = differences.filter(({ path, origin }) => path.startsWith("modules.") && !origin?.startsWith("--"));
   return html`
     <div class="bar-of-tools">
       <input type="search" placeholder="Module or parameter" aria-label="Search for parameters" value=${text} onInput=${(event) => setText(event.target.value)} />
-      <button disabled=${!undoable} onClick=${undo} title="Takes the last change back">Undo</button>
-      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("revert")} title="Takes back all that is not saved, and shows it first">Revert${own.length ? ` ${own.length}` : ""}</button>
-      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("save")} title="Writes the changes into the files, with their comments kept, and shows them first">Save${own.length ? ` ${own.length}` : ""}</button>
+      <button disabled=${!undoable} onClick=${undo} title="Undo the last change">Undo</button>
+      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("revert")} title="Revert all unsaved changes, after a confirmation">Revert${own.length ? ` ${own.length}` : ""}</button>
+      <button disabled=${!own.length || !isAllowed} onClick=${() => setAsks("save")} title="Save the changes to the configuration files, after a confirmation">Save${own.length ? ` ${own.length}` : ""}</button>
       <span role="status" class="muted">${said}</span>
     </div>
     <${Trouble} problem=${problem} />
     ${asks === "revert" && html`<${Revert} differences=${own} revert=${revert} close=${() => setAsks(null)} />`}
     ${asks === "save" && html`<${Save} differences=${own} save=${save} close=${() => setAsks(null)} />`}
     <div class="scroll parameters">
-      ${!isAllowed && agent && html`<p class="doc muted">A ${agent.role} may look at parameters; a developer changes them${agent.role === "operator" ? ", and an operator those that console.operable has" : ""}.</p>`}
+      ${!isAllowed && agent && html`<p class="doc muted">Changing parameters requires the role developer${agent.role === "operator" ? "; an operator may change those listed in console.operable" : ""}.</p>`}
       ${shown.map(({ path, module, fields }) => html`<section key=${path}>
         <h3>${module}</h3>
         ${fields.map((leaf) => {
           const value = part(readings[path]?.value, leaf.pointer);
           const difference = changed.get(`modules.${module}.params.${leaf.name}`);
           const own = told.get(`${module} ${leaf.name}`);
-          const file = difference && (difference.file ?? difference.default ?? "not there");
+          const file = difference && (difference.file ?? difference.default ?? "not set");
           return html`<${Parameter} key=${leaf.pointer} module=${module} leaf=${{ ...leaf, path, range: own?.range }} value=${value} file=${file} isAllowed=${isAllowed || (agent?.role === "operator" && own?.operable === true)} set=${set(path, leaf, value)} fail=${setProblem} />`;
         })}</section>`)}
-      ${!shown.length && html`<${Empty}>No module has such parameters.</${Empty}>`}
+      ${!shown.length && html`<${Empty}>No parameter matches.</${Empty}>`}
     </div>`;
 }
 

@@ -58,8 +58,8 @@ function lineOf(name, find) {
   const { inputs, compute, unit } = parse(name.slice(1));
   const found = inputs.map(find);
   const missing = inputs.filter((_, place) => !found[place]);
-  if (missing.length) throw new Error(`There is no number ${missing.join(", ")}`);
-  if (!inputs.length) throw new Error("It has no number of the agent; names stand in braces");
+  if (missing.length) throw new Error(`no numeric property is called ${missing.join(", ")}`);
+  if (!inputs.length) throw new Error("the expression has no property; write names in braces");
   return { name, inputs: found, compute, unit: unit(found.map((input) => input.unit)) };
 }
 
@@ -163,7 +163,7 @@ function Legend({ series, at, remove }) {
   return html`<ul class="series">${series.map((line, place) => html`<li key=${title(line)}>
     <span class="swatch" style=${{ background: scheme.series[place % scheme.series.length] }}></span>
     <span>${title(line)}</span><b class="number">${written(line, place)}</b>
-    <button class="quiet" aria-label=${`Take ${title(line)} out`} onClick=${() => remove(line)}>✕</button></li>`)}${at && html`<li class="muted number">${number(at.time, "s")}</li>`}</ul>`;
+    <button class="quiet" aria-label=${`Remove ${title(line)}`} onClick=${() => remove(line)}>✕</button></li>`)}${at && html`<li class="muted number">${number(at.time, "s")}</li>`}</ul>`;
 }
 
 function Panel({ options, setOptions }) {
@@ -199,7 +199,7 @@ function Panel({ options, setOptions }) {
       if (!input.isPart) continue;
       const value = await get(`${at(agent.name, input.path)}?bare&${new URLSearchParams(selection(input.pointer))}`);
       const first = input.pointer.startsWith("$") ? value[0] : value;
-      if (!["number", "boolean"].includes(typeof first) && first !== null) throw new Error(`There is no number at ${input.pointer} of /${input.path}`);
+      if (!["number", "boolean"].includes(typeof first) && first !== null) throw new Error(`the value at ${input.pointer} of /${input.path} is not a number`);
     }
   };
   const add = async (event) => {
@@ -208,7 +208,7 @@ function Panel({ options, setOptions }) {
     const isEntered = event.type === "submit";
     try {
       const found = isEntered ? lineOf(text, find) : byTitle.get(text);
-      if (!found && isEntered && text) throw new Error(`There is no number ${text}`);
+      if (!found && isEntered && text) throw new Error(`no numeric property is called ${text}`);
       if (!found) return;
       await check(found);
       setProblem(null);
@@ -221,17 +221,17 @@ function Panel({ options, setOptions }) {
   const remove = (line) => setOptions({ series: chosen.filter((name) => name !== title(line)) });
   return html`
     <div class="bar-of-tools">
-      <form class="grow" onSubmit=${add}><input list="numbers" placeholder="Add a number, or ={one} - {other}" title=${`A number of the agent, also by the property's path with a JSON Pointer or JSONPath behind it, or after = one that is computed: names stand in braces, functions are ${functions}`} aria-label="Add a number" autocomplete="off" value=${text}
+      <form class="grow" onSubmit=${add}><input list="numbers" placeholder="Add a number, or ={a} - {b}" title=${`A numeric property, a path followed by a JSON Pointer or JSONPath, or an expression after = with names in braces; functions: ${functions}`} aria-label="Add a number" autocomplete="off" value=${text}
         onInput=${(event) => setText(event.target.value)} onChange=${add} /></form>
       <datalist id="numbers">${choices.map((choice) => html`<option key=${title(choice)} value=${title(choice)}>${choice.unit}</option>`)}</datalist>
-      <select aria-label="How long back" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>
+      <select aria-label="Time span" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>
         ${Object.entries(WINDOWS).map(([value, name]) => html`<option key=${value} value=${value}>${name}</option>`)}</select>
-      <button class="tool" aria-pressed=${paused} onClick=${() => setPaused(!paused)}>${paused ? "Go on" : "Pause"}</button>
+      <button class="tool" aria-pressed=${paused} onClick=${() => setPaused(!paused)}>${paused ? "Resume" : "Pause"}</button>
     </div>
     <${Trouble} problem=${problem} />
     <${Legend} series=${series} at=${cursor} remove=${remove} />
     <div class="canvas-box" ref=${box}>
-      ${!series.length ? html`<${Empty}>Add a number to see it over time.</${Empty}>` : size && size.height > 60 && html`<${Chart} series=${series} seconds=${seconds} paused=${paused} size=${size} point=${setCursor} />`}
+      ${!series.length ? html`<${Empty}>Add a number to plot it over time.</${Empty}>` : size && size.height > 60 && html`<${Chart} series=${series} seconds=${seconds} paused=${paused} size=${size} point=${setCursor} />`}
     </div>`;
 }
 

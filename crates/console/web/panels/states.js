@@ -29,14 +29,14 @@ function Panel({ options, setOptions }) {
     <div class="bar-of-tools">
       <form class="grow" onSubmit=${add}><input list="states" placeholder="Add a state, such as r2/wheels/gate/mode" aria-label="Add a state" autocomplete="off" value=${text} onInput=${(event) => setText(event.target.value)} onChange=${add} /></form>
       <datalist id="states">${choices.map((choice) => html`<option key=${title(choice)} value=${title(choice)} />`)}</datalist>
-      <select aria-label="How long back" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>
+      <select aria-label="Time span" value=${seconds} onChange=${(event) => setOptions({ seconds: Number(event.target.value) })}>
         ${Object.entries(SPANS).map(([value, name]) => html`<option key=${value} value=${value}>${name}</option>`)}</select>
     </div>
     <div class="scroll states" tabindex="0" role="group" aria-label="States">
       ${shown.map((choice) => html`<section key=${title(choice)}><header><h3>${title(choice)}</h3>
-        <button class="quiet" aria-label=${`Take ${title(choice)} out`} onClick=${() => setOptions({ states: chosen.filter((name) => name !== title(choice)) })}>✕</button></header>
+        <button class="quiet" aria-label=${`Remove ${title(choice)}`} onClick=${() => setOptions({ states: chosen.filter((name) => name !== title(choice)) })}>✕</button></header>
         <${Strip} ...${choice} seconds=${seconds} name=${choice.pointer.slice(1)} /></section>`)}
-      ${!shown.length && html`<${Empty}>No property of this agent is a state, or none is chosen.</${Empty}>`}
+      ${!shown.length && html`<${Empty}>No state selected, or this agent has none.</${Empty}>`}
     </div>`;
 }
 

@@ -12,16 +12,16 @@ function Row({ name, condition, histogram, timing, most, misses, panics }) {
     <th scope="row">${name}</th><td>${condition === undefined ? "" : word(condition)}</td>
     <td class="number">${timing?.period ? `${(1e9 / timing.period).toFixed(1)} Hz` : "–"}</td>
     ${cell(timing?.jitter)}${cell(histogram?.p50)}${cell(histogram?.p90)}${cell(histogram?.p99)}${cell(histogram?.max)}
-    <td><${Bar} share=${share(histogram?.p99 ?? 0, most)} label=${histogram ? `99 of 100 within ${duration(histogram.p99)}` : "nothing yet"} /></td>
+    <td><${Bar} share=${share(histogram?.p99 ?? 0, most)} label=${histogram ? `99th percentile ${duration(histogram.p99)}` : "no samples yet"} /></td>
     <td class="number">${misses ?? "–"}</td><td class="number">${panics ?? "–"}</td></tr>`;
 }
 
 function Head({ first, sort, setSort }) {
   const column = (name, id, title) => html`<th class="number" aria-sort=${sort === id && id ? "descending" : undefined} title=${title}>
     ${id && setSort ? html`<button class="quiet" onClick=${() => setSort(id)}>${name}${sort === id ? " ▾" : ""}</button>` : name}</th>`;
-  return html`<thead><tr><th>${first}</th><th>Condition</th>${column("Rate")}${column("Jitter", "", "The greatest difference of neighbouring periods")}
-    ${column("Median", "p50")}${column("90 %", "p90")}${column("99 %", "p99")}${column("Longest", "max")}
-    <th>99 % of the period</th>${column("Misses", "", "Ticks that took longer than their deadline")}${column("Panics")}</tr></thead>`;
+  return html`<thead><tr><th>${first}</th><th>Condition</th>${column("Rate")}${column("Jitter", "", "Largest difference between successive periods")}
+    ${column("Median", "p50")}${column("90 %", "p90")}${column("99 %", "p99")}${column("Maximum", "max")}
+    <th>p99 / period</th>${column("Misses", "", "Ticks that missed their deadline")}${column("Panics")}</tr></thead>`;
 }
 
 /** What each thread took of a processor since the last look, and how long it waited for one in the middle. */
@@ -48,10 +48,10 @@ function useLoads() {
 function Threads() {
   const loads = useLoads();
   const percent = (load) => (load === undefined ? "–" : `${(100 * load).toFixed(1)} %`);
-  return loads.length > 0 && html`<table class="threads"><thead><tr><th>Thread</th><th class="number">Processor</th><th class="number" title="Of one processor, in the last seconds">Load</th>
-    <th class="number" title="From being ready to running, on average of the last seconds">Waits</th><th>Part of a processor</th></tr></thead>
+  return loads.length > 0 && html`<table class="threads"><thead><tr><th>Thread</th><th class="number">Processor</th><th class="number" title="Share of one processor over the last seconds">Load</th>
+    <th class="number" title="Mean scheduling latency over the last seconds">Latency</th><th>Processor share</th></tr></thead>
     <tbody>${loads.map(({ id, name, processor, load, wait }) => html`<tr key=${id}><th scope="row">${name}</th><td class="number">${processor}</td><td class="number">${percent(load)}</td>
-      <td class="number">${wait === undefined ? "–" : duration(wait)}</td><td><${Bar} share=${load ?? 0} label=${`${name} takes ${percent(load)} of a processor`} /></td></tr>`)}</tbody></table>`;
+      <td class="number">${wait === undefined ? "–" : duration(wait)}</td><td><${Bar} share=${load ?? 0} label=${`${name}: ${percent(load)} of a processor`} /></td></tr>`)}</tbody></table>`;
 }
 
 function Panel() {
@@ -72,7 +72,7 @@ function Panel() {
   const sorted = [...modules].sort((one, other) => (value(`${other.name}/histogram`)?.[sort] ?? -1) - (value(`${one.name}/histogram`)?.[sort] ?? -1));
   return html`<div class="scroll timing" tabindex="0" role="group" aria-label="Timing"><table>
     <${Head} first="Loop" />
-    <tbody><${Row} name="A cycle" histogram=${cycle} most=${whole} misses=${value("loop/state")?.overruns} />
+    <tbody><${Row} name="Cycle" histogram=${cycle} most=${whole} misses=${value("loop/state")?.overruns} />
       ${stages.filter(value).map((path) => html`<${Row} key=${path} name=${path.split("/")[1]} histogram=${value(path)} most=${whole} />`)}</tbody></table>
     <table><${Head} first="Module" sort=${sort} setSort=${setSort} />
     <tbody>${sorted.map((module) => html`<${Row} key=${module.name} ...${module} histogram=${value(`${module.name}/histogram`)} timing=${value(`${module.name}/timing`)} most=${whole} />`)}</tbody>

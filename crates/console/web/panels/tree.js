@@ -37,7 +37,7 @@ function Row({ row, open, toggle, rate, schema, isSelected, isFirst }) {
   };
   return html`<tr role="row" tabindex=${isFirst || isSelected ? 0 : -1} aria-level=${depth} aria-expanded=${isFolder ? open : undefined} aria-selected=${isSelected} data-path=${path} onClick=${act} onKeyDown=${key} title=${property?.doc}>
     <th role="rowheader" scope="row" style=${{ paddingLeft: `${depth * 14 - 4}px` }}><span class="twist" aria-hidden="true">${isFolder ? (open ? "▾" : "▸") : ""}</span>${name}</th>
-    <td role="gridcell" class="value">${property && (property.access === "messages" ? html`<span class="muted">takes messages</span>` : property.value === undefined ? html`<span class="muted">${property.sequence ? "large" : "none yet"}</span>` : brief(property.value, schema))}</td>
+    <td role="gridcell" class="value">${property && (property.access === "messages" ? html`<span class="muted">inbox</span>` : property.value === undefined ? html`<span class="muted">${property.sequence ? "large" : "none yet"}</span>` : brief(property.value, schema))}</td>
     <td role="gridcell" class="number">${property?.time !== undefined && html`<${Age} time=${property.time} />`}</td>
     <td role="gridcell" class="number">${property ? hertz(rate) : ""}</td>
     <td role="gridcell" class="muted">${property?.interface}</td></tr>`;
@@ -65,14 +65,14 @@ function Panel({ options, setOptions }) {
   return html`
     <div class="bar-of-tools">
       <input type="search" placeholder="Path, parameter or interface" aria-label="Search for properties" value=${text} onInput=${(event) => setText(event.target.value)} />
-      <label><input type="checkbox" checked=${options.usual === true} onChange=${(event) => setOptions({ usual: event.target.checked })} /> With state and timing of modules</label>
+      <label><input type="checkbox" checked=${options.usual === true} onChange=${(event) => setOptions({ usual: event.target.checked })} /> Show state and timing of modules</label>
       <span class="muted">${shown.length} of ${properties.length}</span>
     </div>
     <div class="scroll"><table role="treegrid" aria-label="Properties" class="tree">
       <thead><tr role="row"><th role="columnheader">Property</th><th role="columnheader">Value</th><th role="columnheader" class="number">Age</th><th role="columnheader" class="number">Rate</th><th role="columnheader">Interface</th></tr></thead>
       <tbody>${rows(shown, isOpen).map((row, place) => html`<${Row} key=${row.path} row=${row} open=${isOpen(row.path)} toggle=${toggle} rate=${rates.get(row.path)}
         schema=${interfaces[row.property?.interface]} isSelected=${row.path === selected} isFirst=${place === 0} />`)}</tbody></table>
-      ${!shown.length && html`<${Empty}>No property is called so.</${Empty}>`}
+      ${!shown.length && html`<${Empty}>No property matches.</${Empty}>`}
     </div>`;
 }
 

@@ -16,6 +16,7 @@ use crate::entries::{
     PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SetProperty,
     SettingEntry, SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, Watched,
 };
+use crate::graph::DrawnGraph;
 
 /// A result of a call.
 type Done<T> = Result<T, ClientError>;
@@ -215,6 +216,11 @@ impl Client {
     /// The links.
     pub fn links(&mut self) -> Done<Vec<LinkEntry>> {
         self.call("GET", "/links", None)
+    }
+
+    /// Modules, gates and links, as they are drawn.
+    pub fn graph(&mut self) -> Done<DrawnGraph> {
+        self.call("GET", "/graph", None)
     }
 
     /// The other agents that are known.

@@ -1,5 +1,6 @@
 //! The operations: each subject has a file, with what can be asked of it and how that is answered.
 
+mod graph;
 mod history;
 mod layouts;
 mod leases;
@@ -93,6 +94,7 @@ pub const OPERATIONS: &[Operation] = &[
     links::LINK,
     links::UNLINK,
     links::PEERS,
+    graph::READ,
     settings::LIST,
     modules::PARAMETERS,
     settings::SET,

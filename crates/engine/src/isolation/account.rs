@@ -23,10 +23,10 @@ pub struct ModuleProcess {
 
 /// What is known of the processes of a module.
 #[derive(Debug, Default)]
-pub struct Account(Mutex<Inner>);
+pub struct Account(Mutex<AccountState>);
 
 #[derive(Debug, Default)]
-struct Inner {
+struct AccountState {
     id: u32,
     /// Where the system says how much memory it uses.
     sizes: Option<File>,
@@ -36,7 +36,7 @@ struct Inner {
 }
 
 impl Account {
-    fn locked(&self) -> MutexGuard<'_, Inner> {
+    fn locked(&self) -> MutexGuard<'_, AccountState> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -15,7 +15,7 @@ use slate_module::{Frame, Host, ModuleKind, Plugin, Refusal, decode, encode};
 
 use super::arena::map;
 use super::wire::{Asked, Begin, Code, KindText, Topic, receive, send};
-use crate::plugin;
+use crate::library;
 
 /// What the program is started with to run a module.
 pub(super) const ARGUMENT: &str = "--slate-isolated-module";
@@ -135,7 +135,7 @@ fn start(begin: &Begin, files: Vec<OwnedFd>, plugins: &[Plugin]) -> Result<Start
     let kinds = match &begin.code {
         Code::Linked => plugins.iter().flat_map(Plugin::kinds).cloned().collect(),
         Code::Library(file) => {
-            plugin::open_as_it_is(file).map_err(|error| Refusal(error.to_string()))?.kinds().to_vec()
+            library::open_as_it_is(file).map_err(|error| Refusal(error.to_string()))?.kinds().to_vec()
         }
     };
     if begin.memory > 0 {

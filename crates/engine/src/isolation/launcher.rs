@@ -9,11 +9,11 @@ use std::sync::{Mutex, PoisonError};
 
 use super::child::{ARGUMENT, is_entered};
 
-type Request = (Command, SyncSender<io::Result<Child>>);
+type LaunchRequest = (Command, SyncSender<io::Result<Child>>);
 
 /// What the thread is asked with that starts all processes. It lives as long as the program: the system takes its
 /// end for the end of the host, and a module's thread may end before the module.
-static LAUNCHER: Mutex<Option<std::sync::mpsc::Sender<Request>>> = Mutex::new(None);
+static LAUNCHER: Mutex<Option<std::sync::mpsc::Sender<LaunchRequest>>> = Mutex::new(None);
 
 /// Starts `program`, or this one again, to run a module. Its standard input is the socket to it.
 pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> {
@@ -43,7 +43,7 @@ pub(super) fn launch(program: Option<&Path>) -> io::Result<(Child, UnixStream)> 
     }
 }
 
-fn serve(requests: &Receiver<Request>) {
+fn serve(requests: &Receiver<LaunchRequest>) {
     for (mut command, answer) in requests {
         // Who asked waits.
         let _ = answer.send(command.spawn());

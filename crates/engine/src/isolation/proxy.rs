@@ -13,7 +13,7 @@ use super::mirror::{Mapped, Mirror};
 use super::process::{Process, STARTING};
 use super::wire::{Asked, Begin, Code, Topic};
 use super::{Arena, length};
-use crate::plugin;
+use crate::library;
 
 /// How and with what a module runs apart.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl Maker for Apart {
 
 /// Where the code of a kind is.
 pub(super) fn code_of(kind: &ModuleKind) -> Code {
-    plugin::file_of(kind).map_or(Code::Linked, |file| Code::Library(file.into()))
+    library::file_of(kind).map_or(Code::Linked, |file| Code::Library(file.into()))
 }
 
 /// An instance in another process.

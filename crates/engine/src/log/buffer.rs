@@ -8,10 +8,8 @@ use std::time::{Duration, Instant};
 use crossbeam_queue::ArrayQueue;
 use slate_blackboard::wake::Wake;
 
-use super::source::Message;
-
-struct Buffer {
-    messages: ArrayQueue<Message>,
+struct Buffer<M> {
+    messages: ArrayQueue<M>,
     arrived: Wake,
     /// Notified when half of the places are free again.
     emptied: Wake,
@@ -24,7 +22,7 @@ struct Buffer {
 const LOOK: Duration = Duration::from_millis(1);
 
 /// A buffer with that many places.
-pub(super) fn buffer(places: usize) -> (Sender, Receiver) {
+pub(super) fn buffer<M>(places: usize) -> (Sender<M>, Receiver<M>) {
     let buffer = Arc::new(Buffer {
         messages: ArrayQueue::new(places),
         arrived: Wake::new(),
@@ -35,22 +33,21 @@ pub(super) fn buffer(places: usize) -> (Sender, Receiver) {
     (Sender(Arc::clone(&buffer)), Receiver(buffer))
 }
 
-pub(super) struct Sender(Arc<Buffer>);
+pub(super) struct Sender<M>(Arc<Buffer<M>>);
 
-impl Sender {
+impl<M> Sender<M> {
     /// Sends without waiting.
     ///
     /// # Errors
     /// The message, when there is no room.
-    #[allow(clippy::result_large_err, reason = "a message in a box would be an allocation of the tick")]
-    pub fn try_send(&self, message: Message) -> Result<(), Message> {
+    pub fn try_send(&self, message: M) -> Result<(), M> {
         self.0.messages.push(message)?;
         self.0.arrived.notify(1);
         Ok(())
     }
 
     /// Sends, and waits for room. False when nobody receives any more.
-    pub fn send(&self, mut message: Message) -> bool {
+    pub fn send(&self, mut message: M) -> bool {
         loop {
             match self.try_send(message) {
                 Ok(()) => return true,
@@ -63,14 +60,14 @@ impl Sender {
     }
 }
 
-impl Clone for Sender {
+impl<M> Clone for Sender<M> {
     fn clone(&self) -> Self {
         self.0.senders.fetch_add(1, Ordering::Relaxed);
         Self(Arc::clone(&self.0))
     }
 }
 
-impl Drop for Sender {
+impl<M> Drop for Sender<M> {
     fn drop(&mut self) {
         if self.0.senders.fetch_sub(1, Ordering::AcqRel) == 1 {
             self.0.arrived.notify(1);
@@ -78,7 +75,7 @@ impl Drop for Sender {
     }
 }
 
-pub(super) struct Receiver(Arc<Buffer>);
+pub(super) struct Receiver<M>(Arc<Buffer<M>>);
 
 /// Why there is no message.
 pub(super) enum Nothing {
@@ -88,13 +85,13 @@ pub(super) enum Nothing {
     Ever,
 }
 
-impl Receiver {
+impl<M> Receiver<M> {
     /// The next message, waited for at most so long.
     ///
     /// # Errors
     /// When there is none.
     #[allow(clippy::disallowed_methods, reason = "how long nothing comes is a matter of the wall clock")]
-    pub fn receive(&self, patience: Duration) -> Result<Message, Nothing> {
+    pub fn receive(&self, patience: Duration) -> Result<M, Nothing> {
         if let Some(message) = self.take() {
             return Ok(message);
         }
@@ -114,7 +111,7 @@ impl Receiver {
         }
     }
 
-    fn take(&self) -> Option<Message> {
+    fn take(&self) -> Option<M> {
         let message = self.0.messages.pop()?;
         // Not with every place, as each would wake a sender that fills just one.
         if self.0.messages.len() == self.0.messages.capacity() / 2 {
@@ -124,7 +121,7 @@ impl Receiver {
     }
 }
 
-impl Drop for Receiver {
+impl<M> Drop for Receiver<M> {
     fn drop(&mut self) {
         self.0.closed.store(true, Ordering::Release);
     }

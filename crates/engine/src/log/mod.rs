@@ -39,7 +39,7 @@ pub use target::{
 
 use buffer::{Sender, buffer};
 use repeat::Repeats;
-use source::{COMMON, Message, OWN, Source};
+use source::{COMMON, LogMessage, LogSource, OWN};
 use tail::Tail;
 use thread::Thread;
 
@@ -62,7 +62,7 @@ pub struct Logger {
     /// The log of the agent itself; nothing only at the end.
     agent: Option<ModuleLog>,
     thread: Option<JoinHandle<()>>,
-    messages: Option<Sender>,
+    messages: Option<Sender<LogMessage>>,
     counts: Arc<Counts>,
     modules: Mutex<Modules>,
 }
@@ -80,7 +80,7 @@ struct Counts {
 /// What a change of levels goes through; no tick does.
 struct Modules {
     levels: Levels,
-    sources: BTreeMap<Arc<str>, Arc<Source>>,
+    sources: BTreeMap<Arc<str>, Arc<LogSource>>,
 }
 
 impl fmt::Debug for Logger {
@@ -105,7 +105,7 @@ impl Logger {
             thread.run(&receiver);
         })?;
         let name = Arc::from("agent");
-        let source = Arc::new(Source::new(&name, settings.levels.of(&name)));
+        let source = Arc::new(LogSource::new(&name, settings.levels.of(&name)));
         // The agent may log from any thread and about what is late, so it never waits.
         let agent = ModuleLog::new(messages.clone(), Arc::clone(&counts), Arc::clone(&source), false, None);
         Ok(Self {
@@ -147,7 +147,7 @@ impl Logger {
 
     /// Adds a target, which gets all lines from now on.
     pub fn add_target(&self, target: Box<dyn LogTarget>) {
-        self.send(Message::Target(target));
+        self.send(LogMessage::Target(target));
     }
 
     /// Logs a line of the agent itself; it is dropped and counted when the targets are too slow.
@@ -164,7 +164,7 @@ impl Logger {
         let mut modules = self.modules();
         let own = modules.levels.of(module);
         let source =
-            modules.sources.entry(Arc::clone(&name)).or_insert_with(|| Arc::new(Source::new(&name, own)));
+            modules.sources.entry(Arc::clone(&name)).or_insert_with(|| Arc::new(LogSource::new(&name, own)));
         let log = ModuleLog::new(messages, Arc::clone(&self.counts), Arc::clone(source), true, None);
         drop(modules);
         log.write_at(time, level, text.as_bytes());
@@ -181,7 +181,7 @@ impl Logger {
             waited += LOOK;
             waited < limit && !has_ended()
         };
-        while messages.try_send(Message::Settle).is_err() {
+        while messages.try_send(LogMessage::Settle).is_err() {
             if !wait() {
                 return;
             }
@@ -205,7 +205,7 @@ impl Logger {
     /// # Errors
     /// When a module has a property of that name.
     pub fn show_on(&self, board: &Board) -> Result<(), BoardError> {
-        self.send(Message::Tail(Box::new(Tail::new(board)?)));
+        self.send(LogMessage::Tail(Box::new(Tail::new(board)?)));
         Ok(())
     }
 
@@ -217,13 +217,13 @@ impl Logger {
         let level = modules.levels.of(name);
         // A module that is loaded again goes on with the counts of the old one.
         let source =
-            modules.sources.entry(Arc::clone(name)).or_insert_with(|| Arc::new(Source::new(name, level)));
+            modules.sources.entry(Arc::clone(name)).or_insert_with(|| Arc::new(LogSource::new(name, level)));
         let source = Arc::clone(source);
         let clock = Some(Arc::clone(clock));
         Some(Box::new(ModuleLog::new(messages, Arc::clone(&self.counts), source, lossless, clock)))
     }
 
-    fn send(&self, message: Message) {
+    fn send(&self, message: LogMessage) {
         if let Some(messages) = &self.messages
             && messages.send(message)
         {

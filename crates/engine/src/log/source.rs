@@ -21,8 +21,8 @@ pub(super) const OWN: u32 = 8;
 
 /// What goes to the logger's thread.
 #[allow(clippy::large_enum_variant, reason = "a line in a box would be an allocation of the tick")]
-pub(super) enum Message {
-    Line(Line),
+pub(super) enum LogMessage {
+    Line(SentLine),
     Target(Box<dyn LogTarget>),
     Tail(Box<Tail>),
     /// Write all there is to write.
@@ -30,19 +30,19 @@ pub(super) enum Message {
 }
 
 /// A line on its way; text in place, so that sending it allocates nothing.
-pub(super) struct Line {
+pub(super) struct SentLine {
     time: u64,
     level: Level,
-    source: Arc<Source>,
+    source: Arc<LogSource>,
     dropped: u64,
-    place: Place,
+    place: BufferPlace,
     length: usize,
     text: [u8; 512],
 }
 
 /// Which place of the buffer a line takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Place {
+enum BufferPlace {
     /// Any: the module waits for one.
     Waited,
     Own,
@@ -50,7 +50,7 @@ enum Place {
 }
 
 /// A module as the log knows it, shared with the logger's thread.
-pub(super) struct Source {
+pub(super) struct LogSource {
     pub name: Arc<str>,
     level: AtomicU32,
     /// Lines in the buffer.
@@ -60,7 +60,7 @@ pub(super) struct Source {
     dropped: AtomicU64,
 }
 
-impl Source {
+impl LogSource {
     pub fn new(name: &Arc<str>, level: Level) -> Self {
         Self {
             name: Arc::clone(name),
@@ -90,14 +90,14 @@ impl Source {
     }
 
     /// A place in the buffer: one of its own, else one of the common ones unless those are all taken.
-    fn place(&self, counts: &Counts) -> Option<Place> {
+    fn place(&self, counts: &Counts) -> Option<BufferPlace> {
         let waiting = self.waiting.fetch_add(1, Ordering::Relaxed);
         if waiting < OWN {
-            return Some(Place::Own);
+            return Some(BufferPlace::Own);
         }
         if waiting < OWN + LARGEST {
             if counts.common.fetch_add(1, Ordering::Relaxed) < COMMON {
-                return Some(Place::Common);
+                return Some(BufferPlace::Common);
             }
             counts.common.fetch_sub(1, Ordering::Relaxed);
         }
@@ -105,11 +105,11 @@ impl Source {
         None
     }
 
-    fn leave(&self, place: Place, counts: &Counts) {
-        if place != Place::Waited {
+    fn leave(&self, place: BufferPlace, counts: &Counts) {
+        if place != BufferPlace::Waited {
             self.waiting.fetch_sub(1, Ordering::Relaxed);
         }
-        if place == Place::Common {
+        if place == BufferPlace::Common {
             counts.common.fetch_sub(1, Ordering::Relaxed);
         }
     }
@@ -121,9 +121,9 @@ impl Source {
     }
 }
 
-impl Line {
+impl SentLine {
     /// What the targets get. Its place in the buffer is free again.
-    pub fn into_record(self, counts: &Counts) -> (Arc<Source>, Record) {
+    pub fn into_record(self, counts: &Counts) -> (Arc<LogSource>, Record) {
         self.source.leave(self.place, counts);
         let text = String::from_utf8_lossy(&self.text[..self.length]);
         let mut record = Record::from_message(self.time, self.level, &self.source.name, &text);
@@ -137,9 +137,9 @@ const NOW: u64 = u64::MAX;
 
 /// The log of one module, as its frame's host knows it.
 pub struct ModuleLog {
-    lines: Sender,
+    lines: Sender<LogMessage>,
     counts: Arc<Counts>,
-    source: Arc<Source>,
+    source: Arc<LogSource>,
     lossless: bool,
     /// Says when a line was written; nothing for those who say it themselves.
     clock: Option<Arc<Clock>>,
@@ -147,7 +147,7 @@ pub struct ModuleLog {
     time: AtomicU64,
     /// Whether lines are kept, as the step is made beside others; they follow when it is committed.
     holding: AtomicBool,
-    held: Mutex<Vec<Line>>,
+    held: Mutex<Vec<SentLine>>,
 }
 
 /// At the end of a line that was longer; half a character before it is shown as an unknown one.
@@ -156,9 +156,9 @@ const CUT: &[u8] = b" ...";
 impl ModuleLog {
     /// The log of that module; `lossless` waits for a full buffer rather than drop a line.
     pub(super) fn new(
-        lines: Sender,
+        lines: Sender<LogMessage>,
         counts: Arc<Counts>,
-        source: Arc<Source>,
+        source: Arc<LogSource>,
         lossless: bool,
         clock: Option<Arc<Clock>>,
     ) -> Self {
@@ -226,7 +226,7 @@ impl ModuleLog {
             text[length - CUT.len()..].copy_from_slice(CUT);
         }
         let source = Arc::clone(&self.source);
-        let line = Line { time, level, source, dropped: 0, place: Place::Waited, length, text };
+        let line = SentLine { time, level, source, dropped: 0, place: BufferPlace::Waited, length, text };
         if self.lossless && self.holding.load(Ordering::Relaxed) {
             self.held.lock().unwrap_or_else(PoisonError::into_inner).push(line);
         } else {
@@ -234,9 +234,9 @@ impl ModuleLog {
         }
     }
 
-    fn pass_on(&self, mut line: Line) {
+    fn pass_on(&self, mut line: SentLine) {
         if self.lossless {
-            if self.lines.send(Message::Line(line)) {
+            if self.lines.send(LogMessage::Line(line)) {
                 self.counts.sent.fetch_add(1, Ordering::Release);
             }
             return;
@@ -247,7 +247,7 @@ impl ModuleLog {
         line.place = place;
         line.dropped = self.source.untold.swap(0, Ordering::Relaxed);
         let told = line.dropped;
-        if self.lines.try_send(Message::Line(line)).is_ok() {
+        if self.lines.try_send(LogMessage::Line(line)).is_ok() {
             self.counts.sent.fetch_add(1, Ordering::Release);
         } else {
             // More modules have come than the buffer was made for.

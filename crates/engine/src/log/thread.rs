@@ -9,7 +9,7 @@ use slate_module::Level;
 use super::LogCounts;
 use super::buffer::{Nothing, Receiver};
 use super::repeat::{Repeats, WINDOW};
-use super::source::{Line, Message, Source};
+use super::source::{LogMessage, LogSource, SentLine};
 use super::tail::Tail;
 use super::{Counts, LogTarget, Record};
 
@@ -27,7 +27,7 @@ pub(super) struct Thread {
     counts: Arc<Counts>,
     lockstep: bool,
     /// The modules that have logged, to ask them for lines dropped since.
-    sources: BTreeMap<Arc<str>, Arc<Source>>,
+    sources: BTreeMap<Arc<str>, Arc<LogSource>>,
     /// The time of the newest line, nanoseconds.
     time: u64,
 }
@@ -44,7 +44,7 @@ impl Thread {
     }
 
     /// Takes what comes until nobody can send any more.
-    pub fn run(mut self, messages: &Receiver) {
+    pub fn run(mut self, messages: &Receiver<LogMessage>) {
         let mut quiet = Duration::ZERO;
         let mut busy = false;
         loop {
@@ -71,17 +71,17 @@ impl Thread {
         self.settle();
     }
 
-    fn take(&mut self, message: Message) {
+    fn take(&mut self, message: LogMessage) {
         match message {
-            Message::Line(line) => self.line(line),
-            Message::Target(target) => self.output.targets.push(target),
-            Message::Tail(tail) => self.output.tail = Some(tail),
-            Message::Settle => self.settle(),
+            LogMessage::Line(line) => self.line(line),
+            LogMessage::Target(target) => self.output.targets.push(target),
+            LogMessage::Tail(tail) => self.output.tail = Some(tail),
+            LogMessage::Settle => self.settle(),
         }
         self.count();
     }
 
-    fn line(&mut self, line: Line) {
+    fn line(&mut self, line: SentLine) {
         let (source, record) = line.into_record(&self.counts);
         self.time = self.time.max(record.time);
         if !self.sources.contains_key(&source.name) {

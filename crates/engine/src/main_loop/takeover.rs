@@ -18,7 +18,7 @@ struct Taken {
 }
 
 #[derive(Default)]
-struct Held {
+struct HeldPolicies {
     /// What the loop goes by.
     present: Option<Taken>,
     /// What it goes by as soon as there is a plan for its stages.
@@ -39,7 +39,7 @@ pub struct Takeover {
     over: AtomicU64,
     present: AtomicU64,
     coming: AtomicU64,
-    held: Mutex<Held>,
+    held: Mutex<HeldPolicies>,
     /// The stages that were asked for last, until somebody makes a plan for them.
     wishes: ArrayQueue<Wish>,
     /// Policies that were replaced, until somebody has the time to end them.
@@ -64,7 +64,7 @@ pub(super) enum Choice {
 pub(super) type Wish = (u64, Schedule);
 
 impl Takeover {
-    fn held(&self) -> MutexGuard<'_, Held> {
+    fn held(&self) -> MutexGuard<'_, HeldPolicies> {
         self.held.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -153,7 +153,7 @@ impl Takeover {
         self.stir();
     }
 
-    fn try_held(&self) -> Option<MutexGuard<'_, Held>> {
+    fn try_held(&self) -> Option<MutexGuard<'_, HeldPolicies>> {
         match self.held.try_lock() {
             Ok(held) => Some(held),
             Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),

@@ -1,33 +1,7 @@
-use std::fmt;
 use std::sync::Arc;
 
 use super::Point;
-use super::sync::{AtomicU64, Ordering};
-
-/// Someone who emits a point.
-pub(super) struct Member {
-    /// Tells it from all others.
-    pub number: u64,
-    pub name: Arc<str>,
-    emitted: AtomicU64,
-}
-
-impl Member {
-    pub fn new(number: u64, name: &str) -> Arc<Self> {
-        Arc::new(Self { number, name: name.into(), emitted: AtomicU64::new(0) })
-    }
-
-    /// How often it emitted.
-    pub fn emitted(&self) -> u64 {
-        self.emitted.load(Ordering::Relaxed)
-    }
-}
-
-impl fmt::Debug for Member {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_tuple("Member").field(&self.name).field(&self.emitted()).finish()
-    }
-}
+use super::member::Member;
 
 /// Emits a point. Dropping it says that nobody needs to wait for it any more.
 #[derive(Debug)]
@@ -60,8 +34,7 @@ impl Emitter {
     /// Emits the point and those above it.
     #[inline]
     pub fn emit(&self) {
-        // The points' counts, which follow, publish it.
-        self.member.emitted.fetch_add(1, Ordering::Relaxed);
+        self.member.count();
         self.point.with_ancestors().for_each(|point| point.notify(1));
     }
 

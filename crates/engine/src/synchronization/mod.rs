@@ -22,6 +22,7 @@
 //! ```
 
 mod emitter;
+mod member;
 mod point;
 mod seats;
 
@@ -31,7 +32,7 @@ use std::sync::{Arc, PoisonError};
 pub use emitter::Emitter;
 pub use point::{Count, Late, Mark, Point, TimedOut};
 
-use emitter::Member;
+use member::Member;
 use sync::{AtomicBool, Mutex, Ordering};
 
 /// The atomics and locks of the standard library, or those of a checker.

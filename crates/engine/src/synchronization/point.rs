@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::emitter::Member;
+use super::member::Member;
 use super::seats::Seats;
 use super::sync::{AtomicBool, AtomicU64, Mutex, MutexGuard, Ordering};
 

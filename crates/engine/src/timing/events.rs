@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 
 use super::json::{Microseconds, Quoted};
-use super::trace::Span;
+use super::span::Span;
 
 /// Writes events one after the other, in any order of their times.
 #[derive(Debug)]

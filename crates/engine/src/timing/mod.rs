@@ -10,6 +10,7 @@ mod live;
 mod recorder;
 mod recording;
 mod ring;
+mod span;
 mod switch;
 mod trace;
 
@@ -18,5 +19,6 @@ pub use live::LiveHistogram;
 pub use recorder::{Recorded, RecordedTrack, Recorder};
 pub use recording::Recording;
 pub use slate_composition::own::TimingHistogram;
+pub use span::{Label, Span};
 pub use switch::Switch;
-pub use trace::{Exported, Label, Span, Trace, TraceError, Track};
+pub use trace::{Exported, Trace, TraceError, Track};

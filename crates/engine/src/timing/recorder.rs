@@ -3,7 +3,8 @@ use std::io::{self, BufWriter, Write};
 use std::sync::Arc;
 
 use super::events::Events;
-use super::trace::{Labels, Lane, Span, Trace};
+use super::span::Span;
+use super::trace::{Labels, Lane, Trace};
 
 /// What a recording holds.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -20,13 +20,13 @@ const BREATH: Duration = Duration::from_millis(1);
 #[derive(Debug)]
 pub struct Recording<W: Write> {
     clock: Arc<Clock>,
-    state: Arc<Mutex<State<W>>>,
+    state: Arc<Mutex<RecordingState<W>>>,
     is_over: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 #[derive(Debug)]
-enum State<W: Write> {
+enum RecordingState<W: Write> {
     Records { recorder: Recorder<W>, _lease: Lease },
     Failed(io::Error),
     Taken,
@@ -35,7 +35,7 @@ enum State<W: Write> {
 impl<W: Write + Send + 'static> Recording<W> {
     /// Begins to write what the recorder takes.
     pub fn begin(recorder: Recorder<W>, lease: Lease, clock: Arc<Clock>) -> io::Result<Self> {
-        let state = Arc::new(Mutex::new(State::Records { recorder, _lease: lease }));
+        let state = Arc::new(Mutex::new(RecordingState::Records { recorder, _lease: lease }));
         let is_over = Arc::new(AtomicBool::new(false));
         let (shared, over) = (Arc::clone(&state), Arc::clone(&is_over));
         let thread = Builder::new().name("trace".into()).spawn(move || {
@@ -59,9 +59,11 @@ impl<W: Write> Recording<W> {
     /// When the writer has failed, which has ended the recording.
     pub fn recorded(&self) -> io::Result<Recorded> {
         match &*lock(&self.state) {
-            State::Records { recorder, .. } => Ok(Recorded { to: self.now(), ..recorder.recorded().clone() }),
-            State::Failed(error) => Err(io::Error::new(error.kind(), error.to_string())),
-            State::Taken => Err(io::ErrorKind::NotConnected.into()),
+            RecordingState::Records { recorder, .. } => {
+                Ok(Recorded { to: self.now(), ..recorder.recorded().clone() })
+            }
+            RecordingState::Failed(error) => Err(io::Error::new(error.kind(), error.to_string())),
+            RecordingState::Taken => Err(io::ErrorKind::NotConnected.into()),
         }
     }
 
@@ -72,10 +74,10 @@ impl<W: Write> Recording<W> {
     pub fn end(mut self) -> io::Result<(Recorded, W)> {
         let to = self.now();
         self.join();
-        match std::mem::replace(&mut *lock(&self.state), State::Taken) {
-            State::Records { recorder, .. } => recorder.end(to),
-            State::Failed(error) => Err(error),
-            State::Taken => Err(io::ErrorKind::NotConnected.into()),
+        match std::mem::replace(&mut *lock(&self.state), RecordingState::Taken) {
+            RecordingState::Records { recorder, .. } => recorder.end(to),
+            RecordingState::Failed(error) => Err(error),
+            RecordingState::Taken => Err(io::ErrorKind::NotConnected.into()),
         }
     }
 }
@@ -101,7 +103,7 @@ impl<W: Write> Drop for Recording<W> {
     }
 }
 
-impl<W: Write> State<W> {
+impl<W: Write> RecordingState<W> {
     /// False when there is nothing more to do.
     fn drain(&mut self) -> bool {
         let Self::Records { recorder, .. } = self else { return false };
@@ -116,10 +118,10 @@ impl<W: Write> State<W> {
     }
 }
 
-fn lock<W: Write>(mutex: &Mutex<State<W>>) -> MutexGuard<'_, State<W>> {
+fn lock<W: Write>(mutex: &Mutex<RecordingState<W>>) -> MutexGuard<'_, RecordingState<W>> {
     mutex.lock().unwrap_or_else(|poisoned| {
         let mut state = poisoned.into_inner();
-        *state = State::Failed(io::Error::other("the writer has panicked"));
+        *state = RecordingState::Failed(io::Error::other("the writer has panicked"));
         mutex.clear_poison();
         state
     })

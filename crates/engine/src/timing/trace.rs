@@ -1,5 +1,4 @@
 use std::cell::Cell;
-use std::cmp::Reverse;
 use std::io::{self, Write};
 use std::marker::PhantomData;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -7,28 +6,12 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::events::Events;
 use super::json::Quoted;
 use super::ring::Ring;
+use super::span::{Label, Span};
 
 /// How many labels there may be.
 const LABEL_LIMIT: usize = 65_536;
 /// How many tracks there may be.
 const TRACK_LIMIT: usize = 4096;
-
-/// What a span is called: a module or a stage. Made once, so that recording copies a number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Label(u32);
-
-/// Something that took some time.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
-    /// What.
-    pub label: Label,
-    /// When it began, the agent's time in nanoseconds.
-    pub start: u64,
-    /// How long it took, nanoseconds.
-    pub duration: u64,
-    /// The number of the main loop's cycle.
-    pub cycle: u64,
-}
 
 /// What an export has written, and what it could not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -229,32 +212,13 @@ impl Track {
     /// Records a span when it has ended.
     #[inline]
     pub fn record(&self, span: Span) {
-        self.ring.write([u64::from(span.label.0), span.start, span.duration, span.cycle]);
+        self.ring.write(span.to_words());
     }
 }
 
 impl Drop for Track {
     fn drop(&mut self) {
         self.ring.release();
-    }
-}
-
-impl Span {
-    pub(super) fn from_words([label, start, duration, cycle]: [u64; 4]) -> Self {
-        Self { label: Label(label as u32), start, duration, cycle }
-    }
-
-    pub(super) fn end(&self) -> u64 {
-        self.start.saturating_add(self.duration)
-    }
-
-    /// What began first stands first, and around what began with it.
-    pub(super) fn order(&self) -> (u64, Reverse<u64>) {
-        (self.start, Reverse(self.duration))
-    }
-
-    fn is_within(&self, from: u64, to: u64) -> bool {
-        self.start < to && (self.end() > from || self.start >= from)
     }
 }
 

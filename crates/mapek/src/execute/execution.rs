@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use slate_module::{Inbox, Priority, Sequence, Text, Tick};
 
-use crate::pipeline::{Admission, Entry, Origin, Pipeline};
+use crate::pipeline::{Admission, Origin, Pipeline, QueuedAction};
 use crate::{
     Acting, ActionRequest, ActionTree, Ended, Ending, ExecuteStatus, PlanStep, Planned, Reflex,
     RefusalReason, Repertoire, RequestError, Route, Step,
@@ -41,12 +41,12 @@ struct Counts {
 /// The latest endings, oldest first.
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct Endings {
-    latest: [Option<(u64, Entry, Ending)>; 8],
+    latest: [Option<(u64, QueuedAction, Ending)>; 8],
     number: u64,
 }
 
 /// Notes how an action ended.
-fn note(counts: &mut Counts, endings: &mut Endings, entry: Entry, ending: Ending) {
+fn note(counts: &mut Counts, endings: &mut Endings, entry: QueuedAction, ending: Ending) {
     *match ending {
         Ending::COMPLETED => &mut counts.completed,
         Ending::FAILED => &mut counts.failed,
@@ -88,7 +88,7 @@ impl<R: Repertoire> Execution<R> {
     pub(super) fn take_reflexes(&mut self, reflexes: &Inbox<Reflex>, now: &Tick) {
         for reflex in reflexes.iter() {
             let (source, rank) = (reflex.sender(), reflex.rank);
-            let entry = Entry { action: reflex.action, origin: Origin::Reflex { source, rank } };
+            let entry = QueuedAction { action: reflex.action, origin: Origin::Reflex { source, rank } };
             if let Err(error) = R::start(&reflex.action) {
                 reflex.refuse(self.refuse(entry, &error, now).0);
                 continue;
@@ -115,7 +115,7 @@ impl<R: Repertoire> Execution<R> {
     pub(super) fn take_plan(&mut self, plan: &Inbox<Planned>, now: &Tick) {
         for planned in plan.iter() {
             self.counts.ticket = planned.ticket;
-            let entry = Entry { action: planned.action, origin: Origin::Plan(planned.ticket) };
+            let entry = QueuedAction { action: planned.action, origin: Origin::Plan(planned.ticket) };
             if planned.step != PlanStep::CLEAR
                 && let Err(error) = R::start(&planned.action)
             {
@@ -139,7 +139,7 @@ impl<R: Repertoire> Execution<R> {
         }
     }
 
-    fn refuse(&mut self, entry: Entry, error: &RequestError, now: &Tick) -> RefusalReason {
+    fn refuse(&mut self, entry: QueuedAction, error: &RequestError, now: &Tick) -> RefusalReason {
         now.warn(format_args!("refused the action {}: {error}", entry.action.kind));
         note(&mut self.counts, &mut self.endings, entry, Ending::REFUSED);
         match error {
@@ -200,12 +200,12 @@ impl<R: Repertoire> Execution<R> {
     }
 
     /// Returns whether the failure of this kind of action is logged.
-    fn has_told(&self, entry: &Entry) -> bool {
+    fn has_told(&self, entry: &QueuedAction) -> bool {
         self.told.is_some_and(|action| action.kind == entry.action.kind)
     }
 
     /// Notes success of an action: the next failure of its kind is logged.
-    fn works(&mut self, entry: &Entry) {
+    fn works(&mut self, entry: &QueuedAction) {
         if self.has_told(entry) {
             self.told = None;
         }
@@ -235,7 +235,7 @@ impl<R: Repertoire> Execution<R> {
     }
 
     fn route(&self) -> Route {
-        self.pipeline.running().map_or(Route::IDLE, Entry::route)
+        self.pipeline.running().map_or(Route::IDLE, QueuedAction::route)
     }
 
     fn tree(&self) -> Text<252> {
@@ -282,6 +282,6 @@ impl<R: Repertoire> Execution<R> {
     }
 }
 
-fn priority(entry: &Entry) -> Priority {
+fn priority(entry: &QueuedAction) -> Priority {
     if entry.route() == Route::REACTIVE { Priority::Reflex } else { Priority::Plan }
 }

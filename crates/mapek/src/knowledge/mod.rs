@@ -5,17 +5,19 @@ mod plans;
 mod robot;
 mod statements;
 mod strategy;
+mod strategy_ports;
 mod table;
 mod world;
 
 use std::marker::PhantomData;
 
 pub use facts::{Fact, Facts, Live, Merge, MostCertain, Newest, Union, Version};
-pub use plans::{PlanDescription, PlanLibrary, PlanOutcome, Role, StrategyPorts};
+pub use plans::{PlanDescription, PlanLibrary, PlanOutcome, Role};
 pub use robot::{Device, RobotModel};
 use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
 pub use statements::Statements;
 pub use strategy::{StoredPlan, StrategyModel, StrategyRecord, StrategyReport};
+pub use strategy_ports::StrategyPorts;
 pub use table::{FactTable, Stated};
 pub use world::WorldModel;
 

@@ -10,6 +10,7 @@ mod interface;
 mod module;
 mod params;
 mod ports;
+mod structure;
 
 /// Makes a struct of plain fields an interface, with a descriptor; or an enum an integer type with named constants.
 ///

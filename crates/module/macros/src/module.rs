@@ -1,47 +1,86 @@
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
-use syn::{Error, Expr, ImplItem, ItemImpl, LitStr, Result};
+use syn::meta::ParseNestedMeta;
+use syn::{Error, Expr, Ident, ImplItem, ItemImpl, LitStr, Result};
 
 use crate::attributes::{documentation, snake_case};
 use crate::ports::nanoseconds;
 use crate::root;
 
-pub fn expand(arguments: Tokens, item: Tokens) -> Result<Tokens> {
-    let root = root();
-    let mut stage = None;
-    let mut every = None;
-    let mut on: Option<Vec<String>> = None;
-    let mut timeout = None;
-    let mut deadline = None;
-    let mut name = None;
-    let mut unique = String::new();
-    let parser = syn::meta::parser(|meta| {
+/// What the attribute says of a module.
+#[derive(Default)]
+struct ModuleArguments {
+    stage: Option<Ident>,
+    /// Nanoseconds.
+    every: Option<u64>,
+    on: Option<Vec<String>>,
+    timeout: Option<u64>,
+    deadline: Option<u64>,
+    name: Option<String>,
+    unique: String,
+}
+
+impl ModuleArguments {
+    fn parse(tokens: Tokens) -> Result<Self> {
+        let mut own = Self::default();
+        let parser = syn::meta::parser(|meta| own.read(&meta));
+        syn::parse::Parser::parse2(parser, tokens)?;
+        Ok(own)
+    }
+
+    fn read(&mut self, meta: &ParseNestedMeta<'_>) -> Result<()> {
         if meta.path.is_ident("stage") {
-            stage = Some(meta.value()?.parse::<syn::Ident>()?);
+            self.stage = Some(meta.value()?.parse()?);
         } else if meta.path.is_ident("every") {
-            every = Some(nanoseconds(&meta.value()?.parse()?)?);
+            self.every = Some(nanoseconds(&meta.value()?.parse()?)?);
         } else if meta.path.is_ident("timeout") {
-            timeout = Some(nanoseconds(&meta.value()?.parse()?)?);
+            self.timeout = Some(nanoseconds(&meta.value()?.parse()?)?);
         } else if meta.path.is_ident("deadline") {
-            deadline = Some(nanoseconds(&meta.value()?.parse()?)?);
+            self.deadline = Some(nanoseconds(&meta.value()?.parse()?)?);
         } else if meta.path.is_ident("name") {
-            name = Some(meta.value()?.parse::<LitStr>()?.value());
+            self.name = Some(meta.value()?.parse::<LitStr>()?.value());
         } else if meta.path.is_ident("unique") {
-            unique = meta.value()?.parse::<LitStr>()?.value();
+            self.unique = meta.value()?.parse::<LitStr>()?.value();
         } else if meta.path.is_ident("on") {
-            on = Some(port_names(&meta.value()?.parse()?)?);
+            self.on = Some(port_names(&meta.value()?.parse()?)?);
         } else {
             return Err(
                 meta.error("expected `stage`, `every`, `on`, `timeout`, `deadline`, `name` or `unique`")
             );
         }
         Ok(())
-    });
-    syn::parse::Parser::parse2(parser, arguments)?;
-    let mut input: ItemImpl = syn::parse2(item)?;
-    if every.is_some() && on.is_some() {
-        return Err(Error::new_spanned(&input.self_ty, "a module has one trigger: `every` or `on`"));
     }
+
+    /// The trigger as an expression.
+    fn trigger(&self, module: &syn::Type) -> Result<Tokens> {
+        let root = root();
+        let timeout = option(self.timeout);
+        match (self.every, &self.on) {
+            (Some(_), Some(_)) => {
+                Err(Error::new_spanned(module, "a module has one trigger: `every` or `on`"))
+            }
+            (Some(period), None) => Ok(quote!(#root::Trigger::Every(#period))),
+            (None, Some(ports)) => Ok(quote!(#root::Trigger::On {
+                ports: ::std::vec![#(::std::string::String::from(#ports)),*], timeout: #timeout })),
+            (None, None) => Ok(quote!(#root::Trigger::Stage)),
+        }
+    }
+}
+
+/// An optional number as an expression.
+fn option(value: Option<u64>) -> Tokens {
+    match value {
+        Some(value) => quote!(::core::option::Option::Some(#value)),
+        None => quote!(::core::option::Option::None),
+    }
+}
+
+pub fn expand(arguments: Tokens, item: Tokens) -> Result<Tokens> {
+    let root = root();
+    let arguments = ModuleArguments::parse(arguments)?;
+    let mut input: ItemImpl = syn::parse2(item)?;
+    let trigger = arguments.trigger(&input.self_ty)?;
+    let ModuleArguments { stage, deadline, name, unique, .. } = arguments;
     let type_name = match &*input.self_ty {
         syn::Type::Path(path) => path.path.segments.last().map(|segment| segment.ident.to_string()),
         _ => None,
@@ -54,18 +93,7 @@ pub fn expand(arguments: Tokens, item: Tokens) -> Result<Tokens> {
             "say which `stage` of the main loop it belongs to, such as `stage = Act`",
         )
     })?;
-    let option = |value: Option<u64>| match value {
-        Some(value) => quote!(::core::option::Option::Some(#value)),
-        None => quote!(::core::option::Option::None),
-    };
-    let timeout = option(timeout);
     let deadline = option(deadline);
-    let trigger = match (every, on) {
-        (Some(period), _) => quote!(#root::Trigger::Every(#period)),
-        (None, Some(ports)) => quote!(#root::Trigger::On {
-            ports: ::std::vec![#(::std::string::String::from(#ports)),*], timeout: #timeout }),
-        (None, None) => quote!(#root::Trigger::Stage),
-    };
     let doc = documentation(&input.attrs);
     for item in [
         quote!(const NAME: &'static str = #name;),

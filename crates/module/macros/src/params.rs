@@ -3,8 +3,8 @@ use quote::quote;
 use syn::{Data, DeriveInput, Error, Expr, ExprRange, LitStr, RangeLimits, Result, Type};
 
 use crate::attributes::take;
-use crate::interface::structure;
 use crate::root;
+use crate::structure::structure;
 
 pub fn expand(item: Tokens) -> Result<Tokens> {
     let root = root();

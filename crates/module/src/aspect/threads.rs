@@ -6,7 +6,7 @@ use slate_blackboard::interface::{Descriptor, Interface, View};
 
 use super::blackboard::{ABSENT, answered};
 use super::{Service, service};
-use crate::export::{discard, panic_message};
+use crate::panics::{discard, panic_message};
 use crate::table::{Bytes, DONE, PANICKED, Sink};
 use crate::{Level, Refusal};
 

@@ -9,11 +9,11 @@ use slate_module::prelude::*;
 
 use crate::model::Model;
 use crate::odometry::Odometer;
-use crate::pioneer::{Connection, PioneerStatus};
 use crate::port::{Port, PortError};
 use crate::report::Report;
 use crate::ring::Ring;
 use crate::session::{Event, Session};
+use crate::status::{Connection, PioneerStatus};
 
 /// Message from the tick to the thread.
 #[interface]

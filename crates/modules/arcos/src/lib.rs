@@ -26,7 +26,9 @@ pub mod port;
 pub mod report;
 pub mod ring;
 pub mod session;
+mod status;
 
-pub use pioneer::{Battery, Connection, Pioneer, PioneerIo, PioneerParams, PioneerState, PioneerStatus};
+pub use pioneer::{Battery, Pioneer, PioneerIo, PioneerParams, PioneerState};
+pub use status::{Connection, PioneerStatus};
 
 slate_module::plugin!(Pioneer);

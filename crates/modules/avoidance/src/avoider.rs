@@ -6,6 +6,7 @@ use crate::field::{self, LONG, Widths};
 use crate::footprint::Footprint;
 use crate::map::{LocalMap, on_the_map};
 use crate::motion::Surroundings;
+use crate::other::Other;
 use crate::parameters::Parameters;
 
 /// Decision of a step.
@@ -50,43 +51,6 @@ pub struct Avoider {
     others: Vec<Other>,
     seen: Option<f64>,
 }
-
-/// Another robot as a disc.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Other {
-    /// x in the map frame, metres.
-    pub x: f64,
-    /// y in the map frame, metres.
-    pub y: f64,
-    /// Radius, metres.
-    pub radius: f64,
-    /// Velocity in the map frame, m/s.
-    pub velocity: [f64; 2],
-}
-
-impl Other {
-    /// Points of its outline, closer together than any obstacle.
-    pub(crate) fn outline(&self) -> impl Iterator<Item = (f64, f64)> {
-        let Self { x, y, radius, .. } = *self;
-        ROUND.iter().map(move |(east, north)| (x + east * radius, y + north * radius))
-    }
-}
-
-/// Points of a circle of radius 1.
-const ROUND: [(f64, f64); 12] = [
-    (1.0, 0.0),
-    (0.866, 0.5),
-    (0.5, 0.866),
-    (0.0, 1.0),
-    (-0.5, 0.866),
-    (-0.866, 0.5),
-    (-1.0, 0.0),
-    (-0.866, -0.5),
-    (-0.5, -0.866),
-    (0.0, -1.0),
-    (0.5, -0.866),
-    (0.866, -0.5),
-];
 
 /// Maximum number of other robots.
 const OTHERS: usize = 8;
@@ -218,20 +182,16 @@ impl Avoider {
         let half_width = self.footprint.half_width();
         let occupied = distance < WAITING && self.occupied(goal, half_width + parameters.min_clearance);
         self.waited = occupied && (self.waited || stuck);
-        if occupied && !self.waited {
-            // Whoever stands on the goal will leave: no use in circling round it. What is still there after a while
-            // stands beside it.
-            let twist = surroundings.face(bearing);
-            self.choice = Some([twist.linear, twist.angular]);
-            return Decision::Avoid(twist);
-        }
-        let widths = Widths { blocked: half_width + 0.02, tight: self.footprint.radius() };
-        let target = field::waypoint(&self.map, others, pose, goal, widths, 0.6, &mut self.way);
-        let (dx, dy) = (target.x - pose.x, target.y - pose.y);
-        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
-        let target = Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx };
-        let last = self.choice.map_or(Twist2::ZERO, |[linear, angular]| Twist2 { linear, angular });
-        let twist = surroundings.choose(target, last);
+        let twist = if occupied && !self.waited {
+            // A robot on the goal will leave: no use in circling round it. What is still there after a while stands
+            // beside it.
+            surroundings.face(bearing)
+        } else {
+            let widths = Widths { blocked: half_width + 0.02, tight: self.footprint.radius() };
+            let waypoint = field::waypoint(&self.map, others, pose, goal, widths, 0.6, &mut self.way);
+            let last = self.choice.map_or(Twist2::ZERO, |[linear, angular]| Twist2 { linear, angular });
+            surroundings.choose(in_frame_of(pose, waypoint), last)
+        };
         self.choice = Some([twist.linear, twist.angular]);
         Decision::Avoid(twist)
     }
@@ -292,6 +252,13 @@ where
 pub fn approach_speed(speed: f64, distance: f64, deceleration: f64) -> f64 {
     let braking = (2.0 * deceleration * distance).sqrt();
     math::min(speed, math::max(math::min(APPROACH * distance, braking), CREEP))
+}
+
+/// A point of the map in the frame of a robot at `pose`.
+fn in_frame_of(pose: Pose2, point: Point2) -> Point2 {
+    let (dx, dy) = (point.x - pose.x, point.y - pose.y);
+    let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+    Point2 { x: cosine * dx + sine * dy, y: cosine * dy - sine * dx }
 }
 
 /// Twist of a planner that drives straight to the goal.

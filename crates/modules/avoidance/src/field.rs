@@ -1,8 +1,8 @@
 use slate_interfaces::{Point2, Pose2};
 use slate_module::math;
 
-use crate::avoider::Other;
 use crate::map::{CELL, LocalMap, SIDE, cell_of};
+use crate::other::Other;
 
 const CELLS: usize = SIDE * SIDE;
 const FAR: u16 = u16::MAX;

@@ -13,12 +13,14 @@ mod footprint;
 mod look_ahead;
 mod map;
 mod motion;
+mod other;
 mod parameters;
 mod rocs;
 
-pub use avoider::{Avoider, Decision, Other, approach_speed};
+pub use avoider::{Avoider, Decision, approach_speed};
 pub use footprint::{Footprint, FootprintError};
 pub use look_ahead::{Course, LOOKS, Sides};
 pub use map::{LocalMap, Mark};
+pub use other::Other;
 pub use parameters::Parameters;
 pub use rocs::{Rocs, RocsVariant};

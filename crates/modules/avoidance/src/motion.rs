@@ -1,10 +1,10 @@
 use slate_interfaces::{Point2, Pose2, Twist2};
 use slate_module::math;
 
-use crate::avoider::Other;
 use crate::footprint::Footprint;
 use crate::look_ahead::{Course, Sides};
 use crate::map::LocalMap;
+use crate::other::Other;
 use crate::parameters::Parameters;
 
 /// Maximum number of obstacles of a decision.

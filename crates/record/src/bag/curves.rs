@@ -1,9 +1,9 @@
 use std::path::Path;
 
-use super::value::{Decoder, Unread, Value};
-use super::{Error, Selection, whole};
+use super::{Decoder, Error, Selection, Unread, Value};
 use crate::logs::open;
 use crate::plot::{Curve, curves};
+use crate::storage::whole;
 
 /// Draws numbers over time as an SVG image: fields such as `/r2/pose/theta`, also without the slash in front, which is a topic and then the way to the
 /// number, with the index of an element as in `/r2/scan/ranges/3`. Returns how many points each has, and the messages that can't be

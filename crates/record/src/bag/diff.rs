@@ -5,9 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use super::record::{Channel, Schema};
-use super::value::{Decoder, Unread, Value};
-use super::{Error, Message, Reader, Selection};
+use super::{Channel, Decoder, Error, Message, Reader, Schema, Selection, Unread, Value};
 use crate::logs::open;
 use crate::recorder::TOPICS;
 

@@ -2,10 +2,9 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::value::{Decoder, Unread, Value};
-use super::whole::Part;
-use super::{Error, Message, Selection};
 use crate::logs::open;
+use crate::storage::whole::Part;
+use crate::storage::{Decoder, Error, Message, Selection, Unread, Value, seconds};
 
 /// A file that [`export_csv`] has written.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,11 +112,6 @@ impl Open {
         self.table.rows += 1;
         Ok(true)
     }
-}
-
-/// Nanoseconds as seconds, exactly.
-pub fn seconds(time: u64) -> String {
-    format!("{}.{:09}", time / 1_000_000_000, time % 1_000_000_000)
 }
 
 /// A cell, in quotes where it needs them.

@@ -7,7 +7,7 @@ use serde::{Serialize, Serializer};
 
 use super::lines::plain;
 use super::{bblogger, carmen, openrdk, rosbag2};
-use crate::bag::Error;
+use crate::storage::Error;
 
 /// What a log is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

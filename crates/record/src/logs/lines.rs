@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use flate2::bufread::MultiGzDecoder;
 
-use crate::bag::Error;
+use crate::storage::Error;
 
 /// The most bytes that a line may have: more than ten thousand beams.
 const LONGEST: u64 = 1 << 20;

@@ -37,7 +37,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use serde::Serialize;
 
-use crate::bag::{Error, Reader, whole};
+use crate::storage::{Error, Reader, whole};
 use lines::Lines;
 use output::Output;
 
@@ -194,11 +194,11 @@ fn read<W: Write>(
         }
     };
     match format {
-        Format::Mcap => imported.messages = crate::bag::copy_into(&[path], out, out_path)?,
+        Format::Mcap => imported.messages = crate::merge::copy_into(&[path], out, out_path)?,
         Format::Rosbag2 => {
             let files = rosbag2::files(path)?;
             let files: Vec<_> = files.iter().map(PathBuf::as_path).collect();
-            imported.messages = crate::bag::copy_into(&files, out, out_path)?;
+            imported.messages = crate::merge::copy_into(&files, out, out_path)?;
         }
         Format::Bblogger => {
             let mut output = Output::new(out, out_path)?;

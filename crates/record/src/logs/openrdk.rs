@@ -10,8 +10,8 @@ use super::lines::Lines;
 use super::output::{Bytes, Output, Sweep};
 use super::words::{Words, shortened};
 use super::{Imported, Options};
-use crate::bag::Error;
 use crate::ros::Definition;
+use crate::storage::Error;
 
 /// What the system's own player takes for them, metres.
 const RANGES: (f64, f64) = (0.02, 80.0);

@@ -5,8 +5,8 @@ use std::path::Path;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_interfaces::LaserScan;
 
-use crate::bag::{Channel, Compression, Error, Header, Metadata, Schema, Writer};
 use crate::ros::{self, Definition};
+use crate::storage::{Channel, Compression, Error, Header, Metadata, Schema, Writer};
 
 /// A recording that is made of a log.
 pub(super) struct Output<W> {

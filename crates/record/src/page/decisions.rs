@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::table::{Table, seconds};
 use crate::Route;
-use crate::bag::Value;
 use crate::ros;
+use crate::storage::Value;
 
 /// More is not kept; a recording of days could fill the memory.
 const MOST: usize = 100_000;

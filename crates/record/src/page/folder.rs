@@ -6,7 +6,7 @@ use super::decisions::Decisions;
 use super::recording::{Recording, between, distances};
 use super::table::Table;
 use super::{Known, Part, Section, Story};
-use crate::bag::Error;
+use crate::storage::Error;
 use crate::{Route, Sample, Summary, Trajectory};
 
 /// Nobody's picture or log is larger.

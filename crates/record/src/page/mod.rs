@@ -16,9 +16,9 @@ mod tracks;
 use std::path::{Path, PathBuf};
 
 use crate::Scene;
-use crate::bag::{Error, Unread, whole};
+use crate::storage::{Error, Unread, whole};
 
-pub use robots::Followed;
+pub use crate::followed::Followed;
 
 use html::Html;
 use table::Table;

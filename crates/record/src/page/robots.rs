@@ -1,81 +1,51 @@
-use slate_runtime::configuration::Configuration;
+//! The robots of a recording whose configuration names none.
 
-use crate::bag::ChannelTopic;
-
-/// A robot that a report follows: the topics with what is known of it.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Followed {
-    /// What it is called.
-    pub name: String,
-    /// Where it is.
-    pub pose: String,
-    /// What its Execute does.
-    pub status: Option<String>,
-    /// How far it is from other things.
-    pub clearance: Option<String>,
-}
+use crate::followed::Followed;
+use crate::storage::ChannelTopic;
 
 /// So many are followed at most when nobody says which: a picture of more shows nothing.
 const MOST: usize = 8;
 
-impl Followed {
-    /// Those that a configuration's `[report]` names.
-    pub fn of(configuration: &Configuration) -> Vec<Self> {
-        let robots = configuration.value("report.robots").and_then(|robots| robots.value.as_table());
-        let robots = robots.into_iter().flat_map(|table| table.iter());
-        let followed = robots.filter_map(|(name, entry)| {
-            let robot = entry.value.as_table()?;
-            // What another agent has is in the recording of that one.
-            let is_own = |topic: &&str| !topic.starts_with("slate://");
-            let topic = |key: &str| Some(robot.get(key)?.value.as_str().filter(is_own)?.to_owned());
-            let (pose, status, clearance) = (topic("pose")?, topic("status"), topic("clearance"));
-            Some(Self { name: name.into(), pose, status, clearance })
-        });
-        followed.collect()
-    }
-
-    /// Those whose places are among the topics: where robots truly are, else what odometry says, else any poses.
-    pub(super) fn among(topics: &[ChannelTopic]) -> Vec<Self> {
-        let of = |types: &[&str], end: &str| {
-            let fits =
-                |topic: &&ChannelTopic| types.contains(&topic.schema.as_str()) && topic.topic.ends_with(end);
-            topics.iter().filter(fits).map(|topic| topic.topic.clone()).collect::<Vec<_>>()
-        };
-        let planes = ["slate_msgs/msg/Pose2", "geometry_msgs/msg/Pose2D"];
-        let odometry = ["slate_msgs/msg/Odometry", "nav_msgs/msg/Odometry"];
-        let others = [
-            "geometry_msgs/msg/Pose",
-            "geometry_msgs/msg/PoseStamped",
-            "geometry_msgs/msg/PoseWithCovariance",
-            "geometry_msgs/msg/PoseWithCovarianceStamped",
-        ];
-        let mut poses = of(&planes, "/truth");
-        for more in [of(&odometry, ""), of(&planes, ""), of(&others, "")] {
-            if poses.is_empty() {
-                poses = more;
-            }
+/// Those whose places are among the topics: where robots truly are, else what odometry says, else any poses.
+pub(super) fn followed_among(topics: &[ChannelTopic]) -> Vec<Followed> {
+    let of = |types: &[&str], end: &str| {
+        let fits =
+            |topic: &&ChannelTopic| types.contains(&topic.schema.as_str()) && topic.topic.ends_with(end);
+        topics.iter().filter(fits).map(|topic| topic.topic.clone()).collect::<Vec<_>>()
+    };
+    let planes = ["slate_msgs/msg/Pose2", "geometry_msgs/msg/Pose2D"];
+    let odometry = ["slate_msgs/msg/Odometry", "nav_msgs/msg/Odometry"];
+    let others = [
+        "geometry_msgs/msg/Pose",
+        "geometry_msgs/msg/PoseStamped",
+        "geometry_msgs/msg/PoseWithCovariance",
+        "geometry_msgs/msg/PoseWithCovarianceStamped",
+    ];
+    let mut poses = of(&planes, "/truth");
+    for more in [of(&odometry, ""), of(&planes, ""), of(&others, "")] {
+        if poses.is_empty() {
+            poses = more;
         }
-        poses.sort();
-        poses.truncate(MOST);
-        let owner = |topic: &str| topic.rsplit('/').nth(1).unwrap_or_default().to_owned();
-        let follow = |pose: &String| {
-            let name = owner(pose);
-            let is_shared = name.is_empty() || poses.iter().filter(|other| owner(other) == name).count() > 1;
-            let beside = |end: &str| {
-                let own = |topic: &&ChannelTopic| topic.topic.ends_with(&format!("/{name}/{end}"));
-                topics.iter().find(own).map(|topic| topic.topic.clone())
-            };
-            let status = |topic: &&ChannelTopic| {
-                topic.schema == "slate_msgs/msg/ExecuteStatus"
-                    && topic.topic.split('/').any(|part| part == name)
-            };
-            Self {
-                status: topics.iter().find(status).filter(|_| !is_shared).map(|topic| topic.topic.clone()),
-                clearance: beside("clearance").filter(|_| !is_shared),
-                name: if is_shared { pose.clone() } else { name },
-                pose: pose.clone(),
-            }
-        };
-        poses.iter().map(follow).collect()
     }
+    poses.sort();
+    poses.truncate(MOST);
+    let owner = |topic: &str| topic.rsplit('/').nth(1).unwrap_or_default().to_owned();
+    let follow = |pose: &String| {
+        let name = owner(pose);
+        let is_shared = name.is_empty() || poses.iter().filter(|other| owner(other) == name).count() > 1;
+        let beside = |end: &str| {
+            let own = |topic: &&ChannelTopic| topic.topic.ends_with(&format!("/{name}/{end}"));
+            topics.iter().find(own).map(|topic| topic.topic.clone())
+        };
+        let status = |topic: &&ChannelTopic| {
+            topic.schema == "slate_msgs/msg/ExecuteStatus" && topic.topic.split('/').any(|part| part == name)
+        };
+        Followed {
+            status: topics.iter().find(status).filter(|_| !is_shared).map(|topic| topic.topic.clone()),
+            clearance: beside("clearance").filter(|_| !is_shared),
+            name: if is_shared { pose.clone() } else { name },
+            pose: pose.clone(),
+        }
+    };
+    poses.iter().map(follow).collect()
 }

@@ -24,7 +24,7 @@ pub(crate) fn scene(report: &Drawing) -> Result<String, Error> {
         .flat_map(|robot| robot.cones.iter().map(|cone| visible(scene, robot, cone)))
         .collect();
     let bodies = scene.robots.iter().flat_map(|robot| {
-        let outline = robot.outline.iter().map(|point| place(robot, *point));
+        let outline = robot.outline.iter().map(|point| robot.to_world(*point));
         outline.chain([[robot.x, robot.y]])
     });
     let view = View::of(scene, cones.iter().flatten().copied().chain(bodies), LEFT);
@@ -54,14 +54,8 @@ pub(crate) fn scene(report: &Drawing) -> Result<String, Error> {
     })
 }
 
-/// A point of a robot in the world.
-pub(super) fn place(robot: &Robot, [x, y]: [f64; 2]) -> [f64; 2] {
-    let (sine, cosine) = (libm::sin(robot.theta), libm::cos(robot.theta));
-    [robot.x + cosine * x - sine * y, robot.y + sine * x + cosine * y]
-}
-
 fn body(canvas: &Canvas, view: &View, robot: &Robot, color: RGBColor) -> Result<(), Error> {
-    let placed = |points: &[[f64; 2]]| points.iter().map(|point| place(robot, *point)).collect::<Vec<_>>();
+    let placed = |points: &[[f64; 2]]| points.iter().map(|point| robot.to_world(*point)).collect::<Vec<_>>();
     let outline = placed(&robot.outline);
     fill(canvas, view, &outline, WHITE.to_rgba())?;
     fill(canvas, view, &outline, color.mix(0.35))?;
@@ -82,7 +76,7 @@ fn body(canvas: &Canvas, view: &View, robot: &Robot, color: RGBColor) -> Result<
 /// On the right of the robot.
 fn name(canvas: &Canvas, view: &View, robot: &Robot) -> Result<(), Error> {
     let Some((x, y)) = view.pixel(robot.x, robot.y) else { return Ok(()) };
-    let corners = robot.outline.iter().map(|corner| place(robot, *corner));
+    let corners = robot.outline.iter().map(|corner| robot.to_world(*corner));
     let right = corners.filter_map(|[x, y]| view.pixel(x, y)).map(|corner| corner.0).fold(x, i32::max);
     canvas.label(&robot.name, (right - 8 * PIXEL, y))
 }

@@ -1,6 +1,5 @@
 //! How far range sensors see.
 
-use super::scene::place;
 use crate::{Cone, Robot, Scene};
 
 /// The corners of what a sensor sees: its cone, as far as nothing fixed is in the way.
@@ -10,7 +9,7 @@ pub(super) fn visible(scene: &Scene, robot: &Robot, cone: &Cone) -> Vec<[f64; 2]
     const MOST_RAYS: f64 = 400.0;
     let rays = libm::ceil(cone.opening.abs() * RAYS_PER_RADIAN);
     let rays = if rays < MOST_RAYS { rays } else { MOST_RAYS };
-    let origin = place(robot, [cone.x, cone.y]);
+    let origin = robot.to_world([cone.x, cone.y]);
     let first = robot.theta + cone.direction - cone.opening / 2.0;
     let ends = (0..=rays as u32).map(|ray| {
         let angle = first + cone.opening * f64::from(ray) / rays;

@@ -1,14 +1,12 @@
 //! The properties that are recorded.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use slate_blackboard::channel::Tap;
 use slate_blackboard::interface::Descriptor;
-use slate_blackboard::message::{Mailbox, Message};
-use slate_blackboard::{Access, Carrier, Property, Stamp, Watch, Watchers};
+use slate_blackboard::message::Mailbox;
+use slate_blackboard::{Access, Carrier, Property, Watch, Watchers};
 
-use super::hub::Hub;
 use crate::ros;
 
 /// A property that is recorded.
@@ -113,7 +111,7 @@ pub(crate) struct Sent {
 const SENT: usize = 12;
 
 impl Sent {
-    fn to_bytes(self) -> [u8; SENT] {
+    pub fn to_bytes(self) -> [u8; SENT] {
         let mut bytes = [0; SENT];
         bytes[..8].copy_from_slice(&self.time.to_le_bytes());
         bytes[8..].copy_from_slice(&self.sender.to_le_bytes());
@@ -123,33 +121,5 @@ impl Sent {
     fn from_bytes(bytes: [u8; SENT]) -> Self {
         let number = u128::from_le_bytes(std::array::from_fn(|at| bytes.get(at).copied().unwrap_or(0)));
         Self { time: number as u64, sender: (number >> 64) as u32 }
-    }
-}
-
-/// Hands the values of one property over.
-pub(super) struct PropertyTap {
-    pub hub: Arc<Hub>,
-    pub id: u32,
-    pub dropped: Arc<AtomicU64>,
-    pub wanted: Arc<AtomicBool>,
-}
-
-impl Tap for PropertyTap {
-    fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
-        if self.wanted.load(Ordering::Relaxed)
-            && !self.hub.push(self.id, items as u32, stamp.sequence, stamp.time, [bytes])
-        {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
-        }
-    }
-
-    fn took(&self, message: &Message<'_>, now: u64) {
-        let sent = Sent { time: message.time(), sender: message.sender() }.to_bytes();
-        let (items, sequence) = (message.items() as u32, message.sequence());
-        if self.wanted.load(Ordering::Relaxed)
-            && !self.hub.push(self.id, items, sequence, now, [sent.as_slice(), message.bytes()])
-        {
-            self.dropped.fetch_add(1, Ordering::Relaxed);
-        }
     }
 }

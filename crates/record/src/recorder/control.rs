@@ -19,10 +19,10 @@ use slate_runtime::recording::{
 use super::file::{File, Limits};
 use super::flight::Captured;
 use super::host::Host;
-use super::run::Preface;
+use super::lock::locked;
 use super::save::save_to;
 use super::target::{Progress, Target};
-use super::thread::{Order, Shared, locked};
+use super::thread::{Order, Shared};
 use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_flight};
 
 /// How long the thread that writes may take to answer; less than tools wait.
@@ -126,7 +126,7 @@ impl RecordingControl for Recorder {
         };
         let disk = OpenOptions::new().write(true).create_new(true).open(file);
         let disk = disk.map_err(|error| unwritten(error.to_string()))?;
-        let preface = Preface::new(&host, agent, selection::is_whole(what), false);
+        let preface = host.preface(agent, selection::is_whole(what), false);
         let (number, limits, within) = {
             let mut state = self.state();
             state.count += 1;

@@ -8,7 +8,7 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::Builder;
 use std::time::{Duration, Instant};
 
-use super::thread::locked;
+use super::lock::locked;
 
 /// How long whoever closes a file waits for a disk that takes nothing; less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(20);

@@ -10,8 +10,8 @@ use super::disk::{Disk, DiskQueue};
 use super::hub::{OTHERS, Sink};
 use super::messages::{self, TOPICS, Topic};
 use super::run::Preface;
-use crate::bag::{self, REPEATED, Repeated};
 use crate::ros;
+use crate::storage::{self, REPEATED, Repeated};
 use mcap::records::MessageHeader;
 use mcap::write::{Metadata, NoSeek};
 use mcap::{Attachment, WriteOptions};
@@ -159,9 +159,9 @@ impl File {
         let schema_id = writer.add_schema(schema, encoding, definition.as_bytes()).map_err(text)?;
         let id = writer.add_channel(schema_id, topic, "cdr", &metadata).map_err(text)?;
         let (name, encoding, data) = (schema.into(), encoding.into(), definition.into());
-        let schema = bag::Schema { id: schema_id, name, encoding, data };
+        let schema = storage::Schema { id: schema_id, name, encoding, data };
         let (topic, message_encoding) = (topic.into(), "cdr".into());
-        self.repeated.add(&schema, &bag::Channel { id, schema_id, topic, message_encoding, metadata });
+        self.repeated.add(&schema, &storage::Channel { id, schema_id, topic, message_encoding, metadata });
         Ok(id)
     }
 

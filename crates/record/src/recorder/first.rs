@@ -12,7 +12,7 @@ use super::run::{CONFIGURATION, Preface, absolute, told_stages};
 
 /// What stands at the beginning of a file with the last seconds. What was changed within them is told among them.
 pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Captured) -> Preface {
-    let now = || Preface::new(host, composer, false, false);
+    let now = || host.preface(composer, false, false);
     let Some((began, first)) = &host.began else { return now() };
     // New code brings modules with settings of their own: what holds now is nearer to it than what held at the beginning.
     let known = if captured.past.has_new_code { None } else { changed(first, &captured.past) };

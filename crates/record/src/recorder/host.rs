@@ -5,9 +5,10 @@ use std::sync::Arc;
 use std::time::UNIX_EPOCH;
 
 use slate_runtime::log::Logger;
+use slate_runtime::recording::RecordedAgent;
 use slate_runtime::{Agent, WeakComposer};
 
-use super::run::Preface;
+use super::run::{CONFIGURATION, Preface, told_stages};
 
 /// The agent that is recorded.
 pub(super) struct Host {
@@ -69,5 +70,32 @@ impl Host {
     /// The agent's time, nanoseconds.
     pub fn now(&self) -> u64 {
         (self.clock)()
+    }
+
+    /// What stands at the beginning of a file; `is_whole` says whether all is recorded, and `is_first` whether it is from before the run on.
+    pub fn preface(&self, composer: &dyn RecordedAgent, is_whole: bool, is_first: bool) -> Preface {
+        let mut run = self.run.clone();
+        run.insert("from_cycle".into(), composer.cycles().to_string());
+        run.insert("whole".into(), is_whole.to_string());
+        // Recordings of before have none.
+        run.insert("messages".into(), "true".into());
+        run.insert("begins".into(), if is_first { "with the run" } else { "in the run" }.into());
+        let plugins = composer
+            .plugin_marks()
+            .into_iter()
+            .map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
+        let metadata = vec![
+            ("run", run),
+            ("plugins", plugins.collect()),
+            ("memories", self.memories.clone()),
+            ("modules", composer.kinds().into_iter().collect()),
+            ("stages", told_stages(composer.order())),
+            ("links", composer.links().into_iter().collect()),
+        ];
+        let text = composer.configuration_text();
+        let own = (CONFIGURATION.to_owned(), "application/toml", text.into_bytes());
+        let others = self.files.iter().map(|(name, bytes)| (name.clone(), "application/toml", bytes.clone()));
+        let attachments = std::iter::once(own).chain(others).collect();
+        Preface { epoch: self.epoch, metadata, attachments }
     }
 }

@@ -7,9 +7,10 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::thread::{Thread, ThreadId};
 
 use slate_blackboard::channel::Tap;
+use slate_blackboard::message::Message;
 use slate_blackboard::{Property, Stamp};
 
-use super::channels::{Channel, PropertyTap};
+use super::channels::{Channel, Sent};
 use super::ring::{Head, Inlet, Outlet, ring, warm_ring};
 
 /// What every value of an agent goes through.
@@ -330,6 +331,34 @@ impl Hub {
     pub fn wake(&self) {
         if let Some(reader) = self.reader.get() {
             reader.unpark();
+        }
+    }
+}
+
+/// Hands the values of one property over.
+struct PropertyTap {
+    hub: Arc<Hub>,
+    id: u32,
+    dropped: Arc<AtomicU64>,
+    wanted: Arc<AtomicBool>,
+}
+
+impl Tap for PropertyTap {
+    fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
+        if self.wanted.load(Ordering::Relaxed)
+            && !self.hub.push(self.id, items as u32, stamp.sequence, stamp.time, [bytes])
+        {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    fn took(&self, message: &Message<'_>, now: u64) {
+        let sent = Sent { time: message.time(), sender: message.sender() }.to_bytes();
+        let (items, sequence) = (message.items() as u32, message.sequence());
+        if self.wanted.load(Ordering::Relaxed)
+            && !self.hub.push(self.id, items, sequence, now, [sent.as_slice(), message.bytes()])
+        {
+            self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
 }

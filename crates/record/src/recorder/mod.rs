@@ -8,6 +8,7 @@ mod first;
 mod flight;
 mod host;
 mod hub;
+mod lock;
 mod log;
 mod messages;
 mod place;
@@ -44,12 +45,12 @@ pub use state::RecordState;
 
 use file::{File, Limits};
 use host::Host;
+use lock::locked;
 use place::Place;
-use run::Preface;
 use save::Saves;
 use state::Shown;
 use target::{Progress, Target};
-use thread::{Beginning, Shared, Thread, locked};
+use thread::{Beginning, Shared, Thread};
 use trigger::Triggers;
 
 /// Records an agent: every value that is written to the properties that are selected, the log, what is changed from
@@ -250,7 +251,7 @@ impl Recorder {
         let settings = self.state().settings.clone();
         let is_whole = selection::is_whole(&settings.selection);
         let host = self.host(agent);
-        let preface = Preface::new(&host, &agent.composer(), is_whole, true);
+        let preface = host.preface(&agent.composer(), is_whole, true);
         let limits = Limits { chunk: settings.chunk, buffer: settings.buffer };
         match File::create(writer, preface, limits) {
             Ok(file) => {
@@ -283,7 +284,7 @@ impl Recorder {
             }
         }
         if state.settings.flight.enabled {
-            host.began = Some((agent.now(), Preface::new(&host, &agent.composer(), false, false)));
+            host.began = Some((agent.now(), host.preface(&agent.composer(), false, false)));
         }
         let host = Arc::new(host);
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };

@@ -3,9 +3,6 @@
 use std::collections::BTreeMap;
 
 use slate_blackboard::Board;
-use slate_runtime::recording::RecordedAgent;
-
-use super::host::Host;
 
 /// The name of the attached configuration.
 pub const CONFIGURATION: &str = "configuration.toml";
@@ -25,35 +22,6 @@ pub(super) struct Preface {
     pub metadata: Vec<(&'static str, BTreeMap<String, String>)>,
     /// Name, type and bytes of each file that goes along.
     pub attachments: Vec<(String, &'static str, Vec<u8>)>,
-}
-
-impl Preface {
-    /// `is_whole` says whether all is recorded, and `is_first` whether it is from before the run on.
-    pub fn new(host: &Host, composer: &dyn RecordedAgent, is_whole: bool, is_first: bool) -> Self {
-        let mut run = host.run.clone();
-        run.insert("from_cycle".into(), composer.cycles().to_string());
-        run.insert("whole".into(), is_whole.to_string());
-        // Recordings of before have none.
-        run.insert("messages".into(), "true".into());
-        run.insert("begins".into(), if is_first { "with the run" } else { "in the run" }.into());
-        let plugins = composer
-            .plugin_marks()
-            .into_iter()
-            .map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
-        let metadata = vec![
-            ("run", run),
-            ("plugins", plugins.collect()),
-            ("memories", host.memories.clone()),
-            ("modules", composer.kinds().into_iter().collect()),
-            ("stages", told_stages(composer.order())),
-            ("links", composer.links().into_iter().collect()),
-        ];
-        let text = composer.configuration_text();
-        let own = (CONFIGURATION.to_owned(), "application/toml", text.into_bytes());
-        let others = host.files.iter().map(|(name, bytes)| (name.clone(), "application/toml", bytes.clone()));
-        let attachments = std::iter::once(own).chain(others).collect();
-        Self { epoch: host.epoch, metadata, attachments }
-    }
 }
 
 /// The modules of each stage, in the order in which they run.

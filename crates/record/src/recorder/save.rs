@@ -18,8 +18,8 @@ use super::first::preface;
 use super::flight::Captured;
 use super::host::Host;
 use super::hub::Sink;
+use super::lock::locked;
 use super::run::Preface;
-use super::thread::locked;
 
 /// What a trigger saves.
 pub(super) struct Save {

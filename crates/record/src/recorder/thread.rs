@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::SyncSender;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -17,6 +17,7 @@ use super::channels::Channel;
 use super::flight::{Captured, Flight};
 use super::host::Host;
 use super::hub::{Drain, Hub, Sink, Want};
+use super::lock::locked;
 use super::save::{Save, Saves};
 use super::state::Shown;
 use super::target::{Progress, Target};
@@ -61,11 +62,6 @@ pub(super) struct Shared {
     pub flight: Mutex<Option<FlightEntry>>,
     /// Where it is shown how it goes, once anything was recorded.
     pub shown: Mutex<Option<Shown>>,
-}
-
-/// What stays intact when another thread panicked while it held the lock.
-pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The thread of a recorder.

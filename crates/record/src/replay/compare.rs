@@ -14,11 +14,11 @@ use slate_runtime::snapshot::PluginMark;
 
 use super::changes;
 use super::comparer::{Comparer, Course, mark};
-use super::difference::Difference;
 use super::expected::Expected;
 use super::run::Run;
-use crate::bag::{Error, Reader};
+use super::verdict::Verdict;
 use crate::recorder::Hub;
+use crate::storage::{Error, Reader};
 
 /// A recorded run that is made once more, value by value.
 pub struct Comparison {
@@ -31,26 +31,6 @@ impl std::fmt::Debug for Comparison {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Comparison").field("run", &self.run).finish_non_exhaustive()
     }
-}
-
-/// What came of it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// Every value is the same.
-    Identical {
-        /// How many there are.
-        values: u64,
-        /// How many cycles.
-        cycles: u64,
-        /// Whether that is the whole run; else the recording ends before it did.
-        whole: bool,
-    },
-    /// A value is another one.
-    Different(Difference),
-    /// The recording has no value that could be compared.
-    Nothing,
-    /// It can't be said.
-    NotCovered(String),
 }
 
 impl Comparison {

@@ -7,12 +7,12 @@ use std::time::Duration;
 use slate_blackboard::{Access, Stamp};
 use slate_runtime::Agent;
 
-use super::compare::Verdict;
 use super::difference::{self, Difference};
 use super::expected::{Expected, Wanted};
 use super::run::Run;
-use crate::bag::Error;
+use super::verdict::Verdict;
 use crate::recorder::{Channel, Drain, Hub, Sink};
+use crate::storage::Error;
 
 /// How far the run and its comparison are, each for the other.
 #[derive(Default)]

@@ -5,7 +5,7 @@ use std::io::{Read, Seek};
 
 use slate_blackboard::is_within;
 
-use crate::bag::{Message, Reader};
+use crate::storage::{Message, Reader};
 
 /// The values of a recording, counted.
 #[derive(Clone, Debug, Default)]

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 use std::fs::File;
 use std::io::BufReader;
 
-use crate::bag::{Channel, Error, Reader};
+use crate::storage::{Channel, Error, Reader};
 
 /// A value that is recorded.
 pub(super) struct Wanted {

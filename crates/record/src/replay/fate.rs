@@ -6,11 +6,12 @@ use slate_blackboard::Url;
 use slate_blackboard::interface::Descriptor;
 use slate_module::Level;
 
+use super::choice::Choice;
 use super::form::Form;
-use super::timeline::{Choice, LogLine, Mailbox, Track};
-use crate::bag::Message;
+use super::track::{LogLine, Mailbox, Track};
 use crate::recorder::CHANGE;
 use crate::ros;
+use crate::storage::Message;
 
 /// The topic and the type of a recorded log.
 const LOG: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use slate_blackboard::interface::{Descriptor, Kind};
 
-use crate::bag::Message;
 use crate::ros::{self, Described, Schema};
+use crate::storage::{Message, interface};
 
 /// The interface of a channel: one that is known here, or what its definition in the file says.
 pub(super) struct Form {
@@ -20,22 +20,6 @@ pub(super) struct Form {
 /// Stands for an interface that is not made yet.
 static UNKNOWN: Descriptor =
     Descriptor { name: "message", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
-
-/// The interface of a message's values, if it is one of those that are known, by their schemas.
-pub(crate) fn interface(
-    message: &Message<'_>,
-    known: &BTreeMap<u64, &'static Descriptor>,
-) -> Option<&'static Descriptor> {
-    if let Some(hash) = message.channel.metadata.get("hash") {
-        return known.get(&u64::from_str_radix(hash, 16).ok()?).copied();
-    }
-    // Other tools leave out what only Slate says.
-    let schema = message.schema?;
-    known.values().copied().find(|descriptor| {
-        let definition = ros::definition(descriptor);
-        definition.name == schema.name && definition.text.as_bytes() == &*schema.data
-    })
-}
 
 impl Form {
     /// Finds out what the values of a message's channel are; `known` are interfaces by their schemas.

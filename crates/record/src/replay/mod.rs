@@ -8,6 +8,7 @@
 //! each value.
 
 mod changes;
+mod choice;
 mod compare;
 mod comparer;
 mod coverage;
@@ -16,21 +17,25 @@ mod expected;
 mod fate;
 mod form;
 mod lacks;
+mod opening;
 mod orders;
 mod plan;
 mod play;
 mod player;
-mod recompute;
+mod recomputed;
 mod reel;
 mod requests;
 mod run;
 mod timeline;
+mod track;
+mod verdict;
+mod witness;
 
-pub use compare::{Comparison, Verdict};
+pub use choice::Choice;
+pub use compare::Comparison;
 pub use difference::Difference;
-pub(crate) use form::interface;
 pub use plan::{Plan, PlayError, PlayedRun};
 pub use player::{Player, recorded_modules};
-pub use recompute::{Recomputation, Recomputed};
+pub use recomputed::{Recomputation, Recomputed};
 pub use run::Run;
-pub use timeline::Choice;
+pub use verdict::Verdict;

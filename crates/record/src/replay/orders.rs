@@ -10,8 +10,9 @@ use slate_runtime::playback::{Order, PlaybackControl, PlaybackStatus};
 use slate_runtime::recording::{History, HistoryWish, Left, TakeValue};
 
 use super::reel::SharedReel;
-use super::timeline::{Recorded, Track};
-use crate::bag::Error;
+use super::timeline::RecordedValue;
+use super::track::Track;
+use crate::storage::Error;
 
 /// What came of an order; what is wrong with it and what helps.
 pub(super) type Answer = Result<PlaybackStatus, (String, String)>;
@@ -91,7 +92,7 @@ impl PlaybackControl for Counter {
             let value = place.map(|place| timeline.value_alone(place)).transpose();
             let value = value.map_err(anew)?;
             drop(reel);
-            let Some(Recorded { bytes, items, sequence, time }) = value else { continue };
+            let Some(RecordedValue { bytes, items, sequence, time }) = value else { continue };
             let stamp = Stamp { sequence, time, generation: 0 };
             if !take(descriptor, FrozenValue { bytes, items, stamp }) {
                 left = Some(Left { count: told - number, time, sequence });

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use slate_runtime::configuration::Report;
 
-use super::timeline::Choice;
-use crate::bag::Error;
+use super::choice::Choice;
+use crate::storage::Error;
 
 /// How a recording is played. Times are nanoseconds after its first value.
 #[derive(Clone, Debug, Default)]

@@ -1,27 +1,24 @@
 //! A recording that is played in an agent.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use slate_module::Plugin;
 use slate_runtime::Rate;
-use slate_runtime::configuration::{Configuration, Database, Report};
-use slate_runtime::playback::{Playback, PlaybackControl, excerpt, interfaces};
-use slate_runtime::plugin::load;
+use slate_runtime::configuration::{Database, Report};
+use slate_runtime::playback::{Playback, PlaybackControl};
 use slate_runtime::recording::{Change, Recording, configuration};
 
-use super::changes::{concerns, played};
-use super::coverage::some;
-use super::lacks::Lacks;
+use super::opening::{Opening, PastChanges, Replaced, with_libraries};
 use super::orders::{Counter, Orders, orders};
 use super::plan::{Plan, PlayError};
-use super::recompute::{Both, Recomputation, Witness};
+use super::recomputed::Recomputation;
 use super::reel::{Reel, SharedReel};
 use super::run::{Run, Written};
-use super::timeline::Timeline;
-use crate::bag::Error;
+use super::witness::{Both, Witness};
+use crate::storage::Error;
 
 /// A recording that is played in an agent, which is loaded with its [`configuration`](Player::configuration) and
 /// [`playback`](Player::playback).
@@ -71,7 +68,6 @@ impl Player {
     /// # Errors
     /// When it can't be read, is damaged, or can't be played as the plan says.
     pub fn open(path: &Path, plugins: &[Plugin], plan: Plan) -> Result<Self, PlayError> {
-        let unfit = |what: String| PlayError::Unfit { path: path.into(), what };
         let run = Run::of(path)?;
         let database = match &run {
             Some(run) => run.configuration(plan.sets.clone())?,
@@ -79,121 +75,26 @@ impl Player {
         };
         let full = database.current();
         let plugins = &with_libraries(plugins, &full);
-        let known = interfaces(plugins, Some(&*full));
-        let first = Timeline::first_time(path)?;
-        let epoch = run.as_ref().map_or(first, Run::epoch);
-        let is_on_loop = |path: &str| run.as_ref().is_some_and(|run| run.is_on_loop(path));
-        let timeline = Timeline::read(path, epoch, &plan.choice, &known, is_on_loop)?;
-        let Some(span) = timeline.span() else {
-            let mut why: Vec<_> =
-                timeline.left_out.iter().map(|(topic, why)| format!("{topic}: {why}")).collect();
-            why.truncate(SHOWN);
-            let why =
-                if why.is_empty() { "it has no values that are asked for".into() } else { why.join("; ") };
-            return Err(unfit(format!("there is nothing to play: {why}")));
-        };
-        let at = |time: u64| span.0.saturating_add(time);
-        let mut bounds = (plan.start.map_or(span.0, at), plan.end.map_or(span.1, at).min(span.1));
-        if bounds.0 > bounds.1 {
-            let seconds = (span.1 - span.0) as f64 * 1e-9;
-            return Err(unfit(format!(
-                "its values are within {seconds:.3} s, and there is none from --start to --end"
-            )));
-        }
-        let lockstep = run.as_ref().filter(|run| run.is_lockstep());
-        let is_lockstep = lockstep.is_some();
-        if is_lockstep {
-            // In the middle of nothing there is no cycle.
-            let before = timeline.times.partition_point(|time| *time <= bounds.0);
-            bounds.0 = before.checked_sub(1).map_or(bounds.0, |before| timeline.times[before]);
-        }
-        let mut reel = Reel::new(timeline, lockstep.map(Run::cycles), bounds.0);
-        if run.is_none() && full.modules().is_empty() && !plan.modules.is_empty() {
-            let what = "it has no configuration, so no module of it can run: it is no recording of an agent";
-            return Err(unfit(what.into()));
-        }
-        let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();
+        let opening = Opening { path, plan: &plan, run: run.as_ref(), configuration: &full, plugins };
+        let is_lockstep = opening.is_lockstep();
+        let (timeline, span) = opening.timeline()?;
+        let bounds = opening.bounds(&timeline, span)?;
+        let cycles = run.as_ref().filter(|_| is_lockstep).map(Run::cycles);
+        let mut reel = Reel::new(timeline, cycles, bounds.0);
         let has_all = |run: &Run| run.has_all_of(&reel.timeline.coverage);
         let is_whole = run.as_ref().is_some_and(has_all) && plan.choice.is_all();
-        let excerpt = {
-            // Where all of what is recorded is there, an inbox without messages took none.
-            let knows = run.as_ref().is_some_and(Run::has_messages);
-            let mailboxes = &reel.timeline.mailboxes;
-            let has_messages =
-                |path: &str| knows && (is_whole || mailboxes.iter().any(|mailbox| mailbox.path == path));
-            let knows_senders = |path: &str| {
-                let own = mailboxes.iter().filter(|mailbox| mailbox.path == path);
-                own.flat_map(|own| (0..own.senders).map(|sender| own.from.contains_key(&sender))).all(|is| is)
-            };
-            excerpt(&full, plugins, &plan.modules, &recorded, has_messages, knows_senders).map_err(unfit)?
-        };
-        let mut misses = excerpt.misses.clone();
-        let begins = bounds.0 == span.0;
-        let codes = codes(plugins, &full, &plan);
-        let gates = gates(&excerpt.text)?;
-        let (mut changes, mut unrepeated) = (VecDeque::new(), Vec::new());
-        for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
-            match played(change) {
-                Change::Asked { module, lines, answer }
-                    if plan.modules.contains(&module) && time >= bounds.0 =>
-                {
-                    reel.requests.add(time, module, lines, answer);
-                }
-                // Before the first cycle is said how a recording came about, such as from a playback.
-                Change::Other { what } if cycle > 0 => {
-                    unrepeated.push(format!("at {:.3} s there was {what}", time as f64 * 1e-9));
-                }
-                change if concerns(&change, &plan.modules, &codes, &gates, &excerpt) => {
-                    changes.push_back((if is_lockstep { cycle } else { time }, change));
-                }
-                _ => {}
-            }
-        }
+        let excerpt = opening.excerpt(&reel, is_whole)?;
+        let PastChanges { mut changes, unrepeated } = opening.changes(&mut reel, &excerpt, bounds.0)?;
         // Cycles are counted from the beginning of the run.
         let before = run.as_ref().map_or(0, |run| run.cycles_before(span.0, full.period().value));
         let skipped = before + reel.timeline.times.partition_point(|time| *time < bounds.0) as u64;
-        if is_lockstep && !begins && !reel.is_each_known && !changes.is_empty() {
-            misses.push(
-                "what was changed in them can't be made again, as not every cycle before --start is known"
-                    .into(),
-            );
+        let is_each_known = !is_lockstep || bounds.0 == span.0 || reel.is_each_known;
+        let misses = opening.misses(&reel, &excerpt, !is_each_known && !changes.is_empty())?;
+        if !is_each_known {
+            changes.clear();
         }
-        let mut thin = BTreeSet::new();
-        if let Some(run) = &run {
-            let lacks = Lacks::new(run, &reel.timeline);
-            misses.extend(lacks.told(&excerpt.reads, &excerpt.watched, &excerpt.inboxes));
-            thin = lacks.thin();
-        }
-        if !misses.is_empty() && !plan.modules.is_empty() && !plan.is_partial {
-            let what = some(&misses);
-            return Err(unfit(format!(
-                "the modules would not have all that they had then: {what}; record all that they read, or let them run all the \
-                 same with --partial"
-            )));
-        }
-        (reel.silent, reel.inboxes, reel.deaf) =
-            (excerpt.silent.clone(), excerpt.inboxes.clone(), excerpt.deaf.clone());
-        let mut deaf = excerpt.deaf.clone();
-        if !is_lockstep {
-            // Modules on threads of their own answer each other many times in what is one cycle here, so that a sender alone sends
-            // something else.
-            deaf.clear();
-        }
-        let text = excerpt.text.clone();
-        let (mut written, mut mailboxes) = (Written::new(), Written::new());
-        if let Some(run) = &run {
-            written = run.replace(&mut reel, &full, &plan.modules);
-            mailboxes = run.closed_mailboxes(&reel.timeline, &plan.modules);
-            let lacks = Lacks::new(run, &reel.timeline);
-            mailboxes.retain(|path, _| !lacks.is_ruled(path));
-            deaf.retain(|path, _| !lacks.is_ruled(path));
-            written.extend(mailboxes.clone());
-            for (from, to) in excerpt.outboxes.iter().filter(|(_, to)| deaf.contains_key(*to)) {
-                written.entry(to.clone()).or_default().extend(run.owner(from).cloned());
-            }
-        }
-        let is_known = !is_lockstep || begins || reel.is_each_known;
-        let changes = if is_known { changes } else { VecDeque::new() };
+        let thin = opening.thin(&reel);
+        let Replaced { written, mailboxes, deaf } = opening.replace(&mut reel, &excerpt);
         let mut unheard = excerpt.outboxes.clone();
         unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
         let reel = SharedReel::new(reel);
@@ -204,7 +105,7 @@ impl Player {
             file: path.into(),
             run,
             plan,
-            text,
+            text: excerpt.text,
             misses,
             reel,
             counter: Arc::new(counter),
@@ -337,36 +238,6 @@ impl Player {
 pub fn recorded_modules(path: &Path) -> Result<BTreeMap<String, String>, Error> {
     Ok(Run::of(path)?.map(|run| run.modules).unwrap_or_default())
 }
-
-/// Those plugins, and the libraries that a configuration names as far as they can be loaded: what of them modules need and can't
-/// be is said when the agent is loaded.
-fn with_libraries(plugins: &[Plugin], configuration: &Configuration) -> Vec<Plugin> {
-    let files = configuration.plugins().iter().filter_map(|entry| entry.file.as_ref());
-    let libraries = files.filter_map(|file| Some(load(&file.value).ok()?.0));
-    plugins.iter().cloned().chain(libraries).collect()
-}
-
-/// The plugins whose recorded code the modules that run have. Whoever says where a plugin's code is wants no other one.
-fn codes(plugins: &[Plugin], configuration: &Configuration, plan: &Plan) -> BTreeSet<String> {
-    let modules = configuration.modules().iter().filter(|module| plan.modules.contains(&module.name.value));
-    let kinds: BTreeSet<&str> = modules.map(|module| module.kind.value.as_str()).collect();
-    let has = |plugin: &&Plugin| plugin.kinds().iter().any(|kind| kinds.contains(kind.name()));
-    let is_given = |name: &str| {
-        let places = [format!("plugins.{name}."), format!("plugins.\"{name}\".")];
-        plan.sets.iter().any(|set| places.iter().any(|place| set.starts_with(place.as_str())))
-    };
-    let names = plugins.iter().filter(has).map(|plugin| plugin.name().to_owned());
-    names.filter(|name| !is_given(name)).collect()
-}
-
-/// The actuators that a configuration has.
-fn gates(text: &str) -> Result<BTreeSet<String>, Report> {
-    let database = configuration("the recording", text, Vec::new())?;
-    Ok(database.current().actuators().iter().map(|gate| gate.name.value.clone()).collect())
-}
-
-/// How many reasons are told.
-const SHOWN: usize = 5;
 
 /// What goes at a factor of real time; as fast as it can without one.
 pub(super) fn rate(factor: Option<f64>) -> Rate {

@@ -4,13 +4,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use slate_blackboard::channel::{Frozen, FrozenValue, Writer};
+use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::{Receiver, Sender};
-use slate_blackboard::{Board, Carrier, Property, Stamp, interface::Descriptor};
+use slate_blackboard::{Board, Carrier, Property, Stamp, is_within};
+use slate_runtime::configuration::Configuration;
 use slate_runtime::playback::{Playback, Played};
 
 use super::requests::Requests;
-use super::timeline::{Mailbox, Recorded, Timeline};
-use crate::bag::Error;
+use super::run::{Run, Written};
+use super::timeline::{RecordedValue, Timeline};
+use super::track::Mailbox;
+use crate::storage::Error;
 
 /// When a track is written in a cycle.
 #[derive(Clone, Debug, Default)]
@@ -88,6 +92,41 @@ impl Reel {
             failure: None,
             timeline,
         }
+    }
+
+    /// Has modules of a run take the place of what is recorded of them, so that they see of the others what they saw then.
+    /// Returns the paths that they write, each with its writers.
+    pub fn replace(
+        &mut self,
+        run: &Run,
+        configuration: &Configuration,
+        modules: &BTreeSet<String>,
+    ) -> Written {
+        let mut written = Written::new();
+        for (track, played) in self.timeline.tracks.iter().zip(&mut self.played) {
+            let gate = configuration.actuators().iter().find(|own| is_within(&track.path, &own.name.value));
+            // A gate is moved by those who command it.
+            let mut writers: BTreeSet<&str> =
+                run.owner(&track.path).map(String::as_str).into_iter().collect();
+            let commands = gate.into_iter().flat_map(|gate| &gate.commands).map(|url| url.value.path_in(""));
+            let commands: Vec<String> = commands.collect();
+            if writers.is_empty() {
+                writers.extend(commands.iter().filter_map(|path| run.owner(path)).map(String::as_str));
+                writers
+                    .extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
+            }
+            let runs = writers.iter().any(|writer| modules.contains(*writer));
+            let writers: BTreeSet<String> = writers.into_iter().map(str::to_owned).collect();
+            if runs {
+                *played = None;
+                written.insert(track.path.clone(), writers);
+            } else if let Some(played) = played {
+                (played.writers, played.module) = (writers, run.owner(&track.path).cloned());
+            }
+        }
+        let stages = run.stages.values().map(|stage| stage.split_whitespace().map(str::to_owned).collect());
+        self.place(&stages.collect::<Vec<_>>(), modules);
+        written
     }
 
     /// Gives what is played its places among those modules, in the order in which all of them ran, stage by stage.
@@ -188,7 +227,7 @@ impl Reel {
 
     fn write_value(&mut self, place: usize, track: usize) -> Result<(), Error> {
         let Some((_, writer)) = self.writers.get_mut(track).and_then(Option::as_mut) else { return Ok(()) };
-        let Recorded { bytes, items, sequence, time } = self.timeline.value(place)?;
+        let RecordedValue { bytes, items, sequence, time } = self.timeline.value(place)?;
         let missed = sequence.saturating_sub(writer.last().sequence + 1);
         if missed > 0 {
             writer.skip(missed);

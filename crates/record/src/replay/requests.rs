@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use super::difference::Difference;
-use super::recompute::Recomputed;
+use super::recomputed::Recomputed;
 use crate::recorder::CHANGE;
 
 /// A request that is recorded.

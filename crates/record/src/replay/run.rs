@@ -9,10 +9,9 @@ use slate_runtime::configuration::{Configuration, Database, Link, RecordSelectio
 use slate_runtime::recording::{Change, configuration};
 
 use super::coverage::{Coverage, some};
-use super::reel::Reel;
 use super::timeline::Timeline;
-use crate::bag::{Error, Message, Metadata, REPAIR, Reader};
 use crate::recorder::{CHANGE, CONFIGURATION, DROPPED, read_change};
+use crate::storage::{Error, Message, Metadata, REPAIR, Reader};
 
 type Texts = BTreeMap<String, String>;
 
@@ -28,7 +27,7 @@ pub struct Run {
     /// The types of its modules.
     pub(super) modules: Texts,
     /// The order in which they ran, stage by stage.
-    stages: Texts,
+    pub(super) stages: Texts,
     /// What its inputs read.
     links: Texts,
     text: Option<String>,
@@ -184,41 +183,6 @@ impl Run {
         // Those of before say nothing of it.
         (!["", "0"].contains(&cycle))
             .then(|| format!("the recording begins after cycle {cycle} of the run, and not with it"))
-    }
-
-    /// Has modules run in the place of what is recorded of them, and see of the others what they saw then. Returns the paths of
-    /// what they write, each with who does.
-    pub(super) fn replace(
-        &self,
-        reel: &mut Reel,
-        configuration: &Configuration,
-        modules: &BTreeSet<String>,
-    ) -> Written {
-        let mut written = Written::new();
-        for (track, played) in reel.timeline.tracks.iter().zip(&mut reel.played) {
-            let gate = configuration.actuators().iter().find(|own| is_within(&track.path, &own.name.value));
-            // A gate is moved by those who command it.
-            let mut writers: BTreeSet<&str> =
-                self.owner(&track.path).map(String::as_str).into_iter().collect();
-            let commands = gate.into_iter().flat_map(|gate| &gate.commands).map(|url| url.value.path_in(""));
-            let commands: Vec<String> = commands.collect();
-            if writers.is_empty() {
-                writers.extend(commands.iter().filter_map(|path| self.owner(path)).map(String::as_str));
-                writers
-                    .extend(gate.into_iter().flat_map(|gate| &gate.modules).map(|name| name.value.as_str()));
-            }
-            let runs = writers.iter().any(|writer| modules.contains(*writer));
-            let writers: BTreeSet<String> = writers.into_iter().map(str::to_owned).collect();
-            if runs {
-                *played = None;
-                written.insert(track.path.clone(), writers);
-            } else if let Some(played) = played {
-                (played.writers, played.module) = (writers, self.owner(&track.path).cloned());
-            }
-        }
-        let stages = self.stages.values().map(|stage| stage.split_whitespace().map(str::to_owned).collect());
-        reel.place(&stages.collect::<Vec<_>>(), modules);
-        written
     }
 
     /// The mailboxes of modules that run whose senders run too, each with these. All that they take is sent anew.

@@ -7,71 +7,17 @@ use std::io::BufReader;
 use std::path::Path;
 
 use slate_blackboard::interface::Descriptor;
-use slate_module::Level;
 use slate_runtime::recording::Change;
 
+use super::choice::Choice;
 use super::coverage::Coverage;
 use super::fate::{Fate, check_writers, fate, log_line};
-use super::form::Form;
-use crate::bag::{Error, Message, Reader, Selection, Spot};
+use super::track::{LogLine, Mailbox, Track};
 use crate::recorder::read_change;
-
-/// Which part of a recording is played, and where.
-#[derive(Clone, Debug, Default)]
-pub struct Choice {
-    /// The topics that are played, or patterns such as `/r2/*`; all if there are none.
-    pub select: Vec<String>,
-    /// The topics among them that are not.
-    pub exclude: Vec<String>,
-    /// Topics that are played at other paths, such as `/scan` at `/r2/laser/scan`.
-    pub map: BTreeMap<String, String>,
-}
-
-impl Choice {
-    /// Whether everything is played where it was.
-    pub(super) fn is_all(&self) -> bool {
-        self.select.is_empty() && self.exclude.is_empty() && self.map.is_empty()
-    }
-}
-
-/// A recorded property.
-pub(super) struct Track {
-    pub topic: String,
-    /// Without a leading slash.
-    pub path: String,
-    pub form: Form,
-    /// Whether a run of the same writes the same values.
-    pub is_compared: bool,
-    /// The hash of its schema, if an agent recorded it, and the accesses of its channels: an input may be set at times, and filled
-    /// by links at others.
-    pub origin: Option<String>,
-    pub accesses: BTreeSet<String>,
-    /// Whether it is written on the loop of a run in lockstep.
-    pub is_on_loop: bool,
-    /// Whether the numbers of the recording count its values.
-    pub is_counted: bool,
-    pub last_sequence: u64,
-    /// The latest time so far.
-    pub latest: u64,
-    /// Values with a time before that of one before them.
-    pub backwards: u64,
-    /// Its values in the order of time, by their places among all.
-    pub values: Vec<u32>,
-}
-
-/// A mailbox whose messages are recorded.
-pub(super) struct Mailbox {
-    /// Without a leading slash.
-    pub path: String,
-    pub form: Form,
-    /// How many have sent to it.
-    pub senders: u32,
-    /// By their numbers, the paths of what they sent by, as far as that is recorded.
-    pub from: BTreeMap<u32, String>,
-}
+use crate::storage::{Error, Message, Reader, Selection, Spot};
 
 /// A message that a module took.
-pub(super) struct Letter {
+pub(super) struct RecordedLetter {
     /// When it was taken, and when it was sent.
     pub time: u64,
     pub sent: u64,
@@ -83,7 +29,7 @@ pub(super) struct Letter {
 }
 
 /// A value.
-struct Moment {
+struct TimelineEntry {
     /// Its time, but not before that of the one before it.
     time: u64,
     /// When it is played.
@@ -96,21 +42,13 @@ struct Moment {
     spot: Spot,
 }
 
-/// A line of the log.
-pub(super) struct LogLine {
-    pub time: u64,
-    pub level: Level,
-    pub module: String,
-    pub text: String,
-}
-
 /// The values of a recording in the order of time.
 pub(super) struct Timeline {
     reader: Reader<BufReader<File>>,
     pub tracks: Vec<Track>,
-    entries: Vec<Moment>,
+    entries: Vec<TimelineEntry>,
     pub mailboxes: Vec<Mailbox>,
-    pub letters: Vec<Letter>,
+    pub letters: Vec<RecordedLetter>,
     pub lines: Vec<LogLine>,
     /// The times at which any property of an agent was written, also of those that are not played.
     pub times: Vec<u64>,
@@ -124,12 +62,29 @@ pub(super) struct Timeline {
 }
 
 /// A value that is read.
-pub(super) struct Recorded {
+pub(super) struct RecordedValue {
     pub bytes: Vec<u8>,
     pub items: usize,
     pub sequence: u64,
     /// The agent's time of the write.
     pub time: u64,
+}
+
+/// The topics of a recording that are played.
+struct Chosen {
+    select: Selection,
+    exclude: Option<Selection>,
+}
+
+impl Chosen {
+    fn new(choice: &Choice) -> Self {
+        let exclude = Some(&choice.exclude).filter(|exclude| !exclude.is_empty());
+        Self { select: Selection::new(&choice.select), exclude: exclude.map(Selection::new) }
+    }
+
+    fn has(&self, topic: &str) -> bool {
+        self.select.has(topic) && self.exclude.as_ref().is_none_or(|exclude| !exclude.has(topic))
+    }
 }
 
 /// Times of one recording as those of its agent: nanoseconds after this.
@@ -167,28 +122,23 @@ impl Timeline {
             left_out: Vec::new(),
         };
         let mut fates: BTreeMap<u16, Fate> = BTreeMap::new();
-        let select = Selection::new(&choice.select);
-        let exclude = Some(&choice.exclude).filter(|exclude| !exclude.is_empty()).map(Selection::new);
-        let is_chosen =
-            |topic: &str| select.has(topic) && exclude.as_ref().is_none_or(|exclude| !exclude.has(topic));
+        let chosen = Chosen::new(choice);
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
         while let Some((spot, checksum, message)) = timeline.reader.next_spot()? {
             timeline.coverage.note(&message);
             let id = message.channel.id;
             if let Entry::Vacant(place) = fates.entry(id) {
-                let is_chosen = is_chosen(&message.channel.topic);
+                let topic = &message.channel.topic;
                 let (tracks, mailboxes) = (&mut timeline.tracks, &mut timeline.mailboxes);
-                let fate = fate(tracks, mailboxes, &message, is_chosen, choice, known);
+                let fate = fate(tracks, mailboxes, &message, chosen.has(topic), choice, known);
                 if let Ok(Fate::Played { track, .. }) = &fate {
                     let own = &mut tracks[*track];
-                    own.is_on_loop =
-                        own.is_compared && is_on_loop(message.channel.topic.trim_start_matches('/'));
+                    own.is_on_loop = own.is_compared && is_on_loop(topic.trim_start_matches('/'));
                 }
-                let fate = fate.unwrap_or_else(|why| {
-                    timeline.left_out.extend(why.map(|why| (message.channel.topic.clone(), why)));
+                place.insert(fate.unwrap_or_else(|why| {
+                    timeline.left_out.extend(why.map(|why| (topic.clone(), why)));
                     Fate::LeftOut
-                });
-                place.insert(fate);
+                }));
             }
             let time = message.log_time.saturating_sub(epoch);
             let (from, to) = timeline.span.unwrap_or((time, time));
@@ -199,18 +149,7 @@ impl Timeline {
             match &fates[&id] {
                 Fate::Played { track, is_setting } => {
                     let own = &mut timeline.tracks[*track];
-                    let number = own.values.len() as u64 + 1;
-                    own.form.note(message.data).map_err(|error| {
-                        let name = own.form.descriptor.name;
-                        unfit(format!("value {number} of {} is no {name}: {error}", own.topic))
-                    })?;
-                    let sequence = u64::from(message.sequence);
-                    own.is_counted &= sequence > own.last_sequence;
-                    own.last_sequence = sequence;
-                    own.backwards += u64::from(time < own.latest);
-                    own.latest = own.latest.max(time);
-                    // Their places are given when they are in order.
-                    own.values.push(0);
+                    own.note(&message, time).map_err(unfit)?;
                     let time = own.latest;
                     let is_on_loop = own.is_on_loop && !is_setting;
                     if is_on_loop {
@@ -218,17 +157,11 @@ impl Timeline {
                     }
                     let due = if is_on_loop { on_loop } else { time };
                     let (track, is_setting) = (*track as u16, *is_setting);
-                    let entry = Moment { time, due, track, is_setting, checksum, spot };
-                    timeline.entries.push(entry);
+                    timeline.entries.push(TimelineEntry { time, due, track, is_setting, checksum, spot });
                 }
                 Fate::Sent(mailbox, sender) => {
-                    let Mailbox { path, form, senders, .. } = &mut timeline.mailboxes[*mailbox];
-                    form.note(message.data).map_err(|error| {
-                        let name = form.descriptor.name;
-                        unfit(format!("a message to /{path} is no {name}: {error}"))
-                    })?;
-                    *senders = (*senders).max(sender.saturating_add(1));
-                    timeline.letters.push(Letter {
+                    timeline.mailboxes[*mailbox].note(&message, *sender).map_err(unfit)?;
+                    timeline.letters.push(RecordedLetter {
                         time,
                         sent: message.publish_time.saturating_sub(epoch),
                         mailbox: *mailbox,
@@ -248,32 +181,43 @@ impl Timeline {
                 Fate::LeftOut => {}
             }
         }
-        let topics: BTreeSet<_> = timeline.reader.channels().map(|channel| channel.topic.clone()).collect();
+        timeline.check(&chosen, choice)?;
+        timeline.finish_forms()?;
+        timeline.sort();
+        Ok(timeline)
+    }
+
+    /// Checks that everything chosen is there, and that each property has one writer.
+    fn check(&self, chosen: &Chosen, choice: &Choice) -> Result<(), Error> {
+        let path = self.reader.path();
+        let unfit = |what: String| Error::Unfit { path: path.into(), what };
+        let topics: BTreeSet<_> = self.reader.channels().map(|channel| channel.topic.clone()).collect();
         let topics = || topics.iter().map(String::as_str);
-        select.check(path, topics())?;
-        exclude.map_or(Ok(()), |exclude| exclude.check(path, topics()))?;
+        chosen.select.check(path, topics())?;
+        chosen.exclude.as_ref().map_or(Ok(()), |exclude| exclude.check(path, topics()))?;
         Selection::new(choice.map.keys()).check(path, topics())?;
-        if timeline.entries.len() > u32::MAX as usize {
+        if self.entries.len() > u32::MAX as usize {
             return Err(unfit(
                 "it has more values than can be played: play a part of it with --select".into(),
             ));
         }
-        check_writers(&timeline.tracks).map_err(unfit)?;
-        for track in &mut timeline.tracks {
-            track.form.finish().map_err(|error| {
-                let topic = &track.topic;
-                Error::Unfit {
-                    path: path.into(),
-                    what: format!("{topic}: {error}; leave it out with --exclude"),
-                }
-            })?;
+        check_writers(&self.tracks).map_err(unfit)
+    }
+
+    /// Completes the interfaces of tracks and mailboxes, once all their values are known.
+    fn finish_forms(&mut self) -> Result<(), Error> {
+        let path = self.reader.path();
+        let unfit = |what: String| Error::Unfit { path: path.into(), what };
+        for track in &mut self.tracks {
+            let topic = &track.topic;
+            let finished = track.form.finish();
+            finished.map_err(|error| unfit(format!("{topic}: {error}; leave it out with --exclude")))?;
         }
-        for mailbox in &mut timeline.mailboxes {
+        for mailbox in &mut self.mailboxes {
             let path = &mailbox.path;
             mailbox.form.finish().map_err(|error| unfit(format!("/{path}: {error}")))?;
         }
-        timeline.sort();
-        Ok(timeline)
+        Ok(())
     }
 
     fn sort(&mut self) {
@@ -377,7 +321,7 @@ impl Timeline {
     }
 
     /// The last value of a track until a time.
-    pub fn last(&mut self, track: usize, time: u64) -> Result<Option<Recorded>, Error> {
+    pub fn last(&mut self, track: usize, time: u64) -> Result<Option<RecordedValue>, Error> {
         let values = &self.tracks[track].values;
         let count = values.partition_point(|place| self.entries[*place as usize].time <= time);
         let place = count.checked_sub(1).map(|last| values[last] as usize);
@@ -398,14 +342,14 @@ impl Timeline {
     }
 
     /// The value at a place.
-    pub fn value(&mut self, place: usize) -> Result<Recorded, Error> {
+    pub fn value(&mut self, place: usize) -> Result<RecordedValue, Error> {
         let spot = self.entries[place].spot;
         self.recorded(place, |reader| reader.message_at(spot))
     }
 
     /// As [`value`](Timeline::value), where those beside it are not wanted too.
-    pub fn value_alone(&mut self, place: usize) -> Result<Recorded, Error> {
-        let Moment { spot, checksum, .. } = self.entries[place];
+    pub fn value_alone(&mut self, place: usize) -> Result<RecordedValue, Error> {
+        let TimelineEntry { spot, checksum, .. } = self.entries[place];
         self.recorded(place, |reader| reader.message_alone(spot, checksum))
     }
 
@@ -413,8 +357,8 @@ impl Timeline {
         &mut self,
         place: usize,
         read: impl FnOnce(&mut Reader<BufReader<File>>) -> Result<Message<'_>, Error>,
-    ) -> Result<Recorded, Error> {
-        let Moment { time, track, .. } = self.entries[place];
+    ) -> Result<RecordedValue, Error> {
+        let TimelineEntry { time, track, .. } = self.entries[place];
         let track = usize::from(track);
         let message = read(&mut self.reader)?;
         let own = &self.tracks[track];
@@ -428,6 +372,6 @@ impl Timeline {
             what: format!("a value of {} can't be read: {error}", own.topic),
         })?;
         let items = own.form.items(&bytes);
-        Ok(Recorded { items, bytes, sequence, time })
+        Ok(RecordedValue { items, bytes, sequence, time })
     }
 }

@@ -6,11 +6,10 @@ use slate_blackboard::interface::Interface;
 use slate_interfaces::Transform;
 use slate_module::math::{cos, sin};
 
+use super::names::{MAP, own_frame};
 use super::{CdrWriter, Definition, Error, SEPARATOR, standard};
-use crate::bag::Value;
-use crate::page::Followed;
+use crate::followed::Followed;
 
-const MAP: &str = "map";
 const ODOMETRY: &str = "odom";
 const BASE: &str = "base_link";
 
@@ -20,7 +19,7 @@ const BASE: &str = "base_link";
 /// is told in `map`, which they have in common.
 #[derive(Clone, Debug)]
 pub struct Frames {
-    robots: Vec<Robot>,
+    robots: Vec<RobotFrames>,
     /// What modules tell themselves since it was taken, and which frames they have ever told of.
     moving: Vec<FrameTransform>,
     fixed: Vec<FrameTransform>,
@@ -34,17 +33,17 @@ pub struct Frames {
 const MOUNT: &str = "_mount";
 
 #[derive(Clone, Debug, Default)]
-struct Robot {
+struct RobotFrames {
     /// Empty for the only one.
     name: String,
     base: String,
     odom: String,
     /// The topic that tells where it is in the map, and what was told last.
     pose: Option<String>,
-    place: Option<Place>,
+    place: Option<TimedPose>,
     /// The same of its odometry.
     odometry: Option<String>,
-    moved: Option<Place>,
+    moved: Option<TimedPose>,
     /// Since when only its place in the map is known.
     waits_since: Option<u64>,
 }
@@ -53,7 +52,7 @@ struct Robot {
 const WAIT: u64 = 1_000_000_000;
 
 #[derive(Clone, Copy, Debug)]
-struct Place {
+struct TimedPose {
     time: u64,
     pose: [f64; 3],
     is_new: bool,
@@ -74,7 +73,22 @@ pub struct FrameTransform {
     pub rotation: [f64; 4],
 }
 
-impl Robot {
+/// A [`Transform`] as a module publishes it: frames by the names that the module has for them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PublishedTransform {
+    /// The frame in which it is told.
+    pub parent: String,
+    /// The frame of which it is told.
+    pub child: String,
+    /// x, y and z, metres.
+    pub translation: [f64; 3],
+    /// A unit quaternion: x, y, z and w.
+    pub rotation: [f64; 4],
+    /// Whether it never changes.
+    pub is_fixed: bool,
+}
+
+impl RobotFrames {
     fn new(name: &str, pose: Option<String>) -> Self {
         Self {
             name: name.into(),
@@ -103,8 +117,8 @@ impl Frames {
         all.sort();
         all.dedup_by(|one, other| one.0 == other.0);
         let robots = match all.len() {
-            0 | 1 => vec![Robot::new("", all.pop().map(|(_, pose)| pose))],
-            _ => all.into_iter().map(|(name, pose)| Robot::new(&name, Some(pose))).collect(),
+            0 | 1 => vec![RobotFrames::new("", all.pop().map(|(_, pose)| pose))],
+            _ => all.into_iter().map(|(name, pose)| RobotFrames::new(&name, Some(pose))).collect(),
         };
         let mut frames = Self {
             robots,
@@ -173,7 +187,7 @@ impl Frames {
 
     /// Takes the place that a topic tells.
     pub fn note(&mut self, topic: &str, time: u64, pose: [f64; 3]) {
-        let place = Place { time, pose, is_new: true };
+        let place = TimedPose { time, pose, is_new: true };
         for robot in &mut self.robots {
             if robot.pose.as_deref() == Some(topic) {
                 robot.place = Some(place);
@@ -185,19 +199,12 @@ impl Frames {
     }
 
     /// Takes a [`Transform`] that a module tells itself.
-    pub fn note_transform(&mut self, topic: &str, time: u64, told: &Value) {
+    pub fn note_transform(&mut self, topic: &str, time: u64, told: PublishedTransform) {
         let robot = self.owner(topic).and_then(|at| self.robots.get(at)).map_or("", |robot| &robot.name);
-        let frame = |field: &str| own_frame(robot, &told.text(field).unwrap_or_default()).concat();
-        let numbers = |group: &str, field: &str| told.number(&format!("{group}/{field}")).unwrap_or_default();
-        let transform = FrameTransform {
-            time,
-            parent: frame("parent"),
-            child: frame("child"),
-            translation: ["x", "y", "z"].map(|field| numbers("translation", field)),
-            rotation: ["x", "y", "z", "w"].map(|field| numbers("rotation", field)),
-        };
+        let PublishedTransform { parent, child, translation, rotation, is_fixed } = told;
+        let [parent, child] = [parent, child].map(|name| own_frame(robot, &name).concat());
+        let transform = FrameTransform { time, parent, child, translation, rotation };
         self.told.insert(transform.child.clone());
-        let is_fixed = told.number("fixed").is_some_and(|fixed| fixed != 0.0);
         if is_fixed { &mut self.fixed } else { &mut self.moving }.push(transform);
     }
 
@@ -206,7 +213,7 @@ impl Frames {
     pub fn take(&mut self) -> (Vec<FrameTransform>, Vec<FrameTransform>) {
         let (mut moving, fixed) = (std::mem::take(&mut self.moving), std::mem::take(&mut self.fixed));
         for robot in &mut self.robots {
-            let mut tell = |place: &Place, parent: &str, child: &str, pose: [f64; 3]| {
+            let mut tell = |place: &TimedPose, parent: &str, child: &str, pose: [f64; 3]| {
                 if !self.told.contains(child) {
                     moving.push(in_plane(place.time, parent, child, pose));
                 }
@@ -231,12 +238,6 @@ impl Frames {
         }
         (moving, fixed)
     }
-}
-
-/// The parts of a frame's name, as a robot's module calls it: the map is the same for all, and what names its robot is taken as it is.
-pub(super) fn own_frame<'a>(robot: &'a str, name: &'a str) -> [&'a str; 3] {
-    let is_whole = robot.is_empty() || name == MAP || name.contains('/') || name.is_empty();
-    if is_whole { ["", "", name] } else { [robot, "/", name] }
 }
 
 /// Where odometry began in the map, of a robot that is there by the one and there by the other.

@@ -50,7 +50,7 @@ pub(crate) use definition::SEPARATOR;
 pub use definition::{Definition, definition, definition_named};
 pub use described::Described;
 pub use error::Error;
-pub use frames::{FrameTransform, Frames, encode_transforms, transforms_definition};
+pub use frames::{FrameTransform, Frames, PublishedTransform, encode_transforms, transforms_definition};
 pub use schema::Schema;
 pub use shown::Shown;
 pub use slate_blackboard::interface::Primitive;

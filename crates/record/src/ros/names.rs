@@ -48,3 +48,12 @@ pub(super) fn unique(name: String, taken: &mut BTreeSet<String>) -> String {
     }
     result
 }
+
+/// The frame that all robots share.
+pub(super) const MAP: &str = "map";
+
+/// The parts of a frame's name, as a robot's module calls it: the map is the same for all, and what names its robot is taken as it is.
+pub(super) fn own_frame<'a>(robot: &'a str, name: &'a str) -> [&'a str; 3] {
+    let is_whole = robot.is_empty() || name == MAP || name.contains('/') || name.is_empty();
+    if is_whole { ["", "", name] } else { [robot, "/", name] }
+}

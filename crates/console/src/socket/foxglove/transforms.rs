@@ -81,7 +81,7 @@ impl Transforms {
                 time = sample.stamp.time;
                 let value = Value::Json(sample.json());
                 if *is_transform {
-                    self.frames.note_transform(topic, time, &value);
+                    self.frames.note_transform(topic, time, value.transform());
                 } else if let Some(pose) = value.pose() {
                     self.frames.note(topic, time, pose);
                 }

@@ -10,7 +10,7 @@ use slate_blackboard::interface::{Text, View};
 use slate_module::{Direction, Flags, Frame, Level, PortSlot};
 
 use super::snapshot::{Carried, INBOX, INPUT, PortCopy, QUEUE, Snapshot};
-use super::{ShadowState, Shared};
+use super::{ShadowExchange, ShadowState};
 use crate::log::ModuleLog;
 use crate::runner::{Memory, Retired};
 
@@ -20,7 +20,7 @@ pub(super) struct Follower {
     pub params: usize,
     pub writer: Writer,
     pub log: Box<ModuleLog>,
-    pub shared: Arc<Shared>,
+    pub shared: Arc<ShadowExchange>,
 }
 
 // SAFETY: what the snapshots point to is theirs, and the rest is this thread's alone.

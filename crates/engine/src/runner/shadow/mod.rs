@@ -42,12 +42,12 @@ const LAG: usize = 16;
 
 /// The tick's end of a shadow.
 pub struct Shadow {
-    shared: Arc<Shared>,
+    shared: Arc<ShadowExchange>,
     current: Option<Box<Snapshot>>,
     thread: JoinHandle<()>,
 }
 
-struct Shared {
+struct ShadowExchange {
     free: ArrayQueue<Box<Snapshot>>,
     filled: ArrayQueue<Box<Snapshot>>,
     wake: Wake,
@@ -65,7 +65,7 @@ struct New {
     state: Option<Vec<u8>>,
 }
 
-impl Shared {
+impl ShadowExchange {
     fn locked(&self) -> MutexGuard<'_, Option<New>> {
         self.new.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -94,7 +94,7 @@ impl Shadow {
     ) -> std::io::Result<Self> {
         let params = description.params.size;
         let ports = carried(description);
-        let shared = Arc::new(Shared {
+        let shared = Arc::new(ShadowExchange {
             free: ArrayQueue::new(LAG),
             filled: ArrayQueue::new(LAG),
             wake: Wake::new(),

@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use slate_module::Random;
 use slate_sim::geometry::Pose;
-use slate_sim::world::DescriptionError;
 
 use crate::body::Body;
+use crate::error::ControllerError;
 use crate::faults::Faults;
 use crate::firmware::Firmware;
 use crate::terminal::Terminal;
@@ -40,28 +40,6 @@ impl Default for Options {
             faults: Faults::default(),
         }
     }
-}
-
-/// Why a controller does not start.
-#[derive(Debug, thiserror::Error)]
-pub enum ControllerError {
-    /// World or robot don't fit.
-    #[error(transparent)]
-    World(#[from] DescriptionError),
-    /// The system gives no pseudo-terminal, or no thread.
-    #[error("no pseudo-terminal: {0}")]
-    Terminal(#[from] std::io::Error),
-    /// The link can't be made.
-    #[error("{}: {error}; expected a path where there is nothing, or an older link", .path.display())]
-    Link {
-        /// Where it should be.
-        path: PathBuf,
-        /// Error of the system.
-        error: std::io::Error,
-    },
-    /// There is no link under which a driver could find a new terminal.
-    #[error("without a link, nobody finds the new terminal: start the controller with one")]
-    Unlinked,
 }
 
 /// A controller that runs in a thread of its own, until it is dropped.

@@ -5,11 +5,13 @@
 
 mod body;
 mod controller;
+mod error;
 mod faults;
 pub mod firmware;
 mod terminal;
 
 pub use body::Body;
-pub use controller::{Controller, ControllerError, Options};
+pub use controller::{Controller, Options};
+pub use error::ControllerError;
 pub use faults::Faults;
 pub use firmware::Firmware;

@@ -10,7 +10,7 @@ use rustix::io::Errno;
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
 use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 
-use crate::controller::ControllerError;
+use crate::error::ControllerError;
 
 /// The controller's end of the line.
 #[derive(Debug)]

@@ -17,8 +17,8 @@ use slate_interfaces::{Odometry, Pose2, Position, Quaternion, Transform, Twist2}
 use self::interface::{Layout, Values};
 use super::output::{Output, Sweep};
 use super::{Imported, Options};
-use crate::bag::Error;
 use crate::ros::{CdrWriter, Definition};
+use crate::storage::Error;
 
 /// What a file begins with.
 pub(super) const MAGIC: [u8; 4] = [0xff, 0xbb, 0xff, 0xbb];

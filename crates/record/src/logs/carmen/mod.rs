@@ -21,8 +21,8 @@ use super::lines::Lines;
 use super::output::{Bytes, Output, Sweep};
 use super::words::Words;
 use super::{Imported, Options};
-use crate::bag::Error;
 use crate::ros::Definition;
+use crate::storage::Error;
 
 const PARAMETER: (&str, &str) = ("carmen_msgs/msg/Parameter", "string name\nstring value\n");
 const SYNC: (&str, &str) = ("carmen_msgs/msg/Sync", "string tag\n");

@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::geometry::Geometry;
-use crate::bag::{Decoder, Error, Message, Selection, Unread, Value, seconds, whole};
+use crate::storage::{Decoder, Error, Message, Selection, Unread, Value, seconds, whole};
 
 /// What [`export_carmen`] has written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

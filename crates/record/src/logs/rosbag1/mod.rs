@@ -17,8 +17,8 @@ use self::record::{Record, Records};
 use self::resume::next_chunk;
 use super::output::Output;
 use super::{Imported, Options};
-use crate::bag::{Error, MAXIMUM_RECORD};
 use crate::ros::Definition;
+use crate::storage::{Error, MAXIMUM_RECORD};
 
 /// What a file begins with.
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";

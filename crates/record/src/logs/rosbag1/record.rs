@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::io::Read;
 
-use crate::bag::MAXIMUM_RECORD;
+use crate::storage::MAXIMUM_RECORD;
 
 /// Named fields, and the bytes that they are about.
 pub(super) struct Record {

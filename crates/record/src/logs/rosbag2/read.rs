@@ -2,7 +2,7 @@
 
 use std::path::{Component, Path, PathBuf};
 
-use crate::bag::Error;
+use crate::storage::Error;
 
 /// What describes the folder.
 pub const DESCRIPTION: &str = "metadata.yaml";

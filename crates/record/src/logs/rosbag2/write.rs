@@ -7,11 +7,10 @@ use std::path::Path;
 use slate_blackboard::interface::{Descriptor, Interface};
 use slate_interfaces::Transform;
 
-use crate::bag::{Decoder, Error, Message, Selection, Unread, whole};
+use crate::followed::Followed;
 use crate::logs::output::Output;
-use crate::page::Followed;
-use crate::replay::interface;
 use crate::ros::{self, Definition, Frames, Shown, Standard};
+use crate::storage::{Decoder, Error, Message, Selection, Unread, interface, whole};
 
 /// How [`export_ros`] writes.
 #[derive(Clone, Copy, Debug, Default)]
@@ -89,7 +88,7 @@ pub fn export_ros(
                 Form::Standard(descriptor, standard) => {
                     let value = ros::decode(descriptor, message.data).map_err(wrong)?;
                     if descriptor.hash == Transform::DESCRIPTOR.hash {
-                        frames.note_transform(topic, time, &decoder.decode(message));
+                        frames.note_transform(topic, time, decoder.decode(message).transform());
                     }
                     standard.encode(&value, time, frames.of(topic), &mut data).map_err(wrong)?;
                     output.message(topic, time, || standard.definition().clone(), &data)?;

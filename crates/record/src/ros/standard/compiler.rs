@@ -34,105 +34,122 @@ impl Compiler<'_> {
         Some(())
     }
 
+    /// What the rules say of a field of the message.
+    fn rules<'s>(&self, path: &'s str) -> impl Iterator<Item = &'static Origin> + use<'s, '_> {
+        let rules =
+            RULES.iter().filter(move |(message, field, _)| *message == self.message && *field == path);
+        rules.map(|(_, _, origin)| origin)
+    }
+
     fn field(&mut self, path: &str, of: FieldType, same: Option<String>) -> Option<()> {
-        let rules = || RULES.iter().filter(|(message, field, _)| *message == self.message && *field == path);
         let same = same.filter(|same| self.find(same).is_some());
-        match (of.item, of.count) {
+        let step = match (of.item, of.count) {
             (Item::Record(index), Count::One)
                 if self.schema.records()[index].name == "builtin_interfaces/Time" =>
             {
-                let own = rules().find_map(|(_, _, origin)| match origin {
-                    Origin::Time { time, unless } => Some((self.place(time)?, self.place(unless)?)),
-                    _ => None,
-                });
-                self.steps.push(Step::Stamp(own));
+                self.stamp(path)
             }
             (Item::Record(index), Count::One) => {
-                let moved = rules().find_map(|(_, _, origin)| match origin {
+                let moved = self.rules(path).find_map(|origin| match origin {
                     Origin::Field(field) => {
                         matches!(self.find(field)?.0, Kind::Nested(_)).then(|| (*field).into())
                     }
                     _ => None,
                 });
-                self.record(index, path, moved.or(same).as_deref())?;
+                return self.record(index, path, moved.or(same).as_deref());
             }
-            (Item::Primitive(kind), Count::One) => {
-                let number = rules().find_map(|(_, _, origin)| self.number(origin));
-                let number = number.or_else(|| Some(Number::Field(self.place(same.as_deref()?)?)));
-                self.used |= number.is_some();
-                let constant = rules().find_map(|(_, _, origin)| match origin {
-                    Origin::Number(number) => Some(*number),
-                    _ => None,
-                });
-                if number.is_none() && same.is_some() {
-                    return None;
-                }
-                self.steps
-                    .push(Step::Number(kind, number.unwrap_or(Number::Constant(constant.unwrap_or(0.0)))));
-            }
-            (Item::Text, Count::One) => {
-                let text = rules().find_map(|(_, _, origin)| self.text(origin));
-                let text = text.or_else(|| self.text_field(same.as_deref()?));
-                self.used |= text.is_some();
-                let constant = rules().find_map(|(_, _, origin)| match origin {
-                    Origin::Text(text) => Some(Text::Constant(text)),
-                    Origin::Frame(name) => Some(Text::OfRobot(name)),
-                    _ => None,
-                });
-                let usual = if path.ends_with("header/frame_id") { Text::Frame } else { Text::Constant("") };
-                self.steps.push(Step::Text(text.or(constant).unwrap_or(usual)));
-            }
-            (Item::Primitive(kind), count) => {
-                let fixed = match count {
-                    Count::Fixed(count) => Some(count),
-                    _ => None,
-                };
-                let own = rules().find_map(|(_, _, origin)| match origin {
-                    Origin::Covariance(field) => Some(Step::Covariance(self.covariance(field)?)),
-                    Origin::Listed(fields) if fixed.is_none() => {
-                        Some(Step::Listed(kind, self.places(fields)?))
-                    }
-                    Origin::Points => Some(Step::Points(Cloud::of(self.descriptor)?)),
-                    _ => None,
-                });
-                let step = match (own, same) {
-                    (Some(step), _) => step,
-                    (None, Some(same)) => self.list(kind, fixed, &same)?,
-                    (None, None) => Step::Zeros(kind, fixed),
-                };
-                self.used |= !matches!(step, Step::Zeros(..));
-                self.steps.push(step);
-            }
+            (Item::Primitive(kind), Count::One) => self.one_number(path, kind, same.as_deref())?,
+            (Item::Text, Count::One) => self.one_text(path, same.as_deref()),
+            (Item::Primitive(kind), count) => self.numbers(path, kind, count, same.as_deref())?,
             (Item::Record(_), Count::Any)
-                if rules().any(|(_, _, origin)| matches!(origin, Origin::Axes))
+                if self.rules(path).any(|origin| matches!(origin, Origin::Axes))
                     && Cloud::of(self.descriptor).is_some() =>
             {
-                self.steps.push(Step::Axes);
+                Step::Axes
             }
-            (Item::Text, Count::Any) if same.is_none() => {
-                let called = rules().find_map(|(_, _, origin)| match origin {
-                    Origin::Called(names) => self.places(names).map(|_| names),
-                    _ => None,
-                });
-                let names = called.into_iter().flat_map(|names| names.iter());
-                self.steps.push(Step::Texts(names.map(|(name, _)| *name).collect()));
-            }
-            (Item::Record(index), Count::Any) => {
-                let own = rules().find_map(|(_, _, origin)| match origin {
-                    Origin::Field(field) => self.find(field),
-                    _ => None,
-                });
-                let step = match own.or_else(|| self.find(same.as_deref()?)) {
-                    Some((kind, offset)) => self.messages(index, path, kind, offset)?,
-                    None => Step::Zeros(Primitive::U8, None),
-                };
-                self.used |= matches!(step, Step::Messages { .. });
-                self.steps.push(step);
-            }
-            (_, Count::Any) if same.is_none() => self.steps.push(Step::Zeros(Primitive::U8, None)),
+            (Item::Text, Count::Any) if same.is_none() => self.texts(path),
+            (Item::Record(index), Count::Any) => self.records(index, path, same.as_deref())?,
+            (_, Count::Any) if same.is_none() => Step::Zeros(Primitive::U8, None),
             _ => return None,
-        }
+        };
+        self.steps.push(step);
         Some(())
+    }
+
+    fn stamp(&self, path: &str) -> Step {
+        Step::Stamp(self.rules(path).find_map(|origin| match origin {
+            Origin::Time { time, unless } => Some((self.place(time)?, self.place(unless)?)),
+            _ => None,
+        }))
+    }
+
+    fn one_number(&mut self, path: &str, kind: Primitive, same: Option<&str>) -> Option<Step> {
+        let number = self.rules(path).find_map(|origin| self.number(origin));
+        let number = number.or_else(|| Some(Number::Field(self.place(same?)?)));
+        self.used |= number.is_some();
+        let constant = self.rules(path).find_map(|origin| match origin {
+            Origin::Number(number) => Some(*number),
+            _ => None,
+        });
+        if number.is_none() && same.is_some() {
+            return None;
+        }
+        Some(Step::Number(kind, number.unwrap_or(Number::Constant(constant.unwrap_or(0.0)))))
+    }
+
+    fn one_text(&mut self, path: &str, same: Option<&str>) -> Step {
+        let text = self.rules(path).find_map(|origin| self.text(origin));
+        let text = text.or_else(|| self.text_field(same?));
+        self.used |= text.is_some();
+        let constant = self.rules(path).find_map(|origin| match origin {
+            Origin::Text(text) => Some(Text::Constant(text)),
+            Origin::Frame(name) => Some(Text::OfRobot(name)),
+            _ => None,
+        });
+        let usual = if path.ends_with("header/frame_id") { Text::Frame } else { Text::Constant("") };
+        Step::Text(text.or(constant).unwrap_or(usual))
+    }
+
+    fn numbers(&mut self, path: &str, kind: Primitive, count: Count, same: Option<&str>) -> Option<Step> {
+        let fixed = match count {
+            Count::Fixed(count) => Some(count),
+            _ => None,
+        };
+        let own = self.rules(path).find_map(|origin| match origin {
+            Origin::Covariance(field) => Some(Step::Covariance(self.covariance(field)?)),
+            Origin::Listed(fields) if fixed.is_none() => Some(Step::Listed(kind, self.places(fields)?)),
+            Origin::Points => Some(Step::Points(Cloud::of(self.descriptor)?)),
+            _ => None,
+        });
+        let step = match (own, same) {
+            (Some(step), _) => step,
+            (None, Some(same)) => self.list(kind, fixed, same)?,
+            (None, None) => Step::Zeros(kind, fixed),
+        };
+        self.used |= !matches!(step, Step::Zeros(..));
+        Some(step)
+    }
+
+    fn texts(&self, path: &str) -> Step {
+        let called = self.rules(path).find_map(|origin| match origin {
+            Origin::Called(names) => self.places(names).map(|_| names),
+            _ => None,
+        });
+        let names = called.into_iter().flat_map(|names| names.iter());
+        Step::Texts(names.map(|(name, _)| *name).collect())
+    }
+
+    fn records(&mut self, index: usize, path: &str, same: Option<&str>) -> Option<Step> {
+        let own = self.rules(path).find_map(|origin| match origin {
+            Origin::Field(field) => self.find(field),
+            _ => None,
+        });
+        let step = match own.or_else(|| self.find(same?)) {
+            Some((kind, offset)) => self.messages(index, path, kind, offset)?,
+            None => Step::Zeros(Primitive::U8, None),
+        };
+        self.used |= matches!(step, Step::Messages { .. });
+        Some(step)
     }
 
     fn find(&self, path: &str) -> Option<(Kind, usize)> {

@@ -11,7 +11,7 @@ use self::messages::text;
 use self::source::{Scalar, Source, scalar, write, write_name};
 use super::cdr::{Writer, wire_length};
 use super::codec::items;
-use super::frames::own_frame;
+use super::names::own_frame;
 use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 
 /// How a value becomes the message that ROS has for it.

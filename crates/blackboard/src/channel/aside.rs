@@ -1,0 +1,28 @@
+use std::sync::Arc;
+
+use super::Channel;
+use super::pool::SlotPin;
+use crate::sync::{Ordering, order};
+
+/// A draft that a late step may still write to. Dropping this says that it no longer does.
+#[derive(Debug)]
+pub struct SetAside {
+    channel: Arc<Channel>,
+    held: SlotPin,
+}
+
+impl SetAside {
+    /// A draft that the writer has pinned; the channel has no other one that is set aside.
+    pub(super) fn new(channel: Arc<Channel>, held: SlotPin) -> Self {
+        channel.aside.store(1, Ordering::Relaxed);
+        Self { channel, held }
+    }
+}
+
+impl Drop for SetAside {
+    fn drop(&mut self) {
+        self.held.give_back();
+        // Whoever sees this sees the pin given back too.
+        self.channel.aside.store(0, order::RELEASE);
+    }
+}

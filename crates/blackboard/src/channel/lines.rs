@@ -1,0 +1,31 @@
+use std::cell::UnsafeCell;
+
+/// The writer changes its entries with every value, so readers must have nothing in the same cache lines.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(C, align(128))]
+pub(super) struct UseLine(pub [SlotUse; LINE]);
+
+/// Entries of a line.
+pub(super) const LINE: usize = 8;
+
+/// What the writer knows of a slot.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SlotUse {
+    /// Pins taken on the slot since it was made, counted when it leaves the ring.
+    pub pins: u64,
+    pub in_ring: bool,
+}
+
+/// The entries of slots that only a channel with many readers has. The pool keeps them, as they come while the ledger is
+/// with the writer.
+#[derive(Debug)]
+pub(super) struct FarLines(pub Box<[UnsafeCell<UseLine>]>);
+
+// SAFETY: only the ledger's holder, of whom there is one, gets at the entries.
+unsafe impl Sync for FarLines {}
+
+impl FarLines {
+    pub fn new(count: usize) -> Self {
+        Self((0..count.div_ceil(LINE)).map(|_| UnsafeCell::default()).collect())
+    }
+}

@@ -1,0 +1,145 @@
+use super::decode::{length, read};
+use super::{Descriptor, Kind, Value};
+use crate::nearest::nearest_names;
+
+fn no_field(interface: &str, field: &str, known: &str) -> String {
+    if field.is_empty() {
+        return format!("no field of {interface} is named; it has {known}");
+    }
+    format!("{interface} has no field `{field}`; it has {known}")
+}
+
+/// Why a field can't be read or written.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum AccessError {
+    /// The interface has no such field.
+    #[error("{}", no_field(.interface, .field, .known))]
+    UnknownField {
+        /// The interface that was searched.
+        interface: String,
+        /// The name that was asked for.
+        field: String,
+        /// The names there are.
+        known: String,
+    },
+    /// A value of another type was given.
+    #[error("`{field}` is {expected}, not {found}")]
+    WrongType {
+        /// Path of the field.
+        field: String,
+        /// What it is.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+    /// The field can't hold that value exactly.
+    #[error("`{field}` is {expected} and can't hold {found} exactly")]
+    NotExact {
+        /// Path of the field.
+        field: String,
+        /// What it is.
+        expected: String,
+        /// What was given.
+        found: String,
+    },
+}
+
+/// A place inside an interface: what a URL says after the property.
+#[derive(Clone, Debug)]
+pub struct FieldPath {
+    kind: Kind,
+    offset: usize,
+    /// Length prefixes on the way: (offset, capacity, index), which must cover the index.
+    guards: Vec<(usize, usize, usize)>,
+    tail_index: Option<usize>,
+}
+
+impl FieldPath {
+    /// The type found there.
+    pub fn kind(&self) -> &Kind {
+        &self.kind
+    }
+
+    /// Bytes from the beginning of the value.
+    pub fn offset(&self) -> usize {
+        self.offset
+    }
+
+    pub(super) fn read(&self, bytes: &[u8], items: usize) -> Option<Value> {
+        let covered =
+            self.guards.iter().all(|(offset, capacity, index)| *index < length(&bytes[*offset..], *capacity));
+        let in_tail = self.tail_index.is_none_or(|index| index < items);
+        (covered && in_tail).then(|| read(&self.kind, &bytes[self.offset..], items))
+    }
+}
+
+/// The names of all fields, those first that may be meant.
+fn fields(descriptor: &Descriptor, meant: &str) -> String {
+    let names = || descriptor.fields.iter().map(|field| field.name);
+    let near = nearest_names(meant, names());
+    let others = names().filter(|name| !near.iter().any(|near| near == name));
+    near.iter().map(String::as_str).chain(others).collect::<Vec<_>>().join(", ")
+}
+
+/// Finds `path` (`position/x`, `ranges/3`) in an interface.
+///
+/// # Errors
+/// [`AccessError::UnknownField`] with the names there are.
+pub fn find(descriptor: &Descriptor, path: &str) -> Result<FieldPath, AccessError> {
+    let mut found: Option<FieldPath> = None;
+    let mut current = Some(descriptor);
+    for name in path.split('/') {
+        let unknown = |interface: &str, known: String| AccessError::UnknownField {
+            interface: interface.into(),
+            field: name.into(),
+            known,
+        };
+        let place = match (current.take(), found.take()) {
+            (Some(descriptor), before) => {
+                let field = descriptor
+                    .fields
+                    .iter()
+                    .find(|field| field.name == name)
+                    .ok_or_else(|| unknown(descriptor.name, fields(descriptor, name)))?;
+                let (base, guards, tail_index) =
+                    before.map_or((0, vec![], None), |p| (p.offset, p.guards, p.tail_index));
+                FieldPath { kind: field.kind, offset: base + field.offset, guards, tail_index }
+            }
+            (None, Some(mut place)) => {
+                let index = name.parse::<usize>();
+                let missing = || unknown(&place.kind.describe(), "indices from 0".into());
+                match (place.kind, index) {
+                    (Kind::Array(item, count), Ok(i)) if i < count => {
+                        place.offset += i * item.size();
+                        place.kind = *item;
+                    }
+                    (Kind::Sequence(item, capacity), Ok(i)) if i < capacity => {
+                        place.guards.push((place.offset, capacity, i));
+                        place.offset += 8 + i * item.size();
+                        place.kind = *item;
+                    }
+                    (Kind::Tail(item), Ok(i)) => {
+                        place.tail_index = Some(i);
+                        // The index is the caller's, and may be beyond any memory.
+                        let end =
+                            i.checked_mul(item.size()).and_then(|bytes| bytes.checked_add(place.offset));
+                        place.offset = end.ok_or_else(missing)?;
+                        place.kind = *item;
+                    }
+                    _ => return Err(missing()),
+                }
+                place
+            }
+            (None, None) => return Err(unknown("value", "no fields".into())),
+        };
+        if let Kind::Nested(inner) = place.kind {
+            current = Some(inner);
+        }
+        found = Some(place);
+    }
+    found.ok_or_else(|| AccessError::UnknownField {
+        interface: descriptor.name.into(),
+        field: path.into(),
+        known: "its fields".into(),
+    })
+}

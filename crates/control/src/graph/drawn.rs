@@ -1,0 +1,161 @@
+//! A drawing of a graph as other programs receive it.
+
+use serde::{Deserialize, Serialize};
+
+use super::layout::{GraphLayout, GroupBox};
+use super::model::{Flow, GraphEdge, GraphNode, ModuleGraph, NodeKind};
+use super::route::EdgeRoute;
+
+/// Width and height of a node, pixels.
+const NODE: (f64, f64) = (150.0, 38.0);
+
+/// Where an edge that closes a loop starts and ends, as a part of a node's height.
+const BACK: f64 = 0.75;
+
+/// Distance of a label from the side of a node, pixels.
+const LABEL: f64 = 16.0;
+
+/// Distance of the tip of an arrow from the node that it points to, pixels.
+const TIP: f64 = 2.0;
+
+/// A graph with the positions of its nodes and one edge for all links of a pair of nodes; in pixels.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DrawnGraph {
+    /// The name of the agent.
+    pub title: String,
+    /// Width of the drawing.
+    pub width: f64,
+    /// Height of the drawing.
+    pub height: f64,
+    /// Width of a node.
+    pub node_width: f64,
+    /// Height of a node.
+    pub node_height: f64,
+    /// Modules, gates, and what links lead to beyond them.
+    pub nodes: Vec<DrawnNode>,
+    /// Edges.
+    pub edges: Vec<DrawnEdge>,
+    /// Boxes around the nodes of robots.
+    pub groups: Vec<GroupBox>,
+}
+
+/// A node with its position.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DrawnNode {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: NodeKind,
+    /// The condition of a module; of others, what they are.
+    pub note: String,
+    /// The robot that it belongs to; empty without one.
+    pub group: String,
+    /// Left border.
+    pub x: f64,
+    /// Upper border.
+    pub y: f64,
+}
+
+/// All links from one node to another.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DrawnEdge {
+    /// The name of the node of the sources.
+    pub from: String,
+    /// The name of the node of the destinations.
+    pub to: String,
+    /// Whether it closes a loop and runs back to the left.
+    pub back: bool,
+    /// The line, as the attribute `d` of SVG.
+    pub path: String,
+    /// Where a label at the source has its place: x and y.
+    pub start: (f64, f64),
+    /// Where a label at the destination has its place: x and y.
+    pub end: (f64, f64),
+    /// The links.
+    pub links: Vec<DrawnLink>,
+}
+
+/// A link of an edge.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DrawnLink {
+    /// The source without the name of its node: a property, or an outbox.
+    pub output: String,
+    /// The destination without the name of its node: an input, or an inbox.
+    pub input: String,
+    /// What the link carries.
+    pub flow: Flow,
+    /// Whether types and roles imply it and no file has it.
+    pub inferred: bool,
+}
+
+impl DrawnGraph {
+    /// Draws a graph as widely as fits into the given width and height.
+    pub fn new(graph: &ModuleGraph, available: (f64, f64)) -> Self {
+        let layout = GraphLayout::new(graph, &vec![NODE; graph.nodes.len()], Some(available));
+        let node = |(index, node): (usize, &GraphNode)| DrawnNode {
+            name: node.name.clone(),
+            kind: node.kind,
+            note: node.note.clone(),
+            group: graph.group(index).into(),
+            x: layout.nodes[index].x,
+            y: layout.nodes[index].y,
+        };
+        let mut edges: Vec<((usize, usize), DrawnEdge)> = Vec::new();
+        for (edge, route) in graph.edges.iter().zip(&layout.routes) {
+            let GraphEdge { from, to, output, input, flow, inferred } = edge.clone();
+            let link = DrawnLink { output, input, flow, inferred };
+            match edges.iter_mut().find(|(pair, _)| *pair == (from, to)) {
+                Some((_, known)) => known.links.push(link),
+                None => edges.push(((from, to), drawn(graph, &layout, edge, route, link))),
+            }
+        }
+        Self {
+            title: graph.title.clone(),
+            width: layout.width,
+            height: layout.height,
+            node_width: NODE.0,
+            node_height: NODE.1,
+            nodes: graph.nodes.iter().enumerate().map(node).collect(),
+            edges: edges.into_iter().map(|(_, edge)| edge).collect(),
+            groups: layout.groups,
+        }
+    }
+
+    /// The graph without its positions.
+    pub fn graph(self) -> ModuleGraph {
+        let index = |name: &String| self.nodes.iter().position(|node| node.name == *name);
+        let mut edges = Vec::new();
+        for edge in &self.edges {
+            let (Some(from), Some(to)) = (index(&edge.from), index(&edge.to)) else { continue };
+            edges.extend(edge.links.iter().cloned().map(|link| {
+                let DrawnLink { output, input, flow, inferred } = link;
+                GraphEdge { from, to, output, input, flow, inferred }
+            }));
+        }
+        let node = |DrawnNode { name, kind, note, .. }| GraphNode { name, kind, note };
+        let nodes = self.nodes.into_iter().map(node).collect();
+        ModuleGraph { title: self.title, nodes, edges }
+    }
+}
+
+fn drawn(
+    graph: &ModuleGraph,
+    layout: &GraphLayout,
+    edge: &GraphEdge,
+    route: &EdgeRoute,
+    link: DrawnLink,
+) -> DrawnEdge {
+    let (from, to) = (layout.nodes[edge.from], layout.nodes[edge.to]);
+    let part = if route.is_back() { BACK } else { 0.5 };
+    let start = (from.x + NODE.0, from.y + part * NODE.1);
+    let end = (to.x - TIP, to.y + part * NODE.1);
+    DrawnEdge {
+        from: graph.nodes[edge.from].name.clone(),
+        to: graph.nodes[edge.to].name.clone(),
+        back: route.is_back(),
+        path: route.path(start, end),
+        start: route.turn().unwrap_or((start.0 + LABEL, start.1)),
+        end: route.turn().unwrap_or((end.0 - LABEL, end.1)),
+        links: vec![link],
+    }
+}

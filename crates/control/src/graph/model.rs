@@ -1,0 +1,199 @@
+//! Nodes and edges.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+/// Modules, gates and links of an agent.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ModuleGraph {
+    /// The name of the agent or of its configuration.
+    pub title: String,
+    /// Modules, gates, and what links lead to beyond them.
+    pub nodes: Vec<GraphNode>,
+    /// Links.
+    pub edges: Vec<GraphEdge>,
+}
+
+/// A module, a gate, or another end of links.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GraphNode {
+    /// Its name.
+    pub name: String,
+    /// What it is.
+    pub kind: NodeKind,
+    /// The stage or the condition of a module; of others, what they are.
+    pub note: String,
+}
+
+/// What a node is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NodeKind {
+    /// A module.
+    Module,
+    /// The gate of an actuator.
+    Gate,
+    /// Another agent, or the host.
+    Outside,
+}
+
+/// A link, by the indices of its two nodes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct GraphEdge {
+    /// The node of the source.
+    pub from: usize,
+    /// The node of the destination.
+    pub to: usize,
+    /// The source without the name of its node: a property, or an outbox.
+    pub output: String,
+    /// The destination without the name of its node: an input, or an inbox.
+    pub input: String,
+    /// What the link carries.
+    pub flow: Flow,
+    /// Whether types and roles imply it and no file has it.
+    pub inferred: bool,
+}
+
+/// What a link carries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Flow {
+    /// Values of this cycle.
+    Values,
+    /// Messages.
+    Messages,
+    /// Values of the last cycle.
+    Previous,
+}
+
+/// A link, by the URLs of its two ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GraphLink {
+    /// The destination: an input or an inbox.
+    pub to: String,
+    /// The source: a property or an outbox.
+    pub from: String,
+    /// What it carries.
+    pub flow: Flow,
+    /// Whether types and roles imply it and no file has it.
+    pub inferred: bool,
+}
+
+impl GraphLink {
+    /// A link with these keys and values of its table; `sends` marks one of messages.
+    pub fn new(to: String, from: String, options: &[(String, String)], sends: bool, inferred: bool) -> Self {
+        let is_previous = options.iter().any(|(name, value)| name == "previous" && value == "true");
+        let flow = match (sends, is_previous) {
+            (true, _) => Flow::Messages,
+            (false, true) => Flow::Previous,
+            (false, false) => Flow::Values,
+        };
+        Self { to, from, flow, inferred }
+    }
+}
+
+impl ModuleGraph {
+    /// The graph of modules with their notes, of links, and of actuators with the properties that command them.
+    pub fn new(
+        title: String,
+        modules: Vec<(String, String)>,
+        links: Vec<GraphLink>,
+        actuators: Vec<(String, Vec<String>)>,
+    ) -> Self {
+        let mut graph = Self { title, ..Self::default() };
+        let module = |(name, note)| GraphNode { name, kind: NodeKind::Module, note };
+        graph.nodes = modules.into_iter().map(module).collect();
+        let gate = |(name, _): &(String, Vec<String>)| GraphNode {
+            name: name.clone(),
+            kind: NodeKind::Gate,
+            note: "gate".into(),
+        };
+        graph.nodes.extend(actuators.iter().map(gate));
+        for GraphLink { to, from, flow, inferred } in links {
+            let ((from, output), (to, input)) = (graph.end(&from), graph.end(&to));
+            graph.edges.push(GraphEdge { from, to, output, input, flow, inferred });
+        }
+        for (name, commands) in actuators {
+            let is_gate = |node: &GraphNode| node.kind == NodeKind::Gate && node.name == name;
+            let Some(to) = graph.nodes.iter().position(is_gate) else { continue };
+            for command in commands {
+                let (from, output) = graph.end(&command);
+                let (input, flow) = ("command".into(), Flow::Values);
+                graph.edges.push(GraphEdge { from, to, output, input, flow, inferred: false });
+            }
+        }
+        graph
+    }
+
+    /// The robot of a node, by its name; empty without one.
+    pub fn group(&self, node: usize) -> &str {
+        match &self.nodes[node] {
+            GraphNode { kind: NodeKind::Outside, .. } => "",
+            GraphNode { name, .. } => name.split_once('/').map_or("", |(robot, _)| robot),
+        }
+    }
+
+    /// Removes nodes by their names, with their edges.
+    pub fn hide(&mut self, is_hidden: impl Fn(&str) -> bool) {
+        let mut count = 0;
+        let number = |node: &GraphNode| {
+            let stays = !is_hidden(&node.name);
+            count += usize::from(stays);
+            stays.then(|| count - 1)
+        };
+        let numbers: Vec<Option<usize>> = self.nodes.iter().map(number).collect();
+        self.nodes.retain(|node| !is_hidden(&node.name));
+        self.edges.retain_mut(|edge| match (numbers[edge.from], numbers[edge.to]) {
+            (Some(from), Some(to)) => {
+                (edge.from, edge.to) = (from, to);
+                true
+            }
+            _ => false,
+        });
+    }
+
+    /// Pairs of nodes along the data flow. A sender comes before the receiver of its messages, whose answer closes a loop, as
+    /// does a value of the last cycle.
+    pub(super) fn forward_pairs(&self) -> BTreeSet<(usize, usize)> {
+        let pairs = |flow| {
+            let edges = self.edges.iter().filter(move |edge| edge.flow == flow);
+            edges.map(|edge| (edge.from, edge.to)).collect::<BTreeSet<_>>()
+        };
+        let sent = pairs(Flow::Messages);
+        let answers =
+            |(from, to): &(usize, usize)| sent.contains(&(*to, *from)) && !sent.contains(&(*from, *to));
+        let values = pairs(Flow::Values).into_iter().filter(|pair| !answers(pair));
+        values.chain(sent.iter().copied()).filter(|(from, to)| from != to).collect()
+    }
+
+    /// The node that a URL leads to, and the rest of the URL behind the name of that node.
+    fn end(&mut self, url: &str) -> (usize, String) {
+        let path = match url.strip_prefix("slate://") {
+            Some(rest) => {
+                let (agent, path) = rest.split_once('/').unwrap_or((rest, ""));
+                return (self.outside(&format!("slate://{agent}"), "another agent"), path.into());
+            }
+            None => url.trim_start_matches('/'),
+        };
+        let owner = self.nodes.iter().enumerate().filter_map(|(index, node)| {
+            let rest = path.strip_prefix(node.name.as_str())?.strip_prefix('/')?;
+            Some((node.name.len(), index, rest.to_owned()))
+        });
+        match owner.max() {
+            Some((_, index, rest)) => (index, rest),
+            None => {
+                let (first, rest) = path.split_once('/').unwrap_or((path, ""));
+                (self.outside(first, "host"), rest.into())
+            }
+        }
+    }
+
+    fn outside(&mut self, name: &str, note: &str) -> usize {
+        let is_it = |node: &GraphNode| node.kind == NodeKind::Outside && node.name == name;
+        self.nodes.iter().position(is_it).unwrap_or_else(|| {
+            self.nodes.push(GraphNode { name: name.into(), kind: NodeKind::Outside, note: note.into() });
+            self.nodes.len() - 1
+        })
+    }
+}

@@ -1,0 +1,30 @@
+//! The libraries of plugins: what a file says of itself before it is opened, and opening it.
+
+mod checksum;
+mod copy;
+mod known;
+mod open;
+mod outline;
+mod seal;
+mod whole;
+
+use std::path::PathBuf;
+
+pub use known::KnownLibraries;
+pub(crate) use open::{Library, make, open};
+pub use open::{Residence, code_of, file_of, open_as_it_is};
+pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
+pub use seal::seal;
+
+/// Why a file can't be used as a plugin.
+#[derive(Debug, thiserror::Error, miette::Diagnostic)]
+#[error("{}: {problem}", slate_configuration::printable(.file))]
+#[diagnostic(help("{help}"))]
+pub struct LibraryError {
+    /// The file.
+    pub file: PathBuf,
+    /// What was found, and what was expected.
+    pub problem: String,
+    /// What to do.
+    pub help: String,
+}

@@ -1,0 +1,201 @@
+//! Opening a library, and closing it.
+
+use std::io;
+use std::mem::offset_of;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use libloading::os::unix;
+use slate_module::table::ABI;
+use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable};
+
+use super::copy::PrivateCopy;
+use super::{LibraryError, LibraryOutline};
+
+/// A library that is open. It is a copy under a name of its own, as the system takes a file of a known name for the
+/// one that it has already, and as the original may be built anew while the copy is in use.
+pub(crate) struct Library {
+    handle: Option<unix::Library>,
+    copy: PathBuf,
+    /// A hash over the file; none when the copy belongs to another process.
+    code: Option<u64>,
+    /// Goes after the library; none when the copy belongs to another process.
+    _own: Option<PrivateCopy>,
+    residence: Arc<AtomicU8>,
+}
+
+impl Library {
+    /// A library that is not open yet, in a copy of its own.
+    ///
+    /// # Errors
+    /// When there is no room for the copy, or the file can't be read.
+    pub(crate) fn copied(file: &Path, residence: &Residence) -> io::Result<Self> {
+        let copy = PrivateCopy::of(file)?;
+        let code = Some(copy.hash()?);
+        let residence = Arc::clone(&residence.0);
+        Ok(Self { handle: None, copy: copy.file().into(), code, _own: Some(copy), residence })
+    }
+
+    /// The file that is opened.
+    pub(crate) fn copy(&self) -> &Path {
+        &self.copy
+    }
+}
+
+/// What became of a library's memory.
+#[derive(Clone, Debug, Default)]
+pub struct Residence(Arc<AtomicU8>);
+
+/// Until then it is open.
+const UNMAPPED: u8 = 1;
+const RESIDENT: u8 = 2;
+
+impl Residence {
+    /// In words. That a library stays resident is no fault: the system keeps one that gave a thread something to
+    /// clean up.
+    pub fn describe(&self) -> &'static str {
+        match self.0.load(Ordering::Acquire) {
+            UNMAPPED => "unmapped",
+            RESIDENT => "resident",
+            _ => "open",
+        }
+    }
+}
+
+impl Drop for Library {
+    fn drop(&mut self) {
+        // One that was never opened is not there either.
+        let closed = self.handle.take().map_or(Ok(()), unix::Library::close);
+        // SAFETY: asks only whether it is there; no code of it runs.
+        let resident = unsafe { unix::Library::open(Some(&self.copy), unix::RTLD_LAZY | RTLD_NOLOAD) };
+        let state = if resident.is_ok() || closed.is_err() { RESIDENT } else { UNMAPPED };
+        self.residence.store(state, Ordering::Release);
+    }
+}
+
+/// Opens only what is open already (Linux and others).
+const RTLD_NOLOAD: i32 = 4;
+
+/// Opens a copy that another process made, and leaves it where it is.
+///
+/// # Errors
+/// As [`load`].
+pub fn open_as_it_is(copy: &Path) -> Result<Plugin, LibraryError> {
+    let outline = LibraryOutline::read(copy)?;
+    let residence = Residence::default().0;
+    open(copy, Library { handle: None, copy: copy.into(), code: None, _own: None, residence }, &outline)
+}
+
+/// A hash over the file of a kind's library, if it is of one.
+pub fn code_of(kind: &ModuleKind) -> Option<u64> {
+    kind.library()?.downcast_ref::<Library>()?.code
+}
+
+/// The file that a kind's library was opened from, if it is of one.
+pub fn file_of(kind: &ModuleKind) -> Option<&Path> {
+    Some(kind.library()?.downcast_ref::<Library>()?.copy.as_path())
+}
+
+/// Opens a library, and makes a plugin of what it brings.
+///
+/// # Errors
+/// What does not fit, with what was expected.
+pub(crate) fn open(
+    file: &Path,
+    mut library: Library,
+    outline: &LibraryOutline,
+) -> Result<Plugin, LibraryError> {
+    let refuse = |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
+    // SAFETY: opening runs the library's initialisers, which is what loading a plugin means; it was checked to be a
+    // whole library for this machine that says it is a plugin.
+    let handle = unsafe { unix::Library::open(Some(&library.copy), unix::RTLD_NOW | unix::RTLD_LOCAL) }
+        .map_err(|error| {
+            refuse(
+                format!("can't be opened: {}", in_full(&error, &library.copy)),
+                "see which symbol or library it misses",
+            )
+        })?;
+    // SAFETY: the outline says that the symbol is a plugin's table, which is constant.
+    let table = unsafe {
+        let symbol = handle.get::<*const PluginTable>(outline.symbol.as_bytes());
+        symbol.map(|symbol| *symbol.into_raw().cast::<PluginTable>())
+    };
+    library.handle = Some(handle);
+    let table = table.map_err(|error| {
+        refuse(
+            format!("has no symbol `{}`: {}", outline.symbol, in_full(&error, &library.copy)),
+            "export the plugin's table under that name",
+        )
+    })?;
+    if table.abi != ABI || table.module_size as usize != size_of::<ModuleTable>() {
+        return Err(refuse(
+            format!(
+                "has a table of version {} with entries of {} bytes, expected version {ABI} with {} bytes",
+                table.abi,
+                table.module_size,
+                size_of::<ModuleTable>()
+            ),
+            "build it with the slate-plugin of this agent's version",
+        ));
+    }
+    for module in 0..if table.modules.is_null() { 0 } else { table.module_count } {
+        // SAFETY: the table's version and size were checked, so it has so many entries.
+        if let Some(call) = unsafe { missing_call(table.modules.add(module)) } {
+            let problem = format!("leaves the call `{call}` out of the table of its module {}", module + 1);
+            return Err(refuse(problem, "give every call of the table"));
+        }
+    }
+    let library: Arc<dyn std::any::Any + Send + Sync> = Arc::new(library);
+    // SAFETY: the table's version and size were checked; its modules stay as long as the library is open.
+    let kinds: Vec<ModuleKind> = unsafe {
+        let count = if table.modules.is_null() { 0 } else { table.module_count };
+        let modules = if count == 0 { &[] } else { std::slice::from_raw_parts(table.modules, count) };
+        modules.iter().map(|module| ModuleKind::from_table(*module, Some(Arc::clone(&library)))).collect()
+    };
+    make(file, kinds, outline)
+}
+
+/// A plugin of what a library brings, which must be what it says.
+pub(crate) fn make(
+    file: &Path,
+    kinds: Vec<ModuleKind>,
+    outline: &LibraryOutline,
+) -> Result<Plugin, LibraryError> {
+    let said: Vec<_> = outline.modules.iter().map(|module| module.name.as_str()).collect();
+    let brought: Vec<_> = kinds.iter().map(ModuleKind::name).collect();
+    if said != brought {
+        return Err(LibraryError {
+            file: file.into(),
+            problem: format!("says that it brings {}, but brings {}", said.join(", "), brought.join(", ")),
+            help: "make its section `.slate` and its table agree".into(),
+        });
+    }
+    let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
+    Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))
+}
+
+/// The first call of a module that is null, which no function of Rust may be.
+///
+/// # Safety
+/// There is a table, but for its calls.
+unsafe fn missing_call(module: *const ModuleTable) -> Option<&'static str> {
+    let calls = [
+        ("describe", offset_of!(ModuleTable, describe)),
+        ("create", offset_of!(ModuleTable, create)),
+        ("tick", offset_of!(ModuleTable, tick)),
+        ("save", offset_of!(ModuleTable, save)),
+        ("restore", offset_of!(ModuleTable, restore)),
+        ("may_unload", offset_of!(ModuleTable, may_unload)),
+        ("destroy", offset_of!(ModuleTable, destroy)),
+    ];
+    // SAFETY: each is a pointer within the table.
+    let is_null = |offset: usize| unsafe { (*module.byte_add(offset).cast::<*const ()>()).is_null() };
+    calls.into_iter().find(|(_, offset)| is_null(*offset)).map(|(name, _)| name)
+}
+
+/// What the system says, which is the source of the error; the name of the copy helps nobody.
+fn in_full(error: &libloading::Error, copy: &Path) -> String {
+    let text = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
+    text.replace(&format!("{}: ", copy.display()), "")
+}

@@ -1,0 +1,206 @@
+//! What a library offers and needs, read from a section of its file without running any of its code.
+
+use std::fs::File;
+use std::path::Path;
+
+use object::elf;
+use object::read::elf::FileHeader;
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, ReadCache, ReadRef};
+use serde::{Deserialize, Serialize};
+use slate_module::table::ABI;
+
+use super::{LibraryError, checksum, whole};
+
+/// What a plugin's file says of itself.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct LibraryOutline {
+    /// The version of the plugin interface that it was built for.
+    pub abi: u32,
+    /// The symbol of its table.
+    pub symbol: String,
+    /// The plugin's name.
+    pub name: String,
+    /// The plugin's version.
+    #[serde(default)]
+    pub version: String,
+    /// What a panic does: `unwind`, `abort`, or nothing for languages that have none.
+    #[serde(default)]
+    pub panic: String,
+    /// The plugins that must be there before it.
+    #[serde(default)]
+    pub depends: Vec<String>,
+    /// The kinds of modules that it brings.
+    pub modules: Vec<ModuleOutline>,
+}
+
+/// What a plugin's file says of a kind of module.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct ModuleOutline {
+    /// The name by which configuration finds it.
+    pub name: String,
+    /// What it does.
+    #[serde(default)]
+    pub doc: String,
+    /// The step of the main loop that it belongs to.
+    #[serde(default)]
+    pub stage: String,
+    /// Its parameters.
+    #[serde(default)]
+    pub params: Option<InterfaceOutline>,
+    /// Its ports, as far as they do not depend on its configuration.
+    #[serde(default)]
+    pub ports: Vec<PortOutline>,
+}
+
+/// An interface by name and schema.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct InterfaceOutline {
+    /// Name of the interface.
+    pub interface: String,
+    /// Its schema hash, hexadecimal; empty when the author didn't write it down.
+    #[serde(default)]
+    pub schema: String,
+}
+
+/// What a plugin's file says of a port.
+#[derive(Clone, Debug, Deserialize, Serialize)]
+pub struct PortOutline {
+    /// Name.
+    pub name: String,
+    /// Which way.
+    pub direction: String,
+    /// What it carries.
+    #[serde(flatten)]
+    pub carries: InterfaceOutline,
+}
+
+/// The section that has the outline.
+const SECTION: &str = ".slate";
+
+/// What to do about a library that is not there.
+fn build_it(file: &Path) -> String {
+    let built = file.components().any(|part| part.as_os_str() == "target");
+    match std::env::var_os("CARGO_TARGET_DIR").filter(|folder| built && !folder.is_empty()) {
+        _ if !built => "give the path of a plugin's library".into(),
+        Some(folder) => format!(
+            "build it with `cargo build`; CARGO_TARGET_DIR is {}, so the library is there and not in `target`: name that \
+             file, or build with CARGO_TARGET_DIR=target",
+            Path::new(&folder).display()
+        ),
+        None => "build it with `cargo build`".into(),
+    }
+}
+
+impl LibraryOutline {
+    /// Reads what the library says of itself; it is not opened.
+    ///
+    /// # Errors
+    /// When the file can't be read, is no whole library for this machine, or is no plugin.
+    pub fn read(file: &Path) -> Result<Self, LibraryError> {
+        let refuse =
+            |problem: String, help: &str| LibraryError { file: file.into(), problem, help: help.into() };
+        const PATH: &str = "give the path of a plugin's library";
+        let unreadable = |error: std::io::Error| {
+            let is_missing = error.kind() == std::io::ErrorKind::NotFound;
+            let help = if is_missing { build_it(file) } else { PATH.into() };
+            LibraryError { file: file.into(), problem: format!("can't be read: {error}"), help }
+        };
+        // Reading a pipe or a device may take for ever.
+        if !std::fs::metadata(file).map_err(unreadable)?.is_file() {
+            return Err(refuse("is no file".into(), PATH));
+        }
+        // A library may have hundreds of megabytes, of which little is looked at. It is not mapped, as whoever cuts it off
+        // meanwhile would end this process.
+        let mut opened = File::open(file).map_err(unreadable)?;
+        if !checksum::holds(&mut opened).map_err(unreadable)? {
+            return Err(refuse(
+                "is damaged: it is not as it was sealed".into(),
+                "build or copy it again; one that was changed on purpose is sealed anew after it was built",
+            ));
+        }
+        let parts = ReadCache::new(opened);
+        Self::of(&parts).map_err(|(problem, help)| refuse(problem, help))
+    }
+
+    fn of<'d>(bytes: impl ReadRef<'d>) -> Result<Self, (String, &'static str)> {
+        const LIBRARY: &str = "build it as a shared library for this machine: crate-type = [\"cdylib\"]";
+        const TRUNCATED: &str = "build or copy it again";
+        let header = elf::FileHeader64::<Endianness>::parse(bytes)
+            .map_err(|_| ("is no shared library (ELF, 64 bits)".to_owned(), LIBRARY))?;
+        let endian = header.endian().map_err(|error| (format!("has no byte order: {error}"), LIBRARY))?;
+        let (found, expected) = (header.e_machine(endian), machine());
+        if header.e_type(endian) != elf::ET_DYN
+            || found != expected
+            || header.is_big_endian() != cfg!(target_endian = "big")
+        {
+            let problem = format!(
+                "is no shared library for this machine: it has type {} and machine {}, expected {} and {}",
+                header.e_type(endian).0,
+                found.0,
+                elf::ET_DYN.0,
+                expected.0
+            );
+            return Err((problem, LIBRARY));
+        }
+        whole::check(header, bytes).map_err(|problem| (problem, TRUNCATED))?;
+        let parsed =
+            object::File::parse(bytes).map_err(|error| (format!("is damaged: {error}"), TRUNCATED))?;
+        let section = parsed.section_by_name(SECTION).ok_or_else(|| {
+            (
+                "is a library but no plugin: it has no section `.slate`".to_owned(),
+                "add a `plugin!` line to the crate",
+            )
+        })?;
+        let text = section.data().map_err(|error| (format!("is damaged: {error}"), TRUNCATED))?;
+        // Crates that were linked in may be plugins too; the library exports the table of its own.
+        let mut first = None;
+        for part in text.split(|byte| *byte == 0).filter(|part| !part.is_empty()) {
+            let outline: Self = serde_json::from_slice(part)
+                .map_err(|error| (format!("the section `.slate` can't be read: {error}"), TRUNCATED))?;
+            let exported = parsed.dynamic_symbols().any(|symbol| {
+                symbol.is_definition() && symbol.name().is_ok_and(|name| name == outline.symbol)
+            });
+            if exported {
+                return outline.checked();
+            }
+            first.get_or_insert(outline.symbol);
+        }
+        let problem = match first {
+            Some(symbol) => format!("exports no symbol `{symbol}`"),
+            None => "has an empty section `.slate`".to_owned(),
+        };
+        Err((problem, "export the plugin's table under that name"))
+    }
+
+    fn checked(self) -> Result<Self, (String, &'static str)> {
+        if self.abi != ABI {
+            return Err((
+                format!(
+                    "was built for version {} of the plugin interface, this agent has version {ABI}",
+                    self.abi
+                ),
+                "build it with the slate-plugin of this agent's version",
+            ));
+        }
+        let is_name = |name: &&String| {
+            !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || matches!(b, b'_' | b'-'))
+        };
+        let modules = self.modules.iter().map(|module| &module.name);
+        let bad = [&self.name].into_iter().chain(modules).find(|name| !is_name(name)).cloned();
+        if let Some(name) = bad {
+            let problem = format!("has `{name}` for a name");
+            return Err((problem, "name plugins and kinds of modules with letters, digits, `_` and `-`"));
+        }
+        Ok(self)
+    }
+}
+
+/// The machine that this program was built for, as ELF counts them.
+fn machine() -> elf::Machine {
+    match std::env::consts::ARCH {
+        "x86_64" => elf::EM_X86_64,
+        "aarch64" => elf::EM_AARCH64,
+        "riscv64" => elf::EM_RISCV,
+        _ => elf::EM_NONE,
+    }
+}

@@ -1,0 +1,33 @@
+//! The robots that a report follows.
+
+use slate_runtime::configuration::Configuration;
+
+/// A robot that a report follows: the topics with what is known of it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Followed {
+    /// What it is called.
+    pub name: String,
+    /// Where it is.
+    pub pose: String,
+    /// What its Execute does.
+    pub status: Option<String>,
+    /// How far it is from other things.
+    pub clearance: Option<String>,
+}
+
+impl Followed {
+    /// Those that a configuration's `[report]` names.
+    pub fn of(configuration: &Configuration) -> Vec<Self> {
+        let robots = configuration.value("report.robots").and_then(|robots| robots.value.as_table());
+        let robots = robots.into_iter().flat_map(|table| table.iter());
+        let followed = robots.filter_map(|(name, entry)| {
+            let robot = entry.value.as_table()?;
+            // What another agent has is in the recording of that one.
+            let is_own = |topic: &&str| !topic.starts_with("slate://");
+            let topic = |key: &str| Some(robot.get(key)?.value.as_str().filter(is_own)?.to_owned());
+            let (pose, status, clearance) = (topic("pose")?, topic("status"), topic("clearance"));
+            Some(Self { name: name.into(), pose, status, clearance })
+        });
+        followed.collect()
+    }
+}

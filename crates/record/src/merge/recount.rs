@@ -1,0 +1,112 @@
+//! What a recording of an agent says of its messages, counted anew where only a part of them is copied.
+
+use std::collections::BTreeMap;
+
+use super::together::under;
+use crate::recorder::{DROPPED, TOPICS};
+use crate::storage::{Decoder, Message, Metadata, Selection};
+
+/// The records of metadata that count messages, or say when they are.
+const TOLD: [&str; 3] = ["dropped", "end", "flight"];
+
+/// What is counted of one file.
+#[derive(Default)]
+pub(super) struct Recount {
+    /// What the file says, until all is counted.
+    waiting: Vec<Metadata>,
+    /// What is added to the agent's time for that of the file.
+    epoch: u64,
+    values: u64,
+    /// When the first and the last message that is copied was recorded.
+    times: Option<(u64, u64)>,
+    /// Of each property, how many values were dropped before the part that is copied, and until its end.
+    drops: BTreeMap<String, (u64, u64)>,
+    decoder: Decoder,
+}
+
+impl Recount {
+    /// That of a recording of an agent, which says of its run that it began at that time; others count nothing.
+    pub fn new(run: Option<&Metadata>) -> Self {
+        let epoch = run.and_then(|run| run.metadata.get("epoch_ns")?.parse().ok());
+        Self { epoch: epoch.unwrap_or_default(), ..Self::default() }
+    }
+
+    /// Keeps what is to be counted anew, and returns all else.
+    pub fn keep(&mut self, metadata: Metadata) -> Option<Metadata> {
+        if !TOLD.contains(&metadata.name.as_str()) {
+            return Some(metadata);
+        }
+        self.waiting.push(metadata);
+        None
+    }
+
+    /// Looks at a message of the file, copied or not, for what it says of drops.
+    pub fn look(&mut self, message: &Message, start: u64, selection: &Selection) {
+        let is_told = message.channel.topic == DROPPED.name
+            && message.schema.is_some_and(|schema| schema.name == DROPPED.schema);
+        let time = message.log_time.saturating_sub(start);
+        if !is_told || selection.to.is_some_and(|to| time > to) {
+            return;
+        }
+        let value = self.decoder.decode(message);
+        let (Some(url), Some(count)) = (value.text("url"), value.number("values")) else { return };
+        let drops = self.drops.entry(url).or_default();
+        // It counts from the beginning of the recording.
+        drops.1 = count as u64;
+        if selection.from.is_some_and(|from| time < from) {
+            drops.0 = drops.1;
+        }
+    }
+
+    /// Counts a message that is copied.
+    pub fn count(&mut self, topic: &str, log_time: u64) {
+        self.values += u64::from(TOPICS.iter().all(|other| other.name != topic));
+        let (from, to) = self.times.unwrap_or((log_time, log_time));
+        self.times = Some((from.min(log_time), to.max(log_time)));
+    }
+
+    /// What is to be said of what was copied.
+    pub fn told(self, selection: &Selection, prefix: &str) -> Vec<Metadata> {
+        let said = self.waiting.iter().find(|metadata| metadata.name == "dropped");
+        let counts: BTreeMap<String, u64> = match said.filter(|_| !selection.is_span()) {
+            Some(said) => {
+                let count = |(url, count): (&String, &String)| Some((url.clone(), count.parse().ok()?));
+                said.metadata.iter().filter_map(count).collect()
+            }
+            None => self.drops.into_iter().map(|(url, (before, until))| (url, until - before)).collect(),
+        };
+        let drops = counts.into_iter().filter(|(url, count)| *count > 0 && selection.has(url));
+        let drops: BTreeMap<_, _> = drops.map(|(url, count)| (under(prefix, &url), count)).collect();
+        let dropped: u64 = drops.values().sum();
+        let agent_time = |time: u64| time.saturating_sub(self.epoch).to_string();
+        let told = self.waiting.into_iter().map(|mut metadata| {
+            let texts = &mut metadata.metadata;
+            let mut set = |key: &str, text: String| {
+                if let Some(own) = texts.get_mut(key) {
+                    *own = text;
+                }
+            };
+            match (metadata.name.as_str(), self.times) {
+                ("dropped", _) => {
+                    *texts = drops.iter().map(|(url, count)| (url.clone(), count.to_string())).collect();
+                }
+                ("end", times) => {
+                    set("values", self.values.to_string());
+                    set("dropped", dropped.to_string());
+                    if selection.is_span() {
+                        times.into_iter().for_each(|(_, to)| set("time_ns", agent_time(to)));
+                        // They are those of the whole run.
+                        texts.retain(|key, _| !["cycles", "digest"].contains(&key.as_str()));
+                    }
+                }
+                (_, Some((from, to))) if selection.is_span() => {
+                    set("from_ns", agent_time(from));
+                    set("to_ns", agent_time(to));
+                }
+                _ => {}
+            }
+            metadata
+        });
+        told.collect()
+    }
+}

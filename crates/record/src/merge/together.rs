@@ -1,0 +1,117 @@
+//! Several files as one.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::Path;
+
+use crate::storage::Error;
+
+/// One of the files of which [`merge`](crate::bag::merge) makes one.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<'a> {
+    /// The file.
+    pub file: &'a Path,
+    /// What its topics stand under then, such as `first` or `team/r1`; nothing for an empty text.
+    pub prefix: &'a str,
+}
+
+/// A topic under a prefix.
+pub(super) fn under(prefix: &str, topic: &str) -> String {
+    match prefix.trim_matches('/') {
+        "" => topic.into(),
+        prefix => format!("/{prefix}/{}", topic.trim_start_matches('/')),
+    }
+}
+
+/// Looks whether files can be one: what several recordings of one run have is there once, and messages of different runs do not
+/// stand among each other, where nobody could tell them apart.
+pub(crate) struct Together {
+    /// Of each file, the first one that is of the same run.
+    groups: Vec<usize>,
+    /// Of each topic, from when until when each group has messages.
+    spans: BTreeMap<String, BTreeMap<usize, (u64, u64)>>,
+    /// What was copied last, by what it is: of each copy, the files that have it.
+    seen: BTreeMap<u128, VecDeque<BTreeSet<usize>>>,
+    order: VecDeque<u128>,
+}
+
+/// So many messages are remembered. Recordings of one run have the same order, but for values of several threads.
+const REMEMBERED: usize = 1 << 14;
+
+impl Together {
+    /// For files of these runs; of those that say none each is of its own.
+    pub fn new(runs: &[Option<String>]) -> Self {
+        let first = |(place, run): (usize, &Option<String>)| {
+            let is_same = |other: &Option<String>| run.is_some() && other == run;
+            runs.iter().position(is_same).unwrap_or(place)
+        };
+        Self {
+            groups: runs.iter().enumerate().map(first).collect(),
+            spans: BTreeMap::new(),
+            seen: BTreeMap::new(),
+            order: VecDeque::new(),
+        }
+    }
+
+    /// Takes note of a message of a file; false when another file of the run had it already.
+    pub fn is_new(&mut self, file: usize, topic: &str, time: u64, digest: impl FnOnce() -> u128) -> bool {
+        let group = self.groups[file];
+        if self.groups.iter().filter(|other| **other == group).count() > 1 {
+            let digest = digest();
+            let copies = self.seen.entry(digest).or_default();
+            if let Some(files) = copies.iter_mut().find(|files| !files.contains(&file)) {
+                files.insert(file);
+                return false;
+            }
+            copies.push_back([file].into());
+            self.order.push_back(digest);
+            self.forget();
+        }
+        if !self.spans.contains_key(topic) {
+            self.spans.insert(topic.into(), BTreeMap::new());
+        }
+        if let Some(spans) = self.spans.get_mut(topic) {
+            let span = spans.entry(group).or_insert((time, time));
+            *span = (span.0.min(time), span.1.max(time));
+        }
+        true
+    }
+
+    fn forget(&mut self) {
+        if self.order.len() > REMEMBERED
+            && let Some(oldest) = self.order.pop_front()
+            && let Some(copies) = self.seen.get_mut(&oldest)
+        {
+            copies.pop_front();
+            if copies.is_empty() {
+                self.seen.remove(&oldest);
+            }
+        }
+    }
+
+    /// Refuses what would be mixed.
+    pub fn check(&self, out: &Path) -> Result<(), Error> {
+        let is_mixed = |spans: &BTreeMap<usize, (u64, u64)>| {
+            let mut spans: Vec<_> = spans.values().collect();
+            spans.sort_unstable();
+            spans.windows(2).any(|pair| pair[1].0 <= pair[0].1)
+        };
+        let mixed: Vec<_> =
+            self.spans.iter().filter(|(_, spans)| is_mixed(spans)).map(|(topic, _)| topic.as_str()).collect();
+        if mixed.is_empty() {
+            return Ok(());
+        }
+        let named = mixed.iter().take(NAMED).map(|topic| format!("`{topic}`")).collect::<Vec<_>>().join(", ");
+        let more = match mixed.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let what = format!(
+            "messages of different runs would stand among each other in {named}{more}; give each file a name that its topics stand \
+             under, such as `--prefix first --prefix second`, or mix them with `--interleave`"
+        );
+        Err(Error::Unfit { path: out.into(), what })
+    }
+}
+
+/// So many topics are named.
+const NAMED: usize = 5;

@@ -1,0 +1,227 @@
+//! How a recording is opened to be played: which part of it, what its modules get and what they would lack.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::path::Path;
+
+use slate_blackboard::interface::Descriptor;
+use slate_module::Plugin;
+use slate_runtime::configuration::{Configuration, Report};
+use slate_runtime::playback::{Excerpt, excerpt, interfaces};
+use slate_runtime::plugin::load;
+use slate_runtime::recording::{Change, configuration};
+
+use super::changes::{concerns, played};
+use super::coverage::some;
+use super::lacks::Lacks;
+use super::plan::{Plan, PlayError};
+use super::reel::Reel;
+use super::run::{Run, Written};
+use super::timeline::Timeline;
+
+/// How many reasons are told.
+const SHOWN: usize = 5;
+
+/// A recording that is being opened.
+pub(super) struct Opening<'a> {
+    pub path: &'a Path,
+    pub plan: &'a Plan,
+    /// What the recording says of its run, if it is one of an agent.
+    pub run: Option<&'a Run>,
+    /// The recorded configuration, with the settings of the plan.
+    pub configuration: &'a Configuration,
+    /// The plugins of the agent, and the libraries of the configuration.
+    pub plugins: &'a [Plugin],
+}
+
+/// What the modules that run write, in the place of what is recorded of them.
+pub(super) struct Replaced {
+    /// The paths that they write, each with its writers.
+    pub written: Written,
+    /// The mailboxes among these whose senders all run.
+    pub mailboxes: Written,
+    /// The mailboxes of modules that do not run, whose messages are compared.
+    pub deaf: BTreeMap<String, &'static Descriptor>,
+}
+
+/// What was done while a run was recorded.
+#[derive(Default)]
+pub(super) struct PastChanges {
+    /// What was changed in the modules that run, each with its cycle, or on the wall clock with its time.
+    pub changes: VecDeque<(u64, Change)>,
+    /// What can't be made again, in words.
+    pub unrepeated: Vec<String>,
+}
+
+impl Opening<'_> {
+    fn unfit(&self, what: impl Into<String>) -> PlayError {
+        PlayError::Unfit { path: self.path.into(), what: what.into() }
+    }
+
+    /// Whether the recorded run was in lockstep.
+    pub fn is_lockstep(&self) -> bool {
+        self.run.is_some_and(Run::is_lockstep)
+    }
+
+    /// The values that are played, and the times of the first and the last.
+    pub fn timeline(&self) -> Result<(Timeline, (u64, u64)), PlayError> {
+        let known = interfaces(self.plugins, Some(self.configuration));
+        let epoch = self.run.map_or_else(|| Timeline::first_time(self.path), |run| Ok(run.epoch()))?;
+        let is_on_loop = |path: &str| self.run.is_some_and(|run| run.is_on_loop(path));
+        let timeline = Timeline::read(self.path, epoch, &self.plan.choice, &known, is_on_loop)?;
+        if let Some(span) = timeline.span() {
+            return Ok((timeline, span));
+        }
+        let left_out = timeline.left_out.iter().take(SHOWN);
+        let why: Vec<_> = left_out.map(|(topic, why)| format!("{topic}: {why}")).collect();
+        let why = if why.is_empty() { "it has no values that are asked for".into() } else { why.join("; ") };
+        Err(self.unfit(format!("there is nothing to play: {why}")))
+    }
+
+    /// The times between which it is played; a run in lockstep begins at one of its cycles.
+    pub fn bounds(&self, timeline: &Timeline, span: (u64, u64)) -> Result<(u64, u64), PlayError> {
+        let at = |time: u64| span.0.saturating_add(time);
+        let mut bounds = (self.plan.start.map_or(span.0, at), self.plan.end.map_or(span.1, at).min(span.1));
+        if bounds.0 > bounds.1 {
+            let seconds = (span.1 - span.0) as f64 * 1e-9;
+            return Err(self.unfit(format!(
+                "its values are within {seconds:.3} s, and there is none from --start to --end"
+            )));
+        }
+        if self.is_lockstep() {
+            // In the middle of nothing there is no cycle.
+            let before = timeline.times.partition_point(|time| *time <= bounds.0);
+            bounds.0 = before.checked_sub(1).map_or(bounds.0, |before| timeline.times[before]);
+        }
+        Ok(bounds)
+    }
+
+    /// The part of the recorded configuration that runs.
+    pub fn excerpt(&self, reel: &Reel, is_whole: bool) -> Result<Excerpt, PlayError> {
+        let Self { plan, run, configuration, .. } = self;
+        if run.is_none() && configuration.modules().is_empty() && !plan.modules.is_empty() {
+            let what = "it has no configuration, so no module of it can run: it is no recording of an agent";
+            return Err(self.unfit(what));
+        }
+        let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();
+        // Where all of what is recorded is there, an inbox without messages took none.
+        let knows = run.is_some_and(Run::has_messages);
+        let mailboxes = &reel.timeline.mailboxes;
+        let has_messages =
+            |path: &str| knows && (is_whole || mailboxes.iter().any(|mailbox| mailbox.path == path));
+        let knows_senders = |path: &str| {
+            let own = mailboxes.iter().filter(|mailbox| mailbox.path == path);
+            own.flat_map(|own| (0..own.senders).map(|sender| own.from.contains_key(&sender))).all(|is| is)
+        };
+        excerpt(configuration, self.plugins, &plan.modules, &recorded, has_messages, knows_senders)
+            .map_err(|what| self.unfit(what))
+    }
+
+    /// What was done while it was recorded. What modules asked for goes to the reel.
+    pub fn changes(&self, reel: &mut Reel, excerpt: &Excerpt, begin: u64) -> Result<PastChanges, PlayError> {
+        let modules = &self.plan.modules;
+        let (codes, gates) = (self.codes(), gates(&excerpt.text)?);
+        let mut past = PastChanges::default();
+        for (cycle, time, change) in std::mem::take(&mut reel.timeline.changes) {
+            match played(change) {
+                Change::Asked { module, lines, answer } if modules.contains(&module) && time >= begin => {
+                    reel.requests.add(time, module, lines, answer);
+                }
+                // Before the first cycle is said how a recording came about, such as from a playback.
+                Change::Other { what } if cycle > 0 => {
+                    past.unrepeated.push(format!("at {:.3} s there was {what}", time as f64 * 1e-9));
+                }
+                change if concerns(&change, modules, &codes, &gates, excerpt) => {
+                    past.changes.push_back((if self.is_lockstep() { cycle } else { time }, change));
+                }
+                _ => {}
+            }
+        }
+        Ok(past)
+    }
+
+    /// What the modules that run would lack, in words; an error where the plan wants all of it.
+    pub fn misses(
+        &self,
+        reel: &Reel,
+        excerpt: &Excerpt,
+        lacks_changes: bool,
+    ) -> Result<Vec<String>, PlayError> {
+        let mut misses = excerpt.misses.clone();
+        if lacks_changes {
+            misses.push(
+                "what was changed in them can't be made again, as not every cycle before --start is known"
+                    .into(),
+            );
+        }
+        if let Some(run) = self.run {
+            let lacks = Lacks::new(run, &reel.timeline);
+            misses.extend(lacks.told(&excerpt.reads, &excerpt.watched, &excerpt.inboxes));
+        }
+        if !misses.is_empty() && !self.plan.modules.is_empty() && !self.plan.is_partial {
+            let what = some(&misses);
+            return Err(self.unfit(format!(
+                "the modules would not have all that they had then: {what}; record all that they read, or let them run all the \
+                 same with --partial"
+            )));
+        }
+        Ok(misses)
+    }
+
+    /// The properties of which not every value is recorded.
+    pub fn thin(&self, reel: &Reel) -> BTreeSet<String> {
+        self.run.map(|run| Lacks::new(run, &reel.timeline).thin()).unwrap_or_default()
+    }
+
+    /// Has the modules that run take the place of what is recorded of them.
+    pub fn replace(&self, reel: &mut Reel, excerpt: &Excerpt) -> Replaced {
+        (reel.silent, reel.inboxes, reel.deaf) =
+            (excerpt.silent.clone(), excerpt.inboxes.clone(), excerpt.deaf.clone());
+        let mut deaf = excerpt.deaf.clone();
+        if !self.is_lockstep() {
+            // Modules on threads of their own answer each other many times in what is one cycle here, so that a sender alone sends
+            // something else.
+            deaf.clear();
+        }
+        let (mut written, mut mailboxes) = (Written::new(), Written::new());
+        if let Some(run) = self.run {
+            written = reel.replace(run, self.configuration, &self.plan.modules);
+            mailboxes = run.closed_mailboxes(&reel.timeline, &self.plan.modules);
+            let lacks = Lacks::new(run, &reel.timeline);
+            mailboxes.retain(|path, _| !lacks.is_ruled(path));
+            deaf.retain(|path, _| !lacks.is_ruled(path));
+            written.extend(mailboxes.clone());
+            for (from, to) in excerpt.outboxes.iter().filter(|(_, to)| deaf.contains_key(*to)) {
+                written.entry(to.clone()).or_default().extend(run.owner(from).cloned());
+            }
+        }
+        Replaced { written, mailboxes, deaf }
+    }
+
+    /// The plugins whose recorded code the modules that run have: none whose code the plan says.
+    fn codes(&self) -> BTreeSet<String> {
+        let is_meant = |name: &String| self.plan.modules.contains(name);
+        let modules = self.configuration.modules().iter().filter(|module| is_meant(&module.name.value));
+        let kinds: BTreeSet<&str> = modules.map(|module| module.kind.value.as_str()).collect();
+        let has = |plugin: &&Plugin| plugin.kinds().iter().any(|kind| kinds.contains(kind.name()));
+        let is_given = |name: &str| {
+            let places = [format!("plugins.{name}."), format!("plugins.\"{name}\".")];
+            self.plan.sets.iter().any(|set| places.iter().any(|place| set.starts_with(place.as_str())))
+        };
+        let names = self.plugins.iter().filter(has).map(|plugin| plugin.name().to_owned());
+        names.filter(|name| !is_given(name)).collect()
+    }
+}
+
+/// Those plugins, and the libraries that a configuration names as far as they can be loaded: what of them modules need and can't
+/// be is said when the agent is loaded.
+pub(super) fn with_libraries(plugins: &[Plugin], configuration: &Configuration) -> Vec<Plugin> {
+    let files = configuration.plugins().iter().filter_map(|entry| entry.file.as_ref());
+    let libraries = files.filter_map(|file| Some(load(&file.value).ok()?.0));
+    plugins.iter().cloned().chain(libraries).collect()
+}
+
+/// The actuators that a configuration has.
+fn gates(text: &str) -> Result<BTreeSet<String>, Report> {
+    let database = configuration("the recording", text, Vec::new())?;
+    Ok(database.current().actuators().iter().map(|gate| gate.name.value.clone()).collect())
+}

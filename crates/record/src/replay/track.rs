@@ -1,0 +1,83 @@
+//! What a recording has values of: properties, mailboxes and the log.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use slate_module::Level;
+
+use super::form::Form;
+use crate::storage::Message;
+
+/// A recorded property.
+pub(super) struct Track {
+    pub topic: String,
+    /// Without a leading slash.
+    pub path: String,
+    pub form: Form,
+    /// Whether a run of the same writes the same values.
+    pub is_compared: bool,
+    /// The hash of its schema, if an agent recorded it, and the accesses of its channels: an input may be set at times, and filled
+    /// by links at others.
+    pub origin: Option<String>,
+    pub accesses: BTreeSet<String>,
+    /// Whether it is written on the loop of a run in lockstep.
+    pub is_on_loop: bool,
+    /// Whether the numbers of the recording count its values.
+    pub is_counted: bool,
+    pub last_sequence: u64,
+    /// The latest time so far.
+    pub latest: u64,
+    /// Values with a time before that of one before them.
+    pub backwards: u64,
+    /// Its values in the order of time, by their places among all.
+    pub values: Vec<u32>,
+}
+
+impl Track {
+    /// Takes note of a value that was recorded at a time; an error says why it is no value of this track.
+    pub fn note(&mut self, message: &Message<'_>, time: u64) -> Result<(), String> {
+        let number = self.values.len() as u64 + 1;
+        self.form.note(message.data).map_err(|error| {
+            let (topic, name) = (&self.topic, self.form.descriptor.name);
+            format!("value {number} of {topic} is no {name}: {error}")
+        })?;
+        let sequence = u64::from(message.sequence);
+        self.is_counted &= sequence > self.last_sequence;
+        self.last_sequence = sequence;
+        self.backwards += u64::from(time < self.latest);
+        self.latest = self.latest.max(time);
+        // Places are given when all values are in order.
+        self.values.push(0);
+        Ok(())
+    }
+}
+
+/// A mailbox whose messages are recorded.
+pub(super) struct Mailbox {
+    /// Without a leading slash.
+    pub path: String,
+    pub form: Form,
+    /// How many have sent to it.
+    pub senders: u32,
+    /// By their numbers, the paths of what they sent by, as far as that is recorded.
+    pub from: BTreeMap<u32, String>,
+}
+
+impl Mailbox {
+    /// Takes note of a message of a sender; an error says why it is no message of this mailbox.
+    pub fn note(&mut self, message: &Message<'_>, sender: u32) -> Result<(), String> {
+        self.form.note(message.data).map_err(|error| {
+            let name = self.form.descriptor.name;
+            format!("a message to /{} is no {name}: {error}", self.path)
+        })?;
+        self.senders = self.senders.max(sender.saturating_add(1));
+        Ok(())
+    }
+}
+
+/// A line of the log.
+pub(super) struct LogLine {
+    pub time: u64,
+    pub level: Level,
+    pub module: String,
+    pub text: String,
+}

@@ -1,0 +1,463 @@
+//! What modules write that run on a recording, beside what is recorded of them.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::sync::Arc;
+
+use slate_blackboard::channel::Tap;
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::message::Message;
+use slate_blackboard::{Access, Property, Stamp, Taps, is_within};
+use slate_runtime::configuration::Record;
+use slate_runtime::playback::Excerpt;
+use slate_runtime::recording::{Change, Recording};
+
+use super::difference::{self, Difference};
+use super::recomputed::{Recomputation, Recomputed};
+use super::reel::{Reel, SharedReel};
+use super::timeline::Timeline;
+use crate::recorder::{Channel, Drain, Hub, Sink};
+use crate::storage::Error;
+
+/// Sees what the modules of an agent write, and compares it.
+pub(super) struct Witness {
+    hub: Arc<Hub>,
+    drain: Drain,
+    /// The modules that are not looked at.
+    stand_ins: BTreeSet<String>,
+    comparer: Comparer,
+}
+
+struct Comparer {
+    reel: SharedReel,
+    /// Whether values of one time belong together; on the wall clock only their order says which do.
+    has_times: bool,
+    /// When the modules began, where that is not the beginning of what is recorded.
+    fresh_from: Option<u64>,
+    /// Whether everything that was written is recorded.
+    is_whole: bool,
+    /// The properties of which not every value is.
+    thin: BTreeSet<String>,
+    /// The properties that are played.
+    played: BTreeSet<String>,
+    /// The track of each property that is compared, and its next value.
+    tracks: BTreeMap<String, (usize, usize)>,
+    /// By mailbox whose senders all run, as does who takes them: the places of its messages that did not come yet.
+    letters: BTreeMap<String, VecDeque<usize>>,
+    /// The same by mailbox of which only the senders run; who took the messages then may have done so later.
+    sent: BTreeMap<String, VecDeque<usize>>,
+    /// The interfaces of these.
+    deaf: BTreeMap<String, &'static Descriptor>,
+    /// Messages of which nobody had taken one any more: where they were sent to, and when.
+    untaken: Vec<(String, u64)>,
+    found: BTreeMap<String, Recomputed>,
+    first: Option<Difference>,
+    failure: Option<Error>,
+}
+
+impl Witness {
+    /// `thin` are properties of which not every value is recorded; on the wall clock nothing says which those are that are there.
+    /// `mailboxes` are those whose messages are compared, and `deaf` those among them of which only the senders run. Nothing is compared
+    /// of the modules of the `excerpt` that the recorded agent did not have.
+    pub fn new(
+        reel: &SharedReel,
+        is_whole: bool,
+        thin: BTreeSet<String>,
+        mailboxes: impl Iterator<Item = String>,
+        deaf: BTreeMap<String, &'static Descriptor>,
+        excerpt: &Excerpt,
+    ) -> Self {
+        let mut tracks = BTreeMap::new();
+        let own = reel.get();
+        for (track, _) in own.played.iter().enumerate().filter(|(_, played)| played.is_none()) {
+            if !own.has_cycles && thin.contains(&own.timeline.tracks[track].path) {
+                continue;
+            }
+            let next = own.timeline.place_after(track, own.begin.checked_sub(1));
+            tracks.insert(own.timeline.tracks[track].path.clone(), (track, next));
+        }
+        let mut letters: BTreeMap<_, _> = mailboxes.map(|path| (path, VecDeque::new())).collect();
+        for (place, letter) in
+            own.timeline.letters.iter().enumerate().filter(|(_, letter)| letter.time >= own.begin)
+        {
+            let mailbox = letters.get_mut(&own.timeline.mailboxes[letter.mailbox].path);
+            mailbox.into_iter().for_each(|places| places.push_back(place));
+        }
+        let mut sent: BTreeMap<_, _> = deaf.keys().map(|path| (path.clone(), VecDeque::new())).collect();
+        for (place, letter) in
+            own.timeline.letters.iter().enumerate().filter(|(_, letter)| letter.sent >= own.begin)
+        {
+            let mailbox = &own.timeline.mailboxes[letter.mailbox];
+            let from = mailbox.from.get(&letter.sender);
+            if from.is_none_or(|from| excerpt.outboxes.contains_key(from))
+                && let Some(places) = sent.get_mut(&mailbox.path)
+            {
+                places.push_back(place);
+            }
+        }
+        let played = own.timeline.tracks.iter().zip(&own.played).filter(|(_, played)| played.is_some());
+        let comparer = Comparer {
+            played: played.map(|(track, _)| track.path.clone()).collect(),
+            reel: reel.clone(),
+            has_times: own.has_cycles,
+            fresh_from: own.timeline.span().filter(|span| span.0 < own.begin).map(|_| own.begin),
+            is_whole,
+            thin,
+            tracks,
+            letters,
+            sent,
+            deaf,
+            untaken: Vec::new(),
+            found: BTreeMap::new(),
+            first: None,
+            failure: None,
+        };
+        drop(own);
+        let hub = Hub::new(Record::default().buffer);
+        hub.want(0, Box::new(|_| true));
+        Self { hub, drain: Drain::default(), stand_ins: excerpt.stand_ins.clone(), comparer }
+    }
+
+    /// What an agent is loaded with whose values are seen.
+    pub fn recording(&self) -> Arc<dyn Recording> {
+        Arc::new(Eye(Arc::clone(&self.hub), self.stand_ins.clone()))
+    }
+
+    /// Compares what was written so far.
+    pub fn look(&mut self) -> Result<(), Error> {
+        while self.drain.turn(&self.hub, &mut self.comparer) {}
+        self.comparer.failure.take().map_or(Ok(()), Err)
+    }
+
+    /// Whether as many values came as were written until a time.
+    pub fn has_all_until(&self, time: u64) -> bool {
+        let reel = self.comparer.reel.get();
+        let timeline = &reel.timeline;
+        self.comparer.computed(timeline).all(|(track, next)| {
+            let place = timeline.computed(track, next).map(|(place, _)| place);
+            place.and_then(|place| timeline.time(place)).is_none_or(|next| next > time)
+        })
+    }
+
+    /// Whether there is a property that was written in each cycle, or nearly so, where a cycle takes that long.
+    pub fn counts_cycles(&self, period: u64) -> bool {
+        let reel = self.comparer.reel.get();
+        let timeline = &reel.timeline;
+        self.comparer.computed(timeline).any(|(track, _)| {
+            let count = timeline.tracks[track].values.len();
+            let time = |number: usize| timeline.time(timeline.place(track, number)?);
+            let span = time(0).zip(time(count.saturating_sub(1))).map_or(0, |(first, last)| last - first);
+            count > 1 && span / (count as u64 - 1) < period.saturating_add(period / 2)
+        })
+    }
+
+    /// Compares messages that were sent to who does not run: where to, when, and what they are.
+    pub fn hear(&mut self, sent: Vec<(String, u64, Vec<u8>)>) -> Result<(), Error> {
+        sent.into_iter().try_for_each(|(path, time, bytes)| self.comparer.compare_sent(&path, time, &bytes))
+    }
+
+    /// What came of it, when all was played until that time.
+    pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
+        self.look()?;
+        let comparer = &mut self.comparer;
+        let reel = comparer.reel.clone();
+        let mut reel = reel.get();
+        for (path, (track, next)) in comparer.tracks.clone() {
+            if reel.timeline.is_compared(track) {
+                // A property that nothing was written to is there too.
+                comparer.of(&path);
+                comparer.miss(&mut reel, &path, track, next, |time| time <= end)?;
+            }
+        }
+        for (path, places) in comparer.letters.clone() {
+            let times = places.into_iter().map(|place| reel.timeline.letters[place].time);
+            for time in times.filter(|time| *time <= end) {
+                comparer.miss_letter(&path, time);
+            }
+        }
+        for (path, places) in comparer.sent.clone() {
+            // There were none is something to know too.
+            comparer.of(&path);
+            for time in places.into_iter().map(|place| reel.timeline.letters[place].sent) {
+                if time <= end {
+                    comparer.miss_letter(&path, time);
+                }
+            }
+        }
+        // What was sent at the very end nobody may have taken then.
+        for (path, time) in std::mem::take(&mut comparer.untaken) {
+            if time < end {
+                comparer.extra_letter(&path, time);
+            }
+        }
+        // What was written before they began is none of theirs.
+        let is_meant = |own: &&Recomputed| comparer.fresh_from.is_none() || own.has_values();
+        Ok(Recomputation {
+            properties: comparer.found.values().filter(is_meant).cloned().collect(),
+            first: comparer.first.clone(),
+            ..Recomputation::default()
+        })
+    }
+}
+
+/// Sees what the agent writes.
+struct Eye(Arc<Hub>, BTreeSet<String>);
+
+impl Taps for Eye {
+    fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
+        let Self(hub, stand_ins) = self;
+        let is_meant = !stand_ins.iter().any(|module| is_within(property.path(), module));
+        is_meant.then(|| hub.tap(property)).flatten()
+    }
+}
+
+impl Recording for Eye {
+    fn changed(&self, _: u64, _: u64, _: &Change) {}
+}
+
+impl Comparer {
+    /// What modules compute that is compared: tracks, and the next value of each. The host writes a module's state, and not in
+    /// every run at the same place.
+    fn computed(&self, timeline: &Timeline) -> impl Iterator<Item = (usize, usize)> {
+        let tracks = self
+            .tracks
+            .iter()
+            .filter(|(path, (track, _))| timeline.is_compared(*track) && !path.ends_with("/state"));
+        tracks.map(|(_, own)| *own)
+    }
+
+    fn of(&mut self, path: &str) -> &mut Recomputed {
+        let new = || Recomputed { url: format!("/{path}"), ..Recomputed::default() };
+        self.found.entry(path.to_owned()).or_insert_with(new)
+    }
+
+    fn differs(&mut self, difference: Difference) {
+        if self.first.as_ref().is_none_or(|first| difference.time < first.time) {
+            self.first = Some(difference);
+        }
+    }
+
+    /// Passes over recorded values of such times, which were not written; returns the next one.
+    fn miss(
+        &mut self,
+        reel: &mut Reel,
+        path: &str,
+        track: usize,
+        mut next: usize,
+        is_missed: impl Fn(u64) -> bool,
+    ) -> Result<usize, Error> {
+        while let Some((place, number)) = reel.timeline.computed(track, next)
+            && let Some(time) = reel.timeline.time(place).filter(|time| is_missed(*time))
+        {
+            let sequence = reel.timeline.value(place)?.sequence;
+            self.of(path).only_recorded += 1;
+            self.differs(Difference {
+                time,
+                url: format!("/{path}"),
+                field: String::new(),
+                recorded: format!("value {sequence}"),
+                replayed: "no such value".into(),
+            });
+            next = number + 1;
+        }
+        Ok(next)
+    }
+
+    fn compare(&mut self, channel: &Channel, items: usize, stamp: Stamp, bytes: &[u8]) -> Result<(), Error> {
+        let path = channel.path.as_str();
+        if channel.access == Access::Messages {
+            return self.compare_letter(channel, items, stamp, bytes);
+        }
+        if channel.descriptor.name == "ModuleState"
+            && self.fresh_from.is_some_and(|begin| stamp.time <= begin)
+        {
+            // That it runs is told where it begins.
+            return Ok(());
+        }
+        let Some((track, next)) = self.tracks.get(path).copied() else {
+            if self.is_whole && !self.thin.contains(path) {
+                self.of(path).only_recomputed += 1;
+                self.differs(extra(path, stamp));
+            }
+            return Ok(());
+        };
+        let reel = self.reel.clone();
+        let mut reel = reel.get();
+        let has_times = self.has_times;
+        let mut next = self.miss(&mut reel, path, track, next, |time| has_times && time < stamp.time)?;
+        let place = reel.timeline.computed(track, next);
+        let place = place.filter(|(place, _)| !has_times || reel.timeline.time(*place) == Some(stamp.time));
+        if let Some((place, number)) = place {
+            next = number + 1;
+            let recorded = reel.timeline.value(place)?;
+            let form = &reel.timeline.tracks[track].form;
+            if form.descriptor.hash != channel.descriptor.hash {
+                self.of(path).different += 1;
+                self.differs(Difference {
+                    time: stamp.time,
+                    url: format!("/{path}"),
+                    field: String::new(),
+                    recorded: format!("{} of another version", form.descriptor.name),
+                    replayed: format!("{} {:016x}", channel.descriptor.name, channel.descriptor.hash),
+                });
+                self.tracks.insert(path.to_owned(), (track, next));
+                return Ok(());
+            }
+            self.judge((path, channel.descriptor), stamp.time, &recorded.bytes, channel.value(items, bytes));
+        } else if !self.thin.contains(path) {
+            self.of(path).only_recomputed += 1;
+            self.differs(extra(path, stamp));
+        }
+        self.tracks.insert(path.to_owned(), (track, next));
+        Ok(())
+    }
+
+    /// Compares a value of a property, or a message, with what is recorded.
+    fn judge(
+        &mut self,
+        (path, descriptor): (&str, &'static Descriptor),
+        time: u64,
+        recorded: &[u8],
+        own: &[u8],
+    ) {
+        if recorded == own {
+            self.of(path).same += 1;
+            return;
+        }
+        self.of(path).different += 1;
+        let (mut one, mut other) = (Vec::new(), Vec::new());
+        // Both were encoded or decoded before.
+        let _ = crate::ros::encode(descriptor, recorded, &mut one);
+        let _ = crate::ros::encode(descriptor, own, &mut other);
+        let [field, recorded, replayed] = difference::field(descriptor, &one, &other);
+        self.differs(Difference { time, url: format!("/{path}"), field, recorded, replayed });
+    }
+
+    /// A message that is recorded did not come.
+    fn miss_letter(&mut self, path: &str, time: u64) {
+        self.of(path).only_recorded += 1;
+        let (recorded, replayed) = ("a message".into(), "no such message".into());
+        self.differs(Difference { time, url: format!("/{path}"), field: String::new(), recorded, replayed });
+    }
+
+    /// Compares a message that was taken with the one that was taken in its place.
+    fn compare_letter(
+        &mut self,
+        channel: &Channel,
+        items: usize,
+        stamp: Stamp,
+        bytes: &[u8],
+    ) -> Result<(), Error> {
+        let path = channel.path.as_str();
+        let Some(mut places) = self.letters.remove(path) else { return Ok(()) };
+        let reel = self.reel.clone();
+        let mut reel = reel.get();
+        let has_times = self.has_times;
+        let time = |place: &usize| reel.timeline.letters[*place].time;
+        while let Some(missed) = places.pop_front_if(|place| has_times && time(place) < stamp.time) {
+            self.miss_letter(path, time(&missed));
+        }
+        let place = places.pop_front_if(|place| !has_times || time(place) == stamp.time);
+        self.letters.insert(path.to_owned(), places);
+        let Some(place) = place else {
+            self.extra_letter(path, stamp.time);
+            return Ok(());
+        };
+        let (recorded, _) = reel.timeline.letter(place)?;
+        self.judge((path, channel.descriptor), stamp.time, &recorded, channel.value(items, bytes));
+        Ok(())
+    }
+
+    /// A message came that is not recorded.
+    fn extra_letter(&mut self, path: &str, time: u64) {
+        self.of(path).only_recomputed += 1;
+        let (recorded, replayed) = ("no such message".into(), "a message".into());
+        self.differs(Difference { time, url: format!("/{path}"), field: String::new(), recorded, replayed });
+    }
+
+    /// Compares a message to who does not run with the one that was sent in its place.
+    fn compare_sent(&mut self, path: &str, time: u64, bytes: &[u8]) -> Result<(), Error> {
+        let Some(descriptor) = self.deaf.get(path).copied() else { return Ok(()) };
+        let mut places = self.sent.remove(path).unwrap_or_default();
+        let reel = self.reel.clone();
+        let mut reel = reel.get();
+        let has_times = self.has_times;
+        let sent = |place: &usize| reel.timeline.letters[*place].sent;
+        while let Some(missed) = places.pop_front_if(|place| has_times && sent(place) < time) {
+            self.miss_letter(path, sent(&missed));
+        }
+        let place = places.pop_front_if(|place| !has_times || sent(place) == time);
+        let was_last = places.is_empty();
+        self.sent.insert(path.to_owned(), places);
+        match place {
+            Some(place) => {
+                let (recorded, _) = reel.timeline.letter(place)?;
+                self.judge((path, descriptor), time, &recorded, bytes);
+            }
+            None if was_last => self.untaken.push((path.to_owned(), time)),
+            None => self.extra_letter(path, time),
+        }
+        Ok(())
+    }
+}
+
+fn extra(path: &str, stamp: Stamp) -> Difference {
+    Difference {
+        time: stamp.time,
+        url: format!("/{path}"),
+        field: String::new(),
+        recorded: "no such value".into(),
+        replayed: format!("value {} at {:.3} s", stamp.sequence, stamp.time as f64 * 1e-9),
+    }
+}
+
+impl Sink for Comparer {
+    fn value(&mut self, channel: Option<&Channel>, _: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
+        let Some(channel) = channel else { return };
+        // What is set is none of what is computed.
+        if !channel.repeats() || channel.access == Access::Setting || self.failure.is_some() {
+            return;
+        }
+        if !self.played.contains(&channel.path) {
+            self.failure = self.compare(channel, items, stamp, bytes).err();
+        }
+    }
+}
+
+/// Two that see the same agent.
+pub(super) struct Both(pub Arc<dyn Recording>, pub Arc<dyn Recording>);
+
+/// Two that see the same values.
+struct BothTaps(Arc<dyn Tap>, Arc<dyn Tap>);
+
+impl Tap for BothTaps {
+    fn wrote(&self, bytes: &[u8], items: usize, stamp: Stamp) {
+        self.0.wrote(bytes, items, stamp);
+        self.1.wrote(bytes, items, stamp);
+    }
+
+    fn took(&self, message: &Message<'_>, now: u64) {
+        self.0.took(message, now);
+        self.1.took(message, now);
+    }
+}
+
+impl Taps for Both {
+    fn tap(&self, property: &Property) -> Option<Arc<dyn Tap>> {
+        match (self.0.tap(property), self.1.tap(property)) {
+            (Some(one), Some(other)) => Some(Arc::new(BothTaps(one, other))),
+            (one, other) => one.or(other),
+        }
+    }
+}
+
+impl Recording for Both {
+    fn changed(&self, cycle: u64, time: u64, change: &Change) {
+        self.0.changed(cycle, time, change);
+        self.1.changed(cycle, time, change);
+    }
+
+    fn settle(&self) {
+        self.0.settle();
+        self.1.settle();
+    }
+}

@@ -1,0 +1,24 @@
+//! Which interface the messages of a channel have.
+
+use std::collections::BTreeMap;
+
+use slate_blackboard::interface::Descriptor;
+
+use super::Message;
+use crate::ros;
+
+/// The interface of a message's values, if it is one of those that are known, by their schemas.
+pub(crate) fn interface(
+    message: &Message<'_>,
+    known: &BTreeMap<u64, &'static Descriptor>,
+) -> Option<&'static Descriptor> {
+    if let Some(hash) = message.channel.metadata.get("hash") {
+        return known.get(&u64::from_str_radix(hash, 16).ok()?).copied();
+    }
+    // Other tools leave out what only Slate says.
+    let schema = message.schema?;
+    known.values().copied().find(|descriptor| {
+        let definition = ros::definition(descriptor);
+        definition.name == schema.name && definition.text.as_bytes() == &*schema.data
+    })
+}

@@ -1,0 +1,271 @@
+//! The first pass over a file: how its records follow each other, and every checksum that can be checked without
+//! looking into a chunk.
+
+use std::io::{Read, Seek};
+
+use super::record::{
+    AttachmentIndex, AttachmentRecord, Channel, Chunk, ChunkIndex, DataEnd, Header, MAGIC, MessageIndex,
+    MessageRecord, Metadata, MetadataIndex, Record, Schema, attachment_crc,
+};
+use super::repeated::{self, REPEATED};
+use super::source::{Frame, Source};
+use super::summary::Summary;
+use super::tail::{is_cut_behind_data, next_or_cut};
+use super::{Error, MAXIMUM_RECORD};
+
+/// What a file has, but for what is in its chunks.
+#[derive(Debug, Default)]
+pub(super) struct Outline {
+    pub header: Header,
+    /// Where the data begins, after the header.
+    pub data: u64,
+    /// What the index of each chunk should say.
+    pub chunks: Vec<ChunkIndex>,
+    pub attachments: Vec<AttachmentIndex>,
+    pub metadata: Vec<MetadataIndex>,
+    /// Records of kinds that are nobody's but the writer's.
+    pub private: u64,
+    pub summary: Summary,
+    /// What is covered by no checksum, in words.
+    pub unchecked: Vec<&'static str>,
+    /// Whether there are messages or definitions outside of chunks.
+    pub is_loose: bool,
+    /// Where the first record is that the end of the file cuts off, or should be, if that is so.
+    pub cut: Option<u64>,
+}
+
+impl Outline {
+    /// Of a file that may be cut off, if that is said.
+    pub fn read<R: Read + Seek>(source: &mut Source<R>, may_be_cut: bool) -> Result<Self, Error> {
+        let mut outline = Self::default();
+        let mut body = Vec::new();
+        magic(source)?;
+        let frame = source.frame()?;
+        if frame.opcode != Header::OPCODE {
+            return Err(source.damaged(frame.offset, "the first record is no header"));
+        }
+        source.body(frame, &mut body)?;
+        outline.header = source.parse(frame, &body)?;
+        outline.data = source.position();
+        outline.read_data(source, &mut body, may_be_cut)?;
+        let behind = source.position();
+        if let Some(start) = outline.cut {
+            outline.summary.start = start;
+            return Ok(outline);
+        }
+        match Summary::read(source, &mut body) {
+            Ok(summary) => outline.summary = summary,
+            Err(Error::Damaged { .. }) if may_be_cut && is_cut_behind_data(source, behind)? => {
+                outline.cut = Some(behind);
+                outline.summary.start = behind;
+            }
+            Err(error) => return Err(error),
+        }
+        outline.check_summary(source)?;
+        Ok(outline)
+    }
+
+    /// Reads until the data end.
+    fn read_data<R: Read + Seek>(
+        &mut self,
+        source: &mut Source<R>,
+        body: &mut Vec<u8>,
+        may_be_cut: bool,
+    ) -> Result<(), Error> {
+        let mut previous = Header::OPCODE;
+        let (mut chunk_crcs, mut attachment_crcs) = (true, true);
+        loop {
+            let crc = source.crc.clone().finalize();
+            let offset = source.position();
+            let frame = match may_be_cut {
+                true => next_or_cut(source, body)?,
+                false => {
+                    let frame = source.frame()?;
+                    source.body(frame, body)?;
+                    Some(frame)
+                }
+            };
+            let Some(frame) = frame else {
+                self.cut = Some(offset);
+                self.doubt(chunk_crcs, attachment_crcs);
+                return Ok(());
+            };
+            let damaged = |what: String| source.damaged(frame.offset, what);
+            match frame.opcode {
+                Schema::OPCODE | Channel::OPCODE | MessageRecord::OPCODE => {
+                    self.is_loose = true;
+                }
+                Chunk::OPCODE => {
+                    let chunk: Chunk = source.parse(frame, body)?;
+                    chunk_crcs &= chunk.uncompressed_crc != 0;
+                    self.chunks.push(chunk_index(frame, &chunk).map_err(damaged)?);
+                }
+                MessageIndex::OPCODE if [Chunk::OPCODE, MessageIndex::OPCODE].contains(&previous) => {
+                    self.note_index(frame, &source.parse(frame, body)?).map_err(damaged)?;
+                }
+                MessageIndex::OPCODE => {
+                    return Err(damaged("a message index follows no chunk".into()));
+                }
+                AttachmentRecord::OPCODE => {
+                    let attachment: AttachmentRecord = source.parse(frame, body)?;
+                    attachment_crcs &= attachment.crc != 0;
+                    if attachment.crc != 0 && attachment.crc != attachment_crc(body) {
+                        let name = &attachment.name;
+                        return Err(damaged(format!("the checksum of attachment `{name}` is another one")));
+                    }
+                    self.attachments.push(attachment_index(frame, &attachment));
+                }
+                Metadata::OPCODE => {
+                    let metadata: Metadata = source.parse(frame, body)?;
+                    self.metadata.push(metadata_index(frame, &metadata));
+                }
+                DataEnd::OPCODE => {
+                    let end: DataEnd = source.parse(frame, body)?;
+                    let said = end.data_section_crc;
+                    return match said {
+                        0 => {
+                            self.doubt(chunk_crcs, attachment_crcs);
+                            Ok(())
+                        }
+                        _ if crc == said => Ok(()),
+                        _ => Err(damaged(format!(
+                            "the checksum of all before it is {crc:08x} and should be {said:08x}"
+                        ))),
+                    };
+                }
+                private if private >= 0x80 => {
+                    self.private += 1;
+                    if private == REPEATED {
+                        repeated::sound(body).transpose().map_err(damaged)?;
+                    }
+                }
+                other => {
+                    return Err(damaged(format!("a record of opcode {other:#04x} can't stand here")));
+                }
+            }
+            previous = frame.opcode;
+        }
+    }
+
+    /// Takes note of a message index of the last chunk.
+    fn note_index(&mut self, frame: Frame, index: &MessageIndex) -> Result<(), String> {
+        let Some(chunk) = self.chunks.last_mut() else { return Ok(()) };
+        chunk.message_index_length += frame.size();
+        match chunk.message_index_offsets.insert(index.channel_id, frame.offset) {
+            Some(_) => Err(format!("a chunk has two message indexes of channel {}", index.channel_id)),
+            None => Ok(()),
+        }
+    }
+
+    /// Takes note of what no checksum covers when there is none of all data.
+    fn doubt(&mut self, has_chunk_crcs: bool, has_attachment_crcs: bool) {
+        self.unchecked.extend((!has_chunk_crcs).then_some("chunks"));
+        self.unchecked.extend((!has_attachment_crcs).then_some("attachments"));
+        self.unchecked.extend(self.is_loose.then_some("records outside of chunks"));
+        self.unchecked.extend((!self.metadata.is_empty()).then_some("metadata"));
+    }
+
+    /// What the summary says is what was found.
+    fn check_summary<R: Read + Seek>(&mut self, source: &Source<R>) -> Result<(), Error> {
+        let summary = &self.summary;
+        let what = if !agrees(&summary.chunks, &self.chunks) {
+            "the indexes of chunks are not what the chunks are"
+        } else if !agrees(&summary.attachments, &self.attachments) {
+            "the indexes of attachments are not what the attachments are"
+        } else if !agrees(&summary.metadata, &self.metadata) {
+            "the indexes of metadata are not what the metadata are"
+        } else if summary.statistics.as_ref().is_some_and(|statistics| {
+            let counted = [self.attachments.len(), self.metadata.len(), self.chunks.len()];
+            let said = [statistics.attachment_count, statistics.metadata_count, statistics.chunk_count];
+            counted.map(|count| count as u64) != said.map(u64::from)
+        }) {
+            "the statistics count other chunks, attachments or metadata than there are"
+        } else {
+            if summary.crc == 0 && !summary.is_empty() {
+                self.unchecked.push("summary");
+            }
+            return Ok(());
+        };
+        Err(source.damaged(summary.start, what))
+    }
+}
+
+/// Whether there are no indexes, or those that should be there, in any order.
+fn agrees<T: Clone + PartialEq + FileOffset>(said: &[T], found: &[T]) -> bool {
+    let mut said = said.to_vec();
+    said.sort_by_key(T::offset);
+    said.is_empty() || said == found
+}
+
+trait FileOffset {
+    fn offset(&self) -> u64;
+}
+
+impl FileOffset for ChunkIndex {
+    fn offset(&self) -> u64 {
+        self.chunk_start_offset
+    }
+}
+
+impl FileOffset for AttachmentIndex {
+    fn offset(&self) -> u64 {
+        self.offset
+    }
+}
+
+impl FileOffset for MetadataIndex {
+    fn offset(&self) -> u64 {
+        self.offset
+    }
+}
+
+/// Reads the first bytes.
+pub(super) fn magic<R: Read + Seek>(source: &mut Source<R>) -> Result<(), Error> {
+    let mut bytes = Vec::new();
+    source.part(MAGIC.len() as u64, &mut bytes)?;
+    if bytes == MAGIC {
+        return Ok(());
+    }
+    let what = match bytes.is_empty() {
+        true => "it is empty".into(),
+        false => format!("it begins with {:02x?} and should with {MAGIC:02x?}", &bytes[..]),
+    };
+    Err(Error::NoBag { path: source.path().into(), what })
+}
+
+/// What the index of a chunk says of it, but for message indexes, which follow it.
+pub(super) fn chunk_index(frame: Frame, chunk: &Chunk) -> Result<ChunkIndex, String> {
+    let (size, length) = (chunk.records.len() as u64, chunk.uncompressed_size);
+    if length > MAXIMUM_RECORD {
+        return Err(format!("a chunk has {length} bytes of records, and at most {MAXIMUM_RECORD} are read"));
+    }
+    if chunk.compression.is_empty() && size != length {
+        return Err(format!("a chunk has {size} bytes of records and should have {length}"));
+    }
+    Ok(ChunkIndex {
+        message_start_time: chunk.message_start_time,
+        message_end_time: chunk.message_end_time,
+        chunk_start_offset: frame.offset,
+        chunk_length: frame.size(),
+        compression: chunk.compression.clone(),
+        compressed_size: size,
+        uncompressed_size: length,
+        ..ChunkIndex::default()
+    })
+}
+
+pub(super) fn attachment_index(frame: Frame, attachment: &AttachmentRecord) -> AttachmentIndex {
+    AttachmentIndex {
+        offset: frame.offset,
+        length: frame.size(),
+        log_time: attachment.log_time,
+        create_time: attachment.create_time,
+        data_size: attachment.data.len() as u64,
+        name: attachment.name.clone(),
+        media_type: attachment.media_type.clone(),
+    }
+}
+
+pub(super) fn metadata_index(frame: Frame, metadata: &Metadata) -> MetadataIndex {
+    MetadataIndex { offset: frame.offset, length: frame.size(), name: metadata.name.clone() }
+}

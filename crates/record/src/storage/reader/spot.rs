@@ -1,0 +1,104 @@
+//! Messages that are read again, by the places where they stand.
+
+use std::collections::BTreeMap;
+use std::io::{Read, Seek};
+
+use super::{Message, Reader};
+use crate::storage::Error;
+use crate::storage::record::{Chunk, FRAME, Record};
+
+/// Where a message stands in its file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Spot {
+    /// The chunk, or the record outside of chunks.
+    at: u64,
+    start: u32,
+    end: u32,
+}
+
+/// Chunks that were read by the places of their messages, each with when it was wanted last.
+#[derive(Default)]
+pub(super) struct Kept {
+    chunks: BTreeMap<u64, (u64, Vec<u8>)>,
+    bytes: usize,
+    wanted: u64,
+}
+
+/// In a chunk that is not compressed, the bytes before its records: two times, a length, a checksum, a text without letters, and
+/// a length.
+const UNCOMPRESSED: u64 = 8 + 8 + 8 + 4 + 4 + 8;
+
+/// So many bytes of chunks are kept, besides the last one.
+const KEPT: usize = 32 << 20;
+
+impl Kept {
+    fn put(&mut self, at: u64, records: Vec<u8>) {
+        self.bytes += records.len();
+        self.chunks.insert(at, (self.wanted, records));
+        while self.bytes > KEPT && self.chunks.len() > 1 {
+            let oldest = self.chunks.iter().min_by_key(|(_, (wanted, _))| *wanted).map(|(at, _)| *at);
+            let Some((_, records)) = oldest.and_then(|oldest| self.chunks.remove(&oldest)) else { break };
+            self.bytes -= records.len();
+        }
+    }
+
+    /// Whether it is there; it is wanted now.
+    fn has(&mut self, at: u64) -> bool {
+        self.wanted += 1;
+        let found = self.chunks.get_mut(&at);
+        found.map(|(wanted, _)| *wanted = self.wanted).is_some()
+    }
+}
+
+impl<R: Read + Seek> Reader<R> {
+    /// The next message, where it stands, and the checksum of its record.
+    pub(crate) fn next_spot(&mut self) -> Result<Option<(Spot, u32, Message<'_>)>, Error> {
+        let Some((start, end)) = self.find()? else { return Ok(None) };
+        // A chunk is not longer than that.
+        let spot = Spot { at: self.at, start: start as u32, end: end as u32 };
+        let record = &self.records[start..end];
+        Ok(Some((spot, crc32fast::hash(record), self.message(record)?)))
+    }
+
+    /// A message that was read before, once all of the file was read.
+    pub(crate) fn message_at(&mut self, spot: Spot) -> Result<Message<'_>, Error> {
+        if !self.kept.has(spot.at) {
+            self.records.clear();
+            self.source.seek(spot.at)?;
+            let frame = self.source.frame()?;
+            self.source.body(frame, &mut self.body)?;
+            if frame.opcode == Chunk::OPCODE {
+                self.unpack(frame)?;
+            } else {
+                self.records.extend(frame.bytes());
+                self.records.extend(&self.body);
+            }
+            self.kept.put(spot.at, std::mem::take(&mut self.records));
+        }
+        let records = self.kept.chunks.get(&spot.at).map(|(_, records)| records);
+        let record = records.and_then(|records| records.get(spot.start as usize..spot.end as usize));
+        self.message(record.ok_or_else(|| self.changed(spot))?)
+    }
+
+    /// As [`message_at`](Reader::message_at), for one of which those around it are not wanted: nothing but its record is read,
+    /// unless its chunk is compressed, and checked by its checksum.
+    pub(crate) fn message_alone(&mut self, spot: Spot, checksum: u32) -> Result<Message<'_>, Error> {
+        let chunks = &self.outline.chunks;
+        let chunk = chunks.binary_search_by_key(&spot.at, |chunk| chunk.chunk_start_offset);
+        let first = match chunk.map(|place| &chunks[place]) {
+            Ok(chunk) if !chunk.compression.is_empty() => return self.message_at(spot),
+            Ok(chunk) => chunk.chunk_start_offset + FRAME + UNCOMPRESSED,
+            Err(_) => spot.at,
+        };
+        self.source.seek(first + u64::from(spot.start))?;
+        self.source.part((spot.end - spot.start).into(), &mut self.body)?;
+        if crc32fast::hash(&self.body) != checksum {
+            return Err(self.changed(spot));
+        }
+        self.message(&self.body)
+    }
+
+    fn changed(&self, spot: Spot) -> Error {
+        self.source.damaged(spot.at, "the file has become another one while it was read")
+    }
+}

@@ -1,0 +1,164 @@
+//! What stands behind the data of a file: what is in it, and where.
+
+use std::io::{Read, Seek};
+
+use super::Error;
+use super::definitions::Definitions;
+use super::record::{
+    AttachmentIndex, Channel, ChunkIndex, FRAME, Footer, MAGIC, MetadataIndex, Record, Schema, Statistics,
+    SummaryOffset,
+};
+use super::source::{Frame, Source};
+
+/// All that a summary says.
+#[derive(Debug, Default)]
+pub(super) struct Summary {
+    /// Where it begins.
+    pub start: u64,
+    pub definitions: Definitions,
+    pub chunks: Vec<ChunkIndex>,
+    pub attachments: Vec<AttachmentIndex>,
+    pub metadata: Vec<MetadataIndex>,
+    pub statistics: Option<Statistics>,
+    /// Its checksum; 0 if it has none.
+    pub crc: u32,
+}
+
+impl Summary {
+    /// Whether there is nothing of it.
+    pub fn is_empty(&self) -> bool {
+        let Self { definitions: Definitions { schemas, channels }, chunks, attachments, metadata, .. } = self;
+        let counts = [schemas.len(), channels.len(), chunks.len(), attachments.len(), metadata.len()];
+        counts == [0; 5] && self.statistics.is_none()
+    }
+
+    /// Reads what follows the end of the data, and the end of the file.
+    pub fn read<R: Read + Seek>(source: &mut Source<R>, body: &mut Vec<u8>) -> Result<Self, Error> {
+        let start = source.position();
+        source.crc.reset();
+        let mut summary = Self { start, ..Self::default() };
+        let mut groups: Vec<SummaryOffset> = Vec::new();
+        let mut offsets: Vec<SummaryOffset> = Vec::new();
+        let mut offsets_start = 0;
+        loop {
+            let before = source.crc.clone();
+            let frame = source.frame()?;
+            source.body(frame, body)?;
+            match frame.opcode {
+                Footer::OPCODE => {
+                    let footer: Footer = source.parse(frame, body)?;
+                    // Some writers say where the first record would be when there is none.
+                    let is_empty = groups.is_empty() && offsets.is_empty();
+                    let is_start = footer.summary_start == start && !is_empty
+                        || footer.summary_start == 0 && groups.is_empty();
+                    let said = footer.summary_offset_start;
+                    if !is_start
+                        || said != offsets_start && (said, offsets.is_empty()) != (frame.offset, true)
+                    {
+                        let what = "the footer says that the summary is somewhere else than it is";
+                        return Err(source.damaged(frame.offset, what));
+                    }
+                    summary.crc = footer.summary_crc;
+                    check_crc(source, before, frame, body, footer.summary_crc)?;
+                    break;
+                }
+                SummaryOffset::OPCODE => {
+                    if offsets.is_empty() {
+                        offsets_start = frame.offset;
+                    }
+                    offsets.push(source.parse(frame, body)?);
+                }
+                _ if !offsets.is_empty() => {
+                    let what = "a record of the summary stands behind its offsets";
+                    return Err(source.damaged(frame.offset, what));
+                }
+                opcode => {
+                    summary.take(source, frame, body)?;
+                    match groups.last_mut() {
+                        Some(group) if group.group_opcode == opcode => group.group_length += frame.size(),
+                        _ => groups.push(SummaryOffset {
+                            group_opcode: opcode,
+                            group_start: frame.offset,
+                            group_length: frame.size(),
+                        }),
+                    }
+                }
+            }
+        }
+        let is_right = |offset: &SummaryOffset| match offset.group_length {
+            // Some writers say also of what they have none where it would be.
+            0 => {
+                (start..=offsets_start).contains(&offset.group_start)
+                    && groups.iter().all(|group| group.group_opcode != offset.group_opcode)
+            }
+            _ => groups.contains(offset),
+        };
+        if let Some(SummaryOffset { group_opcode, group_start, group_length }) =
+            offsets.iter().find(|offset| !is_right(offset))
+        {
+            let what = format!(
+                "it says that the summary has {group_length} bytes of records of opcode {group_opcode:#04x} at byte \
+                 {group_start}, and that is wrong"
+            );
+            return Err(source.damaged(offsets_start, what));
+        }
+        end(source)?;
+        Ok(summary)
+    }
+
+    fn take<R: Read + Seek>(&mut self, source: &Source<R>, frame: Frame, body: &[u8]) -> Result<(), Error> {
+        let damaged = |what: String| source.damaged(frame.offset, format!("in the summary, {what}"));
+        match frame.opcode {
+            Schema::OPCODE => {
+                self.definitions.add_schema(source.parse(frame, body)?).map_err(damaged)?;
+            }
+            Channel::OPCODE => {
+                // Its schema may stand behind it; whoever uses it has seen it in the data.
+                let channel: Channel = source.parse(frame, body)?;
+                if self.definitions.channels.insert(channel.id, channel.into()).is_some() {
+                    return Err(damaged("a channel stands twice".into()));
+                }
+            }
+            ChunkIndex::OPCODE => self.chunks.push(source.parse(frame, body)?),
+            AttachmentIndex::OPCODE => self.attachments.push(source.parse(frame, body)?),
+            MetadataIndex::OPCODE => self.metadata.push(source.parse(frame, body)?),
+            Statistics::OPCODE => {
+                if self.statistics.replace(source.parse(frame, body)?).is_some() {
+                    return Err(damaged("the statistics stand twice".into()));
+                }
+            }
+            private if private >= 0x80 => {}
+            other => return Err(damaged(format!("a record of opcode {other:#04x} can't stand there"))),
+        }
+        Ok(())
+    }
+}
+
+fn check_crc<R: Read + Seek>(
+    source: &Source<R>,
+    mut crc: crc32fast::Hasher,
+    frame: Frame,
+    body: &[u8],
+    said: u32,
+) -> Result<(), Error> {
+    // All but the checksum itself.
+    crc.update(&frame.bytes());
+    crc.update(&body[..body.len().saturating_sub(4)]);
+    let found = crc.finalize();
+    if said != 0 && found != said {
+        let what = format!("the checksum of the summary is {found:08x} and should be {said:08x}");
+        return Err(source.damaged(frame.offset, what));
+    }
+    Ok(())
+}
+
+/// The file ends as it should.
+fn end<R: Read + Seek>(source: &mut Source<R>) -> Result<(), Error> {
+    let offset = source.position();
+    let mut bytes = Vec::new();
+    source.part(MAGIC.len() as u64 + FRAME, &mut bytes)?;
+    match bytes == MAGIC {
+        true => Ok(()),
+        false => Err(source.damaged(offset, "what follows the footer is not the end of an MCAP file")),
+    }
+}
