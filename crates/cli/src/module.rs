@@ -72,7 +72,11 @@ fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     let row = |module: &slate::control::ModuleEntry| {
         let [ticks, misses, crashes] = [module.ticks, module.misses, module.panics].map(|n| n.to_string());
         let shadow = if module.has_shadow { "new code beside it" } else { "" };
-        let [name, condition, plugin] = [&module.name, &module.condition, &module.plugin].map(Clone::clone);
+        let [name, plugin] = [&module.name, &module.plugin].map(Clone::clone);
+        let condition = match &module.waiting_for {
+            Some(port) => format!("{} for {port}", module.condition),
+            None => module.condition.clone(),
+        };
         [name, condition, ticks, misses, crashes, plugin, shadow.into()]
     };
     output::columns([head].into_iter().chain(modules.iter().map(row)));

@@ -286,13 +286,25 @@ impl Build<'_> {
         let Some((key, entry)) = self.one_of(table, "command", "commands") else { return Vec::new() };
         let texts = match key {
             "command" => self.problems.as_text(key, &entry.value, "module/property").into_iter().collect(),
-            _ => self.problems.texts(key, &entry.value, "module/property"),
+            _ => self.named_commands(entry),
         };
         let url = |text: Spanned<String>| {
             let url = self.problems.url(&text, text.span)?;
             Some(Spanned::new(absolute(&url, agent), text.span))
         };
         texts.into_iter().filter_map(url).collect()
+    }
+
+    /// The commands of a list that are not taken off it, in the order in which they are written.
+    fn named_commands(&mut self, list: &Entry) -> Vec<Spanned<String>> {
+        let Some(table) = self.problems.as_table("commands", list) else { return Vec::new() };
+        let named = table.iter().filter_map(|(name, entry)| {
+            let stays = self.problems.flag(table, name).is_some_and(|flag| flag.value);
+            stays.then(|| Spanned::new(name.to_owned(), entry.key))
+        });
+        let mut named: Vec<_> = named.collect();
+        named.sort_by_key(|name| (self.sources.rank(name.span), name.span.start));
+        named
     }
 
     fn fields<T>(

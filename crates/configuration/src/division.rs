@@ -8,8 +8,8 @@ use slate_blackboard::Url;
 use super::Options;
 use super::layers::Layers;
 use super::problems::{Problems, suggestion};
-use super::scope::{SECTIONS, each_text, resolve_keys};
-use super::senders::make_table;
+use super::scope::{SECTIONS, each_text};
+use super::senders::{make_commands, make_table};
 use super::source::{SourceKind, Sources, Span, Spanned};
 use super::value::{Entry, Table, Value};
 use crate::mistake::Mistake;
@@ -70,10 +70,9 @@ impl Division {
             for entry in table.entries.values_mut() {
                 match section {
                     "links" => make_table(&mut entry.value, &|url| side.address(url), problems),
-                    "actuators" => {
-                        resolve_keys(&mut entry.value, &["command", "commands"], &|url| side.address(url));
-                    }
-                    _ => resolve_keys(&mut entry.value, &[], &|url| side.address(url)),
+                    "actuators" => make_commands(&mut entry.value, &|url| side.address(url), problems),
+                    // What is no table is told by whoever reads it.
+                    _ => {}
                 }
             }
         }

@@ -43,7 +43,6 @@ pub(super) fn settle(merged: &mut Table, sources: &Sources) {
         }
     };
     let path = |names: &[&str]| names.iter().map(|name| name.to_string()).collect::<Vec<_>>();
-    candidates("actuators", &|name, _| vec![path(&["actuators", name, "command"])]);
     candidates("modules", &|name, module| {
         let inputs = module.get("inputs").and_then(|inputs| inputs.as_table());
         let ports = inputs.into_iter().flat_map(Table::iter);

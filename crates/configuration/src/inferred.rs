@@ -4,8 +4,9 @@ use slate_blackboard::{Url, is_within};
 
 use super::model::{Filter, Link, Transport};
 use super::path::{link_setting, sender_setting};
+use super::senders::UNNAMED;
 use super::source::Spanned;
-use super::{Configuration, Span, Value};
+use super::{Configuration, Span, Table, Value};
 
 /// Who says that a link is there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -74,13 +75,17 @@ impl Configuration {
             || self.is_left_out(path)
     }
 
-    /// Whether a port is to be without a link: `false` stands for it, or for it as one of an inbox's senders.
+    /// Whether a port is to be without a link: `false` stands for it, or for it as one of an inbox's senders. An inbox
+    /// is also when `false` stands in the list of its senders: then it has only those that are named.
     pub fn is_left_out(&self, path: &str) -> bool {
         let Some(links) = self.table("links") else { return false };
+        let is_false = |senders: &Table, name: &str| {
+            senders.get(name).is_some_and(|sender| sender.as_bool() == Some(false))
+        };
         links.iter().any(|(to, entry)| match &entry.value.value {
             Value::Bool(false) => to == path,
             Value::Table(senders) => {
-                senders.get(&format!("/{path}")).is_some_and(|sender| sender.as_bool() == Some(false))
+                is_false(senders, &format!("/{path}")) || to == path && is_false(senders, UNNAMED)
             }
             _ => false,
         })
@@ -112,6 +117,7 @@ impl Configuration {
             let port = link.inferred_port();
             port.is_some_and(|port| {
                 !self.says_of_port(&port)
+                    && !self.is_left_out(&link.to.value)
                     && !self.links.iter().any(|own| own.inferred_port().as_ref() == Some(&port))
             })
         };

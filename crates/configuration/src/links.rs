@@ -3,7 +3,7 @@ use slate_blackboard::Url;
 use super::build::{Build, absolute};
 use super::inferred::Wiring;
 use super::model::{Compression, Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport};
-use super::senders::is_of_senders;
+use super::senders::{UNNAMED, is_of_senders};
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table, Value};
 use crate::mistake::Mistake;
@@ -49,6 +49,8 @@ impl Build<'_> {
         let empty = Table::default();
         let table = match entry.value.as_bool() {
             Some(false) => return None,
+            // Others than those that are named.
+            Some(true) if from == UNNAMED => return None,
             Some(true) => &empty,
             None => self.problems.as_table(from, entry)?,
         };

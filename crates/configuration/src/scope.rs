@@ -65,7 +65,7 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
         match section {
             "links" => senders::make_table(&mut entry.value, &in_agent(scope), problems),
             "actuators" => {
-                resolve_keys(&mut entry.value, &["command", "commands"], &in_agent(scope));
+                senders::make_commands(&mut entry.value, &in_agent(scope), problems);
                 if let Value::Table(table) = &mut entry.value.value
                     && let Some(modules) = table.entries.get_mut("modules")
                 {
@@ -98,21 +98,6 @@ fn destination(key: &str, scope: &str, entry: &Entry, problems: &mut Problems) -
 
 fn path_or_url(url: &Url, scope: &str) -> String {
     if url.agent().is_some() { url.to_string() } else { url.path_in(scope) }
-}
-
-/// Changes the URLs of a value: the value itself when it is text, else the values of these keys.
-pub(super) fn resolve_keys(
-    value: &mut Spanned<Value>,
-    keys: &[&str],
-    resolve: &dyn Fn(&str) -> Option<String>,
-) {
-    match &mut value.value {
-        Value::Table(table) => {
-            let named = table.entries.iter_mut().filter(|(name, _)| keys.contains(&name.as_str()));
-            named.for_each(|(_, entry)| each_text(&mut entry.value.value, resolve));
-        }
-        text => each_text(text, resolve),
-    }
 }
 
 /// Makes URLs absolute; what is none stays as written and is reported by whoever reads it.
@@ -150,12 +135,15 @@ pub(super) fn flatten_path(mut path: Vec<String>) -> Vec<String> {
     if let [section, name, ..] = &mut path[..] {
         *name = flat_name(section, name, &scope);
     }
-    if let [section, _, sender, ..] = &mut path[..]
-        && section == "links"
-        && sender.contains('/')
-        && let Some(whole) = in_agent(&scope)(sender)
+    let named = match &mut path[..] {
+        [section, _, sender, ..] if section == "links" && sender.contains('/') => Some(sender),
+        [section, _, list, command, ..] if section == "actuators" && list == "commands" => Some(command),
+        _ => None,
+    };
+    if let Some(named) = named
+        && let Some(whole) = in_agent(&scope)(named)
     {
-        *sender = whole;
+        *named = whole;
     }
     path
 }

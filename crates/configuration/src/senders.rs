@@ -1,4 +1,4 @@
-//! Lists of senders: what a link of an inbox names, a table of its senders once it is read.
+//! Lists of senders and of commands: what a link of an inbox and an actuator name, a table once it is read.
 //!
 //! `"execute/reflexes" = ["a/reflex", "b/reflex"]` becomes `{ "/r2/a/reflex" = true, "/r2/b/reflex" = true }`, so that
 //! lists of several layers unite and `false` removes one of them.
@@ -7,9 +7,17 @@ use super::problems::Problems;
 use super::source::{Span, Spanned};
 use super::value::{Entry, Table, Value};
 
+/// Stands for all senders that no layer names: `false` in a list of senders is `{ "*" = false }` in the table.
+pub(super) const UNNAMED: &str = "*";
+
 /// Whether a table is one of senders, and not of what a link says of its one source.
 pub(super) fn is_of_senders(table: &Table) -> bool {
-    table.iter().any(|(name, _)| name.contains('/'))
+    table.iter().any(|(name, _)| is_sender(name))
+}
+
+/// Whether a key in the table of a link names a sender.
+pub(super) fn is_sender(key: &str) -> bool {
+    key.contains('/') || key == UNNAMED
 }
 
 /// Makes the sources of a link absolute, and a list of them a table.
@@ -41,7 +49,8 @@ pub(super) fn make_table(
                 let named = items.into_iter().filter_map(|item| {
                     sender(item, problems).map(|(name, value)| {
                         let span = value.span;
-                        (absolute(name), Entry { key: span, value: Spanned::new(options.clone(), span) })
+                        let said = if name == UNNAMED { value.value } else { options.clone() };
+                        (absolute(name), Entry { key: span, value: Spanned::new(said, span) })
                     })
                 });
                 table.entries = named.collect();
@@ -58,11 +67,44 @@ pub(super) fn make_table(
     }
 }
 
-/// A sender of a list, and what is said of it: a text, or a table as that of a link.
+/// Makes the commands of an actuator absolute, and a list of them a table.
+pub(super) fn make_commands(
+    actuator: &mut Spanned<Value>,
+    resolve: &dyn Fn(&str) -> Option<String>,
+    problems: &mut Problems,
+) {
+    let absolute = |text: String| resolve(&text).unwrap_or(text);
+    let Value::Table(actuator) = &mut actuator.value else { return };
+    if let Some(Value::Text(text)) = actuator.entries.get_mut("command").map(|entry| &mut entry.value.value) {
+        *text = absolute(std::mem::take(text));
+    }
+    let Some(entry) = actuator.entries.get_mut("commands") else { return };
+    let span = entry.value.span;
+    match &mut entry.value.value {
+        Value::Table(table) => {
+            let commands = std::mem::take(&mut table.entries).into_iter();
+            table.entries = commands.map(|(name, entry)| (absolute(name), entry)).collect();
+        }
+        Value::List(list) if list.is_empty() => drop(actuator.entries.remove("commands")),
+        Value::List(_) | Value::Text(_) => {
+            let names = problems.texts("commands", &entry.value, "module/property").into_iter();
+            let named = |name: Spanned<String>| {
+                let value = Spanned::new(Value::Bool(true), name.span);
+                (absolute(name.value), Entry { key: name.span, value })
+            };
+            entry.value = Spanned::new(Value::Table(Table { entries: names.map(named).collect() }), span);
+        }
+        // What it is instead is told by whoever reads it.
+        _ => {}
+    }
+}
+
+/// A sender of a list, and what is said of it: a text, or a table as that of a link; `false` for those without a name.
 fn sender(item: Spanned<Value>, problems: &mut Problems) -> Option<(String, Spanned<Value>)> {
     let span = item.span;
     match item.value {
         Value::Text(name) => Some((name, Spanned::new(Value::Bool(true), span))),
+        Value::Bool(false) => Some((UNNAMED.into(), Spanned::new(Value::Bool(false), span))),
         Value::Table(mut table) => {
             let Some(from) = table.entries.remove("from") else {
                 problems.add(
@@ -83,8 +125,10 @@ fn sender(item: Spanned<Value>, problems: &mut Problems) -> Option<(String, Span
     }
 }
 
-/// Takes over what another layer says: tables are united, the senders of inboxes too, and all else is replaced.
+/// Takes over what another layer says: tables are united, also the senders of inboxes and the commands of actuators, and
+/// all else is replaced.
 pub(super) fn merge_layer(merged: &mut Table, mut layer: Table) {
+    merge_commands(merged, &layer);
     let links = layer.entries.remove("links");
     merged.merge(layer);
     let Some(links) = links else { return };
@@ -124,6 +168,33 @@ fn merge_link(old: &mut Entry, new: Entry) {
         other => *other = Value::Table(added),
     }
     old.key = new.key;
+}
+
+/// Prepares actuators for the commands of a later layer: a list adds to a single command, which takes the place of a list.
+fn merge_commands(merged: &mut Table, layer: &Table) {
+    let Some(Value::Table(actuators)) =
+        merged.entries.get_mut("actuators").map(|entry| &mut entry.value.value)
+    else {
+        return;
+    };
+    let later = layer.get("actuators").and_then(|actuators| actuators.as_table());
+    for (name, entry) in later.into_iter().flat_map(Table::iter) {
+        let (Some(new), Some(Value::Table(old))) =
+            (entry.value.as_table(), actuators.entries.get_mut(name).map(|entry| &mut entry.value.value))
+        else {
+            continue;
+        };
+        if new.get("command").is_some() {
+            old.entries.remove("commands");
+        } else if new.get("commands").is_some_and(|commands| commands.as_table().is_some())
+            && let Some(command) = old.get("command").and_then(|command| command.as_str()).map(str::to_owned)
+            && let Some(Entry { key, value: Spanned { span, .. } }) = old.entries.remove("command")
+        {
+            let only = Entry { key: span, value: Spanned::new(Value::Bool(true), span) };
+            let commands = Value::Table(Table { entries: [(command, only)].into() });
+            old.entries.insert("commands".into(), Entry { key, value: Spanned::new(commands, span) });
+        }
+    }
 }
 
 /// A link with one source as a table of one sender.

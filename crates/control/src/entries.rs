@@ -84,6 +84,9 @@ pub struct ModuleEntry {
     pub plugin: String,
     /// How it is, as in its `state`.
     pub condition: String,
+    /// The required input without a value, or the service, that it waits for while it is `WAITING`.
+    #[serde(default)]
+    pub waiting_for: Option<String>,
     /// Ticks made.
     pub ticks: u64,
     /// Ticks beyond the deadline.

@@ -79,7 +79,11 @@ pub fn infer<'a>(
             if fresh.says_of_port(&path) || stays(name) && has.is_none() {
                 continue;
             }
-            let found = candidates(&modules, surveyed, block, port);
+            let mut found = candidates(&modules, surveyed, block, port);
+            if port.direction == Direction::Outbox {
+                // Inboxes that are to have no senders but those that are written.
+                found.retain(|inbox| !fresh.is_left_out(inbox));
+            }
             match (&found[..], has) {
                 ([], _) | ([_], Some(_)) => {}
                 ([one], None) => links.extend(link(&path, one, port, surveyed)),

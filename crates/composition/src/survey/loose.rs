@@ -40,6 +40,9 @@ fn loose_port(
             let fits =
                 |other: &PortDescription| other.direction == Direction::Inbox && other.role == own.role;
             let inboxes = in_scope(survey, module, fits);
+            if !inboxes.is_empty() && inboxes.iter().all(|inbox| configuration.is_left_out(inbox)) {
+                return None;
+            }
             let help = match &inboxes[..] {
                 [] => format!("no block of its robot takes a {}", own.role),
                 inboxes => line(&inboxes[0], &path),

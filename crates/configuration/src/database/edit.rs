@@ -4,6 +4,7 @@ use toml_edit::{Decor, DocumentMut, InlineTable, Item, Table};
 
 use super::super::exclusive::counterpart;
 use super::super::scope::{SECTIONS, flat_name, in_scope};
+use super::super::source::{Span, Spanned};
 use super::super::value::Value;
 use super::comments;
 use super::overwrite::{overwrite, overwrite_value};
@@ -27,6 +28,7 @@ fn has_sections(item: &Item) -> bool {
 
 /// Sets what stands at a flat path, or else adds it; what it excludes is taken out.
 pub(super) fn set(part: &mut Item, path: &[String], value: &Value) {
+    list_command(part, path);
     if senders::set(part, path, value) {
         return;
     }
@@ -34,6 +36,26 @@ pub(super) fn set(part: &mut Item, path: &[String], value: &Value) {
     let (keys, scope) = locate(part, path);
     let root = has_sections(part);
     put(part, &keys, &in_scope(path, value, &scope), comments, root);
+}
+
+/// Makes the single command of an actuator a list before another one is added.
+fn list_command(part: &mut Item, path: &[String]) {
+    let [section, name, list, _, ..] = path else { return };
+    if section != "actuators" || list != "commands" {
+        return;
+    }
+    let single = [section.clone(), name.clone(), "command".to_owned()];
+    let (mut keys, _) = locate(part, &single);
+    let Some(text) = senders::item_at(part, &keys).and_then(|item| item.as_str().map(str::to_owned)) else {
+        return;
+    };
+    let comments = remove(part, &single);
+    if let Some(last) = keys.last_mut() {
+        list.clone_into(last);
+    }
+    let nowhere = Span { source: 0, start: 0, end: 0 };
+    let root = has_sections(part);
+    put(part, &keys, &Value::List(vec![Spanned::new(Value::Text(text), nowhere)]), comments, root);
 }
 
 /// The keys that a flat path has in this part, and the robot in whose scope that is.
@@ -48,8 +70,13 @@ pub(super) fn locate(part: &Item, path: &[String]) -> (Vec<String>, String) {
         let mut keys = section_of(scope, section);
         keys.push(key.into());
         keys.extend_from_slice(rest);
-        if let ("links", Some(sender)) = (section.as_str(), rest.first()) {
-            keys[section_of(scope, section).len() + 1] = senders::written(root, &keys, sender, scope);
+        let depth = match (section.as_str(), rest) {
+            ("links", [_, ..]) => Some(1),
+            ("actuators", [list, _, ..]) if list == "commands" => Some(2),
+            _ => None,
+        };
+        if let Some(at) = depth.map(|depth| section_of(scope, section).len() + depth) {
+            keys[at] = senders::written(root, &keys[..=at], scope);
         }
         (keys, scope.to_owned())
     };

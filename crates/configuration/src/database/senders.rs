@@ -1,22 +1,26 @@
-//! Changes of a list of senders, as a document has it.
+//! Changes of a list of senders or commands, as a document has it.
 
 use toml_edit::{Array, InlineTable, Item, TableLike};
 
 use super::super::scope::{in_agent, in_scope};
+use super::super::senders::{UNNAMED, is_sender};
 use super::super::value::Value;
 use super::edit::locate;
 
-/// The link of a path that leads to one of its senders.
-fn link_of(path: &[String]) -> Option<(&[String], &str, &[String])> {
+/// The list of a path that leads to one of its names: a link with its senders, or the commands of an actuator.
+fn list_of(path: &[String]) -> Option<(&[String], &str, &[String])> {
     match path {
-        [section, _, sender, rest @ ..] if section == "links" && sender.contains('/') => {
+        [section, _, sender, rest @ ..] if section == "links" && is_sender(sender) => {
             Some((&path[..2], sender, rest))
+        }
+        [section, _, list, command, rest @ ..] if section == "actuators" && list == "commands" => {
+            Some((&path[..3], command, rest))
         }
         _ => None,
     }
 }
 
-fn item_at<'a>(part: &'a mut Item, keys: &[String]) -> Option<&'a mut Item> {
+pub(super) fn item_at<'a>(part: &'a mut Item, keys: &[String]) -> Option<&'a mut Item> {
     keys.iter().try_fold(part, |item, key| item.as_table_like_mut()?.get_mut(key))
 }
 
@@ -33,26 +37,23 @@ fn is_it(text: &str, sender: &str, scope: &str) -> bool {
     text == sender || in_agent(scope)(text).is_some_and(|whole| whole == sender)
 }
 
-/// The key that a sender has in the table of its link: the one that stands there, or the short one.
-pub(super) fn written(root: &dyn TableLike, keys: &[String], sender: &str, scope: &str) -> String {
+/// The key that the last name has in the table of its list: the one that stands there, or the short one.
+pub(super) fn written(root: &dyn TableLike, keys: &[String], scope: &str) -> String {
+    let Some((sender, [first, list @ ..])) = keys.split_last() else { return String::new() };
     if !sender.contains('/') {
-        return sender.into();
+        return sender.clone();
     }
-    let depth = if scope.is_empty() { 2 } else { 4 };
-    let first = keys.first().and_then(|key| root.get(key));
-    let link = keys[1..depth.min(keys.len())]
-        .iter()
-        .try_fold(first, |item, key| Some(item?.as_table_like()?.get(key)))
-        .flatten();
-    let table = link.and_then(Item::as_table_like);
+    let item =
+        list.iter().try_fold(root.get(first), |item, key| Some(item?.as_table_like()?.get(key))).flatten();
+    let table = item.and_then(Item::as_table_like);
     let own = table.and_then(|table| table.iter().map(|(key, _)| key).find(|key| is_it(key, sender, scope)));
     own.map_or_else(|| short(sender, scope), str::to_owned)
 }
 
 /// Adds a sender to a list, and says whether that was all; a list that can't say it becomes a table.
 pub(super) fn set(part: &mut Item, path: &[String], value: &Value) -> bool {
-    let Some((link, sender, rest)) = link_of(path) else { return false };
-    let (keys, scope) = locate(part, link);
+    let Some((list, sender, rest)) = list_of(path) else { return false };
+    let (keys, scope) = locate(part, list);
     let Some(item) = item_at(part, &keys).filter(|item| item.is_array() || item.is_str()) else {
         return false;
     };
@@ -66,11 +67,19 @@ pub(super) fn set(part: &mut Item, path: &[String], value: &Value) -> bool {
         }
         return true;
     }
+    if sender == UNNAMED && *value == Value::Bool(false) {
+        if !list.iter().any(|own| own.as_bool() == Some(false)) {
+            list.push(false);
+        }
+        return true;
+    }
     let mut table = InlineTable::new();
     *table.decor_mut() = list.decor().clone();
     for own in list.iter() {
         if let Some(text) = own.as_str() {
             table.insert(text, true.into());
+        } else if own.as_bool() == Some(false) {
+            table.insert(UNNAMED, false.into());
         } else if let Some(own) = own.as_inline_table() {
             let mut own = own.clone();
             if let Some(from) = own.remove("from").as_ref().and_then(toml_edit::Value::as_str) {
@@ -84,11 +93,12 @@ pub(super) fn set(part: &mut Item, path: &[String], value: &Value) -> bool {
 
 /// Takes a sender off a list and returns its comments, if it stands in one.
 pub(super) fn remove(part: &mut Item, path: &[String]) -> Option<String> {
-    let (link, sender, _) = link_of(path)?;
-    let (keys, scope) = locate(part, link);
+    let (list, sender, _) = list_of(path)?;
+    let (keys, scope) = locate(part, list);
     let list = item_at(part, &keys)?.as_array_mut()?;
     let from = |value: &toml_edit::Value| match value.as_inline_table() {
         Some(table) => table.get("from").and_then(|from| from.as_str().map(str::to_owned)),
+        None if value.as_bool() == Some(false) => Some(UNNAMED.to_owned()),
         None => value.as_str().map(str::to_owned),
     };
     list.retain(|own| !from(own).is_some_and(|own| is_it(&own, sender, &scope)));

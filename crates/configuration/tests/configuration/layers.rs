@@ -130,3 +130,46 @@ fn senders_of_several_layers_unite_and_false_removes_one() {
     let text = "robots.r2.links.\"execute/reflexes\"=\"d/reflex\"";
     assert_eq!(senders(&[text]), [("/r2/d/reflex".to_owned(), false)]);
 }
+
+#[test]
+fn commands_of_several_layers_unite_and_false_removes_one() {
+    let folder = Folder::new(
+        "commands",
+        &[
+            (
+                "base.toml",
+                "[robots.r2.actuators]\nwheels = { command = \"execute/wheels\" }\narm.commands = [\"a/arm\"]\n",
+            ),
+            (
+                "middle.toml",
+                "include = [\"base.toml\"]\n[robots.r2.actuators]\nwheels.commands = [\"joystick/wheels\", \"auto/wheels\"]\n",
+            ),
+            (
+                "top.toml",
+                "include = [\"middle.toml\"]\n[robots.r2.actuators.arm]\ncommands = [\"b/arm\", \"a/arm\"]\n",
+            ),
+        ],
+    );
+    let commands = |actuator: &str, sets: &[&str]| -> Vec<String> {
+        let options = Options { sets: sets.iter().map(|set| (*set).into()).collect(), ..Options::default() };
+        let configuration = Configuration::load(folder.path("top.toml"), &options).unwrap();
+        let own = configuration.actuators().iter().find(|own| own.name.value == actuator).unwrap();
+        own.commands.iter().map(|url| url.to_string()).collect()
+    };
+    let all = ["/r2/execute/wheels", "/r2/joystick/wheels", "/r2/auto/wheels"];
+    assert_eq!(commands("r2/wheels", &[]), all);
+    assert_eq!(commands("r2/arm", &[]), ["/r2/b/arm", "/r2/a/arm"]);
+    for one in [
+        "robots.r2.actuators.wheels.commands.\"joystick/wheels\"=false",
+        "actuators.\"r2/wheels\".commands={ \"/r2/joystick/wheels\" = false }",
+    ] {
+        assert_eq!(commands("r2/wheels", &[one]), [all[0], all[2]]);
+    }
+    let more = "robots.r2.actuators.wheels.commands=[\"pad/wheels\"]";
+    assert_eq!(commands("r2/wheels", &[more]), [&all[..], &["/r2/pad/wheels"]].concat());
+    // A single one takes the place of all.
+    assert_eq!(
+        commands("r2/wheels", &["robots.r2.actuators.wheels.command=\"pad/wheels\""]),
+        ["/r2/pad/wheels"]
+    );
+}

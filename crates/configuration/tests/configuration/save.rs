@@ -107,7 +107,7 @@ fn what_a_change_takes_the_place_of_goes_and_its_comments_stay() {
         ("actuators.w.commands", "[\"a/w\", \"b/w\"]"),
     ];
     let expected = "[modules.a]\n# from b\n# linked\ninputs.pose.x = 2.0\n# how often\n# fast\non = \"scans\"\n\
-                    [actuators.w]\n# who\ncommands = [\"/a/w\", \"/b/w\"]\n[links]\n# the goal\n# there\n\
+                    [actuators.w]\n# who\ncommands = [\"a/w\", \"/b/w\"]\n[links]\n# the goal\n# there\n\
                     \"a/goal\" = \"/b/goal\"\n";
     assert_eq!(saved("exclusive", before, &changes), expected);
 }
@@ -483,5 +483,36 @@ fn a_sender_is_added_to_its_list_and_taken_off_it() {
     assert_eq!(
         saved("sender-removed", before, &removed),
         before.replace("[\"a/reflex\"]", "{ \"a/reflex\" = false }")
+    );
+}
+
+#[test]
+fn command_is_added_to_its_list_and_taken_off_it() {
+    let before =
+        "[robots.r2.actuators]\nwheels = { commands = [\"a/wheels\"], time_to_live = \"50ms\" } # those\n";
+    let added = [("robots.r2.actuators.wheels.commands.\"b/wheels\"", "true")];
+    assert_eq!(
+        saved("command-added", before, &added),
+        before.replace("[\"a/wheels\"]", "[\"a/wheels\", \"b/wheels\"]")
+    );
+    let removed = [("actuators.\"r2/wheels\".commands.\"/r2/a/wheels\"", "false")];
+    assert_eq!(
+        saved("command-removed", before, &removed),
+        before.replace("[\"a/wheels\"]", "{ \"a/wheels\" = false }")
+    );
+    let single = "[robots.r2.actuators]\n# the wheels\nwheels.command = \"a/wheels\" # only\n";
+    assert_eq!(
+        saved("command-single", single, &added),
+        "[robots.r2.actuators]\n# the wheels\n# only\nwheels.commands = [\"a/wheels\", \"b/wheels\"]\n"
+    );
+}
+
+#[test]
+fn false_that_closes_a_list_of_senders_is_added_to_it() {
+    let before = "[robots.r2.links]\n\"execute/reflexes\" = [\"a/reflex\"] # those\n";
+    let closed = [("robots.r2.links.\"execute/reflexes\"", "[false]")];
+    assert_eq!(
+        saved("senders-closed", before, &closed),
+        before.replace("[\"a/reflex\"]", "[\"a/reflex\", false]")
     );
 }

@@ -326,6 +326,7 @@ impl AgentControl {
             kind: module.kind,
             plugin: module.plugin,
             condition: module.condition.into(),
+            waiting_for: module.waiting_for,
             ticks: module.ticks,
             misses: module.misses,
             panics: module.panics,

@@ -131,6 +131,7 @@ pub(super) fn module() -> Json {
         ("kind", text()),
         ("plugin", text()),
         ("condition", text()),
+        ("waiting_for", optional(text())),
         ("ticks", count()),
         ("misses", count()),
         ("panics", count()),

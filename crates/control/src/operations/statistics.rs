@@ -73,6 +73,7 @@ pub(super) fn statistics(context: &Arc<Context>, _: &Ask) -> Result<Answer, Prob
             "timing": newest(context, &format!("{}/timing", module.name)),
             "name": module.name,
             "condition": module.condition,
+            "waiting_for": module.waiting_for,
             "ticks": module.ticks,
             "misses": module.misses,
             "panics": module.panics,

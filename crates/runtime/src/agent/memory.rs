@@ -6,13 +6,12 @@ use std::path::{Path, PathBuf};
 
 use xxhash_rust::xxh3::xxh3_64;
 
-use super::Agent;
+use super::assembly::ModuleStates;
+use super::handle::AgentHandle;
+use super::snapshot::SnapshotTaker;
 use crate::configuration::{Configuration, Diagnostic, Module, Report, Span};
 use crate::memory::{Memory, MemoryError, help};
 use crate::replacement::Replacement;
-
-/// The states of modules that others of that name have left, or why they could not be saved.
-pub(super) type States = BTreeMap<String, Result<Vec<u8>, String>>;
 
 /// A module that remembers.
 #[derive(Debug)]
@@ -32,8 +31,8 @@ pub(super) struct Memories(Vec<Remembering>);
 
 impl Memories {
     /// Reads all files of a configuration; `keeps` says whether they are written at the end.
-    pub fn read(configuration: &Configuration, keeps: bool) -> Result<(Self, States), Report> {
-        let (mut memories, mut states, mut wrong) = (Vec::new(), States::new(), Vec::new());
+    pub fn read(configuration: &Configuration, keeps: bool) -> Result<(Self, ModuleStates), Report> {
+        let (mut memories, mut states, mut wrong) = (Vec::new(), ModuleStates::new(), Vec::new());
         for module in configuration.modules() {
             let Some(file) = &module.memory else { continue };
             match begin(module, &file.value, keeps) {
@@ -79,18 +78,61 @@ impl Memories {
         }
         if wrong.is_empty() { Ok(()) } else { Err(Report::from(wrong)) }
     }
+
+    /// The modules, each with the hash of the file that it began with; nothing when there was none.
+    pub fn begun(&self) -> impl Iterator<Item = (&str, Option<u64>)> {
+        self.0.iter().map(|own| (own.module.as_str(), own.began))
+    }
+
+    /// Writes the states of the modules into their files, once, after the run; what is not to be kept is left out.
+    ///
+    /// # Errors
+    /// When a module stands not still or is not there, or a file can't be written: what was there stays.
+    pub fn write(&mut self, agent: &AgentHandle) -> Result<(), MemoryError> {
+        let mut all = std::mem::take(&mut self.0);
+        all.retain(|own| own.place.is_some());
+        if all.is_empty() {
+            return Ok(());
+        }
+        let mut modules = SnapshotTaker::new(agent).snapshot()?.image.modules;
+        let mut written = Vec::new();
+        for Remembering { module, file, place, .. } in all {
+            let state = modules.remove(&module).and_then(|own| Some((own.kind, own.state?.0)));
+            let Some((kind, state)) = state else { return Err(MemoryError::Lost { module, file }) };
+            let failed = |source: io::Error| MemoryError::File {
+                module: module.clone(),
+                file: file.clone(),
+                help: help(source.kind()),
+                source,
+            };
+            let bytes = Memory { kind, state }.to_bytes().map_err(failed)?;
+            let Some(mut place) = place else { continue };
+            place.write_all(&bytes).map_err(failed)?;
+            written.push((place, module, file));
+        }
+        // Only when all are written does any take its place.
+        for (place, module, file) in written {
+            place.keep().map_err(|source| MemoryError::File {
+                module,
+                file,
+                help: help(source.kind()),
+                source,
+            })?;
+        }
+        Ok(())
+    }
 }
 
 const AFRESH: &str = "put a copy of it there, or move it away to begin without a memory";
 
 /// What is wrong, and what helps.
-type Problem = (String, &'static str);
+type MemoryProblem = (String, &'static str);
 
 /// The hash of a file, and the state in it; nothing when there is none.
 type Began = Option<(u64, Vec<u8>)>;
 
 /// What a module begins with, and the file that takes the place of that at the end.
-fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Replacement>), Problem> {
+fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Replacement>), MemoryProblem> {
     // A name that leads to the file stays one, and all names of it are kept from other runs.
     let file = &target(file);
     // First, so that no other run writes it between.
@@ -139,51 +181,4 @@ fn complaint(
     let file = module.memory.as_ref().map(|file| crate::printable(&file.value).to_string());
     let message = format!("the memory of `{}` ({}): {problem}", module.name.value, file.unwrap_or_default());
     configuration.diagnostic(at, message, Some(help.into()))
-}
-
-impl Agent {
-    /// The modules that remember, each with the hash of the file that it began with; nothing when there was none. They are
-    /// inputs of the run, as the configuration is.
-    pub fn memories(&self) -> impl Iterator<Item = (&str, Option<u64>)> {
-        self.memories.0.iter().map(|own| (own.module.as_str(), own.began))
-    }
-
-    /// Writes what modules remember of this run into the files that the configuration names for it, if the agent was made to
-    /// [keep](super::Options::keeps_memory) that. Once, after the run.
-    ///
-    /// # Errors
-    /// When a module stands not still or is not there, or a file can't be written: what was there stays.
-    pub fn remember(&mut self) -> Result<(), MemoryError> {
-        let mut all = std::mem::take(&mut self.memories.0);
-        all.retain(|own| own.place.is_some());
-        if all.is_empty() {
-            return Ok(());
-        }
-        let mut modules = self.composer.snapshot()?.image.modules;
-        let mut written = Vec::new();
-        for Remembering { module, file, place, .. } in all {
-            let state = modules.remove(&module).and_then(|own| Some((own.kind, own.state?.0)));
-            let Some((kind, state)) = state else { return Err(MemoryError::Lost { module, file }) };
-            let failed = |source: io::Error| MemoryError::File {
-                module: module.clone(),
-                file: file.clone(),
-                help: help(source.kind()),
-                source,
-            };
-            let bytes = Memory { kind, state }.to_bytes().map_err(failed)?;
-            let Some(mut place) = place else { continue };
-            place.write_all(&bytes).map_err(failed)?;
-            written.push((place, module, file));
-        }
-        // Only when all are written does any take its place.
-        for (place, module, file) in written {
-            place.keep().map_err(|source| MemoryError::File {
-                module,
-                file,
-                help: help(source.kind()),
-                source,
-            })?;
-        }
-        Ok(())
-    }
 }

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::{Descriptor, Interface};
 
-use super::{Agent, Composer};
+use super::handle::AgentHandle;
 use crate::configuration::{Configuration, Diagnostic, Report};
-use crate::main_loop::{PlayedCondition, Playing, Rate, Shared};
+use crate::main_loop::{PlayedCondition, Playing, Shared};
 use crate::playback::{Playback, PlaybackControl, Played};
 use crate::recording::{History, HistoryWish, Recording, RecordingRefusal, TakeValue};
 use crate::runner::ModuleState;
@@ -24,7 +24,7 @@ pub(super) fn begin(
     mut playback: Box<dyn Playback>,
     played: &[Played],
     configuration: &Configuration,
-    composer: &Composer,
+    agent: &AgentHandle,
     shared: &Shared,
 ) -> Result<(), Report> {
     let mut properties = Vec::new();
@@ -43,7 +43,7 @@ pub(super) fn begin(
             Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), Some(help)))
         })?);
     }
-    let conditions = conditions(played, composer, shared);
+    let conditions = conditions(played, agent, shared);
     playback.begin(&properties, &shared.board).map_err(|message| {
         let name = configuration.agent_name();
         Report::from(Diagnostic::without_place(format!("agent `{name}`: {message}"), None))
@@ -53,15 +53,15 @@ pub(super) fn begin(
 }
 
 /// How the modules are that are played: as their states say, and well before those say anything.
-fn conditions(played: &[Played], composer: &Composer, shared: &Shared) -> Vec<PlayedCondition> {
+fn conditions(played: &[Played], agent: &AgentHandle, shared: &Shared) -> Vec<PlayedCondition> {
     let modules: BTreeSet<&String> = played.iter().filter_map(|played| played.module.as_ref()).collect();
-    let mut composition = composer.composition();
+    let mut composition = agent.composition();
     let mut conditions = Vec::new();
     for module in modules {
-        if composition.present.contains_key(module) {
+        if composition.assembly.present.contains_key(module) {
             continue;
         }
-        let health = composition.ground.post(module).health;
+        let health = composition.assembly.ground.post(module).health;
         health.begin();
         let state = shared.board.get(&format!("{module}/state")).map(|(state, _)| state);
         // Those of earlier versions have the condition at the same place.
@@ -79,45 +79,25 @@ fn conditions(played: &[Played], composer: &Composer, shared: &Shared) -> Vec<Pl
     conditions
 }
 
-impl Agent {
-    /// Goes on from another time, which may be before the present one, with the next [step](Agent::step). It is for an
-    /// agent in which a recording is played and no module runs: to modules time never goes back. False, and nothing is
-    /// changed, on the system's clock and where modules run.
-    pub fn jump(&mut self, time: u64) -> bool {
-        let is_empty = self.composer.composition().present.is_empty();
-        if !self.shared.lockstep || !is_empty {
-            return false;
-        }
-        self.shared.take_token();
-        // SAFETY: the token was taken.
-        unsafe { self.shared.core() }.jump(time);
-        self.shared.clock.set(time);
-        self.shared.give_token_back();
-        true
-    }
-
-    /// Lets time go at another rate from the next cycle on; what passed since the last one was no lateness.
-    pub fn set_rate(&mut self, rate: Rate) {
-        self.shared.take_token();
-        // SAFETY: the token was taken.
-        unsafe { self.shared.core() }.set_rate(rate);
-        self.shared.give_token_back();
-    }
+/// What tools see of the past, and control of a playback.
+pub(super) struct PlaybackAccess<'c> {
+    agent: &'c AgentHandle,
 }
 
-impl Composer {
-    /// Tells the values that a property had: those of the recording that is played, if one is, and else those of the last seconds, if
-    /// they are kept.
-    ///
-    /// # Errors
-    /// Why there are none.
+impl<'c> PlaybackAccess<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// Tells the values that a property had: those of the recording that is played, if one is, and else those of the
+    /// last seconds, if they are kept.
     pub fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, RecordingRefusal> {
         if let Some(playback) = self.playback() {
             return playback
                 .history(wish, take)
                 .map_err(|(message, help)| RecordingRefusal { message, help });
         }
-        let control = self.recording().and_then(Recording::control);
+        let control = self.agent.recorder.recording.as_deref().and_then(Recording::control);
         let control = control.ok_or_else(|| RecordingRefusal {
             message: "nothing is kept of this agent's past".into(),
             help: "`slate run` has what records; a program gives its agent one with `Options::recording`"
@@ -127,12 +107,12 @@ impl Composer {
     }
 
     /// Lets tools control a playback, which the application makes the cycles of.
-    pub fn control_playback(&self, control: Arc<dyn PlaybackControl>) {
-        self.composition().playback = Some(control);
+    pub fn control(&self, control: Arc<dyn PlaybackControl>) {
+        self.agent.composition().playback = Some(control);
     }
 
     /// What the playback is controlled by, if the agent plays a recording.
     pub fn playback(&self) -> Option<Arc<dyn PlaybackControl>> {
-        self.composition().playback.clone()
+        self.agent.composition().playback.clone()
     }
 }

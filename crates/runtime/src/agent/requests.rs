@@ -3,40 +3,40 @@
 use std::sync::Arc;
 
 use slate_blackboard::Board;
-use slate_module::Level;
 use slate_module::aspect::Plugins;
 
-use super::{Composer, WeakComposer};
+use super::Composer;
+use super::handle::{AgentHandle, WeakHandle};
+use super::plugins::{PluginLoader, Reloader};
+use super::settings::SettingsChanger;
 use crate::aspects::{PluginChanges, SettingsChanges};
 use crate::recording::RecordedAgent;
-use crate::sharing::{RemotePath, SharingAgent, Standing};
 use crate::snapshot::PluginMark;
 
 /// What a module gets that asks while the agent ends.
 const ENDS: &str = "the agent ends";
 
-impl PluginChanges for WeakComposer {
+impl PluginChanges for WeakHandle {
     fn change_plugins(&self, module: &str, what: u32, plugin: &str) -> Result<String, String> {
-        let composer = self.upgrade().ok_or(ENDS)?;
-        composer.make_for_module(module, "a change of plugins that a module asked for", || {
-            carry_out(&composer, module, what, plugin)
+        let agent = self.upgrade().ok_or(ENDS)?;
+        agent.recorder.make_for_module(module, "a change of plugins that a module asked for", || {
+            carry_out(&agent, module, what, plugin)
         })
     }
 }
 
-fn carry_out(composer: &Composer, module: &str, what: u32, plugin: &str) -> Result<String, String> {
+fn carry_out(agent: &AgentHandle, module: &str, what: u32, plugin: &str) -> Result<String, String> {
+    let loader = PluginLoader::new(agent);
     let done = match what {
-        Plugins::LOAD => {
-            composer.load(plugin).map(|loaded| format!("modules: {}", loaded.modules.join(", ")))
-        }
-        Plugins::UNLOAD if composer.runs(module, plugin) => {
+        Plugins::LOAD => loader.load(plugin).map(|loaded| format!("modules: {}", loaded.modules.join(", "))),
+        Plugins::UNLOAD if loader.runs(module, plugin) => {
             return Err(format!("`{plugin}` has the code of `{module}`, which asks for it to be unloaded"));
         }
-        Plugins::UNLOAD => composer.unload(plugin).map(|libraries| {
+        Plugins::UNLOAD => loader.unload(plugin).map(|libraries| {
             let became = |(name, state): &(String, &str)| format!("the library of {name} is {state}");
             libraries.iter().map(became).collect::<Vec<_>>().join(", ")
         }),
-        Plugins::RELOAD => composer.reload(plugin, None).map(|reload| {
+        Plugins::RELOAD => Reloader::new(agent).reload(plugin, None).map(|reload| {
             let became = |(module, state): &(String, Result<(), String>)| match state {
                 Ok(()) => format!("{module} goes on with its state"),
                 Err(reason) => format!("{module} begins afresh: {reason}"),
@@ -48,28 +48,15 @@ fn carry_out(composer: &Composer, module: &str, what: u32, plugin: &str) -> Resu
     done.map_err(|error| error.to_string())
 }
 
-impl SettingsChanges for WeakComposer {
+impl SettingsChanges for WeakHandle {
     fn change_settings(&self, module: &str, lines: &str) -> Result<String, String> {
-        let composer = self.upgrade().ok_or(ENDS)?;
-        let answer = composer
-            .recorded_answer(module, lines)
-            .unwrap_or_else(|| composer.change_for(module, lines).map_err(|report| report.to_string()));
-        composer.tell_asked(module, lines, &answer);
+        let agent = self.upgrade().ok_or(ENDS)?;
+        // In a run that is made again, as it was then.
+        let answer = agent.shared.recorded_answer(module, lines).unwrap_or_else(|| {
+            SettingsChanger::new(&agent).change_for(module, lines).map_err(|report| report.to_string())
+        });
+        agent.recorder.tell_asked(module, lines, &answer);
         answer
-    }
-}
-
-impl SharingAgent for WeakComposer {
-    fn remote_stands(&self, path: &RemotePath, standing: Standing) {
-        if let Some(composer) = self.upgrade() {
-            composer.remote_stands(path, standing);
-        }
-    }
-
-    fn log(&self, level: Level, text: &str) {
-        if let Some(composer) = self.upgrade() {
-            composer.log(level, text);
-        }
     }
 }
 

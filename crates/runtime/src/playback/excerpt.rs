@@ -155,9 +155,14 @@ impl Cutter<'_> {
             ["actuators", name, rest @ ..] => {
                 let (commands, modules) = self.commanders(name)?;
                 match rest {
-                    ["command" | "commands", ..] if commands.is_empty() => None,
-                    ["command" | "commands", ..] => {
-                        Some(format!("actuators.{}.commands = [{}]", quoted(name), commands.join(", ")))
+                    ["command"] => {
+                        let line =
+                            || format!("actuators.{}.commands = [{}]", quoted(name), commands.join(", "));
+                        (!commands.is_empty()).then(line)
+                    }
+                    ["commands", command] => {
+                        let url = Url::parse(command).ok();
+                        url.filter(|url| self.stays(&url.path_in(""))).and_then(|_| whole())
                     }
                     ["modules", ..] => {
                         Some(format!("actuators.{}.modules = [{}]", quoted(name), modules.join(", ")))

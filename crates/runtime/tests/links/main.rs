@@ -9,6 +9,7 @@
 
 use crate::common;
 mod conversion;
+mod inferred;
 mod lateness;
 mod model;
 mod padding;

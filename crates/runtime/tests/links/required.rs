@@ -82,6 +82,12 @@ fn state(agent: &Agent, module: &str) -> (String, String) {
     (text("condition"), text("waiting_for"))
 }
 
+/// The same in the list of modules.
+fn listed(agent: &Agent, module: &str) -> (&'static str, Option<String>) {
+    let listed = agent.composer().modules().into_iter().find(|listed| listed.name == module).unwrap();
+    (listed.condition, listed.waiting_for)
+}
+
 fn waits_for(port: &str) -> (String, String) {
     ("WAITING".into(), port.into())
 }
@@ -91,11 +97,13 @@ fn module_waits_for_the_first_value_of_a_required_input() {
     let mut agent = agent("[modules.doubler]\n");
     steps(&mut agent, 2);
     assert_eq!(state(&agent, "doubler"), waits_for("input"));
+    assert_eq!(listed(&agent, "doubler"), ("WAITING", Some("input".into())));
     assert_eq!(value(&agent, "doubler/output/value"), None);
     agent.board().write("doubler/input/value", &Value::Float(2.0), agent.now()).unwrap();
     steps(&mut agent, 1);
     assert_eq!(value(&agent, "doubler/output/value"), Some(4.0));
     assert_eq!(state(&agent, "doubler"), ("WORKING".into(), String::new()));
+    assert_eq!(listed(&agent, "doubler"), ("WORKING", None));
 }
 
 #[test]

@@ -2,174 +2,196 @@
 
 use std::sync::Arc;
 
-use slate_blackboard::channel::Budget;
+use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::Descriptor;
-use slate_blackboard::{Access, BoardError, Store};
+use slate_blackboard::{Access, Store};
 use slate_module::aspect::{Actuators, Service};
 use slate_module::{Direction, Interface};
 use slate_safety::{Gate, GateConfiguration, GateState};
 
-use super::{Builder, Failed, SPARE_READERS, new_writer};
+use super::{BuildPlan, Builder, Failed, SPARE_READERS, new_writer};
 use crate::actuators::Actuator;
 use crate::configuration;
 use slate_composition::parameters::value_bytes;
-use slate_composition::{Complaints, Target, Wire};
+use slate_composition::{Target, Wire};
 use slate_configuration::Mistake;
 
-impl Builder<'_, '_> {
+/// Makes the gates of actuators.
+pub(super) struct GateBuilder<'b, 'a, 's> {
+    plan: BuildPlan<'a, 's>,
+    builder: &'b mut Builder<'a, 's>,
+}
+
+impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
+    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+        Self { plan: builder.plan, builder }
+    }
+
     /// Makes the gates that are not there yet and whose commands are known.
-    pub(super) fn actuators(&mut self) {
-        let configuration = self.configuration;
-        for (i, wanted) in configuration.actuators().iter().enumerate() {
-            if self.ground.actuators.contains_key(&wanted.name.value) {
+    pub fn all(&mut self) {
+        for (i, wanted) in self.plan.configuration.actuators().iter().enumerate() {
+            if self.builder.ground.actuators.contains_key(&wanted.name.value) {
                 continue;
             }
             // What is wrong was complained about.
             if let Ok(Some(actuator)) = self.actuator(i, wanted) {
-                for wake in self.wakes(&format!("{}/command", wanted.name.value)) {
+                for wake in self.builder.wakes(&format!("{}/command", wanted.name.value)) {
                     actuator.wakes(wake);
                 }
-                self.ground.actuators.insert(wanted.name.value.clone(), Arc::new(actuator));
+                self.builder.ground.actuators.insert(wanted.name.value.clone(), Arc::new(actuator));
             }
         }
     }
 
+    /// Makes an actuator; nothing while its commanders are not there yet.
+    fn actuator(
+        &mut self,
+        index: usize,
+        wanted: &configuration::Actuator,
+    ) -> Result<Option<Actuator>, Failed> {
+        let commanded = self.commanded_interface(index, wanted)?;
+        self.guests(wanted)?;
+        let Some(descriptor) = commanded.or_else(|| self.linked_interface(index)) else {
+            return self.without_commander(wanted).map(|()| None);
+        };
+        self.check_readers(index, wanted, descriptor)?;
+        let gate = self.gate(wanted, descriptor)?.stop_latch(&self.builder.ground.stop);
+        let (command, state) = self.gate_properties(index, wanted, descriptor)?;
+        let ports = wanted.commands.iter().map(|url| url.value.path_in(""));
+        let guests = wanted.modules.iter().map(|module| module.value.clone());
+        let commanders = ports.chain(guests).collect();
+        let ground = &mut *self.builder.ground;
+        ground.index += 1;
+        let own = (ground.index, Arc::clone(&ground.means.clock));
+        Ok(Some(Actuator::new(&wanted.name.value, commanders, Gate::new(gate), command, state, own)))
+    }
+
+    /// The interface that the command ports of an actuator have in common; nothing when none of them is there yet.
+    fn commanded_interface(
+        &mut self,
+        index: usize,
+        wanted: &configuration::Actuator,
+    ) -> Result<Option<&'static Descriptor>, Failed> {
+        let mut descriptor = None;
+        for url in &wanted.commands {
+            let path = url.value.path_in("");
+            let Some((module, port)) = self.commander(&path) else {
+                if self.plan.is_dormant(&path) {
+                    continue;
+                }
+                let help = "name a Command port of a module, such as `r2/execute/wheels`";
+                return self.refuse(url.span, format!("`/{path}` is no command"), help);
+            };
+            let earlier = &self.plan.configuration.actuators()[..index];
+            let names = |actuator: &&configuration::Actuator| {
+                actuator.commands.iter().any(|command| command.value.path_in("") == path)
+            };
+            if let Some(other) = earlier.iter().find(names) {
+                let message = format!("`/{path}` commands `{}` already", other.name.value);
+                return self.refuse(url.span, message, "give each actuator a command port of its own");
+            }
+            let own = self.plan.port(module, port).descriptor;
+            if descriptor.is_some_and(|first: &Descriptor| first.hash != own.hash) {
+                let message = format!("`/{path}` is {}, unlike the first command", own.name);
+                return self.refuse(url.span, message, "all commanders of an actuator speak one interface");
+            }
+            descriptor = Some(own);
+        }
+        Ok(descriptor)
+    }
+
     /// The command port that a URL of an actuator names.
     fn commander(&self, path: &str) -> Option<(usize, usize)> {
-        self.survey.modules.iter().enumerate().find_map(|(m, surveyed)| {
+        self.plan.survey.modules.iter().enumerate().find_map(|(m, surveyed)| {
             let rest = path.strip_prefix(surveyed.module.name.value.as_str())?.strip_prefix('/')?;
             let port = surveyed.description.ports.iter().position(|port| port.name == rest)?;
             (surveyed.description.ports[port].direction == Direction::Command).then_some((m, port))
         })
     }
 
-    fn actuator(
+    /// Complains about an actuator that nothing commands, unless its commanders are not there yet.
+    fn without_commander(&mut self, wanted: &configuration::Actuator) -> Result<(), Failed> {
+        let is_dormant = |module: &configuration::Spanned<String>| self.plan.is_dormant(&module.value);
+        if !wanted.commands.is_empty() || wanted.modules.iter().any(is_dormant) {
+            return Ok(());
+        }
+        let message = format!("actuator `{}` has no commander", wanted.name.value);
+        self.refuse(wanted.name.span, message, "say `command = \"robot/execute/wheels\"`")
+    }
+
+    /// Whether the ports that follow an actuator's command have its interface.
+    fn check_readers(
         &mut self,
         index: usize,
         wanted: &configuration::Actuator,
-    ) -> Result<Option<Actuator>, Failed> {
+        descriptor: &Descriptor,
+    ) -> Result<(), Failed> {
+        for joint in self.plan.readers(Target::Command(index)).filter(|joint| joint.is_plain()) {
+            let (module, Wire::Port(port)) = joint.port else { continue };
+            let own = self.plan.port(module, port).descriptor;
+            if own.hash != descriptor.hash {
+                let message = Mistake::Ends.of(format!(
+                    "`{}` is {} but `/{}/command` is {}",
+                    joint.link.to.value, own.name, wanted.name.value, descriptor.name
+                ));
+                let help = "both ends of a link carry the same interface";
+                return self.refuse(joint.link.from.span, message, help);
+            }
+        }
+        Ok(())
+    }
+
+    /// The writers of what passes a gate, and of how it stands.
+    fn gate_properties(
+        &mut self,
+        index: usize,
+        wanted: &configuration::Actuator,
+        descriptor: &'static Descriptor,
+    ) -> Result<(Writer, Writer), Failed> {
         let name = &wanted.name.value;
-        let mut descriptor = None;
-        for url in &wanted.commands {
-            let path = url.value.path_in("");
-            let Some((module, port)) = self.commander(&path) else {
-                if self.is_dormant(&path) {
-                    continue;
-                }
-                let help = "name a Command port of a module, such as `r2/execute/wheels`";
-                self.complaints.add(url.span, format!("`/{path}` is no command"), help);
-                return Err(Failed);
-            };
-            let earlier = &self.configuration.actuators()[..index];
-            let names = |actuator: &&configuration::Actuator| {
-                actuator.commands.iter().any(|command| command.value.path_in("") == path)
-            };
-            if let Some(other) = earlier.iter().find(names) {
-                self.complaints.add(
-                    url.span,
-                    format!("`/{path}` commands `{}` already", other.name.value),
-                    "give each actuator a command port of its own",
-                );
-                return Err(Failed);
-            }
-            let own = self.port(module, port).descriptor;
-            if descriptor.is_some_and(|first: &Descriptor| first.hash != own.hash) {
-                self.complaints.add(
-                    url.span,
-                    format!("`/{path}` is {}, unlike the first command", own.name),
-                    "all commanders of an actuator speak one interface",
-                );
-                return Err(Failed);
-            }
-            descriptor = Some(own);
-        }
-        self.guests(wanted)?;
-        let Some(descriptor) = descriptor.or_else(|| self.linked_interface(index)) else {
-            if !wanted.commands.is_empty()
-                || wanted.modules.iter().any(|module| self.is_dormant(&module.value))
-            {
-                // Its commanders are not there yet.
-                return Ok(None);
-            }
-            self.complaints.add(
-                wanted.name.span,
-                format!("actuator `{name}` has no commander"),
-                "say `command = \"robot/execute/wheels\"`",
-            );
-            return Err(Failed);
-        };
-        for joint in self
-            .survey
-            .joints
-            .iter()
-            .filter(|joint| joint.target == Target::Command(index) && joint.is_plain())
-        {
-            if let (module, Wire::Port(port)) = joint.port
-                && self.survey.modules[module].description.ports[port].descriptor.hash != descriptor.hash
-            {
-                let own = self.survey.modules[module].description.ports[port].descriptor.name;
-                self.complaints.add(
-                    joint.link.from.span,
-                    Mistake::Ends.of(format!(
-                        "`{}` is {own} but `/{name}/command` is {}",
-                        joint.link.to.value, descriptor.name
-                    )),
-                    "both ends of a link carry the same interface",
-                );
-                return Err(Failed);
-            }
-        }
-        let gate = self.gate(name, descriptor, wanted)?.stop_latch(&self.ground.stop);
-        let (_, budget) = self.demand(Target::Command(index), &format!("{name}/command"));
-        let command = self.ground.board.add_channel(
+        let (_, budget) = self.plan.demand(Target::Command(index), &format!("{name}/command"));
+        let board = &self.builder.ground.board;
+        let command = board.add_channel(
             &format!("{name}/command"),
             "What passed the gate.",
             descriptor,
             Store { capacity: 0, depth: 1, budget },
             Access::Output,
         );
-        let state = self.ground.board.add_channel(
+        let state = board.add_channel(
             &format!("{name}/gate"),
             "How the gate stands.",
             GateState::DESCRIPTOR,
             Store { capacity: 0, depth: 1, budget: Budget { latest: SPARE_READERS, queues: 1, window: 1 } },
             Access::Output,
         );
-        let complain = |complaints: &mut Complaints<'_>, error: BoardError| {
-            complaints.add(wanted.name.span, error.to_string(), "rename the actuator");
-            Failed
-        };
-        let command = command.map_err(|error| complain(&mut self.complaints, error))?;
-        let state = state.map_err(|error| complain(&mut self.complaints, error))?;
-        self.ground.index += 1;
-        match (new_writer(&command), new_writer(&state)) {
-            (Some(writer), Some(state)) => {
-                let ports = wanted.commands.iter().map(|url| url.value.path_in(""));
-                let guests = wanted.modules.iter().map(|module| module.value.clone());
-                let commanders = ports.chain(guests).collect();
-                let own = (self.ground.index, Arc::clone(&self.ground.means.clock));
-                Ok(Some(Actuator::new(name, commanders, Gate::new(gate), writer, state, own)))
+        match (command, state) {
+            (Ok(command), Ok(state)) => new_writer(&command).zip(new_writer(&state)).ok_or(Failed),
+            (Err(error), _) | (_, Err(error)) => {
+                self.refuse(wanted.name.span, error.to_string(), "rename the actuator")
             }
-            _ => Err(Failed),
         }
     }
 
-    /// Whether a path is of a module that is not there yet.
-    fn is_dormant(&self, path: &str) -> bool {
-        self.configuration.modules().iter().any(|module| {
-            let name = module.name.value.as_str();
-            let rest = path.strip_prefix(name);
-            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/')) && !self.is_there(name)
-        })
+    /// Complains about what is written there.
+    fn refuse<T>(
+        &mut self,
+        span: configuration::Span,
+        message: impl Into<configuration::Message>,
+        help: &str,
+    ) -> Result<T, Failed> {
+        self.builder.complaints.add(span, message, help);
+        Err(Failed)
     }
 
     /// Modules that command an actuator which they choose at run time have the aspect for it.
     fn guests(&mut self, wanted: &configuration::Actuator) -> Result<(), Failed> {
         for module in &wanted.modules {
-            if self.is_dormant(&module.value) {
+            if self.plan.is_dormant(&module.value) {
                 continue;
             }
-            let surveyed = self.survey.modules.iter().find(|other| other.module.name.value == module.value);
+            let surveyed =
+                self.plan.survey.modules.iter().find(|other| other.module.name.value == module.value);
             let aspects = surveyed.map(|surveyed| {
                 let hashes = surveyed.description.ports.iter().map(|port| port.descriptor.hash);
                 hashes.filter(|hash| *hash == Actuators::DESCRIPTOR.hash).count()
@@ -180,31 +202,30 @@ impl Builder<'_, '_> {
                 Some(_) => continue,
             };
             let help = "name modules with a port `Aspect<Actuators>`; a Command port is named by `command`";
-            self.complaints.add(module.span, message, help);
-            return Err(Failed);
+            return self.refuse(module.span, message, help);
         }
         Ok(())
     }
 
     /// What a module that follows the actuator's command takes it to be.
     fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
-        let joint = self.readers(Target::Command(actuator)).find(|joint| joint.is_plain())?;
+        let joint = self.plan.readers(Target::Command(actuator)).find(|joint| joint.is_plain())?;
         match joint.port {
-            (module, Wire::Port(port)) => Some(self.port(module, port).descriptor),
+            (module, Wire::Port(port)) => Some(self.plan.port(module, port).descriptor),
             (_, Wire::Enabled | Wire::Params) => None,
         }
     }
 
     fn gate(
         &mut self,
-        name: &str,
-        descriptor: &'static Descriptor,
         wanted: &configuration::Actuator,
+        descriptor: &'static Descriptor,
     ) -> Result<GateConfiguration, Failed> {
+        let name = &wanted.name.value;
         let mut gate = GateConfiguration::new(name, descriptor).time_to_live(wanted.time_to_live.value);
         for limit in &wanted.limits {
             gate = gate.limit(&limit.field.value, limit.low, limit.high).map_err(|error| {
-                self.complaints.add(
+                self.builder.complaints.add(
                     limit.field.span,
                     error.to_string(),
                     "see the fields of the command's interface",
@@ -214,7 +235,7 @@ impl Builder<'_, '_> {
         }
         for limit in &wanted.rate_limits {
             gate = gate.rate_limit(&limit.field.value, limit.per_second).map_err(|error| {
-                self.complaints.add(
+                self.builder.complaints.add(
                     limit.field.span,
                     error.to_string(),
                     "see the fields of the command's interface",
@@ -227,9 +248,9 @@ impl Builder<'_, '_> {
                 value: configuration::Value::Table(wanted.safe.clone()),
                 span: wanted.name.span,
             };
-            let bytes = value_bytes(descriptor, &value, &mut self.complaints).ok_or(Failed)?;
+            let bytes = value_bytes(descriptor, &value, &mut self.builder.complaints).ok_or(Failed)?;
             gate = gate.safe(&bytes).map_err(|error| {
-                self.complaints.add(
+                self.builder.complaints.add(
                     wanted.name.span,
                     error.to_string(),
                     "the safe command must itself be within the limits",

@@ -1,13 +1,13 @@
 //! Outputs that keep too few values for a queue that is linked to them later.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use slate_blackboard::channel::Writer;
 use slate_module::Direction;
 
-use super::{Builder, Ground, Made};
+use super::{BuildPlan, Builder, Ground, Made};
 use crate::configuration::Configuration;
-use slate_composition::{Complaints, Survey, Target, Wire};
+use slate_composition::{Survey, Wire};
 
 /// What outputs of modules that are there have to be written to besides, by module and path.
 pub(in crate::agent) type Deeper = BTreeMap<String, BTreeMap<String, Writer>>;
@@ -19,28 +19,20 @@ pub(in crate::agent) fn deepening(
     survey: &Survey<'_>,
     ground: &mut Ground,
 ) -> Deeper {
-    let complaints = Complaints::new(configuration);
-    let builder = Builder {
-        configuration,
-        survey,
-        ground,
-        complaints,
-        placements: Vec::new(),
-        kept: BTreeSet::new(),
-        made: Made::OnTrial,
-    };
+    let plan = BuildPlan { configuration, survey };
+    let builder = Builder::new(plan, ground, Made::OnTrial);
     let mut deeper = Deeper::new();
     for joint in &survey.joints {
-        let (Some(window), Some(owner)) = (builder.window(joint.port), builder.writing(joint.target)) else {
+        let (Some(window), Some(owner)) = (window(plan, joint.port), plan.writing(joint.target)) else {
             continue;
         };
-        let path = builder.target_path(joint.target);
+        let path = plan.target_path(joint.target);
         let Some(property) = builder.property(&path) else { continue };
         let Some(channel) = property.channel() else { continue };
-        let of_owner = deeper.entry(builder.name(owner).to_owned()).or_default();
+        let of_owner = deeper.entry(plan.name(owner).to_owned()).or_default();
         let window = joint.link.window.as_ref().map_or(window, |window| window.value.into());
         if !channel.keeps_enough(window) && !of_owner.contains_key(&path) {
-            let (depth, budget) = builder.demand(joint.target, &path);
+            let (depth, budget) = plan.demand(joint.target, &path);
             if let Ok(writer) = channel.deeper(depth, budget) {
                 of_owner.insert(path, writer);
             }
@@ -50,21 +42,9 @@ pub(in crate::agent) fn deepening(
     deeper
 }
 
-impl Builder<'_, '_> {
-    /// How many values a queue input takes at once, if it is one and its link says nothing of it.
-    fn window(&self, (module, wire): (usize, Wire)) -> Option<usize> {
-        let Wire::Port(port) = wire else { return None };
-        let port = self.port(module, port);
-        (port.direction == Direction::Queue).then_some(port.window)
-    }
-
-    /// The module whose output a link leads to.
-    pub(super) fn writing(&self, target: Target) -> Option<usize> {
-        let Target::Port(module, port) = target else { return None };
-        let is_output = matches!(
-            self.port(module, port).direction,
-            Direction::Output | Direction::Debug | Direction::Command
-        );
-        is_output.then_some(module)
-    }
+/// How many values a queue input takes at once, if it is one and its link says nothing of it.
+fn window(plan: BuildPlan<'_, '_>, (module, wire): (usize, Wire)) -> Option<usize> {
+    let Wire::Port(port) = wire else { return None };
+    let port = plan.port(module, port);
+    (port.direction == Direction::Queue).then_some(port.window)
 }

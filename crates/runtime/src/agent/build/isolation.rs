@@ -8,7 +8,7 @@ use slate_blackboard::channel::ValueMemory;
 use slate_blackboard::interface::Interface;
 use slate_module::Trigger;
 
-use super::Builder;
+use super::{BuildPlan, Builder};
 use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use crate::runner::Supervised;
 use slate_composition::{Target, Wire};
@@ -18,9 +18,19 @@ const DEADLINES: u64 = 10;
 /// What a process allocates before its module does, with room for its stack and its log, bytes.
 const LEAST_MEMORY: usize = 1 << 20;
 
-impl Builder<'_, '_> {
+/// Gives isolated modules what they need.
+pub(super) struct IsolationBuilder<'b, 'a, 's> {
+    plan: BuildPlan<'a, 's>,
+    builder: &'b mut Builder<'a, 's>,
+}
+
+impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
+    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+        Self { plan: builder.plan, builder }
+    }
+
     /// Where the values of a property are: in memory that isolated modules see, if one of them writes or reads them.
-    pub(super) fn memory(&mut self, m: usize, target: Target) -> Option<Arc<dyn ValueMemory>> {
+    pub fn memory(&mut self, m: usize, target: Target) -> Option<Arc<dyn ValueMemory>> {
         let writer = match target {
             Target::Port(writer, _) => Some(writer),
             Target::Command(_)
@@ -30,27 +40,24 @@ impl Builder<'_, '_> {
             | Target::Host(_)
             | Target::Played(_) => None,
         };
-        let writer = writer.filter(|writer| self.is_isolated(*writer)).map(|writer| self.name(writer));
-        let read = self.readers(target).any(|joint| self.is_isolated(joint.port.0));
+        let writer =
+            writer.filter(|writer| self.plan.is_isolated(*writer)).map(|writer| self.plan.name(writer));
+        let read = self.plan.readers(target).any(|joint| self.plan.is_isolated(joint.port.0));
         let arena = match writer {
-            Some(writer) => self.ground.arenas.own(writer),
-            None if read => self.ground.arenas.host(),
+            Some(writer) => self.builder.ground.arenas.own(writer),
+            None if read => self.builder.ground.arenas.host(),
             None => return None,
         };
         self.arena(m, arena).map(|arena| arena as _)
     }
 
     /// Where the values of an input without a link are.
-    pub(super) fn setting_memory(&mut self, m: usize) -> Option<Arc<dyn ValueMemory>> {
-        if !self.is_isolated(m) {
+    pub fn setting_memory(&mut self, m: usize) -> Option<Arc<dyn ValueMemory>> {
+        if !self.plan.is_isolated(m) {
             return None;
         }
-        let arena = self.ground.arenas.host();
+        let arena = self.builder.ground.arenas.host();
         self.arena(m, arena).map(|arena| arena as _)
-    }
-
-    fn is_isolated(&self, module: usize) -> bool {
-        self.surveyed(module).module.isolated.value
     }
 
     fn arena(&mut self, m: usize, arena: io::Result<Arc<Arena>>) -> Option<Arc<Arena>> {
@@ -58,16 +65,16 @@ impl Builder<'_, '_> {
             Ok(arena) => return Some(arena),
             Err(error) => error,
         };
-        let module = self.surveyed(m).module;
+        let module = self.plan.surveyed(m).module;
         let message = format!("`{}` can't get shared memory: {error}", module.name.value);
         let help = "raise the limit of address space (`ulimit -v`), or take `isolated = true` out";
-        self.complaints.add(module.isolated.span, message, help);
+        self.builder.complaints.add(module.isolated.span, message, help);
         None
     }
 
     /// Whether a module may allocate as much as one that only copies its values; else there is a complaint.
     fn has_enough(&mut self, m: usize) -> Option<()> {
-        let surveyed = self.surveyed(m);
+        let surveyed = self.plan.surveyed(m);
         let description = &surveyed.description;
         let values = description.ports.iter().map(|port| {
             let shape = port.descriptor.shape(port.capacity);
@@ -80,37 +87,37 @@ impl Builder<'_, '_> {
             "`{}` may allocate {} bytes, and its ports and what every module needs have {needed}",
             surveyed.module.name.value, wanted.memory
         );
-        self.complaints.add(span, message, "give it more memory, such as \"100MB\"");
+        self.builder.complaints.add(span, message, "give it more memory, such as \"100MB\"");
         None
     }
 
     /// What a module needs that is isolated; nothing for the others, or after a complaint.
-    pub(super) fn supervised(&mut self, m: usize) -> Option<Supervised> {
-        if !self.is_isolated(m) {
+    pub fn supervised(&mut self, m: usize) -> Option<Supervised> {
+        if !self.plan.is_isolated(m) {
             return None;
         }
-        let arena = self.ground.arenas.own(self.name(m));
+        let arena = self.builder.ground.arenas.own(self.plan.name(m));
         let own = self.arena(m, arena)?;
-        let arena = self.ground.arenas.host();
+        let arena = self.builder.ground.arenas.host();
         let mut readable = vec![self.arena(m, arena)?];
-        let joints = self.survey.joints.iter().filter(|joint| joint.port.0 == m);
+        let joints = self.plan.survey.joints.iter().filter(|joint| joint.port.0 == m);
         let mut writers: Vec<usize> = joints
             .filter_map(|joint| match (joint.port.1, joint.target) {
                 (Wire::Port(_), Target::Port(writer, _)) if writer != m => Some(writer),
                 _ => None,
             })
-            .filter(|writer| self.is_isolated(*writer))
+            .filter(|writer| self.plan.is_isolated(*writer))
             .collect();
         writers.sort_unstable();
         writers.dedup();
         for writer in writers {
-            let arena = self.ground.arenas.own(self.name(writer));
+            let arena = self.builder.ground.arenas.own(self.plan.name(writer));
             readable.push(self.arena(m, arena)?);
         }
         self.has_enough(m)?;
-        let surveyed = self.surveyed(m);
-        let (wanted, lockstep) = (surveyed.module.isolation, self.ground.lockstep);
-        let hang = self.configuration.hang().value;
+        let surveyed = self.plan.surveyed(m);
+        let (wanted, lockstep) = (surveyed.module.isolation, self.builder.ground.lockstep);
+        let hang = self.plan.configuration.hang().value;
         let patience = match surveyed.deadline {
             // What a run in lockstep comes to does not depend on how fast the machine is.
             Some(deadline) if !lockstep => hang.min(deadline.saturating_mul(DEADLINES)),
@@ -118,7 +125,7 @@ impl Builder<'_, '_> {
         };
         let isolation = Isolation {
             name: surveyed.setup.name.clone(),
-            program: self.ground.arenas.program.clone(),
+            program: self.builder.ground.arenas.program.clone(),
             memory: wanted.memory,
             patience: Duration::from_nanos(patience),
             hang: Duration::from_nanos(hang),
@@ -129,8 +136,12 @@ impl Builder<'_, '_> {
             account: Default::default(),
         };
         let is_kicked = !lockstep && surveyed.trigger == Trigger::Stage;
-        let process =
-            self.implied_writer(m, "process", "The process that it runs in.", ModuleProcess::DESCRIPTOR)?;
+        let process = self.builder.implied_writer(
+            m,
+            "process",
+            "The process that it runs in.",
+            ModuleProcess::DESCRIPTOR,
+        )?;
         Some(Supervised {
             isolation: Arc::new(isolation),
             supervisor: Supervisor::default(),

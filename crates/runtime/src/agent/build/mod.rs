@@ -2,155 +2,36 @@
 
 mod actuators;
 mod deepening;
+mod ground;
 mod isolation;
+mod plan;
 mod properties;
 mod rewiring;
 mod runners;
 mod wiring;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::fmt::Display;
 use std::sync::Arc;
-use std::time::Duration;
 
-use slate_blackboard::channel::{Budget, Writer};
-use slate_blackboard::commit::CommitWord;
+use slate_blackboard::channel::{Budget, Latest, Writer};
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Board, BoardError, Placement, Property};
-use slate_module::aspect::{MainLoop, Service};
-use slate_module::{Direction, PortDescription, Trigger};
-use slate_safety::StopLatch;
+use slate_blackboard::{Access, BoardError, Placement, Property, Store};
 
 use super::Mode;
-use crate::actuators::Actuator;
-use crate::aspects::{Means, ServicePlace};
 use crate::configuration::{Configuration, Diagnostic};
-use crate::isolation::Arenas;
-use crate::log::Logger;
-use crate::runner::{Health, InputAge, Patience, QueueGauge, Runner};
+use crate::runner::Runner;
+use actuators::GateBuilder;
 pub(super) use deepening::deepening;
+pub(super) use ground::{Ground, GroundMark};
+use isolation::IsolationBuilder;
+use plan::{BuildPlan, SPARE_READERS};
+use properties::PropertyBuilder;
 pub(super) use rewiring::{Rewiring, rewire};
-use slate_composition::{Complaints, Joint, Survey, Surveyed, Target, Wire, needs};
-
-/// Reader handles for tools, and for modules that come later.
-const SPARE_READERS: u16 = 16;
-/// The same for readers of every value.
-const SPARE_QUEUES: u16 = 4;
-/// What a module that comes later may want of a queue, when its plugin does not say.
-const USUAL_WINDOW: usize = 16;
-
-/// What outlives the modules: they come and go, and what they share with others stays.
-pub(super) struct Ground {
-    pub board: Arc<Board>,
-    pub logger: Arc<Logger>,
-    /// How long a module's call may take before it hangs.
-    pub hang: Duration,
-    pub lockstep: bool,
-    pub mode: Mode,
-    pub stop: StopLatch,
-    /// By module, also of modules that are not there yet.
-    pub posts: BTreeMap<String, Post>,
-    /// By name.
-    pub actuators: BTreeMap<String, Arc<Actuator>>,
-    /// Services that modules provide, by the path of the port.
-    pub services: BTreeMap<String, Arc<ServicePlace>>,
-    /// What the host's services are made of.
-    pub means: Means,
-    /// Counts outputs, for the digest.
-    pub index: u32,
-    /// How queue inputs keep up, by the path of the port.
-    pub gauges: BTreeMap<String, Arc<QueueGauge>>,
-    /// How old the values of other inputs are, by the path of the port.
-    pub ages: BTreeMap<String, Arc<InputAge>>,
-    /// Wakes who sends messages to other agents.
-    pub sharing_wake: Arc<Wake>,
-    /// Memory that isolated modules see.
-    pub arenas: Arenas,
-    /// What was set in modules that are away for a moment, by path.
-    pub kept: BTreeMap<String, Kept>,
-}
-
-/// A value that a user or a tool has set.
-#[derive(Clone, Debug)]
-pub(super) struct Kept {
-    /// The schema that it has.
-    pub schema: u64,
-    pub bytes: Vec<u8>,
-    /// When it was set.
-    pub time: u64,
-}
-
-/// What others know of a module.
-#[derive(Clone)]
-pub(super) struct Post {
-    pub health: Arc<Health>,
-    pub commit: CommitWord,
-    pub wake: Arc<Wake>,
-}
-
-impl Ground {
-    /// Without anything on it yet.
-    pub fn new(
-        means: Means,
-        hang: Duration,
-        lockstep: bool,
-        mode: Mode,
-        stop: StopLatch,
-        arenas: Arenas,
-    ) -> Self {
-        Self {
-            board: Arc::clone(&means.board),
-            logger: Arc::clone(&means.logger),
-            hang,
-            lockstep,
-            mode,
-            stop,
-            posts: BTreeMap::new(),
-            actuators: BTreeMap::new(),
-            services: BTreeMap::new(),
-            means,
-            index: 0,
-            gauges: BTreeMap::new(),
-            ages: BTreeMap::new(),
-            sharing_wake: Arc::default(),
-            arenas,
-            kept: BTreeMap::new(),
-        }
-    }
-
-    /// The post of a module of that name.
-    pub fn post(&mut self, module: &str) -> Post {
-        let post = self.posts.entry(module.into()).or_insert_with(|| Post {
-            health: Arc::new(Health::default()),
-            commit: CommitWord::new(),
-            wake: Arc::new(Wake::new()),
-        });
-        post.clone()
-    }
-
-    /// How long the last calls of a module are waited for.
-    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> Patience {
-        Patience {
-            module: Arc::clone(module),
-            limit: (!is_isolated).then_some(self.hang),
-            logger: Arc::clone(&self.logger),
-            clock: Arc::clone(&self.means.clock),
-        }
-    }
-
-    /// Where the service of a port is found.
-    pub fn service(&mut self, path: &str) -> Arc<ServicePlace> {
-        Arc::clone(self.services.entry(path.into()).or_default())
-    }
-
-    /// Whether a module gets a thread of its own. Nobody waits for an isolated one on the wall clock, and one that may
-    /// take the loop is on the loop, where it is watched.
-    pub fn has_own_thread(&self, surveyed: &Surveyed<'_>) -> bool {
-        let threaded = self.mode == Mode::Threaded && surveyed.trigger != Trigger::Stage;
-        let isolated = surveyed.module.isolated.value && !self.lockstep;
-        (threaded || isolated) && !needs(&surveyed.description, MainLoop::DESCRIPTOR.hash)
-    }
-}
+use runners::RunnerBuilder;
+use slate_composition::{Complaints, Survey, Wire};
+use wiring::WiringBuilder;
 
 /// Makes the modules of the survey that are listed, by index.
 pub(super) fn build(
@@ -159,30 +40,9 @@ pub(super) fn build(
     ground: &mut Ground,
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
-    let complaints = Complaints::new(configuration);
-    let mut builder = Builder {
-        configuration,
-        survey,
-        ground,
-        complaints,
-        placements: Vec::new(),
-        kept: BTreeSet::new(),
-        made: Made::AtStart,
-    };
+    let mut builder = Builder::new(BuildPlan { configuration, survey }, ground, Made::AtStart);
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
-}
-
-struct Builder<'a, 's> {
-    configuration: &'a Configuration,
-    survey: &'s Survey<'a>,
-    ground: &'s mut Ground,
-    complaints: Complaints<'a>,
-    /// What is to stand on the board when links are exchanged.
-    placements: Vec<Placement>,
-    /// Ports that links filled before, and fill again.
-    kept: BTreeSet<(usize, Wire)>,
-    made: Made,
 }
 
 /// When properties are made.
@@ -208,55 +68,51 @@ impl Made {
 
 struct Failed;
 
-impl<'a> Builder<'a, '_> {
+/// What the builders of properties, gates, links and runners share: the plan, the ground, and what is wrong.
+struct Builder<'a, 's> {
+    plan: BuildPlan<'a, 's>,
+    ground: &'s mut Ground,
+    complaints: Complaints<'a>,
+    /// What is to stand on the board when links are exchanged.
+    placements: Vec<Placement>,
+    /// Ports that links filled before, and fill again.
+    kept: BTreeSet<(usize, Wire)>,
+    made: Made,
+}
+
+impl<'a, 's> Builder<'a, 's> {
+    fn new(plan: BuildPlan<'a, 's>, ground: &'s mut Ground, made: Made) -> Self {
+        let complaints = Complaints::new(plan.configuration);
+        Self { plan, ground, complaints, placements: Vec::new(), kept: BTreeSet::new(), made }
+    }
+
     fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
         for module in arriving {
             // What is wrong was complained about.
-            let _ = self.properties(*module);
+            let _ = self.properties().of_module(*module);
         }
-        self.actuators();
+        GateBuilder::new(self).all();
         if !self.complaints.diagnostics.is_empty() {
             return Vec::new();
         }
-        self.runners(arriving)
+        RunnerBuilder::new(self).all(arriving)
     }
 
-    fn surveyed(&self, module: usize) -> &Surveyed<'a> {
-        &self.survey.modules[module]
+    fn properties(&mut self) -> PropertyBuilder<'_, 'a, 's> {
+        PropertyBuilder::new(self)
     }
 
-    fn name(&self, module: usize) -> &'a str {
-        &self.surveyed(module).module.name.value
+    fn isolation(&mut self) -> IsolationBuilder<'_, 'a, 's> {
+        IsolationBuilder::new(self)
     }
 
-    fn port(&self, module: usize, port: usize) -> &PortDescription {
-        &self.surveyed(module).description.ports[port]
-    }
-
-    /// The link of a port that reads a property itself.
-    fn joint(&self, module: usize, wire: Wire) -> Option<&Joint<'a>> {
-        self.joints(module, wire).find(|joint| joint.is_plain())
-    }
-
-    /// The links of a port that has a property of its own, which they fill.
-    fn conversions(&self, module: usize, wire: Wire) -> impl Iterator<Item = &Joint<'a>> {
-        self.joints(module, wire).filter(|joint| !joint.is_plain())
-    }
-
-    fn joints(&self, module: usize, wire: Wire) -> impl Iterator<Item = &Joint<'a>> {
-        self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
-    }
-
+    /// Complains about a module whose property could not be added to the board.
     fn added<T>(&mut self, module: usize, result: Result<T, BoardError>) -> Result<T, Failed> {
         result.map_err(|error| {
-            let span = self.surveyed(module).module.name.span;
+            let span = self.plan.surveyed(module).module.name.span;
             self.complaints.add(span, error.to_string(), "rename one of the two");
             Failed
         })
-    }
-
-    fn target_path(&self, target: Target) -> String {
-        self.survey.path(self.configuration, target)
     }
 
     /// The property at exactly that path.
@@ -272,6 +128,11 @@ impl<'a> Builder<'a, '_> {
         (field.is_empty() && property.path() == path).then_some(property)
     }
 
+    /// The property of a port of its own.
+    fn own_property(&self, module: usize, port: usize) -> Option<Arc<Property>> {
+        self.property(&self.plan.port_path(module, port))
+    }
+
     /// Looks at what stands at a path already: nothing, or a property of that interface. One of another interface that
     /// nobody reads any more makes room.
     fn standing(
@@ -284,8 +145,9 @@ impl<'a> Builder<'a, '_> {
         if property.descriptor().hash == descriptor.hash {
             return Ok(Some(property));
         }
+        let plan = self.plan;
         if property.has_writer()
-            || self.survey.joints.iter().any(|joint| self.target_path(joint.target) == path)
+            || plan.survey.joints.iter().any(|joint| plan.target_path(joint.target) == path)
         {
             let message = format!(
                 "`/{path}` is {} {:016x}, but its readers were linked to {} {:016x}",
@@ -294,7 +156,7 @@ impl<'a> Builder<'a, '_> {
                 property.descriptor().name,
                 property.descriptor().hash
             );
-            let span = self.surveyed(module).module.name.span;
+            let span = plan.surveyed(module).module.name.span;
             self.complaints.add(span, message, "build both with the same version of the interface");
             return Err(Failed);
         }
@@ -303,56 +165,73 @@ impl<'a> Builder<'a, '_> {
         Ok(None)
     }
 
-    /// The ports that are linked to a property.
-    fn readers(&self, target: Target) -> impl Iterator<Item = &Joint<'a>> {
-        self.survey.joints.iter().filter(move |joint| joint.target == target)
-    }
-
-    /// How many values a property keeps, and how many readers it serves.
-    fn demand(&self, target: Target, path: &str) -> (usize, Budget) {
-        let mut budget = Budget { latest: SPARE_READERS, queues: SPARE_QUEUES, window: USUAL_WINDOW as u16 };
-        let mut depth = 1;
-        for joint in self.readers(target) {
-            match joint.port {
-                (module, Wire::Port(port)) if self.port(module, port).direction == Direction::Queue => {
-                    let said = joint.link.window.as_ref().map(|window| window.value.into());
-                    let window = said.unwrap_or(self.port(module, port).window);
-                    depth = depth.max(window * 2);
-                    budget.queues += 1;
-                    budget.window = budget.window.max(window as u16);
-                }
-                _ => budget.latest += 1,
-            }
-        }
-        // A module that is not there yet may want every value.
-        let absent = self.links_to(path).any(|name| !self.is_there(name));
-        (if absent { depth.max(USUAL_WINDOW * 2) } else { depth }, budget)
-    }
-
-    fn is_there(&self, module: &str) -> bool {
-        self.survey.modules.iter().any(|surveyed| surveyed.module.name.value == module)
-    }
-
-    /// The modules with a link to that path, also those that are not there yet.
-    fn links_to<'p>(&'p self, path: &'p str) -> impl Iterator<Item = &'a str> + 'p {
-        let listeners = self.survey.listeners.get(path);
-        listeners.into_iter().flatten().copied()
-    }
-
     /// What wakes the threads of the modules that are linked to that path.
     fn wakes(&mut self, path: &str) -> Vec<Arc<Wake>> {
-        let names: BTreeSet<_> = self.links_to(path).collect();
+        let names: BTreeSet<_> = self.plan.links_to(path).collect();
         names.into_iter().filter_map(|name| self.wake_of(name)).collect()
     }
 
     /// What wakes a module's thread, if it has or may get one.
     fn wake_of(&mut self, name: &str) -> Option<Arc<Wake>> {
-        let surveyed = self.survey.modules.iter().find(|surveyed| surveyed.module.name.value == name);
-        let threaded = match surveyed {
+        let mut modules = self.plan.survey.modules.iter();
+        let threaded = match modules.find(|surveyed| surveyed.module.name.value == name) {
             Some(surveyed) => self.ground.has_own_thread(surveyed),
             None => self.ground.mode == Mode::Threaded || !self.ground.lockstep,
         };
         threaded.then(|| self.ground.post(name).wake)
+    }
+
+    /// A reader of what switches a module.
+    fn switch(&mut self, m: usize) -> Option<Latest> {
+        let path = match self.plan.joint(m, Wire::Enabled).map(|joint| joint.target) {
+            Some(target) => self.plan.target_path(target),
+            None => format!("{}/enabled", self.plan.name(m)),
+        };
+        let property = self.property(&path)?;
+        let reader = property.channel()?.latest();
+        self.granted(m, Wire::Enabled, &property, reader)
+    }
+
+    /// The writer of a property that every module has.
+    fn implied_writer(
+        &mut self,
+        m: usize,
+        name: &str,
+        doc: &str,
+        descriptor: &'static Descriptor,
+    ) -> Option<Writer> {
+        let path = format!("{}/{name}", self.plan.name(m));
+        if let Some(standing) = self.standing(m, &path, descriptor).ok()? {
+            return new_writer(&standing);
+        }
+        let budget = Budget { latest: SPARE_READERS, queues: 1, window: 1 };
+        let store = Store { capacity: 0, depth: 1, budget };
+        let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+        new_writer(&*self.added(m, added).ok()?)
+    }
+
+    /// A handle; without one, says at the link that leads there why.
+    fn granted<T>(
+        &mut self,
+        m: usize,
+        wire: Wire,
+        property: &Property,
+        result: Result<T, impl Display>,
+    ) -> Option<T> {
+        let error = match result {
+            Ok(handle) => return Some(handle),
+            Err(error) => error,
+        };
+        let link = self.plan.joints(m, wire).next().map(|joint| joint.link.from.span);
+        let span = link.unwrap_or(self.plan.surveyed(m).module.name.span);
+        let help = "write the link into the file and start the agent again: a property is made for the readers that \
+                    links name then, and some more";
+        self.complaints.add(
+            span,
+            format!("`/{}` can't take one more reader: {error}", property.path()),
+            help,
+        );
+        None
     }
 }
 

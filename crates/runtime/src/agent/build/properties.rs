@@ -8,7 +8,7 @@ use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, BoardError, Placement, Property, Store};
 use slate_module::{Direction, Interface, PortDescription};
 
-use super::{Builder, Failed, Made, SPARE_READERS};
+use super::{BuildPlan, Builder, Failed, Made, SPARE_READERS};
 use crate::aspects::followed;
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
@@ -24,31 +24,41 @@ fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
     ]
 }
 
-impl Builder<'_, '_> {
-    pub(super) fn properties(&mut self, m: usize) -> Result<(), Failed> {
+/// Makes the properties of modules.
+pub(super) struct PropertyBuilder<'b, 'a, 's> {
+    plan: BuildPlan<'a, 's>,
+    builder: &'b mut Builder<'a, 's>,
+}
+
+impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
+    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+        Self { plan: builder.plan, builder }
+    }
+
+    /// Makes all properties of a module, and what its links lead to of modules that are not there yet.
+    pub fn of_module(&mut self, m: usize) -> Result<(), Failed> {
         self.played(m)?;
-        let ports = self.surveyed(m).description.ports.clone();
-        for (p, port) in ports.iter().enumerate() {
-            let path = format!("{}/{}", self.name(m), port.name);
+        for (p, port) in self.plan.surveyed(m).description.ports.iter().enumerate() {
+            let path = self.plan.port_path(m, p);
             match port.direction {
                 Direction::Output | Direction::Debug | Direction::Command => {
                     self.output_property(m, Target::Port(m, p), &path, port)?;
                 }
                 Direction::Inbox => self.mailbox(m, &path, port)?,
-                Direction::Input | Direction::Queue => match self.joint(m, Wire::Port(p)) {
+                Direction::Input | Direction::Queue => match self.plan.joint(m, Wire::Port(p)) {
                     Some(joint) => {
                         let target = joint.target;
                         self.alias(m, &path, target)?;
                         self.absent(m, target, port)?;
                     }
-                    None if self.conversions(m, Wire::Port(p)).next().is_some() => {
+                    None if self.plan.is_converted(m, Wire::Port(p)) => {
                         self.converted(m, Wire::Port(p), &path)?;
                     }
                     None => self.setting(m, &path, p)?,
                 },
                 Direction::Aspect | Direction::Provider => {}
                 Direction::Outbox => {
-                    if let Some(target) = self.joint(m, Wire::Port(p)).map(|joint| joint.target) {
+                    if let Some(target) = self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target) {
                         self.absent(m, target, port)?;
                     }
                 }
@@ -57,14 +67,53 @@ impl Builder<'_, '_> {
         self.implied(m)
     }
 
+    /// What is to stand at the path of a port whose links are other ones.
+    pub fn relinked(&mut self, m: usize, wire: Wire) -> Result<(), Failed> {
+        let plan = self.plan;
+        let target = plan.joint(m, wire).map(|joint| joint.target);
+        let is_converted = plan.is_converted(m, wire);
+        let name = plan.name(m);
+        let (path, port) = match wire {
+            Wire::Port(p) => {
+                let port = plan.port(m, p);
+                (format!("{name}/{}", port.name), Some((p, port)))
+            }
+            Wire::Enabled => (format!("{name}/enabled"), None),
+            // They stand there always.
+            Wire::Params => return Ok(()),
+        };
+        match (&port, target) {
+            (Some((_, port)), Some(target)) => self.absent(m, target, port)?,
+            (None, Some(target)) => self.absent_switch(m, target)?,
+            (_, None) => {}
+        }
+        if port.as_ref().is_some_and(|(_, port)| port.direction == Direction::Outbox) {
+            return Ok(());
+        }
+        if is_converted
+            && self.builder.property(&path).is_some_and(|property| property.access() == Access::Output)
+        {
+            self.builder.kept.insert((m, wire));
+            return Ok(());
+        }
+        let placement = match (target, port) {
+            (Some(target), _) => Placement::Alias { path, target: plan.target_path(target) },
+            (None, _) if is_converted => Placement::Property(self.new_converted(m, wire)?),
+            (None, Some((p, _))) => Placement::Property(self.new_setting(m, &path, p)?),
+            (None, None) => Placement::Property(self.new_switch(m)?),
+        };
+        self.builder.placements.push(placement);
+        Ok(())
+    }
+
     /// What a link leads to, if that is of a module which is not there yet.
-    pub(super) fn absent(&mut self, m: usize, target: Target, port: &PortDescription) -> Result<(), Failed> {
+    fn absent(&mut self, m: usize, target: Target, port: &PortDescription) -> Result<(), Failed> {
         if matches!(target, Target::Remote(_)) && port.direction == Direction::Outbox {
             // What is sent waits there until it goes to the other agent.
-            return self.mailbox(m, &self.target_path(target), port);
+            return self.mailbox(m, &self.plan.target_path(target), port);
         }
         let Target::Absent(absent) = target else { return Ok(()) };
-        let path = self.survey.absent[absent].path.clone();
+        let path = self.plan.survey.absent[absent].path.clone();
         if port.direction == Direction::Outbox {
             self.mailbox(m, &path, port)
         } else {
@@ -73,22 +122,22 @@ impl Builder<'_, '_> {
     }
 
     /// The same for a link that switches a module.
-    pub(super) fn absent_switch(&mut self, m: usize, target: Target) -> Result<(), Failed> {
+    fn absent_switch(&mut self, m: usize, target: Target) -> Result<(), Failed> {
         let Target::Absent(absent) = target else { return Ok(()) };
-        let path = self.survey.absent[absent].path.clone();
-        if self.standing(m, &path, enabled_descriptor())?.is_none() {
-            let (depth, budget) = self.demand(target, &path);
+        let path = self.plan.survey.absent[absent].path.clone();
+        if self.builder.standing(m, &path, enabled_descriptor())?.is_none() {
+            let (depth, budget) = self.plan.demand(target, &path);
             let store = Store { capacity: 0, depth, budget };
             let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
-            let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
-            self.added(m, added)?;
+            let added = self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+            self.builder.added(m, added)?;
         }
         Ok(())
     }
 
     /// What is played for the module: as much is kept of it as its readers need.
     fn played(&mut self, m: usize) -> Result<(), Failed> {
-        let survey = self.survey;
+        let survey = self.plan.survey;
         for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
             let Target::Played(index) = joint.target else { continue };
             let played = &survey.played[index];
@@ -96,10 +145,10 @@ impl Builder<'_, '_> {
                 self.mailbox(m, &played.path, &survey.modules[m].description.ports[port])?;
                 continue;
             }
-            if self.standing(m, &played.path, played.descriptor)?.is_none() {
-                let (depth, budget) = self.demand(joint.target, &played.path);
-                let added = played.add(&self.ground.board, depth, budget);
-                self.added(m, added)?;
+            if self.builder.standing(m, &played.path, played.descriptor)?.is_none() {
+                let (depth, budget) = self.plan.demand(joint.target, &played.path);
+                let added = played.add(&self.builder.ground.board, depth, budget);
+                self.builder.added(m, added)?;
             }
         }
         Ok(())
@@ -113,48 +162,48 @@ impl Builder<'_, '_> {
         path: &str,
         port: &PortDescription,
     ) -> Result<(), Failed> {
-        if self.standing(m, path, port.descriptor)?.is_some() {
+        if self.builder.standing(m, path, port.descriptor)?.is_some() {
             return Ok(());
         }
-        let (depth, budget) = self.demand(target, path);
+        let (depth, budget) = self.plan.demand(target, path);
         let store = followed(port.descriptor, Store { capacity: port.capacity, depth, budget });
-        let memory = self.memory(m, target);
-        let board = &self.ground.board;
+        let memory = self.builder.isolation().memory(m, target);
+        let board = &self.builder.ground.board;
         let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
-        self.added(m, added).map(drop)
+        self.builder.added(m, added).map(drop)
     }
 
     fn mailbox(&mut self, m: usize, path: &str, port: &PortDescription) -> Result<(), Failed> {
-        if self.standing(m, path, port.descriptor)?.is_some() {
+        if self.builder.standing(m, path, port.descriptor)?.is_some() {
             return Ok(());
         }
-        let senders = self.links_to(path).count() as u16 + SPARE_READERS;
+        let senders = self.plan.links_to(path).count() as u16 + SPARE_READERS;
         let mailbox = Mailbox::new(port.descriptor.shape(0), senders, port.window as u16 * 2);
-        let added = self.ground.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
-        self.added(m, added).map(drop)
+        let added = self.builder.ground.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
+        self.builder.added(m, added).map(drop)
     }
 
     fn alias(&mut self, m: usize, path: &str, target: Target) -> Result<(), Failed> {
-        let target = self.target_path(target);
-        let added = self.ground.board.add_alias(path, &target);
-        self.added(m, added)
+        let target = self.plan.target_path(target);
+        let added = self.builder.ground.board.add_alias(path, &target);
+        self.builder.added(m, added)
     }
 
     fn converted(&mut self, m: usize, wire: Wire, path: &str) -> Result<(), Failed> {
-        if self.property(path).is_some() {
+        if self.builder.property(path).is_some() {
             let error = BoardError::Exists { url: format!("/{path}") };
-            return self.added(m, Err(error));
+            return self.builder.added(m, Err(error));
         }
         let property = self.new_converted(m, wire)?;
-        self.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.ground.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
     /// The property of a port that links fill; it is not on the board yet.
-    pub(super) fn new_converted(&mut self, m: usize, wire: Wire) -> Result<Arc<Property>, Failed> {
+    fn new_converted(&mut self, m: usize, wire: Wire) -> Result<Arc<Property>, Failed> {
         let (port, descriptor, capacity, doc) = match wire {
             Wire::Port(p) => {
-                let port = self.port(m, p);
+                let port = self.plan.port(m, p);
                 (Target::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
             }
             Wire::Enabled | Wire::Params => {
@@ -162,89 +211,87 @@ impl Builder<'_, '_> {
                 (Target::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
             }
         };
-        let path = self.target_path(port);
-        let (_, budget) = self.demand(port, &path);
+        let path = self.plan.target_path(port);
+        let (_, budget) = self.plan.demand(port, &path);
         let budget = Budget { latest: budget.latest + 1, ..budget };
         let store = Store { capacity, depth: 1, budget };
-        let memory = self.setting_memory(m);
-        let made = self.ground.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
+        let memory = self.builder.isolation().setting_memory(m);
+        let made =
+            self.builder.ground.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
         self.made(m, made)
-    }
-
-    /// What tools must not set of the parameters, as links fill it: each with what it is linked to.
-    pub(super) fn reserved(&self, m: usize) -> Vec<(String, String)> {
-        let joints = self.joints(m, Wire::Params);
-        joints.map(|joint| (joint.field.clone(), joint.link.from.value.to_string())).collect()
     }
 
     /// Parameters, `enabled`, and what tells of the module, as others may be linked to all of it.
     fn implied(&mut self, m: usize) -> Result<(), Failed> {
-        let name = self.name(m);
+        let name = self.plan.name(m);
         for (implied, doc, descriptor) in told() {
             let path = format!("{name}/{}", implied.name());
-            if self.standing(m, &path, descriptor)?.is_none() {
-                let (depth, budget) = self.demand(Target::Implied(m, implied), &path);
+            if self.builder.standing(m, &path, descriptor)?.is_none() {
+                let (depth, budget) = self.plan.demand(Target::Implied(m, implied), &path);
                 let store = Store { capacity: 0, depth, budget };
-                let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
-                self.added(m, added)?;
+                let added =
+                    self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+                self.builder.added(m, added)?;
             }
         }
-        let (descriptor, params) = (self.surveyed(m).description.params, self.surveyed(m).params.clone());
+        let (descriptor, params) =
+            (self.plan.surveyed(m).description.params, self.plan.surveyed(m).params.clone());
         let path = format!("{name}/params");
         let (doc, store) = ("Parameters of the module.", self.setting_store(m, Implied::Params, &path));
-        let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Setting);
-        let property = self.added(m, added)?;
+        let added = self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Setting);
+        let property = self.builder.added(m, added)?;
         self.set_first(&property, Some(&params));
-        property.reserve(self.reserved(m));
+        property.reserve(self.plan.reserved(m));
         let path = format!("{name}/enabled");
-        if let Some(target) = self.joint(m, Wire::Enabled).map(|joint| joint.target) {
+        if let Some(target) = self.plan.joint(m, Wire::Enabled).map(|joint| joint.target) {
             self.absent_switch(m, target)?;
             return self.alias(m, &path, target);
         }
-        if self.conversions(m, Wire::Enabled).next().is_some() {
+        if self.plan.is_converted(m, Wire::Enabled) {
             return self.converted(m, Wire::Enabled, &path);
         }
         let property = self.new_switch(m)?;
-        self.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.ground.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
     /// The property `enabled` of a module that no link switches; it is not on the board yet.
-    pub(super) fn new_switch(&mut self, m: usize) -> Result<Arc<Property>, Failed> {
-        let path = format!("{}/enabled", self.name(m));
+    fn new_switch(&mut self, m: usize) -> Result<Arc<Property>, Failed> {
+        let path = format!("{}/enabled", self.plan.name(m));
         let store = self.setting_store(m, Implied::Enabled, &path);
         let (doc, descriptor) = ("Whether the module runs.", enabled_descriptor());
-        let made = self.ground.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
+        let made =
+            self.builder.ground.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
         let property = self.made(m, made)?;
-        self.set_first(&property, Some(&[self.surveyed(m).module.enabled.value.into()]));
+        self.set_first(&property, Some(&[self.plan.surveyed(m).module.enabled.value.into()]));
         Ok(property)
     }
 
     /// How much is kept of what the host sets, which the module itself reads too.
     fn setting_store(&self, m: usize, implied: Implied, path: &str) -> Store {
-        let (depth, budget) = self.demand(Target::Implied(m, implied), path);
+        let (depth, budget) = self.plan.demand(Target::Implied(m, implied), path);
         Store { capacity: 0, depth, budget: Budget { latest: budget.latest + 1, ..budget } }
     }
 
     fn setting(&mut self, m: usize, path: &str, p: usize) -> Result<(), Failed> {
-        if self.property(path).is_some() {
+        if self.builder.property(path).is_some() {
             let error = BoardError::Exists { url: format!("/{path}") };
-            return self.added(m, Err(error));
+            return self.builder.added(m, Err(error));
         }
         let property = self.new_setting(m, path, p)?;
-        self.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.ground.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
     /// The property of an input without a link; it is not on the board yet.
-    pub(super) fn new_setting(&mut self, m: usize, path: &str, p: usize) -> Result<Arc<Property>, Failed> {
-        let port = self.port(m, p).clone();
-        let value = self.surveyed(m).inputs.get(&p).cloned();
+    fn new_setting(&mut self, m: usize, path: &str, p: usize) -> Result<Arc<Property>, Failed> {
+        let port = self.plan.port(m, p);
+        let value = self.plan.surveyed(m).inputs.get(&p).cloned();
         let budget = Budget { latest: 1 + SPARE_READERS, queues: 1, window: port.window as u16 };
         let depth = if port.direction == Direction::Queue { port.window * 2 } else { 1 };
         let store = Store { capacity: port.capacity, depth, budget };
-        let memory = self.setting_memory(m);
-        let board = &self.ground.board;
+        let memory = self.builder.isolation().setting_memory(m);
+        let board = &self.builder.ground.board;
         let made = board.new_channel(path, &port.doc, port.descriptor, store, Access::Setting, memory);
         let property = self.made(m, made)?;
         self.set_first(&property, value.as_deref());
@@ -253,9 +300,9 @@ impl Builder<'_, '_> {
 
     /// A property that was made, which recorders see from now on unless it is only a trial.
     fn made(&mut self, m: usize, made: Result<Arc<Property>, BoardError>) -> Result<Arc<Property>, Failed> {
-        let property = self.added(m, made)?;
-        if self.made != Made::OnTrial {
-            self.ground.board.tap(&property);
+        let property = self.builder.added(m, made)?;
+        if self.builder.made != Made::OnTrial {
+            self.builder.ground.board.tap(&property);
         }
         Ok(property)
     }
@@ -263,11 +310,11 @@ impl Builder<'_, '_> {
     /// The first value of a setting: what it was when its module was here last and is wanted back, else that of the
     /// configuration.
     fn set_first(&self, property: &Property, value: Option<&[u8]>) {
-        let kept = self.ground.kept.get(property.path());
+        let kept = self.builder.ground.kept.get(property.path());
         let kept = kept.filter(|kept| kept.schema == property.descriptor().hash);
         let first = kept
             .map(|kept| (kept.bytes.as_slice(), kept.time))
-            .or(value.map(|bytes| (bytes, self.made.time())));
+            .or(value.map(|bytes| (bytes, self.builder.made.time())));
         if let Some((bytes, time)) = first {
             // A setting has a writer of the host, and nobody holds it up.
             let _ = property.set_bytes(bytes, time);

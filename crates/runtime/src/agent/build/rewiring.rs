@@ -3,14 +3,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
-use slate_blackboard::{Access, Placement};
-use slate_module::Direction;
 
-use super::{Builder, Failed, Ground, Made};
+use super::{BuildPlan, Builder, Ground, Made, WiringBuilder};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::runner::Wiring;
-use slate_composition::{Complaints, Survey, Wire};
+use slate_composition::{Survey, Wire};
 
 /// What modules go on with; nothing is changed before it is exchanged.
 pub(in crate::agent) struct Rewiring {
@@ -32,28 +31,21 @@ pub(in crate::agent) fn rewire(
     paths: &BTreeSet<String>,
     made: Made,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
-    let complaints = Complaints::new(configuration);
-    let mut builder = Builder {
-        configuration,
-        survey,
-        ground,
-        complaints,
-        placements: Vec::new(),
-        kept: BTreeSet::new(),
-        made,
-    };
+    let plan = BuildPlan { configuration, survey };
+    let mut builder = Builder::new(plan, ground, made);
     let mut wirings = BTreeMap::new();
     for (m, wires) in changed {
         // What is wrong was complained about.
-        let _ = wires.iter().try_for_each(|wire| builder.place(*m, *wire));
+        let _ = wires.iter().try_for_each(|wire| builder.properties().relinked(*m, *wire));
     }
     if builder.complaints.diagnostics.is_empty() {
         for (m, wires) in changed {
-            match builder.wiring(*m, &|wire| !wires.contains(&wire)) {
-                Some(wiring) => drop(wirings.insert(builder.name(*m).to_owned(), wiring)),
+            let stays = |wire| !wires.contains(&wire);
+            match WiringBuilder::new(&mut builder, *m, &stays).wiring() {
+                Some(wiring) => drop(wirings.insert(plan.name(*m).to_owned(), wiring)),
                 None if builder.complaints.diagnostics.is_empty() => {
-                    let span = builder.surveyed(*m).module.name.span;
-                    let message = format!("`{}` can't get its handles", builder.name(*m));
+                    let span = plan.surveyed(*m).module.name.span;
+                    let message = format!("`{}` can't get its handles", plan.name(*m));
                     builder.complaints.add(span, message, "load its plugin anew");
                 }
                 None => {}
@@ -61,50 +53,12 @@ pub(in crate::agent) fn rewire(
         }
     }
     let parameters = changed.iter().filter(|(_, wires)| wires.contains(&Wire::Params)).map(|(m, _)| *m);
-    let reserved = parameters.map(|m| (builder.name(m).to_owned(), builder.reserved(m))).collect();
+    let reserved = parameters.map(|m| (plan.name(m).to_owned(), plan.reserved(m))).collect();
     let wakes = paths.iter().map(|path| (path.clone(), builder.wakes(path))).collect();
     let Builder { complaints, placements, .. } = builder;
     if complaints.diagnostics.is_empty() {
         Ok(Rewiring { wirings, wakes, placements, reserved })
     } else {
         Err(complaints.diagnostics)
-    }
-}
-
-impl Builder<'_, '_> {
-    /// What is to stand at the path of a port whose links are other ones.
-    fn place(&mut self, m: usize, wire: Wire) -> Result<(), Failed> {
-        let target = self.joint(m, wire).map(|joint| joint.target);
-        let is_converted = self.conversions(m, wire).next().is_some();
-        let name = self.name(m);
-        let (path, port) = match wire {
-            Wire::Port(p) => {
-                let port = self.port(m, p).clone();
-                (format!("{name}/{}", port.name), Some((p, port)))
-            }
-            Wire::Enabled => (format!("{name}/enabled"), None),
-            // They stand there always.
-            Wire::Params => return Ok(()),
-        };
-        match (&port, target) {
-            (Some((_, port)), Some(target)) => self.absent(m, target, port)?,
-            (None, Some(target)) => self.absent_switch(m, target)?,
-            (_, None) => {}
-        }
-        if port.as_ref().is_some_and(|(_, port)| port.direction == Direction::Outbox) {
-            return Ok(());
-        }
-        if is_converted && self.property(&path).is_some_and(|property| property.access() == Access::Output) {
-            self.kept.insert((m, wire));
-            return Ok(());
-        }
-        let placement = match (target, port) {
-            (Some(target), _) => Placement::Alias { path, target: self.target_path(target) },
-            (None, _) if is_converted => Placement::Property(self.new_converted(m, wire)?),
-            (None, Some((p, _))) => Placement::Property(self.new_setting(m, &path, p)?),
-            (None, None) => Placement::Property(self.new_switch(m)?),
-        };
-        self.placements.push(placement);
-        Ok(())
     }
 }

@@ -3,14 +3,14 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use slate_blackboard::channel::{Budget, Latest, Writer};
-use slate_blackboard::interface::{CanonicalForm, Descriptor};
-use slate_blackboard::{Access, Carrier, Stamp, Store};
+use slate_blackboard::channel::{Latest, Writer};
+use slate_blackboard::interface::CanonicalForm;
+use slate_blackboard::{Carrier, Stamp};
 use slate_module::{
     Description, Direction, Entry, Frame, Host, Interface, ModuleKind, PortDescription, PortSlot, Random,
 };
 
-use super::{Builder, SPARE_READERS, new_writer};
+use super::{BuildPlan, Builder, WiringBuilder, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
     InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, PortName, Requirements,
@@ -28,19 +28,34 @@ struct OwnProperties {
     histogram: Writer,
 }
 
-impl Builder<'_, '_> {
-    pub(super) fn runners(&mut self, arriving: &[usize]) -> Vec<Runner> {
-        let ports = self.survey.modules.iter().flat_map(|surveyed| &surveyed.description.ports);
+/// Makes the runners of modules.
+pub(super) struct RunnerBuilder<'b, 'a, 's> {
+    plan: BuildPlan<'a, 's>,
+    builder: &'b mut Builder<'a, 's>,
+}
+
+impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
+    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+        Self { plan: builder.plan, builder }
+    }
+
+    /// Makes the runners of those modules, by index; what is wrong is complained about.
+    pub fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
+        let ports = self.plan.survey.modules.iter().flat_map(|surveyed| &surveyed.description.ports);
         let largest = ports.map(|port| port.descriptor.size).max();
         let zeros = Arc::new(Memory::zeroed(largest.unwrap_or(0)));
         let mut runners = Vec::new();
         for &m in arriving {
             match self.runner(m, &zeros) {
                 Some(runner) => runners.push(runner),
-                None if self.complaints.diagnostics.is_empty() => {
-                    let span = self.surveyed(m).module.name.span;
-                    let message = format!("`{}` can't get its handles", self.name(m));
-                    self.complaints.add(span, message, "the agent's logger or a reader budget is exhausted");
+                None if self.builder.complaints.diagnostics.is_empty() => {
+                    let span = self.plan.surveyed(m).module.name.span;
+                    let message = format!("`{}` can't get its handles", self.plan.name(m));
+                    self.builder.complaints.add(
+                        span,
+                        message,
+                        "the agent's logger or a reader budget is exhausted",
+                    );
                 }
                 None => {}
             }
@@ -50,12 +65,12 @@ impl Builder<'_, '_> {
 
     fn runner(&mut self, m: usize, zeros: &Arc<Memory>) -> Option<Runner> {
         let mut runner = self.idle_runner(m, zeros)?;
-        for p in 0..self.surveyed(m).description.ports.len() {
+        for p in 0..self.plan.surveyed(m).description.ports.len() {
             self.fill_port(m, p, &mut runner)?;
         }
         // There are no more of them, and of thousands of modules each takes what its ports take.
         runner.outputs.shrink_to_fit();
-        let wiring = self.wiring(m, &|_| false)?;
+        let wiring = WiringBuilder::new(self.builder, m, &|_| false).wiring()?;
         runner.rewire(wiring);
         // It is not news that it has links.
         runner.rewired = false;
@@ -65,23 +80,21 @@ impl Builder<'_, '_> {
 
     /// A runner that is connected to nothing yet, and without its instance.
     fn idle_runner(&mut self, m: usize, zeros: &Arc<Memory>) -> Option<Runner> {
-        let surveyed = &self.survey.modules[m];
+        let surveyed = self.plan.surveyed(m);
         let name: Arc<str> = Arc::from(surveyed.module.name.value.as_str());
-        let post = self.ground.post(&name);
+        let ground = &mut *self.builder.ground;
+        let post = ground.post(&name);
         post.health.begin();
-        let log = self.ground.logger.module(&name, self.ground.lockstep, &self.ground.means.clock)?;
+        let log = ground.logger.module(&name, ground.lockstep, &ground.means.clock)?;
         let host = Box::new(log.host());
-        let random = Box::new(Cell::new(Random::new(self.configuration.seed().value, &name)));
-        let supervised = self.supervised(m);
-        if supervised.is_none() && surveyed.module.isolated.value {
-            return None;
-        }
-        let kind = kind_of(surveyed, supervised.as_ref());
+        let random = Box::new(Cell::new(Random::new(self.plan.configuration.seed().value, &name)));
+        let supervised = self.builder.isolation().supervised(m);
+        let kind = kind_of(surveyed, supervised.as_ref())?;
         let ports = &surveyed.description.ports;
         let slots = Slots::new(ports.len(), |port| empty_slot(&ports[port], zeros));
         let own = self.own_properties(m)?;
         let frame = frame(&surveyed.description, &slots, zeros, &raw const *random, &raw const *host);
-        let patience = self.ground.patience(&name, supervised.is_some());
+        let patience = self.builder.ground.patience(&name, supervised.is_some());
         let required = ports.iter().enumerate().filter(|(_, port)| port.required);
         Some(Runner {
             condition: None,
@@ -92,7 +105,7 @@ impl Builder<'_, '_> {
             has_conversions: false,
             reads_apart: false,
             in_every_cycle: false,
-            settings: self.ground.board.settings(),
+            settings: self.builder.ground.board.settings(),
             settings_seen: None,
             last_tick: 0,
             due: 0,
@@ -122,7 +135,7 @@ impl Builder<'_, '_> {
             services: Vec::new(),
             shadow: None,
             on: true,
-            is_switched: self.joints(m, Wire::Enabled).next().is_some(),
+            is_switched: self.plan.joints(m, Wire::Enabled).next().is_some(),
             params: own.params,
             enabled: own.enabled,
             state: own.state,
@@ -147,28 +160,33 @@ impl Builder<'_, '_> {
 
     /// What every module has beside its ports.
     fn own_properties(&mut self, m: usize) -> Option<OwnProperties> {
-        let params = format!("{}/params", self.name(m));
-        let params = self.ground.board.get(&params)?.0.channel()?.latest().ok()?;
-        let enabled = self.switch(m)?;
-        let state = self.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
+        let params = format!("{}/params", self.plan.name(m));
+        let params = self.builder.ground.board.get(&params)?.0.channel()?.latest().ok()?;
+        let enabled = self.builder.switch(m)?;
+        let state = self.builder.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
-            self.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
+            self.builder.implied_writer(m, "timing", "How long its ticks take.", ModuleTiming::DESCRIPTOR)?;
         let doc = "How long its ticks took.";
-        let histogram = self.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
+        let histogram = self.builder.implied_writer(m, "histogram", doc, TimingHistogram::DESCRIPTOR)?;
         Some(OwnProperties { params, enabled, state, timing, histogram })
     }
 
     /// Connects a port, but for those that links fill.
     fn fill_port(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
-        let port = &self.survey.modules[m].description.ports[p];
+        let port = &self.plan.survey.modules[m].description.ports[p];
         match port.direction {
             Direction::Input | Direction::Queue => {}
             Direction::Inbox => {
-                let property = self.own_property(m, p)?;
+                let property = self.builder.own_property(m, p)?;
                 let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
                 let receiver = mailbox.receiver().ok()?;
                 let entries = Vec::with_capacity(receiver.capacity());
-                runner.inboxes.push(InboxPort { slot: p, triggers: self.triggers(m, p), receiver, entries });
+                runner.inboxes.push(InboxPort {
+                    slot: p,
+                    triggers: self.plan.triggers(m, p),
+                    receiver,
+                    entries,
+                });
             }
             Direction::Output | Direction::Debug | Direction::Command => {
                 let output = self.output(m, p, port)?;
@@ -178,7 +196,7 @@ impl Builder<'_, '_> {
             }
             Direction::Aspect => self.aspect(m, p, runner)?,
             Direction::Provider => {
-                let place = self.ground.service(&format!("{}/{}", self.name(m), port.name));
+                let place = self.builder.ground.service(&self.plan.port_path(m, p));
                 let provider = ProviderPort::new(p, place, runner.kind.clone());
                 runner.slots[p].data = provider.table().cast_mut().cast();
                 runner.providers.push(provider);
@@ -204,9 +222,9 @@ impl Builder<'_, '_> {
             }
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
-                let place = self.surveyed(m).module.name.span;
-                self.complaints.add(
-                    self.configuration.place_of(&refusal.0, place),
+                let place = self.plan.surveyed(m).module.name.span;
+                self.builder.complaints.add(
+                    self.plan.configuration.place_of(&refusal.0, place),
                     message,
                     "mend its parameters or what it is set up from",
                 );
@@ -217,15 +235,14 @@ impl Builder<'_, '_> {
 
     /// The service that a port needs.
     fn aspect(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
-        match *self.survey.services.get(&(m, p))? {
+        match *self.plan.survey.services.get(&(m, p))? {
             Some((provider, port)) => {
-                let path = format!("{}/{}", self.name(provider), self.port(provider, port).name);
-                let place = self.ground.service(&path);
-                runner.aspects.push(AspectPort::new(p, &self.port(m, p).name, place, &runner.wake));
+                let place = self.builder.ground.service(&self.plan.port_path(provider, port));
+                runner.aspects.push(AspectPort::new(p, &self.plan.port(m, p).name, place, &runner.wake));
             }
             None => {
-                let schema = self.port(m, p).descriptor.hash;
-                let mut service = aspects::service(schema, &self.ground.means, &runner.name)?;
+                let schema = self.plan.port(m, p).descriptor.hash;
+                let mut service = aspects::service(schema, &self.builder.ground.means, &runner.name)?;
                 service.begin(&runner.kind);
                 runner.slots[p].data = service.table().cast_mut();
                 runner.services.push(service);
@@ -234,38 +251,20 @@ impl Builder<'_, '_> {
         Some(())
     }
 
-    /// The writer of a property that every module has.
-    pub(super) fn implied_writer(
-        &mut self,
-        m: usize,
-        name: &str,
-        doc: &str,
-        descriptor: &'static Descriptor,
-    ) -> Option<Writer> {
-        let path = format!("{}/{name}", self.name(m));
-        if let Some(standing) = self.standing(m, &path, descriptor).ok()? {
-            return new_writer(&standing);
-        }
-        let budget = Budget { latest: SPARE_READERS, queues: 1, window: 1 };
-        let store = Store { capacity: 0, depth: 1, budget };
-        let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
-        new_writer(&*self.added(m, added).ok()?)
-    }
-
     fn output(&mut self, m: usize, p: usize, port: &PortDescription) -> Option<OutputPort> {
-        let property = self.own_property(m, p)?;
+        let property = self.builder.own_property(m, p)?;
         let writer = new_writer(&property)?;
-        self.ground.index += 1;
+        self.builder.ground.index += 1;
         let path = property.path().to_owned();
-        let actuator = self.configuration.actuators().iter().find_map(|wanted| {
-            let actuator = self.ground.actuators.get(&wanted.name.value)?;
+        let actuator = self.plan.configuration.actuators().iter().find_map(|wanted| {
+            let actuator = self.builder.ground.actuators.get(&wanted.name.value)?;
             Some((Arc::clone(actuator), actuator.commander(&path)?))
         });
-        let wakes = self.wakes(&path);
+        let wakes = self.builder.wakes(&path);
         Some(OutputPort {
             slot: p,
             property,
-            index: self.ground.index,
+            index: self.builder.ground.index,
             writer,
             form: CanonicalForm::new(port.descriptor),
             debug: port.direction == Direction::Debug,
@@ -277,7 +276,7 @@ impl Builder<'_, '_> {
     }
 
     fn outbox(&mut self, p: usize, port: &PortDescription) -> OutboxPort {
-        self.ground.index += 1;
+        self.builder.ground.index += 1;
         let mut memory: Vec<_> = (0..port.window).map(|_| Memory::zeroed(port.descriptor.size)).collect();
         let entries = memory
             .iter_mut()
@@ -298,16 +297,20 @@ impl Builder<'_, '_> {
             entries,
             size: port.descriptor.size,
             form: CanonicalForm::new(port.descriptor),
-            index: self.ground.index,
+            index: self.builder.ground.index,
             wake: None,
             refused: 0,
         }
     }
 }
 
-/// The code of a module: here or apart.
-fn kind_of(surveyed: &Surveyed<'_>, supervised: Option<&Supervised>) -> ModuleKind {
-    supervised.map_or_else(|| surveyed.kind.clone(), |supervised| supervised.isolation.kind(&surveyed.kind))
+/// The code of a module: here or apart. Nothing for an isolated one that has not got what it needs.
+fn kind_of(surveyed: &Surveyed<'_>, supervised: Option<&Supervised>) -> Option<ModuleKind> {
+    match supervised {
+        Some(supervised) => Some(supervised.isolation.kind(&surveyed.kind)),
+        None if surveyed.module.isolated.value => None,
+        None => Some(surveyed.kind.clone()),
+    }
 }
 
 /// What a module sees in its first step; `random` and `host` stay where they are.

@@ -1,105 +1,100 @@
 //! What the ports of a module read and send to.
 
 use std::collections::BTreeMap;
-use std::fmt::Display;
 use std::sync::Arc;
 
 use slate_blackboard::channel::{Latest, Policy, Start};
 use slate_blackboard::commit::CommitWord;
 use slate_blackboard::{Carrier, Property};
-use slate_module::{Direction, PortDescription, Trigger};
+use slate_module::Direction;
 
-use super::Builder;
-use super::new_writer;
+use super::ground::Post;
+use super::{BuildPlan, Builder, new_writer};
 use crate::configuration::LinkPolicy;
 use crate::runner::{
-    Conversion, ConversionWiring, ConvertedSource, Group, InputPort, Memory, OutboxWiring, QueueWiring,
-    SourceWiring, Wiring,
+    Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, Memory, OutboxWiring,
+    QueueWiring, SourceWiring, Wiring,
 };
 use slate_composition::link::{Place, Program};
 use slate_composition::{Joint, Target, Way, Wire};
 use slate_configuration::Mistake;
 
 /// Something that a module reads.
-struct Read<'s, 'a> {
+struct WiredRead<'s, 'a> {
     early: bool,
     writer: Option<String>,
     property: Arc<Property>,
-    what: What<'s, 'a>,
+    end: ReadEnd<'s, 'a>,
 }
 
-enum What<'s, 'a> {
-    Input(usize, &'s PortDescription),
+/// Where a module reads something: an input, or a link that converts.
+enum ReadEnd<'s, 'a> {
+    Input(usize),
     Source(&'s Joint<'a>, Arc<Program>, usize),
 }
 
-impl Read<'_, '_> {
+impl WiredRead<'_, '_> {
     /// Those that one module writes stand together, inputs and sources each in their order.
     fn place(&self) -> (bool, Option<&str>, bool, Wire, usize) {
-        let (is_source, wire, ordinal) = match &self.what {
-            What::Input(p, _) => (false, Wire::Port(*p), 0),
-            What::Source(joint, _, ordinal) => (true, joint.port.1, *ordinal),
+        let (is_source, wire, ordinal) = match &self.end {
+            ReadEnd::Input(p) => (false, Wire::Port(*p), 0),
+            ReadEnd::Source(joint, _, ordinal) => (true, joint.port.1, *ordinal),
         };
         (self.early, self.writer.as_deref(), is_source, wire, ordinal)
     }
+
+    /// Whether it switches the module.
+    fn is_switch(&self) -> bool {
+        matches!(self.end, ReadEnd::Source(joint, ..) if joint.port.1 == Wire::Enabled)
+    }
 }
 
-impl Builder<'_, '_> {
-    /// The readers and senders of a module; ports that stay as they are go on with theirs.
-    pub(super) fn wiring(&mut self, m: usize, stays: &dyn Fn(Wire) -> bool) -> Option<Wiring> {
+/// Makes the readers and senders of a module; ports that stay as they are go on with theirs.
+pub(super) struct WiringBuilder<'b, 'a, 's> {
+    plan: BuildPlan<'a, 's>,
+    builder: &'b mut Builder<'a, 's>,
+    module: usize,
+    stays: &'b dyn Fn(Wire) -> bool,
+}
+
+impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
+    pub fn new(builder: &'b mut Builder<'a, 's>, module: usize, stays: &'b dyn Fn(Wire) -> bool) -> Self {
+        Self { plan: builder.plan, builder, module, stays }
+    }
+
+    /// All of them; nothing after a complaint, or when there is no handle left.
+    pub fn wiring(mut self) -> Option<Wiring> {
+        let m = self.module;
         let mut wiring = Wiring::default();
-        self.read(m, &mut wiring, stays)?;
-        let survey = self.survey;
-        for (p, port) in survey.modules[m].description.ports.iter().enumerate() {
+        self.read(&mut wiring)?;
+        for (p, port) in self.plan.surveyed(m).description.ports.iter().enumerate() {
             match port.direction {
-                Direction::Queue => wiring.queues.push(self.queue(m, p, stays(Wire::Port(p)))?),
-                Direction::Outbox if !stays(Wire::Port(p)) => wiring.outboxes.push(self.outbox_wiring(m, p)?),
+                Direction::Queue => wiring.queues.push(self.queue(p)?),
+                Direction::Outbox if !(self.stays)(Wire::Port(p)) => {
+                    wiring.outboxes.push(self.outbox(p)?);
+                }
                 _ => {}
             }
         }
-        if !stays(Wire::Enabled) {
-            let is_switched = self.joints(m, Wire::Enabled).next().is_some();
-            wiring.switch = Some((self.switch(m)?, is_switched));
+        if !(self.stays)(Wire::Enabled) {
+            let is_switched = self.plan.joints(m, Wire::Enabled).next().is_some();
+            wiring.switch = Some((self.builder.switch(m)?, is_switched));
         }
         Some(wiring)
     }
 
-    /// Whether news at a port make the module run.
-    pub(super) fn triggers(&self, m: usize, p: usize) -> bool {
-        let surveyed = self.surveyed(m);
-        match &surveyed.trigger {
-            Trigger::On { ports, .. } => ports.contains(&surveyed.description.ports[p].name),
-            Trigger::Stage | Trigger::Every(_) => false,
-        }
-    }
-
-    /// A reader of what switches a module.
-    pub(super) fn switch(&mut self, m: usize) -> Option<Latest> {
-        let path = match self.joint(m, Wire::Enabled).map(|joint| joint.target) {
-            Some(target) => self.target_path(target),
-            None => format!("{}/enabled", self.name(m)),
-        };
-        let property = self.property(&path)?;
-        let reader = property.channel()?.latest();
-        self.granted(m, Wire::Enabled, &property, reader)
-    }
-
-    /// The property of a port of its own.
-    pub(super) fn own_property(&self, m: usize, p: usize) -> Option<Arc<Property>> {
-        self.property(&format!("{}/{}", self.name(m), self.port(m, p).name))
-    }
-
     /// What a link leads to, and the name of the module that writes it.
     fn source(&self, target: Target) -> Option<(Arc<Property>, Option<String>)> {
-        let property = self.property(&self.target_path(target))?;
+        let (plan, survey) = (self.plan, self.plan.survey);
+        let property = self.builder.property(&plan.target_path(target))?;
         let writer = match target {
-            Target::Port(module, port) if self.port(module, port).direction != Direction::Input => {
-                Some(self.name(module).into())
+            Target::Port(module, port) if plan.port(module, port).direction != Direction::Input => {
+                Some(plan.name(module).into())
             }
-            Target::Absent(absent) => Some(self.survey.absent[absent].module.clone()),
+            Target::Absent(absent) => Some(survey.absent[absent].module.clone()),
             // Whether its values come is known like the condition of a module.
-            Target::Remote(remote) => Some(self.survey.remote[remote].path.to_string()),
-            Target::Played(played) => self.survey.played[played].module.clone(),
+            Target::Remote(remote) => Some(survey.remote[remote].path.to_string()),
+            Target::Played(played) => survey.played[played].module.clone(),
             Target::Port(..) | Target::Command(_) | Target::Implied(..) | Target::Host(_) => None,
         };
         Some((property, writer))
@@ -107,121 +102,149 @@ impl Builder<'_, '_> {
 
     /// Whether what a link leads to is pinned when a cycle begins, of which a module with a thread of its own knows
     /// nothing.
-    fn is_early(&self, m: usize, joint: &Joint<'_>) -> bool {
-        let surveyed = self.surveyed(m);
-        joint.delayed && !self.ground.has_own_thread(surveyed)
+    fn is_early(&self, joint: &Joint<'_>) -> bool {
+        joint.delayed && !self.builder.ground.has_own_thread(self.plan.surveyed(self.module))
     }
 
     /// The inputs and the sources of what is converted, in groups of those that one module writes.
-    fn read(&mut self, m: usize, wiring: &mut Wiring, stays: &dyn Fn(Wire) -> bool) -> Option<()> {
-        let survey = self.survey;
-        let ports = &survey.modules[m].description.ports;
-        let mut reads = Vec::new();
-        for (p, port) in ports.iter().enumerate().filter(|(_, port)| port.direction == Direction::Input) {
-            let ((property, writer), early) = match self.joint(m, Wire::Port(p)) {
-                Some(joint) => (self.source(joint.target)?, self.is_early(m, joint)),
-                None => ((self.own_property(m, p)?, None), false),
-            };
-            reads.push(Read { early, writer, property, what: What::Input(p, port) });
+    fn read(&mut self, wiring: &mut Wiring) -> Option<()> {
+        let mut reads = self.inputs()?;
+        reads.append(&mut self.sources(&mut wiring.conversions)?);
+        reads.sort_by(|a, b| a.place().cmp(&b.place()));
+        let mut last: Option<(bool, Option<String>)> = None;
+        for read in reads {
+            let post = read.writer.as_deref().map(|writer| self.builder.ground.post(writer));
+            let same = read.writer.is_some() && last.as_ref() == Some(&(read.early, read.writer.clone()));
+            // A switch is looked at while nothing else of the module is.
+            let is_switch = read.is_switch();
+            if !same && !is_switch {
+                begin_group(wiring, read.early, post.as_ref());
+                last = Some((read.early, read.writer.clone()));
+            }
+            let (early, health) = (read.early, post.map(|post| post.health));
+            match &read.end {
+                ReadEnd::Input(p) => wiring.inputs.push(self.input(*p, &read, health)?),
+                ReadEnd::Source(joint, program, ordinal) => {
+                    let source = self.converted_source(joint, program, &read.property, health)?;
+                    let (wire, ordinal) = (joint.port.1, *ordinal);
+                    wiring.sources.push(SourceWiring { wire, source, ordinal });
+                }
+            }
+            if !is_switch {
+                extend_group(wiring, early);
+            }
         }
+        Some(())
+    }
+
+    /// What the inputs read.
+    fn inputs(&self) -> Option<Vec<WiredRead<'s, 'a>>> {
+        let m = self.module;
+        let ports = self.plan.surveyed(m).description.ports.iter().enumerate();
+        let inputs = ports.filter(|(_, port)| port.direction == Direction::Input).map(|(p, _)| {
+            let ((property, writer), early) = match self.plan.joint(m, Wire::Port(p)) {
+                Some(joint) => (self.source(joint.target)?, self.is_early(joint)),
+                None => ((self.builder.own_property(m, p)?, None), false),
+            };
+            Some(WiredRead { early, writer, property, end: ReadEnd::Input(p) })
+        });
+        inputs.collect()
+    }
+
+    /// What links read that convert, and the ports that they fill.
+    fn sources(&mut self, conversions: &mut Vec<ConversionWiring>) -> Option<Vec<WiredRead<'s, 'a>>> {
+        let (m, survey) = (self.module, self.plan.survey);
+        let mut reads = Vec::new();
         let mut ordinals: BTreeMap<Wire, usize> = BTreeMap::new();
         for joint in survey.joints.iter().filter(|joint| joint.port.0 == m && !joint.is_plain()) {
             let wire = joint.port.1;
             if !ordinals.contains_key(&wire) {
-                let conversion = if stays(wire) {
+                let conversion = if (self.stays)(wire) {
                     ConversionWiring::Same(wire)
                 } else {
-                    ConversionWiring::New(self.conversion(m, wire)?)
+                    ConversionWiring::New(self.conversion(wire)?)
                 };
-                wiring.conversions.push(conversion);
+                conversions.push(conversion);
             }
             let ordinal = ordinals.entry(wire).or_default();
             // Else it waits for what is not there yet.
             if let Some(program) = self.program(joint) {
                 let (property, writer) = self.source(joint.target)?;
-                let early = self.is_early(m, joint);
-                reads.push(Read { early, writer, property, what: What::Source(joint, program, *ordinal) });
+                let early = self.is_early(joint);
+                let end = ReadEnd::Source(joint, program, *ordinal);
+                reads.push(WiredRead { early, writer, property, end });
                 *ordinal += 1;
             }
         }
-        reads.sort_by(|a, b| a.place().cmp(&b.place()));
-        let mut last: Option<(bool, Option<String>)> = None;
-        for Read { early, writer, property, what } in reads {
-            let post = writer.as_deref().map(|writer| self.ground.post(writer));
-            let (first, first_source) = (wiring.inputs.len() as u32, wiring.sources.len() as u32);
-            let groups = if early { &mut wiring.early } else { &mut wiring.groups };
-            let same = writer.is_some() && last.as_ref() == Some(&(early, writer.clone()));
-            // A switch is looked at while nothing else of the module is.
-            let is_switch = matches!(what, What::Source(joint, ..) if joint.port.1 == Wire::Enabled);
-            if !same && !is_switch {
-                let word = post.as_ref().map_or_else(CommitWord::new, |post| post.commit.clone());
-                groups.push(Group { word, first, end: first, first_source, end_source: first_source });
-                last = Some((early, writer));
-            }
-            match what {
-                What::Input(p, port) => {
-                    let wire = Wire::Port(p);
-                    let reader = if stays(wire) || self.keeps_own(m, wire) {
-                        None
-                    } else {
-                        let reader = property.channel()?.latest();
-                        Some(self.granted(m, wire, &property, reader)?)
-                    };
-                    let stale = self.joint(m, wire).and_then(|joint| joint.link.stale.as_ref());
-                    let is_converted = self.conversions(m, wire).next().is_some();
-                    let path = format!("{}/{}", self.name(m), port.name);
-                    let triggers = self.triggers(m, p) && !is_converted;
-                    let port = InputPort {
-                        slot: p as u32,
-                        stale_after: match stale {
-                            Some(stale) => Some(stale.value),
-                            // As old as its sources, which are looked at one by one.
-                            None if is_converted => None,
-                            None => port.stale_after,
-                        },
-                        triggers,
-                        wakes: triggers && !early,
-                        is_early: early,
-                        writer: post.map(|post| post.health),
-                        seen: (0, 0),
-                        missed: 0,
-                        age: Arc::clone(self.ground.ages.entry(path).or_default()),
-                    };
-                    wiring.inputs.push((port, reader));
-                }
-                What::Source(joint, program, ordinal) => {
-                    let wire = joint.port.1;
-                    let stale = match wire {
-                        Wire::Port(p) => self.port(m, p).stale_after,
-                        Wire::Enabled | Wire::Params => None,
-                    };
-                    let source = if stays(wire) {
-                        None
-                    } else {
-                        let reader = property.channel()?.latest();
-                        let reader = self.granted(m, wire, &property, reader)?;
-                        let source = ConvertedSource {
-                            reader: 0,
-                            program,
-                            filter: joint.filter.clone(),
-                            writer: post.map(|post| post.health),
-                            stale_after: joint.link.stale.as_ref().map(|stale| stale.value).or(stale),
-                            seen: (0, 0),
-                            time: None,
-                            is_missing: false,
-                        };
-                        Some((reader, source))
-                    };
-                    wiring.sources.push(SourceWiring { wire, source, ordinal });
-                }
-            }
-            let groups = if early { &mut wiring.early } else { &mut wiring.groups };
-            if let Some(group) = groups.last_mut().filter(|_| !is_switch) {
-                group.end = wiring.inputs.len() as u32;
-                group.end_source = wiring.sources.len() as u32;
-            }
+        Some(reads)
+    }
+
+    /// An input, with a reader unless it goes on with its own.
+    fn input(
+        &mut self,
+        p: usize,
+        read: &WiredRead<'_, '_>,
+        writer: Option<Arc<Health>>,
+    ) -> Option<(InputPort, Option<Latest>)> {
+        let (m, wire, port) = (self.module, Wire::Port(p), self.plan.port(self.module, p));
+        let reader = if (self.stays)(wire) || self.keeps_own(wire) {
+            None
+        } else {
+            let reader = read.property.channel()?.latest();
+            Some(self.builder.granted(m, wire, &read.property, reader)?)
+        };
+        let stale = self.plan.joint(m, wire).and_then(|joint| joint.link.stale.as_ref());
+        let is_converted = self.plan.is_converted(m, wire);
+        let triggers = self.plan.triggers(m, p) && !is_converted;
+        let path = self.plan.port_path(m, p);
+        let port = InputPort {
+            slot: p as u32,
+            stale_after: match stale {
+                Some(stale) => Some(stale.value),
+                // As old as its sources, which are looked at one by one.
+                None if is_converted => None,
+                None => port.stale_after,
+            },
+            triggers,
+            wakes: triggers && !read.early,
+            is_early: read.early,
+            writer,
+            seen: (0, 0),
+            missed: 0,
+            age: Arc::clone(self.builder.ground.ages.entry(path).or_default()),
+        };
+        Some((port, reader))
+    }
+
+    /// A source of a port that links fill, unless it goes on with its own.
+    fn converted_source(
+        &mut self,
+        joint: &Joint<'_>,
+        program: &Arc<Program>,
+        property: &Property,
+        writer: Option<Arc<Health>>,
+    ) -> Option<Option<(Latest, ConvertedSource)>> {
+        let (m, wire) = (self.module, joint.port.1);
+        if (self.stays)(wire) {
+            return Some(None);
         }
-        Some(())
+        let stale = match wire {
+            Wire::Port(p) => self.plan.port(m, p).stale_after,
+            Wire::Enabled | Wire::Params => None,
+        };
+        let reader = property.channel()?.latest();
+        let reader = self.builder.granted(m, wire, property, reader)?;
+        let source = ConvertedSource {
+            reader: 0,
+            program: Arc::clone(program),
+            filter: joint.filter.clone(),
+            writer,
+            stale_after: joint.link.stale.as_ref().map(|stale| stale.value).or(stale),
+            seen: (0, 0),
+            time: None,
+            is_missing: false,
+        };
+        Some(Some((reader, source)))
     }
 
     /// How a link converts; nothing while what it leads to is not there.
@@ -232,7 +255,7 @@ impl Builder<'_, '_> {
             // It may be on the board by now; it is linked anew when it is known to be there.
             Way::Pending(_) if matches!(joint.target, Target::Remote(_)) => None,
             Way::Pending(place) => {
-                let property = self.property(&self.target_path(joint.target))?;
+                let property = self.builder.property(&self.plan.target_path(joint.target))?;
                 // What does not fit is said when the plugin is loaded.
                 let source = Place::find(property.descriptor(), &joint.from).ok()?;
                 Program::new(&source, place).ok().map(Arc::new)
@@ -241,25 +264,25 @@ impl Builder<'_, '_> {
     }
 
     /// Whether a port goes on with a property of its own that links fill.
-    fn keeps_own(&self, m: usize, wire: Wire) -> bool {
-        self.conversions(m, wire).next().is_some() && self.kept.contains(&(m, wire))
+    fn keeps_own(&self, wire: Wire) -> bool {
+        self.plan.is_converted(self.module, wire) && self.builder.kept.contains(&(self.module, wire))
     }
 
-    fn conversion(&mut self, m: usize, wire: Wire) -> Option<Conversion> {
-        let survey = self.survey;
-        let surveyed = &survey.modules[m];
+    fn conversion(&mut self, wire: Wire) -> Option<Conversion> {
+        let m = self.module;
+        let surveyed = self.plan.surveyed(m);
         let (path, value, triggers) = match wire {
             Wire::Port(p) => {
-                let port = self.port(m, p);
+                let port = self.plan.port(m, p);
                 let value = surveyed.inputs.get(&p).cloned().unwrap_or_else(|| vec![0; port.descriptor.size]);
-                (format!("{}/{}", self.name(m), port.name), value, self.triggers(m, p))
+                (format!("{}/{}", self.plan.name(m), port.name), value, self.plan.triggers(m, p))
             }
             Wire::Enabled => {
-                (format!("{}/enabled", self.name(m)), vec![surveyed.module.enabled.value.into()], false)
+                (format!("{}/enabled", self.plan.name(m)), vec![surveyed.module.enabled.value.into()], false)
             }
-            Wire::Params => (format!("{}/params", self.name(m)), surveyed.params.clone(), false),
+            Wire::Params => (format!("{}/params", self.plan.name(m)), surveyed.params.clone(), false),
         };
-        let property = self.property(&path)?;
+        let property = self.builder.property(&path)?;
         let shape = property.channel()?.shape();
         let items = value.len().saturating_sub(shape.size).checked_div(shape.item).unwrap_or(0);
         let is_set = match wire {
@@ -267,19 +290,20 @@ impl Builder<'_, '_> {
             Wire::Enabled => true,
             Wire::Params => false,
         };
-        let writer = if wire == Wire::Params || self.kept.contains(&(m, wire)) {
+        let writer = if wire == Wire::Params || self.builder.kept.contains(&(m, wire)) {
             None
         } else {
             let mut writer = new_writer(&property)?;
             if is_set {
                 // Nobody reads it yet.
-                let _ = writer.write(&value, items, self.made.time());
+                let _ = writer.write(&value, items, self.builder.made.time());
             }
             Some(writer)
         };
         let mut memory = Memory::zeroed(value.len());
         memory.bytes_mut(value.len()).copy_from_slice(&value);
-        let is_pending = self.conversions(m, wire).any(|joint| self.program(joint).is_none());
+        let mut joints = self.plan.joints(m, wire).filter(|joint| !joint.is_plain());
+        let is_pending = joints.any(|joint| self.program(joint).is_none());
         Some(Conversion {
             wire,
             property,
@@ -296,18 +320,19 @@ impl Builder<'_, '_> {
         })
     }
 
-    fn queue(&mut self, m: usize, p: usize, stays: bool) -> Option<QueueWiring> {
-        let (wire, port) = (Wire::Port(p), self.port(m, p).clone());
-        let joint = self.joint(m, wire).cloned();
-        let link = joint.as_ref().map(|joint| joint.link);
+    fn queue(&mut self, p: usize) -> Option<QueueWiring> {
+        let (m, wire) = (self.module, Wire::Port(p));
+        let port = self.plan.port(m, p);
+        let joint = self.plan.joint(m, wire);
+        let link = joint.map(|joint| joint.link);
         let window =
             link.and_then(|link| link.window.as_ref()).map_or(port.window, |window| window.value.into());
-        let reader = if stays {
+        let reader = if (self.stays)(wire) {
             None
         } else {
-            let property = match &joint {
+            let property = match joint {
                 Some(joint) => self.source(joint.target)?.0,
-                None => self.own_property(m, p)?,
+                None => self.builder.own_property(m, p)?,
             };
             let policy = match link.and_then(|link| link.policy.as_ref()).map(|policy| policy.value) {
                 Some(LinkPolicy::Evict) => Policy::Evict,
@@ -315,97 +340,91 @@ impl Builder<'_, '_> {
             };
             let channel = property.channel()?;
             let enough = channel.keeps_enough(window);
-            let target = joint.as_ref().map(|joint| joint.target);
-            if !enough && target.and_then(|target| self.writing(target)).is_none() {
-                let span = link.map_or(self.surveyed(m).module.name.span, |link| link.from.span);
+            let target = joint.map(|joint| joint.target);
+            if !enough && target.and_then(|target| self.plan.writing(target)).is_none() {
+                let span = link.map_or(self.plan.surveyed(m).module.name.span, |link| link.from.span);
                 let message = Mistake::Ends.of(format!(
                     "`/{}` keeps {} values, and `{}/{}` takes up to {window} at once, which needs {}",
                     property.path(),
                     channel.depth(),
-                    self.name(m),
+                    self.plan.name(m),
                     port.name,
                     window * 2
                 ));
                 let help = "link it to an output of a module, or write the link into the file and start the agent again: \
                             a property keeps as many values as the queues need that are linked then";
-                self.complaints.add(span, message, help);
+                self.builder.complaints.add(span, message, help);
                 return None;
             }
             let reader = match target {
                 // It is only looked whether it could be linked: it gets a deeper channel before it is.
                 Some(target) if !enough => {
-                    let (depth, budget) = self.demand(target, property.path());
+                    let (depth, budget) = self.plan.demand(target, property.path());
                     let deeper = channel.deeper(depth, budget);
                     deeper.and_then(|writer| writer.queue(policy, Start::Next))
                 }
                 _ => channel.queue(policy, Start::Next),
             };
-            Some(self.granted(m, wire, &property, reader)?)
+            Some(self.builder.granted(m, wire, &property, reader)?)
         };
-        let path = format!("{}/{}", self.name(m), port.name);
+        let path = self.plan.port_path(m, p);
         let farewell = format!(
             "`{}` fell behind and reads no more, as its link says: unlink and link it to let it read again",
             port.name
         );
-        let gauge = Arc::clone(self.ground.gauges.entry(path).or_default());
+        let gauge = Arc::clone(self.builder.ground.gauges.entry(path).or_default());
         Some(QueueWiring {
             gauge,
             farewell: farewell.into(),
             slot: p,
-            triggers: self.triggers(m, p),
+            triggers: self.plan.triggers(m, p),
             reader,
             window: window.max(16),
-            is_early: joint.as_ref().is_some_and(|joint| self.is_early(m, joint)),
-            filter: joint.and_then(|joint| joint.filter),
+            is_early: joint.is_some_and(|joint| self.is_early(joint)),
+            filter: joint.and_then(|joint| joint.filter.clone()),
         })
     }
 
-    fn outbox_wiring(&mut self, m: usize, p: usize) -> Option<OutboxWiring> {
-        let target = self.joint(m, Wire::Port(p)).map(|joint| joint.target);
+    fn outbox(&mut self, p: usize) -> Option<OutboxWiring> {
+        let m = self.module;
+        let target = self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target);
         let Some(target @ (Target::Port(..) | Target::Absent(_) | Target::Remote(_) | Target::Played(_))) =
             target
         else {
             return Some(OutboxWiring { slot: p, sender: None, wake: None });
         };
-        let property = self.property(&self.target_path(target))?;
+        let property = self.builder.property(&self.plan.target_path(target))?;
         let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
-        let name = format!("{}/{}", self.name(m), self.port(m, p).name);
-        let sender = self.granted(m, Wire::Port(p), &property, mailbox.sender_of(&name))?;
+        let name = self.plan.port_path(m, p);
+        let sender = self.builder.granted(m, Wire::Port(p), &property, mailbox.sender_of(&name))?;
         let receiver = match target {
-            Target::Port(module, _) => self.name(module).to_owned(),
-            Target::Absent(absent) => self.survey.absent[absent].module.clone(),
+            Target::Port(module, _) => self.plan.name(module).to_owned(),
+            Target::Absent(absent) => self.plan.survey.absent[absent].module.clone(),
             Target::Remote(_) => {
-                let wake = Some(Arc::clone(&self.ground.sharing_wake));
+                let wake = Some(Arc::clone(&self.builder.ground.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
             // Who plays looks for messages after each cycle.
             Target::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
             Target::Command(_) | Target::Implied(..) | Target::Host(_) => return None,
         };
-        Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.wake_of(&receiver) })
+        Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.builder.wake_of(&receiver) })
     }
+}
 
-    /// A handle; without one, says at the link that leads there why.
-    fn granted<T>(
-        &mut self,
-        m: usize,
-        wire: Wire,
-        property: &Property,
-        result: Result<T, impl Display>,
-    ) -> Option<T> {
-        let error = match result {
-            Ok(handle) => return Some(handle),
-            Err(error) => error,
-        };
-        let link = self.joints(m, wire).next().map(|joint| joint.link.from.span);
-        let span = link.unwrap_or(self.surveyed(m).module.name.span);
-        let help = "write the link into the file and start the agent again: a property is made for the readers that \
-                    links name then, and some more";
-        self.complaints.add(
-            span,
-            format!("`/{}` can't take one more reader: {error}", property.path()),
-            help,
-        );
-        None
+/// Begins a group of what one module writes.
+fn begin_group(wiring: &mut Wiring, early: bool, post: Option<&Post>) {
+    let (first, first_source) = (wiring.inputs.len() as u32, wiring.sources.len() as u32);
+    let word = post.map_or_else(CommitWord::new, |post| post.commit.clone());
+    let groups = if early { &mut wiring.early } else { &mut wiring.groups };
+    groups.push(Group { word, first, end: first, first_source, end_source: first_source });
+}
+
+/// Takes what was added last into the last group.
+fn extend_group(wiring: &mut Wiring, early: bool) {
+    let groups = if early { &mut wiring.early } else { &mut wiring.groups };
+    if let Some(group) = groups.last_mut() {
+        group.end = wiring.inputs.len() as u32;
+        group.end_source = wiring.sources.len() as u32;
     }
 }

@@ -9,7 +9,6 @@ use slate_blackboard::{Access, Board, Carrier, Property};
 use slate_module::{ModuleKind, PortDescription};
 
 use super::text;
-use crate::agent::Composer;
 use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
 use crate::clock::monotonic;
@@ -17,11 +16,11 @@ use crate::configuration::Layered;
 use crate::main_loop::{Seat, Shared};
 use crate::snapshot::{
     Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image, Keepsake, PluginMark,
-    Snapshot, SnapshotError,
+    SnapshotError,
 };
 
 /// How long modules with threads of their own are waited for.
-const LIMIT: Duration = Duration::from_secs(5);
+pub(super) const LIMIT: Duration = Duration::from_secs(5);
 
 /// A module of the agent.
 #[derive(Clone)]
@@ -45,9 +44,9 @@ pub(super) struct Subjects {
 }
 
 /// Seats that are kept from stepping as long as this lives.
-pub(super) struct Held(Vec<Arc<Seat>>);
+pub(super) struct HeldSeats(Vec<Arc<Seat>>);
 
-impl Drop for Held {
+impl Drop for HeldSeats {
     fn drop(&mut self) {
         for seat in &self.0 {
             seat.unclaim();
@@ -57,7 +56,7 @@ impl Drop for Held {
     }
 }
 
-impl Held {
+impl HeldSeats {
     /// Holds the modules that have threads of their own, one after the other as each stands still.
     pub fn of(modules: &[Subject]) -> Result<Self, SnapshotError> {
         let mut held = Self(Vec::new());
@@ -77,35 +76,12 @@ impl Held {
     }
 }
 
-impl Composer {
-    /// Copies all of the agent between two cycles, when no module is in a tick. It is copied and no more, so the loop
-    /// soon goes on; [`Snapshot::write`] writes it to a file, in any thread.
-    ///
-    /// # Errors
-    /// When a module does not stand still, or its state can't be saved.
-    pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
-        let composition = self.composition();
-        let subjects = Subjects::of(&composition, &self.shared)?;
-        let plugins = marks(&composition);
-        let held = Held::of(&subjects.modules)?;
-        let seats: Vec<_> = subjects.modules.iter().map(|subject| Arc::clone(&subject.seat)).collect();
-        let names: Vec<_> = subjects.modules.iter().map(|subject| subject.name.clone()).collect();
-        let image = self.shared.between_cycles(&seats, move |shared| subjects.capture(shared));
-        drop(held);
-        let image = image.map_err(|_| {
-            let late = seats.iter().zip(names).find(|(seat, _)| !seat.is_idle());
-            SnapshotError::Busy { module: late.map(|(_, name)| name).unwrap_or_default(), limit: LIMIT }
-        })??;
-        Ok(Snapshot::new(self.shared.board.agent(), plugins, image))
-    }
-}
-
 impl Subjects {
     pub fn of(composition: &Composition, shared: &Shared) -> Result<Self, SnapshotError> {
-        if let Some(plugin) = composition.trials.keys().next() {
+        if let Some(plugin) = composition.plugins.trials.keys().next() {
             return Err(SnapshotError::Shadow { plugin: plugin.clone() });
         }
-        let modules = composition.present.iter().map(|(name, present)| Subject {
+        let modules = composition.assembly.present.iter().map(|(name, present)| Subject {
             name: name.clone(),
             kind: present.kind.name().into(),
             seat: Arc::clone(&present.seat),
@@ -117,9 +93,9 @@ impl Subjects {
             modules: modules.collect(),
             configuration: text::of(composition, shared.board.agent()),
             layers: text::layers(composition, shared.board.agent()),
-            outputs: composition.ground.index,
-            time: Arc::clone(&composition.ground.means.time),
-            keepsakes: composition.keepsakes.clone(),
+            outputs: composition.assembly.ground.index,
+            time: Arc::clone(&composition.assembly.ground.means.time),
+            keepsakes: composition.snapshots.keepsakes.clone(),
         })
     }
 
@@ -188,11 +164,11 @@ impl Subjects {
 }
 
 /// A state, none when there is no instance, or why it can't be saved.
-type State = Result<Option<Vec<u8>>, String>;
+type SavedState = Result<Option<Vec<u8>>, String>;
 
 impl Subject {
     /// The state of the instance; nothing when the call does not return.
-    fn state(&self) -> Option<State> {
+    fn state(&self) -> Option<SavedState> {
         let (kind, instance): (ModuleKind, _) = {
             // SAFETY: the seat is idle and the loop's, or held; the reference ends before the module is called.
             let runner = unsafe { self.seat.runner() };
@@ -274,7 +250,9 @@ pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
         let mut text = String::new();
         for kind in plugin.kinds() {
             text.push_str(&format!("{}\n", kind.name()));
-            for (name, present) in composition.present.iter().filter(|(_, present)| present.kind.is(kind)) {
+            for (name, present) in
+                composition.assembly.present.iter().filter(|(_, present)| present.kind.is(kind))
+            {
                 let description = &present.description;
                 text.push_str(&format!("{name} {:016x}\n", description.params.hash));
                 for port in &description.ports {
@@ -286,7 +264,7 @@ pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
         PluginMark {
             name: plugin.name().into(),
             version: plugin.version_text().into(),
-            file: composition.origins.get(plugin.name()).map(|origin| origin.file.clone()),
+            file: composition.plugins.origins.get(plugin.name()).map(|origin| origin.file.clone()),
             hash: code.unwrap_or_else(|| xxhash_rust::xxh3::xxh3_64(text.as_bytes())),
         }
     };

@@ -7,8 +7,8 @@ use slate_blackboard::{Board, Placement};
 
 use super::apply::at;
 use super::capture::{Subject, marks};
+use crate::agent::assembly::Relinking;
 use crate::agent::composition::Composition;
-use crate::agent::relinking::Relinking;
 use crate::configuration::{Configuration, Entry, Table, Value};
 use crate::main_loop::Shared;
 use crate::snapshot::{FrozenPort, Image, PluginMark, Snapshot};
@@ -38,7 +38,7 @@ pub(super) fn problems(
         }
     }
     for (name, saved) in &snapshot.image.keepsakes {
-        if let Some(keepsake) = composition.keepsakes.get(name)
+        if let Some(keepsake) = composition.snapshots.keepsakes.get(name)
             && let Err(error) = keepsake.restore(&saved.0)
         {
             problems.push(format!("what was kept as `{name}` can't be read: {error}"));
@@ -146,13 +146,13 @@ pub(super) fn properties(board: &Board, links: &Relinking, image: &Image) -> Vec
 
 /// A setting of which an agent and a snapshot have different values, as `--set` takes them.
 #[derive(Clone, Debug)]
-pub(super) struct Different {
+pub(super) struct DifferentSetting {
     pub path: String,
     pub here: Option<String>,
     pub there: Option<String>,
 }
 
-impl Different {
+impl DifferentSetting {
     /// What differs between two configurations that an agent's states depend on. The log, and what ends or reports a run,
     /// is none of it.
     pub fn between(here: &Configuration, there: &Configuration) -> Vec<Self> {

@@ -10,53 +10,58 @@ mod watch;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::{Agent, Composer};
+use super::handle::AgentHandle;
 use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
-pub(super) use watch::Watch;
+use capture::{HeldSeats, LIMIT, Subjects};
+pub(super) use restore::SnapshotRestorer;
+pub(super) use watch::SnapshotWatch;
 
-impl Composer {
+/// Takes snapshots of an agent.
+pub(super) struct SnapshotTaker<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> SnapshotTaker<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
     /// The whole configuration as it is, with what the command line has set and what was changed since, as TOML.
     pub fn configuration_text(&self) -> String {
-        text::of(&self.composition(), self.shared.board.agent())
+        text::of(&self.agent.composition(), self.agent.shared.board.agent())
     }
 
     /// The plugins that are loaded, each with a hash over its library, or over what its modules are.
     pub fn plugin_marks(&self) -> Vec<PluginMark> {
-        capture::marks(&self.composition())
+        capture::marks(&self.agent.composition())
     }
 
     /// Takes something of the application into all snapshots from now on, under a name.
     pub fn keep(&self, name: &str, keepsake: Arc<dyn Keepsake>) {
-        self.composition().keepsakes.insert(name.into(), keepsake);
+        self.agent.composition().snapshots.keepsakes.insert(name.into(), keepsake);
     }
 
-    /// Takes a snapshot and writes it to a file; the loop goes on meanwhile. Returns it.
-    ///
-    /// # Errors
-    /// As [`snapshot`](Composer::snapshot) and [`Snapshot::write`].
-    pub fn save_snapshot(&self, file: &Path) -> Result<Snapshot, SnapshotError> {
+    /// Takes a snapshot and writes it to a file; the loop goes on meanwhile.
+    pub fn save(&self, file: &Path) -> Result<Snapshot, SnapshotError> {
         let snapshot = self.snapshot()?;
         snapshot.write(file)?;
         Ok(snapshot)
     }
-}
 
-impl Agent {
-    /// Goes on from a snapshot, as [`Composer::restore`], with the settings of the agent's database changed to those of
-    /// the snapshot.
-    ///
-    /// # Errors
-    /// What does not fit; the agent is as it was then.
-    pub fn restore(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.composer.restore(snapshot, self.database())
-    }
-
-    /// Goes on from a snapshot, but with the parameters, switches and values of inputs that the agent was loaded with,
-    /// where the snapshot's configuration has others.
-    ///
-    /// # Errors
-    /// What does not fit; the agent is as it was then.
-    pub fn restore_under_own_settings(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        self.composer.restore_under_own_settings(snapshot)
+    /// Copies all of the agent between two cycles, when no module is in a tick.
+    pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
+        let composition = self.agent.composition();
+        let subjects = Subjects::of(&composition, &self.agent.shared)?;
+        let plugins = capture::marks(&composition);
+        let held = HeldSeats::of(&subjects.modules)?;
+        let seats: Vec<_> = subjects.modules.iter().map(|subject| Arc::clone(&subject.seat)).collect();
+        let names: Vec<_> = subjects.modules.iter().map(|subject| subject.name.clone()).collect();
+        let image = self.agent.shared.between_cycles(&seats, move |shared| subjects.capture(shared));
+        drop(held);
+        let image = image.map_err(|_| {
+            let late = seats.iter().zip(names).find(|(seat, _)| !seat.is_idle());
+            SnapshotError::Busy { module: late.map(|(_, name)| name).unwrap_or_default(), limit: LIMIT }
+        })??;
+        Ok(Snapshot::new(self.agent.shared.board.agent(), plugins, image))
     }
 }

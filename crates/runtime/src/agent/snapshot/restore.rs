@@ -4,37 +4,39 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::apply::{Ready, Thaw};
-use super::capture::{Held, Subject, Subjects};
-use super::fit::{self, Different};
-use crate::agent::Composer;
+use super::capture::{HeldSeats, Subject, Subjects};
+use super::fit::{self, DifferentSetting};
+use crate::agent::assembly::Relinking;
 use crate::agent::composition::{Composition, Fitting};
-use crate::agent::relinking::Relinking;
+use crate::agent::handle::AgentHandle;
 use crate::aspects::TimePlace;
 use crate::configuration::{Configuration, Database};
 use crate::log::Levels;
 use crate::runner::Retired;
 use crate::snapshot::{FrozenModule, Snapshot, SnapshotError};
 
-impl Composer {
-    /// Goes on from a snapshot: between two cycles all is as it was then. Real actuators are disarmed; those that arm
-    /// themselves are as they were, unless they are stopped now. Settings that are another in the snapshot are changed in
-    /// the `database`, if there is one.
-    ///
-    /// Services of the host that a module uses begin afresh, as with new code: what it has opened itself, it opens again.
-    ///
-    /// # Errors
-    /// What does not fit; the agent goes on as it was.
+/// Lets an agent go on from snapshots.
+pub(in crate::agent) struct SnapshotRestorer<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> SnapshotRestorer<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// Goes on from a snapshot: between two cycles all is as it was then.
     pub fn restore(&self, snapshot: &Snapshot, database: Option<&Database>) -> Result<(), SnapshotError> {
         let Some(database) = database else {
             return self.go_on(snapshot, &[], None);
         };
         self.is_of(snapshot)?;
         loop {
-            let here = database.current().with_loaded_of(&self.composition().configuration);
-            let different = Different::between(&here, &*settings_of(snapshot)?);
+            let here = database.current().with_loaded_of(&self.agent.composition().configuration);
+            let different = DifferentSetting::between(&here, &*settings_of(snapshot)?);
             // What can't change while the agent runs is found out before anything is proposed.
-            let is_fixed = |own: &&Different| own.property().is_none() && !own.is_link();
-            let fixed: Vec<_> = different.iter().filter(is_fixed).map(Different::tell).collect();
+            let is_fixed = |own: &&DifferentSetting| own.property().is_none() && !own.is_link();
+            let fixed: Vec<_> = different.iter().filter(is_fixed).map(DifferentSetting::tell).collect();
             if !fixed.is_empty() {
                 return Err(unfit(snapshot, self.problems(snapshot)?.into_iter().chain(fixed).collect()));
             }
@@ -54,21 +56,22 @@ impl Composer {
         }
     }
 
-    /// As [`restore`](Composer::restore), but parameters, switches and values of inputs stay those that the agent was
-    /// loaded with where the snapshot's configuration has others.
-    ///
-    /// # Errors
-    /// What does not fit; the agent goes on as it was.
+    /// As [`restore`](SnapshotRestorer::restore), but parameters, switches and values of inputs stay those that the
+    /// agent was loaded with where the snapshot's configuration has others.
     pub fn restore_under_own_settings(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
         self.is_of(snapshot)?;
-        let here = Arc::clone(&self.composition().configuration);
-        let different = Different::between(&here, &*settings_of(snapshot)?);
-        self.go_on(snapshot, &different.iter().filter_map(Different::property).collect::<Vec<_>>(), None)
+        let here = Arc::clone(&self.agent.composition().configuration);
+        let different = DifferentSetting::between(&here, &*settings_of(snapshot)?);
+        self.go_on(
+            snapshot,
+            &different.iter().filter_map(DifferentSetting::property).collect::<Vec<_>>(),
+            None,
+        )
     }
 
     /// Whether a snapshot is of this agent; nothing else is told of one that is not.
     fn is_of(&self, snapshot: &Snapshot) -> Result<(), SnapshotError> {
-        let own = self.shared.board.agent();
+        let own = self.agent.shared.board.agent();
         if own == snapshot.agent() {
             return Ok(());
         }
@@ -76,9 +79,9 @@ impl Composer {
     }
 
     fn problems(&self, snapshot: &Snapshot) -> Result<Vec<String>, SnapshotError> {
-        let composition = self.composition();
-        let subjects = Subjects::of(&composition, &self.shared)?.modules;
-        Ok(fit::problems(&composition, &subjects, snapshot, &self.shared))
+        let composition = self.agent.composition();
+        let subjects = Subjects::of(&composition, &self.agent.shared)?.modules;
+        Ok(fit::problems(&composition, &subjects, snapshot, &self.agent.shared))
     }
 
     /// What a setting is where nothing is said of it.
@@ -88,7 +91,7 @@ impl Composer {
         match names[..] {
             ["modules", _, "enabled"] => Some("true".into()),
             ["modules", module, "params", name] => {
-                serde_json::to_string(&self.default_of(module, name)?).ok()
+                serde_json::to_string(&self.agent.composition().assembly.default_of(module, name)?).ok()
             }
             _ => None,
         }
@@ -102,21 +105,21 @@ impl Composer {
         kept: &[String],
         other: Option<(&Configuration, &BTreeMap<String, String>)>,
     ) -> Result<(), SnapshotError> {
-        self.tell_recording("going on from a snapshot");
+        self.agent.recorder.tell("going on from a snapshot");
         self.is_of(snapshot)?;
-        let mut composition = self.composition();
+        let mut composition = self.agent.composition();
         let configuration = match other {
             Some((other, _)) => Arc::new(other.with_loaded_of(&composition.configuration)),
             None => Arc::clone(&composition.configuration),
         };
-        let subjects = Subjects::of(&composition, &self.shared)?.modules;
-        let mut problems = fit::problems(&composition, &subjects, snapshot, &self.shared);
-        let different = Different::between(&configuration, &*settings_of(snapshot)?);
-        let matters = |own: &&Different| match other {
+        let subjects = Subjects::of(&composition, &self.agent.shared)?.modules;
+        let mut problems = fit::problems(&composition, &subjects, snapshot, &self.agent.shared);
+        let different = DifferentSetting::between(&configuration, &*settings_of(snapshot)?);
+        let matters = |own: &&DifferentSetting| match other {
             Some((_, unset)) => own.there.is_some() || !unset.contains_key(&own.path),
             None => own.property().is_none(),
         };
-        let tell = |own: &Different| match (&own.there, other) {
+        let tell = |own: &DifferentSetting| match (&own.there, other) {
             // It is about to start, so it may start with that.
             (Some(there), None) => format!("{}: give it --set '{}={there}'", own.tell(), own.path),
             _ => own.tell(),
@@ -125,31 +128,31 @@ impl Composer {
         if !problems.is_empty() {
             return Err(unfit(snapshot, problems));
         }
-        let standing = composition.standing();
-        let links =
-            composition.other_links(&configuration, &self.shared).map_err(|unlinked| unlinked.report)?;
+        let mark = composition.assembly.ground.mark();
+        let Composition { assembly, catalogue, .. } = &mut *composition;
+        let links = Relinking::prepare(assembly, &configuration, catalogue, &self.agent.shared);
+        let links = links.map_err(|unlinked| unlinked.report)?;
         let exchanged = self.exchange_all(&composition, &configuration, snapshot, (subjects, kept), links);
-        let (old, links) = exchanged.inspect_err(|_| composition.undo(&standing, std::iter::empty()))?;
-        let relinked = composition.note_links(links);
+        let (old, links) = exchanged.inspect_err(|_| composition.assembly.ground.undo(&mark, []))?;
+        let relinked = links.note(&mut composition.assembly);
         composition.configuration = configuration;
-        composition.unlinked = None;
-        composition.ground.index = snapshot.image.outputs;
-        self.shared.logger.set_levels(levels(snapshot));
-        if let Some(watch) = composition.watch.as_ref() {
-            watch.begin(&self.shared);
+        composition.waiting.unlinked = None;
+        composition.assembly.ground.index = snapshot.image.outputs;
+        self.agent.shared.logger.set_levels(levels(snapshot));
+        if let Some(watch) = composition.snapshots.automatic.as_ref() {
+            watch.begin(&self.agent.shared);
         }
         // The old instances end here, and not on the loop.
         drop(old);
-        if !relinked.is_empty() {
-            self.say(&format!("other links hold for {}", relinked.join(", ")));
-        }
+        self.agent.tell_links(&relinked);
         let seconds = snapshot.time() as f64 * 1e-9;
-        self.say(&format!("it goes on from a snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()));
+        self.agent
+            .say(&format!("it goes on from a snapshot of {seconds:.3} s, after cycle {}", snapshot.cycle()));
         for plugin in fit::other_code(&composition, snapshot) {
             let text = format!(
                 "plugin `{plugin}` has other code than when the snapshot was taken: what follows may be different"
             );
-            self.log(slate_module::Level::Warn, &text);
+            self.agent.log(slate_module::Level::Warn, &text);
         }
         Ok(())
     }
@@ -163,7 +166,7 @@ impl Composer {
         (subjects, kept): (Vec<Subject>, &[String]),
         links: Relinking,
     ) -> Result<(Vec<Retired>, Relinking), SnapshotError> {
-        let problems = fit::properties(&self.shared.board, &links, &snapshot.image);
+        let problems = fit::properties(&self.agent.shared.board, &links, &snapshot.image);
         if !problems.is_empty() {
             return Err(unfit(snapshot, problems));
         }
@@ -173,12 +176,12 @@ impl Composer {
             thread: lingering.thread.to_string(),
             limit: lingering.limit,
         };
-        let _closed = composition.ground.means.threads.close(&names).map_err(lingering)?;
+        let _closed = composition.assembly.ground.means.threads.close(&names).map_err(lingering)?;
         let fresh = self.instances(composition, configuration, snapshot)?;
-        let settings = composition.settings(&names);
+        let settings = composition.assembly.ground.settings(&names);
         let keepsakes = snapshot.image.keepsakes.iter().filter_map(|(name, saved)| {
             // It was found to fit.
-            composition.keepsakes.get(name)?.restore(&saved.0).ok()
+            composition.snapshots.keepsakes.get(name)?.restore(&saved.0).ok()
         });
         let ready = Ready {
             image: snapshot.image.clone(),
@@ -188,14 +191,14 @@ impl Composer {
                 .filter_map(|path| Some((path.clone(), settings.get(path)?.bytes.clone())))
                 .collect(),
             keepsakes: keepsakes.collect(),
-            time: Arc::<TimePlace>::clone(&composition.ground.means.time),
+            time: Arc::<TimePlace>::clone(&composition.assembly.ground.means.time),
             rearm: composition.armed,
         };
-        let held = Held::of(&subjects)?;
+        let held = HeldSeats::of(&subjects)?;
         let thaw = Thaw { subjects, ready };
-        let done = composition.exchange_links_with(
-            links,
-            &self.shared,
+        let done = links.exchange_with(
+            &composition.assembly,
+            &self.agent.shared,
             move |shared| thaw.judged(shared),
             |shared, thaw| thaw.apply(shared),
         );
@@ -241,13 +244,16 @@ fn instance(
     let set = snapshot.image.properties.get(&format!("{name}/params"));
     let newest = set.and_then(|set| set.values.values.last());
     let params = newest.map_or(fitting.params.as_slice(), |value| &value.bytes);
-    let present = composition.present.get(name);
+    let present = composition.assembly.present.get(name);
     let kind = present.map_or_else(|| fitting.kind.clone(), |present| present.placed(&fitting.kind));
     let made = fitting.setup.with(|setup| kind.create(setup, params));
     let made = made.map_err(|refusal| refused("can't be set up", refusal.0))?;
     let is_isolated = present.is_some_and(|present| present.isolation.is_some());
-    let retired =
-        Retired::new(kind, made, composition.ground.patience(&Arc::from(name.as_str()), is_isolated));
+    let retired = Retired::new(
+        kind,
+        made,
+        composition.assembly.ground.patience(&Arc::from(name.as_str()), is_isolated),
+    );
     let (retired, fits) = retired.restored(state.to_vec());
     fits.map_err(|reason| refused("does not take its state", reason))?;
     Ok(retired)

@@ -55,7 +55,7 @@ fn text(composition: &Composition, agent: &str, settings: impl Iterator<Item = S
                 lines.push(format!("plugins.{name}.plugins = [{}]", members.join(", ")));
             }
             PluginEntry { file, .. } => {
-                let origin = composition.origins.get(entry.name.value.as_str());
+                let origin = composition.plugins.origins.get(entry.name.value.as_str());
                 let file = origin.map(|origin| &origin.file).or(file.as_deref());
                 lines.extend(file.map(|file| format!("plugins.{name}.file = {}", path(file))));
                 lines.push(format!("plugins.{name}.load = {}", is_loaded(&entry.name)));
@@ -63,7 +63,7 @@ fn text(composition: &Composition, agent: &str, settings: impl Iterator<Item = S
         }
     }
     let configured = |name: &str| configuration.plugins().iter().any(|entry| entry.name.value == name);
-    for (name, origin) in composition.origins.iter().filter(|(name, _)| !configured(name)) {
+    for (name, origin) in composition.plugins.origins.iter().filter(|(name, _)| !configured(name)) {
         lines.push(format!("plugins.{}.file = {}", quoted(name), path(&origin.file)));
     }
     lines.push(String::new());

@@ -9,16 +9,17 @@ use slate_blackboard::channel::Latest;
 use slate_blackboard::interface::{Descriptor, FieldPath, Kind, Primitive, Value, View, find};
 use slate_module::Level;
 
+use super::SnapshotTaker;
 use super::capture::{Subjects, marks};
-use crate::agent::Composer;
-use crate::agent::composer::WeakComposer;
+use crate::agent::composition::AutomaticSnapshot;
+use crate::agent::handle::{AgentHandle, WeakHandle};
 use crate::configuration::{Configuration, Report, Spanned};
 use crate::main_loop::{Flow, Shared};
 use crate::snapshot::{Snapshot, SnapshotCondition, SnapshotError};
 
 /// Looks at the end of each cycle whether a snapshot is due.
-pub(crate) struct Watch {
-    composer: WeakComposer,
+pub(crate) struct SnapshotWatch {
+    agent: WeakHandle,
     at: Option<u64>,
     file: PathBuf,
     looked: Mutex<Looked>,
@@ -48,18 +49,18 @@ struct Looked {
     late: bool,
     /// Whether the condition was true.
     held: bool,
-    field: Option<Field>,
+    field: Option<ConditionField>,
 }
 
 /// The field of a condition.
-struct Field {
+struct ConditionField {
     condition: SnapshotCondition,
     reader: Latest,
     descriptor: &'static Descriptor,
     path: FieldPath,
 }
 
-impl Field {
+impl ConditionField {
     fn holds(&mut self) -> bool {
         self.reader.refresh();
         let value = self.reader.value().and_then(|loan| {
@@ -120,12 +121,12 @@ fn folder_of(file: &Path) -> &Path {
     file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-impl Watch {
+impl SnapshotWatch {
     /// What the configuration asks for, if it does.
     pub fn of(
         configuration: &Configuration,
         shared: &Shared,
-        composer: &Composer,
+        agent: &AgentHandle,
     ) -> Result<Option<Arc<Self>>, Report> {
         let Some(trigger) = configuration.snapshot() else { return Ok(None) };
         check_folder(configuration, &trigger.file)?;
@@ -150,12 +151,12 @@ impl Watch {
                     let message = format!("`{}` is {}", condition.field, path.kind().describe());
                     return Err(wrong(message, "name a field that is a number or a truth value"));
                 }
-                Some(Field { condition, reader, descriptor, path })
+                Some(ConditionField { condition, reader, descriptor, path })
             }
         };
         let looked = Looked { late: false, held: false, field };
         Ok(Some(Arc::new(Self {
-            composer: composer.downgrade(),
+            agent: agent.downgrade(),
             at: trigger.at.as_ref().map(|at| at.value),
             file: trigger.file.value.clone(),
             looked: Mutex::new(looked),
@@ -168,25 +169,13 @@ impl Watch {
         self.looked.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Begins anew: what is so now was no change.
-    pub fn begin(&self, shared: &Shared) {
-        let mut looked = self.looked();
-        self.due.store(false, Ordering::Relaxed);
-        looked.late = self.at.is_some_and(|at| shared.clock.now() >= at);
-        if let Some(field) = &mut looked.field {
-            // It may have seen more values than there are now.
-            field.reader.resume(0);
-        }
-        looked.held = looked.field.as_mut().is_some_and(Field::holds);
-    }
-
     /// After a cycle: a look takes some nanoseconds, and in lockstep the snapshot is taken here, so that it is always of
     /// the same cycle; on the wall clock it is taken by a thread that is made for it.
     pub fn look(self: &Arc<Self>, shared: &Shared, now: u64) -> Flow {
         let is_due = {
             let mut looked = self.looked();
             let late = self.at.is_some_and(|at| now >= at);
-            let held = looked.field.as_mut().is_some_and(Field::holds);
+            let held = looked.field.as_mut().is_some_and(ConditionField::holds);
             let is_due = late && !looked.late || held && !looked.held;
             (looked.late, looked.held) = (late, held);
             is_due
@@ -194,18 +183,18 @@ impl Watch {
         if !is_due && !self.due.load(Ordering::Relaxed) {
             return Flow::Next;
         }
-        let Some(composer) = self.composer.upgrade() else { return Flow::Next };
+        let Some(agent) = self.agent.upgrade() else { return Flow::Next };
         if !shared.lockstep {
             self.due.store(false, Ordering::Relaxed);
             let own = Arc::clone(self);
             self.write(shared, move || {
-                let snapshot = composer.save_snapshot(&own.file)?;
+                let snapshot = SnapshotTaker::new(&agent).save(&own.file)?;
                 Ok((snapshot.time(), snapshot.cycle()))
             });
             return Flow::Next;
         }
         // Somebody else who changes the agent may wait for the loop; then it is the cycle after that.
-        let Some(composition) = composer.try_composition() else {
+        let Some(composition) = agent.try_composition() else {
             self.due.store(true, Ordering::Relaxed);
             return Flow::Next;
         };
@@ -269,9 +258,21 @@ impl Watch {
             }
         }
     }
+}
 
-    /// Waits until the last snapshot is written. Not for the loop, as the thread may wait for that.
-    pub fn wait(&self) {
+impl AutomaticSnapshot for SnapshotWatch {
+    fn begin(&self, shared: &Shared) {
+        let mut looked = self.looked();
+        self.due.store(false, Ordering::Relaxed);
+        looked.late = self.at.is_some_and(|at| shared.clock.now() >= at);
+        if let Some(field) = &mut looked.field {
+            // It may have seen more values than there are now.
+            field.reader.resume(0);
+        }
+        looked.held = looked.field.as_mut().is_some_and(ConditionField::holds);
+    }
+
+    fn wait(&self) {
         let thread = locked(&self.writing).thread.take();
         if let Some(thread) = thread {
             // It has nothing that panics.

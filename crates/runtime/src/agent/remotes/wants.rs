@@ -5,15 +5,18 @@ use std::collections::BTreeMap;
 use slate_blackboard::is_within;
 use slate_module::Direction;
 
-use crate::agent::composition::Composition;
-use crate::configuration::{Compression, Link, LinkMode, LinkRate};
+use crate::agent::assembly::Present;
+use crate::configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
 use crate::sharing::{Expected, Pace, RemotePath, Want};
 use slate_composition::{elsewhere, remote_path};
 
 /// What the links of a configuration want of other agents. Links to one property share what is the most that one of
 /// them wants.
-pub(super) fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
-    let configuration = &composition.configuration;
+pub(super) fn wants(
+    configuration: &Configuration,
+    properties: &BTreeMap<RemotePath, String>,
+    modules: &BTreeMap<String, Present>,
+) -> BTreeMap<RemotePath, Want> {
     let mut wants: BTreeMap<RemotePath, Want> = BTreeMap::new();
     for link in configuration.links() {
         let Some(path) = remote_path(configuration, link) else { continue };
@@ -21,11 +24,10 @@ pub(super) fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
         if elsewhere(configuration, link).is_some() {
             continue;
         }
-        let want = want(composition, link);
+        let want = want(modules, link);
         let want = wants.get(&path).map_or_else(|| want.clone(), |known| known.and(&want));
         wants.insert(path, want);
     }
-    let properties = &composition.remotes.properties;
     let related = wants.clone();
     for (path, want) in &mut wants {
         let others = related.iter().filter(|(other, _)| {
@@ -40,11 +42,11 @@ pub(super) fn wants(composition: &Composition) -> BTreeMap<RemotePath, Want> {
     wants
 }
 
-fn want(composition: &Composition, link: &Link) -> Want {
+fn want(modules: &BTreeMap<String, Present>, link: &Link) -> Want {
     if link.destination().is_some_and(|url| url.agent().is_some()) {
         return Want::Messages;
     }
-    let port = composition.present.iter().find_map(|(name, present)| {
+    let port = modules.iter().find_map(|(name, present)| {
         let rest = link.to.value.strip_prefix(name.as_str())?.strip_prefix('/')?;
         present.description.ports.iter().find(|port| port.name == rest)
     });

@@ -9,7 +9,7 @@ use slate_module::{Description, ModuleKind};
 use crate::configuration::Configuration;
 
 /// What an agent shall be made of.
-pub(super) struct Target {
+pub(in crate::agent) struct Target {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,
     /// Whether the states of modules that leave are wanted; a save may take its time.
@@ -17,7 +17,7 @@ pub(super) struct Target {
 }
 
 /// A module that fits.
-pub(super) struct Fitting {
+pub(in crate::agent) struct Fitting {
     pub kind: ModuleKind,
     pub description: Description,
     pub setup: OwnSetup,
@@ -27,7 +27,7 @@ pub(super) struct Fitting {
 
 /// What a change came to.
 #[derive(Debug, Default)]
-pub(super) struct Changed {
+pub(in crate::agent) struct Changed {
     pub arrived: Vec<String>,
     /// With the states that they left, or why they could not be saved.
     pub left: BTreeMap<String, Result<Vec<u8>, String>>,

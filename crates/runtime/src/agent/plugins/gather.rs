@@ -5,9 +5,8 @@ use std::path::Path;
 
 use slate_module::{Level, Plugin};
 
-use super::{Origin, PluginError, unknown};
-use crate::agent::StartError;
-use crate::agent::composition::Composition;
+use super::{PluginError, unknown};
+use crate::agent::composition::{Composition, LibraryOrigin};
 use crate::clock::Clock;
 use crate::configuration::{Configuration, PluginEntry};
 use crate::log::Logger;
@@ -30,15 +29,15 @@ pub(super) struct PluginSources<'a> {
 /// Tells of libraries that are not as they were when they were loaded last.
 #[derive(Clone, Copy)]
 pub(super) struct LibraryWatch<'a> {
-    pub known: &'a KnownLibraries,
-    pub logger: &'a Logger,
-    pub clock: &'a Clock,
+    known: &'a KnownLibraries,
+    logger: &'a Logger,
+    clock: &'a Clock,
 }
 
 pub(super) struct Gathered<'a> {
     sources: PluginSources<'a>,
     catalogue: Catalogue,
-    origins: BTreeMap<String, Origin>,
+    origins: BTreeMap<String, LibraryOrigin>,
     came: Vec<Plugin>,
     /// Plugins whose dependencies are being loaded.
     open: Vec<String>,
@@ -49,7 +48,8 @@ pub(super) struct Gathered<'a> {
 impl<'a> Gathered<'a> {
     pub fn new(composition: &'a Composition) -> Self {
         let catalogue = composition.catalogue.clone();
-        Self { origins: composition.origins.clone(), ..Self::with(composition.sources(), catalogue) }
+        let origins = composition.plugins.origins.clone();
+        Self { origins, ..Self::with(PluginSources::of(composition), catalogue) }
     }
 
     pub fn with(sources: PluginSources<'a>, catalogue: Catalogue) -> Self {
@@ -64,7 +64,7 @@ impl<'a> Gathered<'a> {
     }
 
     /// The catalogue, where libraries come from, and the plugins that came.
-    pub fn done(self) -> (Catalogue, BTreeMap<String, Origin>, Vec<Plugin>) {
+    pub fn done(self) -> (Catalogue, BTreeMap<String, LibraryOrigin>, Vec<Plugin>) {
         (self.catalogue, self.origins, self.came)
     }
 
@@ -159,7 +159,7 @@ impl<'a> Gathered<'a> {
             self.dependency(plugin.name(), dependency)?;
         }
         self.open.pop();
-        self.origins.insert(plugin.name().into(), Origin { file: file.into(), residence });
+        self.origins.insert(plugin.name().into(), LibraryOrigin { file: file.into(), residence });
         self.add(plugin)
     }
 
@@ -205,7 +205,22 @@ impl<'a> Gathered<'a> {
     }
 }
 
-impl PluginSources<'_> {
+impl<'a> PluginSources<'a> {
+    /// Where the plugins of an agent come from.
+    pub fn of(composition: &'a Composition) -> Self {
+        let ground = &composition.assembly.ground;
+        Self {
+            configuration: &composition.configuration,
+            linked: &composition.plugins.linked,
+            program: ground.arenas.program.as_deref(),
+            watch: composition.plugins.known.as_ref().map(|known| LibraryWatch {
+                known,
+                logger: &ground.logger,
+                clock: &ground.means.clock,
+            }),
+        }
+    }
+
     /// Loads a library for the modules of the configuration.
     pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
         self.look(file)?;
@@ -237,11 +252,11 @@ impl PluginSources<'_> {
 ///
 /// # Errors
 /// When a plugin can't be loaded.
-pub fn catalogue(
+pub(in crate::agent) fn catalogue(
     configuration: &Configuration,
     linked: &[Plugin],
     sharing: Option<&dyn Sharing>,
-) -> Result<Catalogue, StartError> {
+) -> Result<Catalogue, PluginError> {
     let sources = PluginSources { configuration, linked, program: None, watch: None };
     let mut gathered = Gathered::with(sources, host_catalogue(sharing));
     gathered.all()?;

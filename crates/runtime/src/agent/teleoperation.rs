@@ -7,7 +7,7 @@ use slate_blackboard::channel::Writer;
 use slate_blackboard::interface::{AccessError, Descriptor, Value, edit};
 use slate_module::Level;
 
-use super::{Composer, WeakComposer};
+use super::handle::{AgentHandle, WeakHandle};
 use crate::actuators::{Actuator, Holder};
 use crate::clock::monotonic;
 
@@ -17,7 +17,7 @@ use crate::clock::monotonic;
 /// plan and below a reflex. It ends [`HOLD`](Teleoperation::HOLD) after the last [`command`](Teleoperation::command), by the
 /// agent's own clock, whatever became of the person, of the connection or of the thread that commands.
 pub struct Teleoperation {
-    composer: WeakComposer,
+    agent: WeakHandle,
     actuator: Arc<Actuator>,
     /// There until this is dropped.
     writer: Option<Writer>,
@@ -60,26 +60,31 @@ pub struct ControlsHolder {
     pub holder: Option<(String, u64)>,
 }
 
-impl Composer {
-    /// Takes the controls of an actuator. Commands pass while its gate is armed. `who` says whose they are then, for the log
-    /// and for others who want them.
-    ///
-    /// # Errors
-    /// When there is no such actuator, or somebody has its controls.
+/// Gives out the controls of actuators.
+pub(super) struct ControlsKeeper<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> ControlsKeeper<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// Takes the controls of an actuator.
     pub fn take_controls(&self, actuator: &str, who: &str) -> Result<Teleoperation, ControlsError> {
-        let actuators = self.shared.actuators();
+        let actuators = self.agent.shared.actuators();
         let Some(found) = actuators.iter().find(|known| known.name() == actuator) else {
             let known = actuators.iter().map(|known| known.name().to_owned()).collect();
             return Err(ControlsError::Unknown { name: actuator.into(), known });
         };
-        let holder = Holder { who: who.into(), since: self.now() };
+        let holder = Holder { who: who.into(), since: self.agent.now() };
         let writer = found.take_controls(holder);
         let writer = writer.map_err(|by| ControlsError::Taken { name: actuator.into(), by })?;
-        self.tell_recording("teleoperation");
-        self.log(Level::Warn, &format!("a person takes the controls of {actuator}: {who}"));
+        self.agent.recorder.tell("teleoperation");
+        self.agent.log(Level::Warn, &format!("a person takes the controls of {actuator}: {who}"));
         let command = vec![0; found.size()];
-        let (composer, actuator) = (self.downgrade(), Arc::clone(found));
-        Ok(Teleoperation { composer, actuator, writer: Some(writer), command })
+        let (agent, actuator) = (self.agent.downgrade(), Arc::clone(found));
+        Ok(Teleoperation { agent, actuator, writer: Some(writer), command })
     }
 
     /// The actuators, and who has the controls of each.
@@ -88,7 +93,7 @@ impl Composer {
             actuator: actuator.name().into(),
             holder: actuator.holder().map(|holder| (holder.who, holder.since)),
         };
-        self.shared.actuators().iter().map(of).collect()
+        self.agent.shared.actuators().iter().map(of).collect()
     }
 }
 
@@ -140,8 +145,8 @@ impl Drop for Teleoperation {
         if let Some(writer) = self.writer.take() {
             self.actuator.give_controls_back(writer);
         }
-        if let Some(composer) = self.composer.upgrade() {
-            composer.say(&format!("nobody has the controls of {} any more", self.actuator()));
+        if let Some(agent) = self.agent.upgrade() {
+            agent.say(&format!("nobody has the controls of {} any more", self.actuator()));
         }
     }
 }

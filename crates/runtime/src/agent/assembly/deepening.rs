@@ -3,13 +3,13 @@
 
 use std::sync::Arc;
 
-use super::build::deepening;
-use super::composition::Composition;
+use super::Assembly;
+use crate::agent::build::deepening;
 use crate::configuration::Configuration;
 use crate::main_loop::Shared;
 use slate_composition::Survey;
 
-impl Composition {
+impl Assembly {
     /// Has outputs keep as many values as the queues need that are linked to them by a survey, before those get their
     /// readers. Nobody who reads them already learns of it, so it may stay when the links are not made after all. Fails
     /// with the name of a module that has not returned.

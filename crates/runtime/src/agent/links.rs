@@ -8,8 +8,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::is_within;
 use slate_module::Direction;
 
-use super::Composer;
-use crate::agent::composition::Composition;
+use super::handle::AgentHandle;
 use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
 use crate::sharing::RemotePath;
 use slate_composition::{Complaints, loose, survey};
@@ -114,14 +113,24 @@ pub struct LinkStatus {
     pub trouble: Option<String>,
 }
 
-impl Composer {
+/// Lists, makes and takes away links.
+pub(super) struct LinkEditor<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> LinkEditor<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
     /// The links that the agent has, by their destinations.
     pub fn links(&self) -> Vec<LinkStatus> {
-        let composition = self.composition();
-        let gauge = |link: &Link| composition.ground.gauges.get(&link.to.value);
+        let composition = self.agent.composition();
+        let gauge = |link: &Link| composition.assembly.ground.gauges.get(&link.to.value);
         let unmade = composition.unmade();
+        let misfits = &composition.assembly.misfits;
         let trouble = |link: &Link| {
-            let trouble = composition.remotes.trouble(&composition.configuration, link);
+            let trouble = composition.remotes.trouble(&composition.configuration, link, misfits);
             let ends = [link.to.value.clone(), link.from.value.path_in("")];
             let mut unmade = unmade.iter().filter(|(port, _)| ends.iter().any(|end| is_within(end, port)));
             trouble.or_else(|| unmade.next().map(|(_, reason)| reason.clone()))
@@ -129,11 +138,11 @@ impl Composer {
         let status = |link: &Link| LinkStatus {
             queue: gauge(link)
                 .map(|gauge| (gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed))),
-            age: composition.ground.ages.get(&link.to.value).and_then(|age| age.get()),
+            age: composition.assembly.ground.ages.get(&link.to.value).and_then(|age| age.get()),
             evicted: gauge(link).is_some_and(|gauge| gauge.evicted.load(Ordering::Relaxed)),
             options: composition.configuration.link_options(link),
             inferred: link.is_inferred(),
-            sends: composition.sends(&link.to.value, &link.from.value.path_in("")),
+            sends: composition.assembly.sends(&link.to.value, &link.from.value.path_in("")),
             to: link.to.value.clone(),
             from: link.from.value.to_string(),
             trouble: trouble(link),
@@ -141,30 +150,21 @@ impl Composer {
         composition.configuration.links().iter().map(status).collect()
     }
 
-    /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing. None of
-    /// it keeps the agent from running.
+    /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing.
     pub fn loose_ends(&self) -> Vec<Diagnostic> {
-        let composition = self.composition();
+        let composition = self.agent.composition();
         let configuration = &composition.configuration;
         let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
         loose(configuration, &survey)
     }
 
-    /// Links an input, between two cycles and with the states of all modules as they are; it may have another link, or a
-    /// value. An outbox that sends to another inbox leaves that one. The configuration has the link from then on, so that
-    /// it can be saved.
-    ///
-    /// # Errors
-    /// What does not fit; nothing is changed then.
+    /// Links an input, between two cycles and with the states of all modules as they are.
     pub fn link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
         self.commit(|| self.linking(&database, link, &path))
     }
 
-    /// Whether a link could be made: as [`link`](Composer::link), and nothing is changed.
-    ///
-    /// # Errors
-    /// As [`link`](Composer::link).
+    /// Whether a link could be made: as [`link`](LinkEditor::link), and nothing is changed.
     pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
         Ok(self.judged(self.linking(&database, link, &path)?)?.changes().to_vec())
@@ -185,22 +185,20 @@ impl Composer {
 
     /// The inbox that an outbox sends to until a link leads it to another one, and the path of the outbox.
     fn left_by(&self, link: &NewLink, to: &str) -> Option<(String, String)> {
-        let composition = self.composition();
+        let composition = self.agent.composition();
         let from = composition.configuration.own_path(&link.from).ok()?;
-        let mut links = composition.configuration.links().iter().filter(|_| composition.sends(to, &from));
+        let mut links =
+            composition.configuration.links().iter().filter(|_| composition.assembly.sends(to, &from));
         let left = links.find(|own| {
             own.to.value != to
                 && own.from.value.path_in("") == from
-                && composition.sends(&own.to.value, &from)
+                && composition.assembly.sends(&own.to.value, &from)
         })?;
         Some((left.to.value.clone(), from))
     }
 
-    /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not fit, and
-    /// what to do.
-    ///
-    /// # Errors
-    /// As [`link`](Composer::link).
+    /// Why a link to that property of another agent would wait, which is not on the board yet: what of it does not
+    /// fit, and what to do.
     pub fn misfit(
         &self,
         link: &NewLink,
@@ -213,7 +211,7 @@ impl Composer {
         let url = path.to_string();
         let descriptor = property.descriptor;
         let found = slate_composition::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
-        let target = self.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
+        let target = self.agent.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
         let survey = survey(configuration, &target.catalogue, &mut Complaints::new(configuration));
         if let Some(misfit) = survey.misfits.get(&to) {
             return Ok(Some((misfit.message.clone(), misfit.help.clone())));
@@ -242,36 +240,23 @@ impl Composer {
         })
     }
 
-    /// Takes the links of an input or inbox away. An input then has the value that is set for it, or that of an input which was never
-    /// written.
-    ///
-    /// # Errors
-    /// When there is no such link, or a module needs it; nothing is changed then.
+    /// Takes the links of an input or inbox away.
     pub fn unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         self.unlink_from(to, None)
     }
 
-    /// Takes one of the senders of an inbox away, or as [`unlink`](Composer::unlink).
-    ///
-    /// # Errors
-    /// As [`unlink`](Composer::unlink).
+    /// Takes one of the senders of an inbox away, or as [`unlink`](LinkEditor::unlink).
     pub fn unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
         let (database, cut) = self.linked(to, from)?;
         self.commit(|| without(&database, &cut))
     }
 
-    /// Whether a link could be taken away: as [`unlink`](Composer::unlink), and nothing is changed.
-    ///
-    /// # Errors
-    /// As [`unlink`](Composer::unlink).
+    /// Whether a link could be taken away: as [`unlink`](LinkEditor::unlink), and nothing is changed.
     pub fn check_unlink(&self, to: &str) -> Result<Vec<Change>, Report> {
         self.check_unlink_from(to, None)
     }
 
     /// Whether one of the senders of an inbox could be taken away.
-    ///
-    /// # Errors
-    /// As [`unlink`](Composer::unlink).
     pub fn check_unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
         let (database, cut) = self.linked(to, from)?;
         Ok(self.judged(without(&database, &cut)?)?.changes().to_vec())
@@ -279,7 +264,7 @@ impl Composer {
 
     /// The database, and the path of what a link fills or the URL of another agent's inbox.
     fn destination(&self, to: &str) -> Result<(Database, String), Report> {
-        let composition = self.composition();
+        let composition = self.agent.composition();
         let own = composition.configuration.agent_name();
         let other = slate_blackboard::Url::parse(to)
             .ok()
@@ -294,12 +279,12 @@ impl Composer {
     /// Whether a link carries messages.
     fn sends(&self, to: &str, from: &str) -> bool {
         let from = slate_blackboard::Url::parse(from).map(|url| url.path_in("")).unwrap_or_default();
-        self.composition().sends(to, &from)
+        self.agent.composition().assembly.sends(to, &from)
     }
 
     fn linked(&self, to: &str, from: Option<&str>) -> Result<(Database, Cut), Report> {
         let (database, path) = self.destination(to)?;
-        let configuration = Arc::clone(&self.composition().configuration);
+        let configuration = Arc::clone(&self.agent.composition().configuration);
         let from = from.map(|from| configuration.own_path(from)).transpose()?;
         let is_it = |link: &&Link| {
             link.to.value == path && from.as_ref().is_none_or(|from| link.from.value.path_in("") == *from)
@@ -327,9 +312,6 @@ impl Composer {
     }
 
     /// Makes changes of the configuration, unless links are among them that a module is in the way of.
-    ///
-    /// # Errors
-    /// What is wrong with them.
     pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
         loop {
             // Somebody else may be faster.
@@ -340,30 +322,12 @@ impl Composer {
     }
 
     /// Refuses changes of links that a module is in the way of.
-    ///
-    /// # Errors
-    /// The links that a module is in the way of.
     pub fn judged(&self, proposal: Proposal) -> Result<Proposal, Report> {
         if proposal.changes().iter().any(|change| change.names().first().is_some_and(|name| name == "links"))
         {
-            self.check_returned(proposal.configuration())?;
+            self.agent.composition().check_returned(proposal.configuration())?;
         }
         Ok(proposal)
-    }
-}
-
-impl Composition {
-    /// Whether a link carries messages: an inbox is filled, or an outbox sends.
-    pub(in crate::agent) fn sends(&self, to: &str, from: &str) -> bool {
-        let modules = || self.present.iter().map(|(name, present)| (name.as_str(), &present.description));
-        slate_composition::sends(modules, to, from)
-    }
-
-    pub(in crate::agent) fn database(&self) -> Result<Database, Report> {
-        self.database.clone().ok_or_else(|| {
-            let message = "the configuration of this agent can't change while it runs";
-            Diagnostic::without_place(message, Some("load it with a database".into())).into()
-        })
     }
 }
 

@@ -1,45 +1,54 @@
 //! Other code under modules whose ports stay as they are: all of them go on with it, or none.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate_module::{Level, Refusal};
 
-use super::reload::Carried;
-use super::{Composer, PluginError};
-use crate::agent::composition::{Composition, Fitting};
+use super::departure::Departure;
+use super::version::PluginVersion;
+use super::{CarriedStates, PluginError};
+use crate::agent::composition::Composition;
+use crate::agent::handle::AgentHandle;
 use crate::main_loop::Seat;
 use crate::runner::Retired;
 
 /// A module that goes on with other code.
-struct Exchange {
+struct PendingExchange {
     seat: Arc<Seat>,
     own_thread: bool,
     fresh: Retired,
 }
 
 /// Modules that went on with other code together, and their old instances.
-pub(super) struct Exchanged {
+pub(super) struct ExchangedCode {
     pub seats: Vec<Arc<Seat>>,
     pub own_thread: bool,
     pub old: Vec<Retired>,
 }
 
-impl Composer {
-    /// Exchanges the code of those modules.
-    pub(super) fn exchange(
+/// Exchanges the code of modules.
+pub(super) struct CodeExchange<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> CodeExchange<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// Lets those modules go on with that version of their plugin.
+    pub fn exchange(
         &self,
         composition: &mut Composition,
         modules: &[String],
-        mut described: BTreeMap<String, Fitting>,
-    ) -> Result<Carried, PluginError> {
-        let _closed = self.end_threads(composition, modules)?;
+        version: &mut PluginVersion<'_>,
+    ) -> Result<CarriedStates, PluginError> {
+        let _closed = Departure::new(self.agent, modules).end_threads(composition)?;
         let mut exchanges = Vec::new();
         for module in modules {
-            let Some(fitting) = described.get(module) else { continue };
-            let present = &composition.present[module];
-            let fresh = self.fresh(composition, module, fitting)?;
-            exchanges.push(Exchange {
+            let Some(fresh) = version.fresh(composition, module)? else { continue };
+            let present = &composition.assembly.present[module];
+            exchanges.push(PendingExchange {
                 seat: Arc::clone(&present.seat),
                 own_thread: present.own_thread,
                 fresh,
@@ -48,57 +57,50 @@ impl Composer {
         let (threaded, on_loop): (Vec<_>, Vec<_>) =
             exchanges.into_iter().partition(|exchange| exchange.own_thread);
         let mut states = Vec::new();
-        let mut done: Vec<Exchanged> = Vec::new();
+        let mut done: Vec<ExchangedCode> = Vec::new();
         let groups = threaded.into_iter().map(|exchange| vec![exchange]).chain([on_loop]);
         for group in groups.filter(|group| !group.is_empty()) {
             let own_thread = group[0].own_thread;
             let seats: Vec<_> = group.iter().map(|exchange| Arc::clone(&exchange.seat)).collect();
-            let result = self.shared.with_seats(&seats, own_thread, move || exchange_all(group));
+            let result = self.agent.shared.with_seats(&seats, own_thread, move || exchange_all(group));
             let Some((carried, old)) = result else {
                 let module = seats.iter().find(|seat| !seat.is_idle()).map(|seat| seat.name.to_string());
                 done.into_iter().rev().for_each(|exchanged| self.take_back(exchanged));
                 return Err(PluginError::Late { module: module.unwrap_or_default() });
             };
             states.extend(seats.iter().map(|seat| seat.name.to_string()).zip(carried));
-            done.push(Exchanged { seats, own_thread, old });
+            done.push(ExchangedCode { seats, own_thread, old });
         }
-        for module in modules {
-            if let Some((present, fitting)) =
-                composition.present.get_mut(module).zip(described.remove(module))
-            {
-                present.kind = fitting.kind;
-                present.description = fitting.description;
-            }
-        }
+        modules.iter().for_each(|module| version.note(composition, module));
         // The old instances end here, and not on the loop.
         drop(done);
         Ok(states)
     }
 
     /// Lets modules go on with their old code, in the state that they had with it.
-    pub(super) fn take_back(&self, exchanged: Exchanged) {
-        let Exchanged { seats, own_thread, old } = exchanged;
+    pub fn take_back(&self, exchanged: ExchangedCode) {
+        let ExchangedCode { seats, own_thread, old } = exchanged;
         let involved = seats.clone();
-        let back = self.shared.with_seats(&seats, own_thread, move || {
+        let back = self.agent.shared.with_seats(&seats, own_thread, move || {
             Some(involved.iter().zip(old).map(|(seat, old)| exchange_one(seat, old)).collect::<Vec<_>>())
         });
         if back.is_none() {
             let names: Vec<_> = seats.iter().map(|seat| &*seat.name).collect();
             let text =
                 format!("{} can't go back to the old code, as a call does not return", names.join(", "));
-            self.shared.logger.log(self.shared.clock.now(), Level::Error, &text);
+            self.agent.shared.logger.log(self.agent.shared.clock.now(), Level::Error, &text);
         }
     }
 }
 
 /// What became of each state, and the old instances.
-type Outcome = (Vec<Result<(), String>>, Vec<Retired>);
+type CarriedCode = (Vec<Result<(), String>>, Vec<Retired>);
 
 /// Carries the states over, and then exchanges the code of all; nothing when a module does not return.
-fn exchange_all(exchanges: Vec<Exchange>) -> Option<Outcome> {
+fn exchange_all(exchanges: Vec<PendingExchange>) -> Option<CarriedCode> {
     let mut carried = Vec::new();
     let mut ready = Vec::new();
-    for Exchange { seat, own_thread, fresh } in exchanges {
+    for PendingExchange { seat, own_thread, fresh } in exchanges {
         // It ends with this when a module does not return.
         let (kind, instance) = fresh.parts();
         let (old_kind, old) = {

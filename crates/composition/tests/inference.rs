@@ -1,0 +1,150 @@
+//! Links that need not be written: which of them are made, how one is left out, and how long they stay.
+
+use slate_composition::{Wired, loose};
+
+use crate::robot::{catalogue, links, read, wired};
+
+/// All that types and roles of the robot leave no choice of.
+const INFERRED: [&str; 6] = [
+    "r2/execute/plan <- /r2/wanderer/plan inferred",
+    "r2/execute/reflexes <- /r2/avoid/reflex inferred",
+    "r2/execute/reflexes <- /r2/retreat/reflex inferred",
+    "r2/wanderer/range <- /r2/way/change inferred",
+    "r2/wanderer/situation <- /r2/execute/status inferred",
+    "r2/way/range <- /r2/front/percept inferred",
+];
+
+fn without(gone: &[&str]) -> Vec<&'static str> {
+    INFERRED.into_iter().filter(|line| !gone.iter().any(|part| line.contains(part))).collect()
+}
+
+#[test]
+fn types_and_roles_of_blocks_link_a_robot() {
+    assert_eq!(wired("", &[]), INFERRED);
+}
+
+#[test]
+fn false_at_an_inbox_leaves_it_without_any_sender() {
+    for setting in [
+        "links.\"r2/execute/reflexes\"=false",
+        "robots.r2.links.\"execute/reflexes\"=false",
+        "links.\"/r2/execute/reflexes\"=false",
+    ] {
+        assert_eq!(wired("", &[setting]), without(&["reflexes"]), "{setting}");
+    }
+    let written = "[robots.r2.links]\n\"execute/reflexes\" = [\"avoid/reflex\"]\n";
+    assert_eq!(wired(written, &["links.\"r2/execute/reflexes\"=false"]), without(&["reflexes"]));
+    assert_eq!(wired("[robots.r2.links]\n\"execute/plan\" = false\n", &[]), without(&["execute/plan"]));
+}
+
+#[test]
+fn false_at_an_input_leaves_it_without_a_link() {
+    assert_eq!(wired("[robots.r2.links]\n\"way/range\" = false\n", &[]), without(&["way/range"]));
+}
+
+#[test]
+fn false_at_one_sender_leaves_the_others() {
+    let one = "[robots.r2.links]\n\"execute/reflexes\" = { \"avoid/reflex\" = false }\n";
+    assert_eq!(wired(one, &[]), without(&["avoid"]));
+}
+
+#[test]
+fn false_in_a_list_leaves_only_senders_that_are_named() {
+    let only = |list: &str| wired(&format!("[robots.r2.links]\n\"execute/reflexes\" = {list}\n"), &[]);
+    let mut expected = without(&["reflexes"]);
+    assert_eq!(only("[false]"), expected);
+    expected.insert(1, "r2/execute/reflexes <- /r2/avoid/reflex");
+    assert_eq!(only("[\"avoid/reflex\", false]"), expected);
+    assert_eq!(only("{ \"avoid/reflex\" = true, \"*\" = false }"), expected);
+    assert_eq!(only("{ from = [\"avoid/reflex\", false] }"), expected);
+    // Without it the list adds to what is inferred.
+    expected.insert(2, "r2/execute/reflexes <- /r2/retreat/reflex inferred");
+    assert_eq!(only("[\"avoid/reflex\"]"), expected);
+    let closed = "[robots.r2.links]\n\"execute/reflexes\" = [\"avoid/reflex\", false]\n";
+    assert_eq!(wired(closed, &["links.\"r2/execute/reflexes\".\"*\"=true"]), expected);
+}
+
+#[test]
+fn no_warning_of_a_sender_whose_inbox_is_left_out() {
+    let catalogue = catalogue(&[]);
+    let warnings = |sets: &[&str]| {
+        let configuration = read("", sets);
+        let wired = Wired::new(&configuration, &catalogue, &|_| false);
+        let survey = wired.check(&catalogue).unwrap();
+        let found = loose(wired.configuration(), &survey);
+        found
+            .iter()
+            .map(|one| one.message().to_owned())
+            .filter(|one| one.contains("reflex"))
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(warnings(&["links.\"r2/execute/reflexes\"=false"]), Vec::<String>::new());
+    let one = "links.\"r2/execute/reflexes\"={ \"/r2/avoid/reflex\" = false }";
+    assert_eq!(warnings(&[one]), Vec::<String>::new());
+}
+
+/// An agent that is loaded without some of its plugins, and gets others while it runs.
+struct Running {
+    wired: Wired,
+    /// The plugins that are not loaded.
+    dormant: Vec<&'static str>,
+}
+
+impl Running {
+    fn without(dormant: &[&'static str]) -> Self {
+        let configuration = read("[robots.r2.modules.back]\n", &[]);
+        let wired = Wired::new(&configuration, &catalogue(dormant), &|_| false);
+        Self { wired, dormant: dormant.to_vec() }
+    }
+
+    fn links(&self) -> Vec<String> {
+        links(self.wired.configuration())
+    }
+
+    /// The same with another plugin; what is wrong if it is refused.
+    fn load(&self, plugin: &str) -> Result<Self, String> {
+        let dormant: Vec<_> = self.dormant.iter().copied().filter(|name| *name != plugin).collect();
+        let (configuration, earlier, now) =
+            (self.wired.configuration(), catalogue(&self.dormant), catalogue(&dormant));
+        let stays = |name: &str| {
+            let module = configuration.modules().iter().find(|module| module.name.value == name);
+            module.is_some_and(|module| !earlier.is_dormant(&module.kind.value))
+        };
+        let wired = Wired::new(configuration, &now, &stays);
+        wired.check(&now).map(|_| ()).map_err(|report| report.to_string())?;
+        Ok(Self { wired, dormant })
+    }
+}
+
+#[test]
+fn arriving_module_gets_its_links_and_changes_no_other() {
+    let before = Running::without(&["back", "retreat", "way_is_free"]);
+    assert_eq!(before.links(), without(&["retreat", "way"]));
+    assert_eq!(before.load("retreat").unwrap().links(), without(&["way"]));
+    // The Plan was there before the Analyze, so it stays without it.
+    assert_eq!(before.load("way_is_free").unwrap().links(), without(&["retreat", "wanderer/range"]));
+}
+
+#[test]
+fn written_or_missing_link_stays_when_a_candidate_arrives() {
+    let before = Running::without(&["front", "back"]);
+    assert_eq!(before.links(), without(&["way/range"]));
+    // The Analyze was loaded when nothing could be read, and is not touched by what comes.
+    let came = before.load("front").unwrap().load("back").unwrap();
+    assert_eq!(came.links(), without(&["way/range"]));
+}
+
+#[test]
+fn newcomer_that_makes_a_link_ambiguous_is_refused() {
+    let before = Running::without(&["back"]);
+    assert_eq!(before.links(), INFERRED);
+    let refused = before.load("back").err().unwrap();
+    for part in [
+        "`r2/way/range` could read `r2/back/percept` or `r2/front/percept`",
+        "\"/r2/way/range\" = \"/r2/back/percept\"",
+        "\"/r2/way/range\" = \"/r2/front/percept\"",
+    ] {
+        assert!(refused.contains(part), "{part} in {refused}");
+    }
+    assert_eq!(before.links(), INFERRED, "nothing has changed");
+}

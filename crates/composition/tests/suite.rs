@@ -1,0 +1,5 @@
+//! All tests of the crate, in one program.
+#![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test that fails panics")]
+
+mod inference;
+mod robot;

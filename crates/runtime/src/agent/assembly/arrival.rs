@@ -1,0 +1,134 @@
+//! Modules come and go.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use slate_module::Level;
+
+use super::{Assembly, Present};
+use crate::agent::build::{GroundMark, build};
+use crate::configuration::{Configuration, Report};
+use crate::main_loop::{Seat, Shared};
+use slate_composition::{RESERVED, Survey};
+
+/// States of modules by name, or why they could not be saved.
+pub(in crate::agent) type ModuleStates = BTreeMap<String, Result<Vec<u8>, String>>;
+
+/// Modules that came.
+pub(in crate::agent) struct Arrivals {
+    pub names: Vec<String>,
+    /// Those that took over a state, or why it did not fit.
+    pub restored: BTreeMap<String, Result<(), String>>,
+    /// What was there before them.
+    before: GroundMark,
+}
+
+impl Assembly {
+    /// Makes the modules of a survey that are not there yet, with the states that they are to have. When one of them can't
+    /// be made, nothing of it stays.
+    pub fn admit(
+        &mut self,
+        configuration: &Configuration,
+        survey: &Survey<'_>,
+        states: &ModuleStates,
+    ) -> Result<Arrivals, Report> {
+        let name = |index: &usize| survey.modules[*index].module.name.value.as_str();
+        let arriving: Vec<usize> =
+            (0..survey.modules.len()).filter(|index| !self.present.contains_key(name(index))).collect();
+        let before = self.ground.mark();
+        let built = build(configuration, survey, &mut self.ground, &arriving);
+        let mut runners = built.map_err(|diagnostics| {
+            self.ground.undo(&before, arriving.iter().map(name));
+            Report::from(diagnostics)
+        })?;
+        let mut restored = BTreeMap::new();
+        for runner in &mut runners {
+            let Some(Ok(state)) = states.get(&*runner.name) else { continue };
+            restored.insert(runner.name.to_string(), runner.restore(state));
+        }
+        for (index, runner) in arriving.iter().zip(runners) {
+            let surveyed = &survey.modules[*index];
+            let isolation = runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
+            let present = Present {
+                seat: Arc::new(Seat::new(runner)),
+                kind: surveyed.kind.clone(),
+                description: surveyed.description.clone(),
+                own_thread: self.ground.has_own_thread(surveyed),
+                isolation,
+                leads: survey.leads(configuration, *index),
+            };
+            self.present.insert(name(index).to_owned(), present);
+        }
+        Ok(Arrivals {
+            names: arriving.iter().map(|index| name(index).to_owned()).collect(),
+            restored,
+            before,
+        })
+    }
+
+    /// Takes the modules out that a survey does not have.
+    pub fn take_leaving(&mut self, survey: &Survey<'_>) -> BTreeMap<String, Present> {
+        let stays: BTreeSet<&str> =
+            survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
+        let (staying, leaving) = std::mem::take(&mut self.present)
+            .into_iter()
+            .partition(|(name, _)| stays.contains(name.as_str()));
+        self.present = staying;
+        leaving
+    }
+
+    /// Arms the actuators that came; a stop that is still latched keeps them disarmed.
+    pub fn arm(&self, arrivals: &Arrivals) {
+        let actuators = self.ground.actuators.values();
+        actuators.filter(|actuator| !arrivals.before.has_actuator(actuator.name())).for_each(|actuator| {
+            actuator.arm();
+        });
+    }
+
+    /// Starts the threads of modules that came to an agent that runs.
+    pub fn start_arrived(&self, arrivals: &Arrivals, shared: &Arc<Shared>) {
+        for name in &arrivals.names {
+            let present = &self.present[name];
+            if present.own_thread
+                && shared.is_running()
+                && let Err(error) = shared.threads().start(shared, &present.seat)
+            {
+                let text = format!("the thread of {name} can't be started: {error}");
+                shared.logger.log(shared.clock.now(), Level::Error, &text);
+            }
+        }
+    }
+
+    /// Ends modules that were taken out; returns their states, if these are to be kept.
+    pub fn dispose(
+        &mut self,
+        leaving: BTreeMap<String, Present>,
+        shared: &Shared,
+        keep: bool,
+    ) -> ModuleStates {
+        let ended = leaving.into_iter().map(|(name, present)| {
+            self.last_known.insert(name.clone(), present.description.clone());
+            let state = present.dispose(&name, &mut self.ground, shared, keep);
+            (name, state)
+        });
+        ended.collect()
+    }
+
+    /// Takes the properties of modules that have left off the board, but for those that others read.
+    pub fn forget(&mut self, absent: &BTreeSet<&str>, left: &BTreeMap<String, Result<Vec<u8>, String>>) {
+        for name in left.keys() {
+            for path in self.ground.paths() {
+                let own = path.strip_prefix(name.as_str()).and_then(|rest| rest.strip_prefix('/'));
+                let is_of_another = self.present.keys().any(|other| path.starts_with(&format!("{other}/")));
+                if own.is_none() || is_of_another || absent.contains(path.as_str()) {
+                    continue;
+                }
+                // The state of a module that has left says so.
+                if own != Some(RESERVED[2]) {
+                    // Nobody else takes it off.
+                    let _ = self.ground.board.remove(&path);
+                }
+            }
+        }
+    }
+}

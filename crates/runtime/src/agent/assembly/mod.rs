@@ -1,0 +1,188 @@
+//! The modules of an agent and the links between them, as they are made.
+
+mod arrival;
+mod deepening;
+mod owners;
+mod present;
+mod relinking;
+mod unlinked;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use slate_blackboard::interface::Value;
+
+use super::build::{Ground, Made, rewire};
+use crate::configuration::{Configuration, Diagnostic};
+pub(super) use crate::main_loop::Levels;
+use crate::main_loop::{Seat, Shared};
+pub(super) use arrival::ModuleStates;
+use owners::LoopOwners;
+pub(super) use present::Present;
+pub(super) use relinking::Relinking;
+use slate_composition::{Catalogue, Misfit, Survey, Wire};
+use slate_module::Description;
+pub(super) use unlinked::Unlinked;
+
+/// What is made of a composition: its modules, and how they are linked.
+pub(super) struct Assembly {
+    pub ground: Ground,
+    /// By name.
+    pub present: BTreeMap<String, Present>,
+    /// The modules that read a path.
+    pub listeners: BTreeMap<String, BTreeSet<String>>,
+    /// The links that don't fit what other agents have, as of the last survey.
+    pub misfits: BTreeMap<String, Misfit>,
+    /// What modules were that have left, to check their settings by while their code is away.
+    pub last_known: BTreeMap<String, Description>,
+    owners: LoopOwners,
+}
+
+impl Assembly {
+    /// Of no module yet.
+    pub fn new(ground: Ground) -> Self {
+        Self {
+            ground,
+            present: BTreeMap::new(),
+            listeners: BTreeMap::new(),
+            misfits: BTreeMap::new(),
+            last_known: BTreeMap::new(),
+            owners: LoopOwners::default(),
+        }
+    }
+
+    /// What the loop runs of the modules that are there, stage by stage.
+    pub fn stages(&self, survey: &Survey<'_>) -> Vec<Levels> {
+        let on_loop = |level: &Vec<usize>| {
+            let names = level.iter().map(|index| survey.modules[*index].module.name.value.as_str());
+            names
+                .map(|name| &self.present[name])
+                .filter(|present| !present.own_thread || present.seat.is_kicked())
+                .map(|present| Arc::clone(&present.seat))
+                .collect()
+        };
+        survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect()
+    }
+
+    /// The modules that have threads of their own.
+    fn threaded(&self) -> Vec<Arc<Seat>> {
+        let threaded = self.present.values().filter(|present| present.own_thread);
+        threaded.map(|present| Arc::clone(&present.seat)).collect()
+    }
+
+    /// Starts the threads of modules that have their own.
+    pub fn start_threads(&self, shared: &Arc<Shared>) -> std::io::Result<()> {
+        let mut threads = shared.threads();
+        self.threaded().iter().try_for_each(|seat| threads.start(shared, seat))
+    }
+
+    /// Has the loop run those stages from its next cycle on, with the threads and actuators that there are.
+    pub fn compose(&mut self, stages: Vec<Levels>, shared: &Arc<Shared>) {
+        self.ground.means.actuators.set(self.ground.actuators.clone());
+        shared.compose(stages, self.threaded(), self.ground.actuators.values().cloned().collect());
+        let Self { owners, present, ground, .. } = self;
+        owners.connect(present, &ground.means, shared);
+    }
+
+    /// As [`compose`](Assembly::compose), between two cycles and with what else is done then; nothing when the loop was lost.
+    fn compose_with<R: Send + 'static, E: Send + 'static>(
+        &self,
+        stages: Vec<Levels>,
+        shared: &Shared,
+        work: impl FnOnce() -> Result<R, E> + Send + 'static,
+    ) -> Option<Result<R, E>> {
+        let actuators = self.ground.actuators.values().cloned().collect();
+        shared.compose_with(stages, self.threaded(), actuators, work)
+    }
+
+    /// The module that is there and whose name begins a path.
+    pub fn owner(&self, path: &str) -> Option<String> {
+        let owns =
+            |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
+        self.present.keys().filter(owns).max_by_key(|name| name.len()).cloned()
+    }
+
+    /// Whether a link carries messages: an inbox is filled, or an outbox sends.
+    pub fn sends(&self, to: &str, from: &str) -> bool {
+        let modules = || self.present.iter().map(|(name, present)| (name.as_str(), &present.description));
+        slate_composition::sends(modules, to, from)
+    }
+
+    /// The default of a module's parameter.
+    pub fn default_of(&self, module: &str, parameter: &str) -> Option<Value> {
+        let parameters = &self.present.get(module)?.description.parameters;
+        parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
+    }
+
+    /// Whether what was in the way still is: a module, or the main loop.
+    pub fn is_late(&self, name: &str) -> bool {
+        match self.present.get(name) {
+            Some(present) => present.seat.is_late(),
+            None => self.present.values().any(|present| present.seat.is_late()),
+        }
+    }
+
+    /// The ports of modules that are there whose links are other ones.
+    pub fn changed(
+        &self,
+        configuration: &Configuration,
+        survey: &Survey<'_>,
+    ) -> BTreeMap<usize, BTreeSet<Wire>> {
+        let mut changed = BTreeMap::new();
+        for (m, surveyed) in survey.modules.iter().enumerate() {
+            let Some(present) = self.present.get(&surveyed.module.name.value) else { continue };
+            let new = survey.leads(configuration, m);
+            let wires: BTreeSet<Wire> = present.leads.keys().chain(new.keys()).copied().collect();
+            let wires: BTreeSet<Wire> =
+                wires.into_iter().filter(|wire| present.leads.get(wire) != new.get(wire)).collect();
+            if !wires.is_empty() {
+                changed.insert(m, wires);
+            }
+        }
+        changed
+    }
+
+    /// Gives the modules the links of that configuration; instances, states and counters go on. Returns the modules that
+    /// read something else now.
+    pub fn relink(
+        &mut self,
+        configuration: &Configuration,
+        catalogue: &Catalogue,
+        shared: &Arc<Shared>,
+    ) -> Result<Vec<String>, Unlinked> {
+        let mark = self.ground.mark();
+        let mut relinking = Relinking::prepare(self, configuration, catalogue, shared)?;
+        if relinking.is_other_than(self)
+            && let Err(module) = relinking.exchange(self, shared)
+        {
+            self.ground.undo(&mark, []);
+            return Err(Unlinked::late(&module));
+        }
+        relinking.show(&self.ground.board);
+        Ok(relinking.note(self))
+    }
+
+    /// Whether links can be those of a survey: all handles can be had. Nothing of it stays.
+    pub fn try_links(
+        &mut self,
+        configuration: &Configuration,
+        survey: &Survey<'_>,
+    ) -> Result<(), Vec<Diagnostic>> {
+        let changed = self.changed(configuration, survey);
+        if changed.is_empty() {
+            return Ok(());
+        }
+        let mark = self.ground.mark();
+        let nobody = BTreeSet::new();
+        let result = rewire(configuration, survey, &mut self.ground, &changed, &nobody, Made::OnTrial);
+        let result = result.map(drop);
+        self.ground.undo(&mark, []);
+        result
+    }
+}
+
+/// The modules that read a path.
+pub(super) fn listeners(survey: &Survey<'_>) -> BTreeMap<String, BTreeSet<String>> {
+    let owned = |names: &Vec<&str>| names.iter().map(|name| (*name).to_owned()).collect();
+    survey.listeners.iter().map(|(path, names)| (path.clone(), owned(names))).collect()
+}

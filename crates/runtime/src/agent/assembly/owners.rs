@@ -1,0 +1,45 @@
+//! The modules that the main loop asks: the one that may take it, and the one that says what time it is.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_module::aspect::{MainLoop, Service, TimeSource};
+
+use super::present::Present;
+use crate::aspects::{Means, PlaceTime};
+use crate::main_loop::Shared;
+use slate_composition::needs;
+
+/// The modules that the main loop asks, by name.
+#[derive(Default)]
+pub(super) struct LoopOwners {
+    /// The module that has the main loop, or may take it.
+    taker: Option<String>,
+    /// The module that says what time it is.
+    time: Option<String>,
+}
+
+impl LoopOwners {
+    /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
+    pub fn connect(&mut self, modules: &BTreeMap<String, Present>, means: &Means, shared: &Arc<Shared>) {
+        let of = |schema: u64| modules.iter().find(|(_, present)| needs(&present.description, schema));
+        let (taker, time) = (of(MainLoop::DESCRIPTOR.hash), of(TimeSource::DESCRIPTOR.hash));
+        let name = |owner: Option<(&String, &Present)>| owner.map(|(name, _)| name.clone());
+        if name(taker) != self.taker {
+            let place = taker
+                .and_then(|(name, present)| Some((means.takeovers.get(name)?, Arc::clone(&present.seat))));
+            shared.set_takeover(place);
+        }
+        if name(time) != self.time {
+            match time {
+                Some((_, present)) => {
+                    let code = PlaceTime(Arc::clone(&means.time));
+                    let seat = (!present.own_thread).then(|| Arc::clone(&present.seat));
+                    shared.set_time_source(Some(Box::new(code)), seat);
+                }
+                None => shared.set_time_source(None, None),
+            }
+        }
+        (self.taker, self.time) = (name(taker), name(time));
+    }
+}

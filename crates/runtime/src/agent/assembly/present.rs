@@ -1,0 +1,71 @@
+//! A module that is there, from its seat to its end.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_module::{Description, Level, ModuleKind};
+
+use crate::agent::build::Ground;
+use crate::isolation::Isolation;
+use crate::main_loop::{Seat, Shared};
+use crate::runner::ModuleCondition;
+use slate_composition::{Lead, Wire};
+
+/// How long others, such as the watchdog, are waited for to let go of a module.
+const LETTING_GO: Duration = Duration::from_secs(1);
+
+/// The links of a module, by its ports.
+pub(in crate::agent) type Leads = BTreeMap<Wire, Vec<Lead>>;
+
+/// A module that is there.
+pub(in crate::agent) struct Present {
+    pub seat: Arc<Seat>,
+    pub kind: ModuleKind,
+    pub description: Description,
+    pub own_thread: bool,
+    /// How it runs apart, if it does.
+    pub isolation: Option<Arc<Isolation>>,
+    /// What its links are.
+    pub leads: Leads,
+}
+
+impl Present {
+    /// Other code as this module runs it: here or apart.
+    pub fn placed(&self, kind: &ModuleKind) -> ModuleKind {
+        self.isolation.as_ref().map_or_else(|| kind.clone(), |isolation| isolation.kind(kind))
+    }
+
+    /// Ends it, when the loop runs it no more; returns its state, if that is to be kept.
+    pub fn dispose(
+        self,
+        name: &str,
+        ground: &mut Ground,
+        shared: &Shared,
+        keep: bool,
+    ) -> Result<Vec<u8>, String> {
+        let Self { seat, own_thread, .. } = self;
+        if own_thread {
+            seat.retire();
+            shared.threads().join_one(&seat, ground.hang, shared.clock.now());
+        }
+        if seat.is_late() {
+            let text = format!("{name} has not returned from its last call; its library stays open");
+            shared.logger.log(shared.clock.now(), Level::Error, &text);
+            // Its thread still refers to it, and so does the library to which that may return.
+            std::mem::forget(seat);
+            return Err("its tick has not returned".into());
+        }
+        let Some(mut runner) = seat.into_runner(LETTING_GO) else {
+            return Err("it is still in use".into());
+        };
+        let now = shared.clock.now();
+        runner.set_condition(ModuleCondition::UNLOADED, now);
+        runner.publish_safe(now);
+        ground.post(name).health.set(ModuleCondition::UNLOADED);
+        let retired = runner.retire();
+        // Its ports are free for others, also when its last calls don't return.
+        drop(runner);
+        if keep { retired.save() } else { Ok(Vec::new()) }
+    }
+}

@@ -1,0 +1,252 @@
+//! Other links between modules that go on: they are checked as a whole, and exchanged between two cycles.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use slate_blackboard::wake::Wake;
+use slate_blackboard::{Board, Placement, Property};
+
+use super::present::Leads;
+use super::{Assembly, Levels, Unlinked, listeners};
+use crate::agent::build::{Made, Rewiring, rewire};
+use crate::configuration::{Configuration, Report};
+use crate::main_loop::{Seat, Shared};
+use crate::runner::{Unwired, Wiring};
+use slate_composition::{Catalogue, Complaints, Misfit, survey};
+
+/// What changes of one module.
+struct Rewire {
+    seat: Arc<Seat>,
+    wiring: Option<Wiring>,
+    /// Whom its outputs wake, by path.
+    wakes: BTreeMap<String, Vec<Arc<Wake>>>,
+}
+
+/// Parameters, and which of them tools must not set any more as they follow what.
+type Reserved = (Arc<Property>, Vec<(String, String)>);
+
+/// What came of an exchange: what is no longer needed, or a module that is in the way.
+type LinkExchange = Result<Vec<(Unwired, Vec<Vec<Arc<Wake>>>)>, String>;
+
+/// Other links for modules that are there: all is made, and nothing is exchanged yet.
+pub(in crate::agent) struct Relinking {
+    rewires: BTreeMap<String, Rewire>,
+    /// The modules whose outputs are linked otherwise.
+    writers: BTreeSet<String>,
+    stages: Vec<Levels>,
+    /// Whom actuators wake, by path.
+    wakes: BTreeMap<String, Vec<Arc<Wake>>>,
+    placements: Vec<Placement>,
+    reserved: Vec<Reserved>,
+    leads: BTreeMap<String, Leads>,
+    listeners: BTreeMap<String, BTreeSet<String>>,
+    misfits: BTreeMap<String, Misfit>,
+}
+
+impl Relinking {
+    /// Makes what the modules read by that configuration. Until it is exchanged, [`Ground::undo`](crate::agent::build::Ground::undo)
+    /// takes back what of it can be seen.
+    pub fn prepare(
+        assembly: &mut Assembly,
+        configuration: &Configuration,
+        catalogue: &Catalogue,
+        shared: &Shared,
+    ) -> Result<Self, Unlinked> {
+        let mut complaints = Complaints::new(configuration);
+        let survey = survey(configuration, catalogue, &mut complaints);
+        if !complaints.diagnostics.is_empty() {
+            return Err(Report::from(complaints.diagnostics).into());
+        }
+        assembly.deepen(configuration, &survey, shared).map_err(|module| Unlinked::late(&module))?;
+        let changed = assembly.changed(configuration, &survey);
+        let listeners = listeners(&survey);
+        let woken = woken(&assembly.listeners, &listeners);
+        let mark = assembly.ground.mark();
+        let made = Made::Later(assembly.ground.means.clock.now());
+        let rewiring = rewire(configuration, &survey, &mut assembly.ground, &changed, &woken, made);
+        let Rewiring { wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
+            assembly.ground.undo(&mark, []);
+            Report::from(diagnostics)
+        })?;
+        let rewires = rewires(assembly, wirings, &mut wakes);
+        let leads: BTreeMap<String, Leads> = changed
+            .keys()
+            .map(|module| {
+                let name = survey.modules[*module].module.name.value.clone();
+                (name, survey.leads(configuration, *module))
+            })
+            .collect();
+        let sources = leads.values().flat_map(BTreeMap::values).flatten();
+        let reserved = reserved.into_iter().filter_map(|(module, fields)| {
+            let (params, _) = assembly.ground.board.get(&format!("{module}/params"))?;
+            Some((params, fields))
+        });
+        Ok(Self {
+            writers: sources.filter_map(|lead| assembly.owner(&lead.path)).collect(),
+            stages: assembly.stages(&survey),
+            reserved: reserved.collect(),
+            misfits: survey.misfits,
+            rewires,
+            wakes,
+            placements,
+            leads,
+            listeners,
+        })
+    }
+
+    /// Whether a module reads something else, or wakes somebody else, than it does now.
+    pub fn is_other_than(&self, assembly: &Assembly) -> bool {
+        !self.leads.is_empty() || self.listeners != assembly.listeners
+    }
+
+    /// What is to stand at a path, unless that is what stands there.
+    pub fn placement(&self, path: &str) -> Option<&Placement> {
+        let at = |placement: &&Placement| match placement {
+            Placement::Property(property) => property.path() == path,
+            Placement::Alias { path: at, .. } => at == path,
+        };
+        self.placements.iter().rev().find(at)
+    }
+
+    /// Shows on the board what the modules read now.
+    pub fn show(&mut self, board: &Board) {
+        board.place(std::mem::take(&mut self.placements));
+        std::mem::take(&mut self.reserved).into_iter().for_each(|(params, fields)| params.reserve(fields));
+    }
+
+    /// Takes note of links that hold now, and returns the modules that read something else.
+    pub fn note(self, assembly: &mut Assembly) -> Vec<String> {
+        let Self { wakes, leads, listeners, misfits, .. } = self;
+        for (path, wakes) in wakes {
+            let name = path.strip_suffix("/command").unwrap_or(&path);
+            if let Some(actuator) = assembly.ground.actuators.get(name) {
+                actuator.set_wakes(wakes);
+            }
+        }
+        let names = leads.keys().cloned().collect();
+        for (name, leads) in leads {
+            if let Some(present) = assembly.present.get_mut(&name) {
+                present.leads = leads;
+            }
+        }
+        (assembly.listeners, assembly.misfits) = (listeners, misfits);
+        names
+    }
+
+    /// Exchanges all of it while none of the modules is in a step: those on the loop between two cycles, and those with
+    /// threads are kept out of theirs, as are the writers of what is linked, so that what they wrote is whole. Fails
+    /// with what is in the way.
+    pub fn exchange(&mut self, assembly: &Assembly, shared: &Arc<Shared>) -> Result<(), String> {
+        let involved: BTreeSet<&String> = self.rewires.keys().chain(&self.writers).collect();
+        let seats = involved.into_iter().filter_map(|name| assembly.present.get(name));
+        let (threaded, on_loop): (Vec<_>, Vec<_>) = seats.partition(|present| present.own_thread);
+        let on_loop: Vec<Arc<Seat>> = on_loop.iter().map(|present| Arc::clone(&present.seat)).collect();
+        let mut held: Vec<&Arc<Seat>> = Vec::new();
+        let mut exchanged: Option<LinkExchange> = None;
+        let late = threaded.iter().find(|present| {
+            let claimed = present.seat.claim_patiently();
+            if claimed {
+                held.push(&present.seat);
+            }
+            !claimed
+        });
+        if late.is_none() {
+            let rewires = std::mem::take(&mut self.rewires);
+            let stages = std::mem::take(&mut self.stages);
+            let work = move || exchange(rewires.into_values().collect(), &on_loop);
+            exchanged = assembly.compose_with(stages, shared, work);
+        }
+        for seat in held {
+            seat.unclaim();
+            // What is new is looked at now.
+            seat.wake.notify(1);
+        }
+        match (late, exchanged) {
+            (Some(present), _) => Err(present.seat.name.to_string()),
+            (None, Some(Ok(unwired))) => {
+                drop(unwired);
+                Ok(())
+            }
+            (None, Some(Err(module))) => Err(module),
+            (None, None) => Err("the main loop".into()),
+        }
+    }
+
+    /// Exchanges all of it between two cycles, with what else is done in the same moment: `judge` before it, which
+    /// changes nothing when it fails, and `work` after it. The modules with threads are held by who calls this. Nothing
+    /// when the loop was lost.
+    pub fn exchange_with<J, R: Send + 'static, E: Send + 'static>(
+        mut self,
+        assembly: &Assembly,
+        shared: &Arc<Shared>,
+        judge: impl FnOnce(&Shared) -> Result<J, E> + Send + 'static,
+        work: impl FnOnce(&Shared, J) -> R + Send + 'static,
+    ) -> Option<Result<(R, Self), E>> {
+        let (board, own) = (Arc::clone(&assembly.ground.board), Arc::clone(shared));
+        let rewires: Vec<_> = std::mem::take(&mut self.rewires).into_values().collect();
+        let stages = std::mem::take(&mut self.stages);
+        let all = move || {
+            let judged = judge(&own)?;
+            // Nobody is in a step, as was found a moment ago.
+            let unwired = exchange(rewires, &[]);
+            self.show(&board);
+            let done = work(&own, judged);
+            Ok((unwired, done, self))
+        };
+        // What is no longer needed is dropped here and not on the loop.
+        let done = assembly.compose_with(stages, shared, all);
+        done.map(|done| done.map(|(_, done, relinking)| (done, relinking)))
+    }
+}
+
+/// The paths whose readers are other ones.
+fn woken(
+    old: &BTreeMap<String, BTreeSet<String>>,
+    new: &BTreeMap<String, BTreeSet<String>>,
+) -> BTreeSet<String> {
+    let paths = old.keys().chain(new.keys());
+    paths.filter(|path| old.get(*path) != new.get(*path)).cloned().collect()
+}
+
+/// What changes of each module; those wakes are left that are of no module.
+fn rewires(
+    assembly: &Assembly,
+    mut wirings: BTreeMap<String, Wiring>,
+    wakes: &mut BTreeMap<String, Vec<Arc<Wake>>>,
+) -> BTreeMap<String, Rewire> {
+    let mut rewires = BTreeMap::new();
+    for (name, present) in &assembly.present {
+        let own = |path: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
+        let paths: Vec<String> = wakes.keys().filter(own).cloned().collect();
+        let wakes: BTreeMap<_, _> = paths.into_iter().filter_map(|path| wakes.remove_entry(&path)).collect();
+        let wiring = wirings.remove(name);
+        if let Some(wiring) = &wiring {
+            // One that is early in vain does nothing, so this may come before the exchange.
+            present.seat.set_early(wiring.is_early() || present.seat.is_early());
+        }
+        if wiring.is_some() || !wakes.is_empty() {
+            rewires.insert(name.clone(), Rewire { seat: Arc::clone(&present.seat), wiring, wakes });
+        }
+    }
+    rewires
+}
+
+/// Gives the modules what they read and wake from now on; nobody is in a step of theirs.
+fn exchange(rewires: Vec<Rewire>, on_loop: &[Arc<Seat>]) -> LinkExchange {
+    if let Some(late) = on_loop.iter().find(|seat| !seat.is_idle() && !seat.readmit()) {
+        return Err(late.name.to_string());
+    }
+    let mut unwired = Vec::new();
+    for Rewire { seat, wiring, mut wakes } in rewires {
+        // SAFETY: the seat is idle and belongs to the loop, or it is claimed.
+        let runner = unsafe { seat.runner() };
+        let old = wiring.map(|wiring| runner.rewire(wiring)).unwrap_or_default();
+        let outputs = runner.outputs.iter_mut();
+        let silenced = outputs.filter_map(|output| {
+            let wakes = wakes.remove(output.property.path())?;
+            Some(std::mem::replace(&mut output.wakes, wakes))
+        });
+        unwired.push((old, silenced.collect()));
+    }
+    Ok(unwired)
+}

@@ -1,0 +1,187 @@
+//! What outlives the modules: they come and go, and what they share with others stays.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_blackboard::commit::CommitWord;
+use slate_blackboard::wake::Wake;
+use slate_blackboard::{Access, Board};
+use slate_module::Trigger;
+use slate_module::aspect::{MainLoop, Service};
+use slate_safety::StopLatch;
+
+use crate::actuators::Actuator;
+use crate::agent::Mode;
+use crate::aspects::{Means, ServicePlace};
+use crate::isolation::Arenas;
+use crate::log::Logger;
+use crate::runner::{Health, InputAge, ModuleCondition, Patience, QueueGauge};
+use slate_composition::{Surveyed, needs};
+
+/// What modules stand on and share.
+pub(in crate::agent) struct Ground {
+    pub board: Arc<Board>,
+    pub logger: Arc<Logger>,
+    /// How long a module's call may take before it hangs.
+    pub hang: Duration,
+    pub lockstep: bool,
+    pub mode: Mode,
+    pub stop: StopLatch,
+    /// By module, also of modules that are not there yet.
+    pub posts: BTreeMap<String, Post>,
+    /// By name.
+    pub actuators: BTreeMap<String, Arc<Actuator>>,
+    /// Services that modules provide, by the path of the port.
+    pub services: BTreeMap<String, Arc<ServicePlace>>,
+    /// What the host's services are made of.
+    pub means: Means,
+    /// Counts outputs, for the digest.
+    pub index: u32,
+    /// How queue inputs keep up, by the path of the port.
+    pub gauges: BTreeMap<String, Arc<QueueGauge>>,
+    /// How old the values of other inputs are, by the path of the port.
+    pub ages: BTreeMap<String, Arc<InputAge>>,
+    /// Wakes who sends messages to other agents.
+    pub sharing_wake: Arc<Wake>,
+    /// Memory that isolated modules see.
+    pub arenas: Arenas,
+    /// What was set in modules that are away for a moment, by path.
+    pub kept: BTreeMap<String, KeptSetting>,
+}
+
+/// A value that a user or a tool has set.
+#[derive(Clone, Debug)]
+pub(in crate::agent) struct KeptSetting {
+    /// The schema that it has.
+    pub schema: u64,
+    pub bytes: Vec<u8>,
+    /// When it was set.
+    pub time: u64,
+}
+
+/// What others know of a module.
+#[derive(Clone)]
+pub(in crate::agent) struct Post {
+    pub health: Arc<Health>,
+    pub commit: CommitWord,
+    pub wake: Arc<Wake>,
+}
+
+/// The paths and the actuators of a ground before a change, to which it returns when that fails.
+pub(in crate::agent) struct GroundMark {
+    paths: BTreeSet<String>,
+    actuators: BTreeSet<String>,
+}
+
+impl GroundMark {
+    /// Whether an actuator was there before the change.
+    pub fn has_actuator(&self, name: &str) -> bool {
+        self.actuators.contains(name)
+    }
+}
+
+impl Ground {
+    /// Without anything on it yet.
+    pub fn new(
+        means: Means,
+        hang: Duration,
+        lockstep: bool,
+        mode: Mode,
+        stop: StopLatch,
+        arenas: Arenas,
+    ) -> Self {
+        Self {
+            board: Arc::clone(&means.board),
+            logger: Arc::clone(&means.logger),
+            hang,
+            lockstep,
+            mode,
+            stop,
+            posts: BTreeMap::new(),
+            actuators: BTreeMap::new(),
+            services: BTreeMap::new(),
+            means,
+            index: 0,
+            gauges: BTreeMap::new(),
+            ages: BTreeMap::new(),
+            sharing_wake: Arc::default(),
+            arenas,
+            kept: BTreeMap::new(),
+        }
+    }
+
+    /// The post of a module of that name.
+    pub fn post(&mut self, module: &str) -> Post {
+        let post = self.posts.entry(module.into()).or_insert_with(|| Post {
+            health: Arc::new(Health::default()),
+            commit: CommitWord::new(),
+            wake: Arc::new(Wake::new()),
+        });
+        post.clone()
+    }
+
+    /// How long the last calls of a module are waited for.
+    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> Patience {
+        Patience {
+            module: Arc::clone(module),
+            limit: (!is_isolated).then_some(self.hang),
+            logger: Arc::clone(&self.logger),
+            clock: Arc::clone(&self.means.clock),
+        }
+    }
+
+    /// Where the service of a port is found.
+    pub fn service(&mut self, path: &str) -> Arc<ServicePlace> {
+        Arc::clone(self.services.entry(path.into()).or_default())
+    }
+
+    /// Whether a module gets a thread of its own. Nobody waits for an isolated one on the wall clock, and one that may
+    /// take the loop is on the loop, where it is watched.
+    pub fn has_own_thread(&self, surveyed: &Surveyed<'_>) -> bool {
+        let threaded = self.mode == Mode::Threaded && surveyed.trigger != Trigger::Stage;
+        let isolated = surveyed.module.isolated.value && !self.lockstep;
+        (threaded || isolated) && !needs(&surveyed.description, MainLoop::DESCRIPTOR.hash)
+    }
+
+    /// All paths of the board.
+    pub fn paths(&self) -> BTreeSet<String> {
+        let aliases = self.board.aliases().into_iter().map(|(path, _)| path);
+        self.board.properties().iter().map(|property| property.path().to_owned()).chain(aliases).collect()
+    }
+
+    /// The paths and the actuators as they are.
+    pub fn mark(&self) -> GroundMark {
+        GroundMark { paths: self.paths(), actuators: self.actuators.keys().cloned().collect() }
+    }
+
+    /// Takes back a change that failed: only what was marked before it stays, and the modules that were arriving are unloaded.
+    pub fn undo<'n>(&mut self, mark: &GroundMark, arriving: impl IntoIterator<Item = &'n str>) {
+        for path in self.paths().difference(&mark.paths) {
+            // It was there a moment ago, and nobody else takes it off.
+            let _ = self.board.remove(path);
+        }
+        self.actuators.retain(|name, _| mark.has_actuator(name));
+        for name in arriving {
+            self.post(name).health.set(ModuleCondition::UNLOADED);
+        }
+    }
+
+    /// What users and tools have set in those modules: parameters, `enabled`, inputs without a link.
+    pub fn settings(&self, modules: &[String]) -> BTreeMap<String, KeptSetting> {
+        let of = |path: &str| {
+            let within =
+                |module: &String| path.strip_prefix(module).is_some_and(|rest| rest.starts_with('/'));
+            modules.iter().any(within)
+        };
+        let properties = self.board.properties();
+        let settings =
+            properties.iter().filter(|property| property.access() == Access::Setting && of(property.path()));
+        let kept = settings.filter_map(|property| {
+            let (bytes, _, stamp) = property.newest().ok().flatten()?;
+            let schema = property.descriptor().hash;
+            Some((property.path().to_owned(), KeptSetting { schema, bytes, time: stamp.time }))
+        });
+        kept.collect()
+    }
+}

@@ -1,0 +1,131 @@
+//! What is built: the modules and links that a survey has found.
+
+use slate_blackboard::channel::Budget;
+use slate_module::{Direction, PortDescription, Trigger};
+
+use crate::configuration::Configuration;
+use slate_composition::{Joint, Survey, Surveyed, Target, Wire};
+
+/// Reader handles for tools, and for modules that come later.
+pub(super) const SPARE_READERS: u16 = 16;
+/// The same for readers of every value.
+const SPARE_QUEUES: u16 = 4;
+/// What a module that comes later may want of a queue, when its plugin does not say.
+const USUAL_WINDOW: usize = 16;
+
+/// A configuration and its survey, with the questions that a builder has.
+#[derive(Clone, Copy)]
+pub(super) struct BuildPlan<'a, 's> {
+    pub configuration: &'a Configuration,
+    pub survey: &'s Survey<'a>,
+}
+
+impl<'a, 's> BuildPlan<'a, 's> {
+    pub fn surveyed(self, module: usize) -> &'s Surveyed<'a> {
+        &self.survey.modules[module]
+    }
+
+    pub fn name(self, module: usize) -> &'a str {
+        &self.surveyed(module).module.name.value
+    }
+
+    pub fn port(self, module: usize, port: usize) -> &'s PortDescription {
+        &self.surveyed(module).description.ports[port]
+    }
+
+    /// The path of a port.
+    pub fn port_path(self, module: usize, port: usize) -> String {
+        format!("{}/{}", self.name(module), self.port(module, port).name)
+    }
+
+    /// The link of a port that reads a property itself.
+    pub fn joint(self, module: usize, wire: Wire) -> Option<&'s Joint<'a>> {
+        self.joints(module, wire).find(|joint| joint.is_plain())
+    }
+
+    /// Whether a port has a property of its own, which links fill.
+    pub fn is_converted(self, module: usize, wire: Wire) -> bool {
+        self.joints(module, wire).any(|joint| !joint.is_plain())
+    }
+
+    pub fn joints(self, module: usize, wire: Wire) -> impl Iterator<Item = &'s Joint<'a>> {
+        self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
+    }
+
+    pub fn target_path(self, target: Target) -> String {
+        self.survey.path(self.configuration, target)
+    }
+
+    /// The ports that are linked to a property.
+    pub fn readers(self, target: Target) -> impl Iterator<Item = &'s Joint<'a>> {
+        self.survey.joints.iter().filter(move |joint| joint.target == target)
+    }
+
+    /// How many values a property keeps, and how many readers it serves.
+    pub fn demand(self, target: Target, path: &str) -> (usize, Budget) {
+        let mut budget = Budget { latest: SPARE_READERS, queues: SPARE_QUEUES, window: USUAL_WINDOW as u16 };
+        let mut depth = 1;
+        for joint in self.readers(target) {
+            match joint.port {
+                (module, Wire::Port(port)) if self.port(module, port).direction == Direction::Queue => {
+                    let said = joint.link.window.as_ref().map(|window| window.value.into());
+                    let window = said.unwrap_or(self.port(module, port).window);
+                    depth = depth.max(window * 2);
+                    budget.queues += 1;
+                    budget.window = budget.window.max(window as u16);
+                }
+                _ => budget.latest += 1,
+            }
+        }
+        // A module that is not there yet may want every value.
+        let absent = self.links_to(path).any(|name| !self.is_there(name));
+        (if absent { depth.max(USUAL_WINDOW * 2) } else { depth }, budget)
+    }
+
+    pub fn is_there(self, module: &str) -> bool {
+        self.survey.modules.iter().any(|surveyed| surveyed.module.name.value == module)
+    }
+
+    /// Whether a path is of a module that is not there yet.
+    pub fn is_dormant(self, path: &str) -> bool {
+        self.configuration.modules().iter().any(|module| {
+            let name = module.name.value.as_str();
+            let rest = path.strip_prefix(name);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('/')) && !self.is_there(name)
+        })
+    }
+
+    /// The modules with a link to that path, also those that are not there yet.
+    pub fn links_to(self, path: &str) -> impl Iterator<Item = &'a str> + use<'a, 's> {
+        let listeners = self.survey.listeners.get(path);
+        listeners.into_iter().flatten().copied()
+    }
+
+    /// Whether news at a port make the module run.
+    pub fn triggers(self, module: usize, port: usize) -> bool {
+        match &self.surveyed(module).trigger {
+            Trigger::On { ports, .. } => ports.contains(&self.port(module, port).name),
+            Trigger::Stage | Trigger::Every(_) => false,
+        }
+    }
+
+    /// The module whose output a link leads to.
+    pub fn writing(self, target: Target) -> Option<usize> {
+        let Target::Port(module, port) = target else { return None };
+        let is_output = matches!(
+            self.port(module, port).direction,
+            Direction::Output | Direction::Debug | Direction::Command
+        );
+        is_output.then_some(module)
+    }
+
+    pub fn is_isolated(self, module: usize) -> bool {
+        self.surveyed(module).module.isolated.value
+    }
+
+    /// What tools must not set of the parameters, as links fill it: each with what it is linked to.
+    pub fn reserved(self, module: usize) -> Vec<(String, String)> {
+        let joints = self.joints(module, Wire::Params);
+        joints.map(|joint| (joint.field.clone(), joint.link.from.value.to_string())).collect()
+    }
+}

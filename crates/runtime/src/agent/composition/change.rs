@@ -1,0 +1,73 @@
+//! Other modules: what is new comes, and what is no longer meant goes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::{Changed, Composition, Fitting, Target};
+use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
+use crate::configuration::Report;
+use crate::main_loop::Shared;
+use slate_composition::{Catalogue, Surveyed, Wired};
+
+impl Composition {
+    /// What the agent would be made of with that catalogue.
+    pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> Target {
+        let mut catalogue = self.catalogue.clone();
+        change(&mut catalogue);
+        Target { configuration: Arc::clone(&self.configuration), catalogue, keep: false }
+    }
+
+    /// The configuration of a target with the links that it leaves to types and roles. Those of modules that are there
+    /// stay as they are; what would make one ambiguous is refused.
+    fn wired(&self, target: &Target) -> Wired {
+        let is_present = |name: &str| self.assembly.present.contains_key(name);
+        Wired::new(&target.configuration, &target.catalogue, &is_present)
+    }
+
+    /// Whether it would fit, and what its modules would be.
+    pub fn check(&self, target: &Target) -> Result<BTreeMap<String, Fitting>, Report> {
+        let wired = self.wired(target);
+        let survey = wired.check(&target.catalogue)?;
+        let described = |surveyed: Surveyed<'_>| {
+            let Surveyed { module, kind, description, setup, params, .. } = surveyed;
+            (module.name.value.clone(), Fitting { kind, description, setup, params })
+        };
+        Ok(survey.modules.into_iter().map(described).collect())
+    }
+
+    /// Makes the agent what it is to be: modules that are new come, with the states that they are to have, and those
+    /// that are no longer meant go. What stays is not touched.
+    pub fn change(
+        &mut self,
+        target: Target,
+        shared: &Arc<Shared>,
+        states: &ModuleStates,
+    ) -> Result<Changed, Report> {
+        let wired = self.wired(&target);
+        let configuration = wired.configuration();
+        let survey = wired.check(&target.catalogue)?;
+        let assembly = &mut self.assembly;
+        assembly.deepen(configuration, &survey, shared).map_err(|module| Unlinked::late(&module).report)?;
+        let arrivals = assembly.admit(configuration, &survey, states)?;
+        let leaving = assembly.take_leaving(&survey);
+        if self.armed {
+            assembly.arm(&arrivals);
+        }
+        assembly.compose(assembly.stages(&survey), shared);
+        assembly.start_arrived(&arrivals, shared);
+        let left = assembly.dispose(leaving, shared, target.keep);
+        assembly.listeners = listeners(&survey);
+        assembly.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &left);
+        self.configuration = Arc::clone(configuration);
+        self.catalogue = target.catalogue;
+        assembly.ground.means.plugins.show(self.catalogue.list());
+        if assembly.present.len() > arrivals.names.len() {
+            // Links of modules that stay to parts of what came or left.
+            self.settle_links(configuration, shared);
+        } else {
+            assembly.misfits = survey.misfits;
+            self.waiting.unlinked = None;
+        }
+        Ok(Changed { arrived: arrivals.names, left, restored: arrivals.restored })
+    }
+}

@@ -1,0 +1,136 @@
+//! Links that a module is in the way of: they are made when it has returned.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_module::Level;
+
+use super::Composition;
+use crate::agent::assembly::Unlinked;
+use crate::configuration::{Configuration, Report};
+use crate::main_loop::Shared;
+use crate::sharing::RemotePath;
+use slate_composition::{Complaints, survey};
+
+/// How often it is looked whether the module has returned.
+const LOOK: Duration = Duration::from_millis(20);
+
+/// Makes links that a module was in the way of.
+pub(in crate::agent) trait LinkRetry: Send + Sync {
+    /// Tries them again; false when nothing is left to try, or the agent has ended.
+    fn retry(&self) -> bool;
+}
+
+/// The links that are not those of the configuration.
+#[derive(Default)]
+pub(in crate::agent) struct WaitingLinks {
+    /// Why they are not made; they are tried again with the next change of the configuration, and when a module that was in
+    /// the way has returned.
+    pub unlinked: Option<Unlinked>,
+    /// Whether a thread waits for that.
+    is_trying: bool,
+    /// What that thread asks.
+    pub retry: Option<Arc<dyn LinkRetry>>,
+}
+
+impl WaitingLinks {
+    /// Starts the thread, which ends when nothing is left to try.
+    fn try_again(&mut self, shared: &Shared) {
+        let Some(retry) = self.retry.clone().filter(|_| !self.is_trying) else { return };
+        let work = move || {
+            loop {
+                std::thread::sleep(LOOK);
+                if !retry.retry() {
+                    return;
+                }
+            }
+        };
+        match std::thread::Builder::new().name("links".into()).spawn(work) {
+            Ok(_) => self.is_trying = true,
+            Err(error) => {
+                let text = format!("links wait for the next change, as no thread can be started: {error}");
+                shared.logger.log(shared.clock.now(), Level::Error, &text);
+            }
+        }
+    }
+}
+
+impl Composition {
+    /// Gives the modules the links of that configuration, or does it when the one that is in the way has returned. Returns
+    /// the modules that read something else now.
+    pub fn settle_links(&mut self, configuration: &Configuration, shared: &Arc<Shared>) -> Vec<String> {
+        let before = self.waiting.unlinked.take();
+        match self.assembly.relink(configuration, &self.catalogue, shared) {
+            Ok(modules) => modules,
+            Err(unlinked) => {
+                let text = unlinked.report.to_string();
+                if before.is_none_or(|before| before.report.to_string() != text) {
+                    let text = format!("links could not be changed: {text}");
+                    shared.logger.log(shared.clock.now(), Level::Error, &text);
+                }
+                if unlinked.late.is_some() {
+                    self.waiting.try_again(shared);
+                }
+                self.waiting.unlinked = Some(unlinked);
+                Vec::new()
+            }
+        }
+    }
+
+    /// Tries links again that a module was in the way of; returns the modules that read something else now. Nothing when
+    /// none is left to try.
+    pub fn retry_links(&mut self, shared: &Arc<Shared>) -> Option<Vec<String>> {
+        let late = self.waiting.unlinked.as_ref().and_then(|unlinked| unlinked.late.clone());
+        let Some(late) = late else {
+            self.waiting.is_trying = false;
+            return None;
+        };
+        if self.assembly.is_late(&late) {
+            return Some(Vec::new());
+        }
+        let configuration = Arc::clone(&self.configuration);
+        let modules = self.settle_links(&configuration, shared);
+        self.note_readers();
+        Some(modules)
+    }
+
+    /// Finds the threads that wait for values of other agents.
+    pub fn note_readers(&mut self) {
+        self.remotes.note_readers(&mut self.assembly);
+    }
+
+    /// A property of another agent is on the board; says whether links lead to another one now.
+    pub fn remote_found(&mut self, path: &RemotePath, property: &str) -> bool {
+        self.remotes.found(&mut self.catalogue, &self.assembly.ground.board, path, property)
+    }
+
+    /// Why the ports are not linked as the configuration says, by their modules and names.
+    pub fn unmade(&self) -> BTreeMap<String, String> {
+        let Some(unlinked) = &self.waiting.unlinked else { return BTreeMap::new() };
+        let configuration = &self.configuration;
+        let mut complaints = Complaints::new(configuration);
+        let survey = survey(configuration, &self.catalogue, &mut complaints);
+        let changed = self.assembly.changed(configuration, &survey);
+        let ports = changed
+            .iter()
+            .flat_map(|(module, wires)| wires.iter().map(|wire| survey.wire_path(*module, *wire)));
+        ports.map(|port| (port, unlinked.reason())).collect()
+    }
+
+    /// Refuses a configuration whose links can't be made now, as a module is in the way.
+    pub fn check_returned(&self, configuration: &Configuration) -> Result<(), Report> {
+        let configuration = configuration.with_loaded_of(&self.configuration);
+        let mut complaints = Complaints::new(&configuration);
+        let survey = survey(&configuration, &self.catalogue, &mut complaints);
+        let changed = self.assembly.changed(&configuration, &survey);
+        let leads = changed.keys().flat_map(|module| survey.leads(&configuration, *module).into_values());
+        let writers = leads.flatten().filter_map(|lead| self.assembly.owner(&lead.path));
+        let readers = changed.keys().map(|module| survey.modules[*module].module.name.value.clone());
+        let involved: BTreeSet<String> = readers.chain(writers).collect();
+        let present = &self.assembly.present;
+        let late =
+            involved.iter().find(|name| present.get(*name).is_some_and(|present| present.seat.is_late()));
+        late.map_or(Ok(()), |late| Err(Unlinked::late(late).report))
+    }
+}

@@ -1,0 +1,160 @@
+//! The way to an agent that runs, for all that looks at it or changes it.
+
+mod overview;
+mod recorder;
+
+use std::ops::{Deref, DerefMut};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
+
+use slate_blackboard::Board;
+use slate_module::Level;
+
+use super::composition::{Composition, LinkRetry};
+use crate::main_loop::Shared;
+use crate::recording::Recording;
+use overview::Overview;
+pub use overview::{ModuleStatus, PluginStatus};
+pub(super) use recorder::{ChangeRecorder, by_module};
+
+/// An agent that runs, what it is made of, and what records its changes.
+#[derive(Clone)]
+pub(super) struct AgentHandle {
+    pub shared: Arc<Shared>,
+    composition: Arc<Mutex<Composition>>,
+    overview: Arc<Mutex<Overview>>,
+    pub recorder: ChangeRecorder,
+}
+
+/// A handle that does not keep its agent.
+#[derive(Clone, Default)]
+pub(super) struct WeakHandle {
+    shared: Weak<Shared>,
+    composition: Weak<Mutex<Composition>>,
+    overview: Weak<Mutex<Overview>>,
+    recording: Option<Weak<dyn Recording>>,
+}
+
+/// What the agent is made of, held for a change or a look.
+pub(super) struct HeldComposition<'c> {
+    composition: MutexGuard<'c, Composition>,
+    overview: &'c Mutex<Overview>,
+}
+
+impl Deref for HeldComposition<'_> {
+    type Target = Composition;
+
+    fn deref(&self) -> &Composition {
+        &self.composition
+    }
+}
+
+impl DerefMut for HeldComposition<'_> {
+    fn deref_mut(&mut self) -> &mut Composition {
+        &mut self.composition
+    }
+}
+
+impl Drop for HeldComposition<'_> {
+    fn drop(&mut self) {
+        let overview = Overview::of(&self.composition);
+        *self.overview.lock().unwrap_or_else(PoisonError::into_inner) = overview;
+    }
+}
+
+impl WeakHandle {
+    /// The handle, as long as the agent is there.
+    pub fn upgrade(&self) -> Option<AgentHandle> {
+        let shared = self.shared.upgrade()?;
+        let recording = match &self.recording {
+            Some(recording) => Some(recording.upgrade()?),
+            None => None,
+        };
+        Some(AgentHandle {
+            composition: self.composition.upgrade()?,
+            overview: self.overview.upgrade()?,
+            recorder: ChangeRecorder::new(Arc::clone(&shared), recording),
+            shared,
+        })
+    }
+}
+
+impl LinkRetry for WeakHandle {
+    fn retry(&self) -> bool {
+        let Some(agent) = self.upgrade() else { return false };
+        let mut composition = agent.composition();
+        let Some(modules) = composition.retry_links(&agent.shared) else { return false };
+        agent.tell_links(&modules);
+        true
+    }
+}
+
+impl AgentHandle {
+    pub fn new(shared: Arc<Shared>, composition: Composition, recording: Option<Arc<dyn Recording>>) -> Self {
+        let agent = Self {
+            overview: Arc::new(Mutex::new(Overview::of(&composition))),
+            composition: Arc::new(Mutex::new(composition)),
+            recorder: ChangeRecorder::new(Arc::clone(&shared), recording),
+            shared,
+        };
+        agent.composition().waiting.retry = Some(Arc::new(agent.downgrade()));
+        agent
+    }
+
+    /// This handle, for somebody who does not keep the agent.
+    pub fn downgrade(&self) -> WeakHandle {
+        WeakHandle {
+            shared: Arc::downgrade(&self.shared),
+            composition: Arc::downgrade(&self.composition),
+            overview: Arc::downgrade(&self.overview),
+            recording: self.recorder.recording.as_ref().map(Arc::downgrade),
+        }
+    }
+
+    /// What the agent is made of, for one change at a time; what came of it is shown when it is let go.
+    pub fn composition(&self) -> HeldComposition<'_> {
+        let composition = self.composition.lock().unwrap_or_else(PoisonError::into_inner);
+        HeldComposition { composition, overview: &self.overview }
+    }
+
+    /// What the agent is made of, unless somebody else has it now.
+    pub fn try_composition(&self) -> Option<HeldComposition<'_>> {
+        let composition = match self.composition.try_lock() {
+            Ok(composition) => composition,
+            Err(TryLockError::Poisoned(error)) => error.into_inner(),
+            Err(TryLockError::WouldBlock) => return None,
+        };
+        Some(HeldComposition { composition, overview: &self.overview })
+    }
+
+    /// What the agent was made of after the last change, for who only looks.
+    pub fn overview(&self) -> MutexGuard<'_, Overview> {
+        self.overview.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Everything that the robot knows.
+    pub fn board(&self) -> &Arc<Board> {
+        &self.shared.board
+    }
+
+    /// The agent's time, nanoseconds.
+    pub fn now(&self) -> u64 {
+        self.shared.clock.now()
+    }
+
+    /// Writes a line into the log.
+    pub fn say(&self, text: &str) {
+        self.log(Level::Info, text);
+    }
+
+    /// Writes a line of that level into the log.
+    pub fn log(&self, level: Level, text: &str) {
+        self.shared.logger.log(self.now(), level, text);
+    }
+
+    /// Logs whose links are other ones.
+    pub fn tell_links(&self, modules: &[String]) {
+        if !modules.is_empty() {
+            self.log(Level::Info, &format!("other links hold for {}", modules.join(", ")));
+        }
+    }
+}

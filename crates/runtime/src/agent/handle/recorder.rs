@@ -1,0 +1,126 @@
+//! Changes of an agent as what records it is told of them.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::configuration::{Change, Value};
+use crate::main_loop::Shared;
+use crate::recording::{Change as Recorded, Recording};
+
+/// Makes changes of an agent at a moment at which they can be made again, and tells what records it.
+#[derive(Clone)]
+pub(in crate::agent) struct ChangeRecorder {
+    shared: Arc<Shared>,
+    /// What records the agent.
+    pub recording: Option<Arc<dyn Recording>>,
+}
+
+/// How long a change waits for the end of a cycle.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+thread_local! {
+    /// The module that has asked for the change that this thread makes, if one has.
+    static BY_MODULE: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Makes a change that a module has asked for: who makes the run again has it from the module.
+pub(in crate::agent) fn by_module<R>(module: &str, change: impl FnOnce() -> R) -> R {
+    let before = BY_MODULE.replace(Some(module.to_owned()));
+    let result = change();
+    BY_MODULE.replace(before);
+    result
+}
+
+impl ChangeRecorder {
+    pub fn new(shared: Arc<Shared>, recording: Option<Arc<dyn Recording>>) -> Self {
+        Self { shared, recording }
+    }
+
+    /// Makes a change that a module has asked for, but at a moment that depends on the wall clock: what records the agent is
+    /// told that the run can't be made again.
+    pub fn make_for_module<R>(&self, module: &str, what: &str, make: impl FnOnce() -> R) -> R {
+        self.tell(what);
+        by_module(module, make)
+    }
+
+    /// Makes changes; what records the agent is told. In lockstep they are made between two cycles, so that they can be made
+    /// again.
+    pub fn make<R, E>(&self, changes: Vec<Recorded>, make: impl FnOnce() -> Result<R, E>) -> Result<R, E> {
+        self.make_within(PATIENCE, changes, make)
+    }
+
+    /// As [`make`](ChangeRecorder::make), but made so much later at most.
+    pub fn make_within<R, E>(
+        &self,
+        patience: Duration,
+        changes: Vec<Recorded>,
+        make: impl FnOnce() -> Result<R, E>,
+    ) -> Result<R, E> {
+        let Some(recording) = &self.recording else { return make() };
+        let module = BY_MODULE.with_borrow(Option::clone);
+        let before = self.shared.order();
+        let (cycle, result) = match self.shared.lockstep && module.is_none() {
+            true => self.shared.between_two(patience, make),
+            false => (None, make()),
+        };
+        let (now, cycles) = (self.shared.clock.now(), self.shared.cycles());
+        let tell = |change: &Recorded| recording.changed(cycle.unwrap_or(cycles), now, change);
+        match module {
+            // The loop makes it itself in lockstep, and is between two cycles. Of a failure only the module is told.
+            Some(module) => {
+                let settings = changes.into_iter().filter(|_| result.is_ok());
+                settings.filter_map(|change| change.of(&module)).for_each(|change| tell(&change));
+            }
+            None if result.is_err() => self.tell("a change that failed"),
+            None if self.shared.lockstep && cycle.is_none() => {
+                self.tell("a change in the middle of a cycle");
+            }
+            None => changes.iter().for_each(tell),
+        }
+        let stages = self.shared.order();
+        if stages != before {
+            tell(&Recorded::Order { stages });
+        }
+        result
+    }
+
+    /// Tells what records the agent what came of a module's request for a change of settings.
+    pub fn tell_asked(&self, module: &str, lines: &str, answer: &Result<String, String>) {
+        if let Some(recording) = &self.recording {
+            let (module, lines, answer) = (module.to_owned(), lines.to_owned(), answer.clone());
+            let change = Recorded::Asked { module, lines, answer };
+            recording.changed(self.shared.cycles(), self.shared.clock.now(), &change);
+        }
+    }
+
+    /// Waits until the changes that were made are in what records the agent, but not for long.
+    pub fn settle(&self) {
+        if let Some(recording) = &self.recording {
+            recording.settle();
+        }
+    }
+
+    /// Tells what records the agent of a change that can't be made again.
+    pub fn tell(&self, what: &str) {
+        if let Some(recording) = &self.recording {
+            let change = Recorded::Other { what: what.into() };
+            recording.changed(self.shared.cycles(), self.shared.clock.now(), &change);
+        }
+    }
+}
+
+impl Recorded {
+    /// The change of a setting, as one that a module has asked for.
+    fn of(self, module: &str) -> Option<Self> {
+        let Self::Setting { path, value } = self else { return None };
+        Some(Self::Own { module: module.into(), path, value })
+    }
+}
+
+impl From<&Change> for Recorded {
+    fn from(change: &Change) -> Self {
+        let value = change.after.as_ref().map(Value::to_string);
+        Self::Setting { path: change.path.clone(), value }
+    }
+}

@@ -1,0 +1,64 @@
+//! Modules whose code leaves: they are asked, and no code leaves while a thread of its module runs it.
+
+use std::sync::Arc;
+
+use super::PluginError;
+use crate::agent::composition::Composition;
+use crate::agent::handle::AgentHandle;
+use crate::aspects::Closed;
+
+/// Modules whose code leaves.
+pub(super) struct Departure<'c> {
+    agent: &'c AgentHandle,
+    modules: &'c [String],
+}
+
+impl<'c> Departure<'c> {
+    pub fn new(agent: &'c AgentHandle, modules: &'c [String]) -> Self {
+        Self { agent, modules }
+    }
+
+    /// Whether modules may be unloaded now.
+    pub fn ask(&self, composition: &Composition) -> Result<(), PluginError> {
+        if let Some(source) = composition.configuration.time_source()
+            && self.modules.contains(&source.value)
+        {
+            return Err(PluginError::TimeSource { module: source.value.clone() });
+        }
+        for module in self.modules {
+            let present = &composition.assembly.present[module];
+            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
+            let veto = self.agent.shared.with_seats(&[Arc::clone(&seat)], own, move || {
+                let (kind, instance) = {
+                    // SAFETY: between two steps the runner is not in use; the reference ends before the call.
+                    let runner = unsafe { seat.runner() };
+                    (runner.kind.clone(), runner.instance)
+                };
+                if instance.is_null() {
+                    // It has failed for good, so nobody is left to object.
+                    return Some(Ok(()));
+                }
+                // SAFETY: the instance is of that kind, and between two ticks it belongs to this call.
+                seat.call(own, || unsafe { kind.may_unload(instance) })
+            });
+            match veto {
+                Some(Ok(())) => {}
+                Some(Err(refusal)) => {
+                    return Err(PluginError::Veto { module: module.clone(), reason: refusal.0 });
+                }
+                None => return Err(PluginError::Late { module: module.clone() }),
+            }
+        }
+        Ok(())
+    }
+
+    /// Ends the threads of the modules. Until the result is dropped, none begins.
+    pub fn end_threads(&self, composition: &Composition) -> Result<Closed, PluginError> {
+        let closed = composition.assembly.ground.means.threads.close(self.modules);
+        closed.map_err(|lingering| PluginError::Thread {
+            module: lingering.module.to_string(),
+            thread: lingering.thread.to_string(),
+            limit: lingering.limit,
+        })
+    }
+}

@@ -1,0 +1,118 @@
+//! Exchanging the code of a plugin under the modules that run it.
+
+use std::path::Path;
+
+use slate_module::Plugin;
+
+use super::departure::Departure;
+use super::exchange::CodeExchange;
+use super::gather::{PluginSources, other_plugin};
+use super::trial::ModuleTrials;
+use super::version::PluginVersion;
+use super::{CarriedStates, PluginError, Reload, not_loaded};
+use crate::agent::assembly::ModuleStates;
+use crate::agent::composition::{Composition, LibraryOrigin};
+use crate::agent::handle::AgentHandle;
+use crate::recording::Change;
+
+/// Exchanges the code of plugins.
+pub(in crate::agent) struct Reloader<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> Reloader<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// Exchanges the code of a plugin: with what its library is now, or with `file`.
+    pub fn reload(&self, name: &str, file: Option<&Path>) -> Result<Reload, PluginError> {
+        let mut composition = self.agent.composition();
+        let Some(old) = composition.catalogue.plugin(name).cloned() else {
+            return Err(not_loaded(&composition, name));
+        };
+        let origin = composition.plugins.origins.get(name).cloned();
+        let Some(file) = file.or(origin.as_ref().map(|origin| origin.file.as_path())) else {
+            return Err(PluginError::LinkedIn { name: name.into() });
+        };
+        let (new, residence) = PluginSources::of(&composition).open(file)?;
+        if new.name() != name {
+            return Err(other_plugin(file, &new, name));
+        }
+        let mut version = PluginVersion::admit(self.agent, &composition, new)?;
+        let modules = composition.modules_of(&[name.to_owned()]);
+        let in_place = modules.iter().all(|module| version.is_alike(&composition, module));
+        version.try_arrivals(&composition)?;
+        if !in_place {
+            for module in &modules {
+                version.fresh(&composition, module)?;
+            }
+        }
+        let file = std::path::absolute(file).unwrap_or_else(|_| file.into());
+        let hash = version.plugin.kinds().iter().find_map(crate::plugin::code_of).unwrap_or_default();
+        let change = Change::Reload { plugin: name.into(), file: file.clone(), hash };
+        let modules = self.agent.recorder.make(vec![change], || -> Result<CarriedStates, PluginError> {
+            if in_place {
+                let modules =
+                    CodeExchange::new(self.agent).exchange(&mut composition, &modules, &mut version)?;
+                ModuleTrials::new(self.agent).end(&mut composition, name);
+                version.take_in(&mut composition)?;
+                Ok(modules)
+            } else {
+                Departure::new(self.agent, &modules).ask(&composition)?;
+                // While they are away nothing may miss them; found out before anything is ended for it.
+                composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
+                ModuleTrials::new(self.agent).end(&mut composition, name);
+                let ground = &mut composition.assembly.ground;
+                ground.kept = ground.settings(&modules);
+                let replaced = self.replace(&mut composition, &modules, &old, &version.plugin);
+                composition.assembly.ground.kept.clear();
+                replaced
+            }
+        })?;
+        composition.plugins.origins.insert(name.into(), LibraryOrigin { file, residence });
+        drop(old);
+        let old_library = origin.map_or("linked in", |origin| origin.residence.describe());
+        for (module, state) in &modules {
+            let what = match state {
+                Ok(()) => "with its state".to_owned(),
+                Err(reason) => format!("afresh, as its state could not be carried over: {reason}"),
+            };
+            self.agent.say(&format!("module {module} runs the new code of plugin {name} {what}"));
+        }
+        Ok(Reload { plugin: name.into(), modules, in_place, old_library })
+    }
+
+    /// Takes modules out whose ports are other ones with the new code, and puts them in again.
+    fn replace(
+        &self,
+        composition: &mut Composition,
+        modules: &[String],
+        old: &Plugin,
+        new: &Plugin,
+    ) -> Result<CarriedStates, PluginError> {
+        let _closed = Departure::new(self.agent, modules).end_threads(composition)?;
+        let mut without = composition.target(|catalogue| catalogue.remove(old.name()));
+        without.keep = true;
+        let states = composition.change(without, &self.agent.shared, &ModuleStates::new())?.left;
+        let with = composition.target(|catalogue| catalogue.add(new.clone()));
+        match composition.change(with, &self.agent.shared, &states) {
+            Ok(mut changed) => Ok(modules
+                .iter()
+                .map(|module| {
+                    let state = match &states[module] {
+                        Ok(_) => changed.restored.remove(module).unwrap_or(Ok(())),
+                        Err(reason) => Err(reason.clone()),
+                    };
+                    (module.clone(), state)
+                })
+                .collect()),
+            Err(report) => {
+                // It was there a moment ago, so it fits.
+                let back = composition.target(|catalogue| catalogue.add(old.clone()));
+                composition.change(back, &self.agent.shared, &states)?;
+                Err(report.into())
+            }
+        }
+    }
+}

@@ -1,0 +1,208 @@
+//! New code beside a module: it begins, takes over, and ends.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use slate_blackboard::channel::Budget;
+use slate_blackboard::{Access, Store};
+use slate_module::{Description, Interface};
+
+use super::PluginError;
+use super::exchange::{ExchangedCode, exchange_one};
+use crate::agent::composition::{Composition, PluginTrial};
+use crate::agent::handle::AgentHandle;
+use crate::clock::monotonic;
+use crate::main_loop::Seat;
+use crate::runner::{Retired, Shadow, ShadowState};
+
+/// How long new code may take for the steps that it is behind, and for its end.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// How long is waited between two looks whether it has made them.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// How long a cycle's end waits for the last of them, nanoseconds; short beside what is left of a period.
+const MOMENT: u64 = 500_000;
+
+/// New code that runs beside modules.
+pub(super) struct ModuleTrials<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> ModuleTrials<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// Lets new code run beside a module.
+    pub fn begin(
+        &self,
+        composition: &Composition,
+        name: &str,
+        module: &str,
+        description: &Description,
+        code: Retired,
+    ) -> Result<(), PluginError> {
+        let failed = |error: &dyn std::fmt::Display| refused(name, &error.to_string(), "try again");
+        let path = path_of(module);
+        let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 16, queues: 4, window: 16 } };
+        let doc = "How new code beside this module compares with it.";
+        let property =
+            self.agent.shared.board.add_channel(&path, doc, ShadowState::DESCRIPTOR, store, Access::Output);
+        let property = property.map_err(|error| failed(&error))?;
+        let writer = property.channel().and_then(|channel| channel.writer().ok());
+        let log = self.agent.shared.logger.module(&Arc::from(path.as_str()), false, &self.agent.shared.clock);
+        let shadow = match (writer, log) {
+            (Some(writer), Some(log)) => {
+                Shadow::start(module, description, code, writer, log).map_err(|error| failed(&error))
+            }
+            _ => Err(failed(&"it can't get its handles")),
+        };
+        let begun = shadow.and_then(|shadow| {
+            let present = &composition.assembly.present[module];
+            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
+            let begun = self.agent.shared.with_seats(&[Arc::clone(&seat)], own, move || {
+                let (kind, instance) = {
+                    // SAFETY: between two steps the runner is not in use; the reference ends before the call.
+                    let runner = unsafe { seat.runner() };
+                    (runner.kind.clone(), runner.instance)
+                };
+                let state = if instance.is_null() {
+                    Err("it had failed".into())
+                } else {
+                    // SAFETY: the instance is of that kind, and between two steps it belongs to this call.
+                    seat.call(own, || unsafe { kind.save(instance) })?.map_err(|refusal| refusal.0)
+                };
+                let carried = state.map(|state| shadow.begin_with(state));
+                // SAFETY: as above.
+                unsafe { seat.runner() }.begin_shadow(shadow);
+                Some(carried)
+            });
+            begun.ok_or_else(|| PluginError::Late { module: module.into() })
+        });
+        match begun {
+            Ok(carried) => {
+                if let Err(reason) = carried {
+                    self.agent.say(&format!("the new code beside {module} begins afresh: {reason}"));
+                }
+                Ok(())
+            }
+            Err(error) => {
+                self.free_path(module);
+                Err(error)
+            }
+        }
+    }
+
+    /// Lets the new code beside those modules take over as soon as it has made all steps of the old.
+    pub fn take_over(
+        &self,
+        name: &str,
+        seats: Vec<Arc<Seat>>,
+        own_thread: bool,
+    ) -> Result<ExchangedCode, PluginError> {
+        let mut waited = Duration::ZERO;
+        loop {
+            let involved = seats.clone();
+            match self.agent.shared.with_seats(&seats, own_thread, move || Some(exchange_all(&involved))) {
+                Some(Ok(pairs)) => {
+                    let (old, shadows): (Vec<_>, Vec<_>) = pairs.into_iter().unzip();
+                    shadows.into_iter().for_each(|shadow| shadow.end(PATIENCE));
+                    return Ok(ExchangedCode { seats, own_thread, old });
+                }
+                Some(Err(Unready::Lags(module))) if waited >= PATIENCE => {
+                    let reason = format!("the new code of module `{module}` lags behind or does not return");
+                    return Err(refused(name, &reason, &mend(name)));
+                }
+                Some(Err(Unready::Lags(_))) => {
+                    std::thread::sleep(LOOK);
+                    waited += LOOK;
+                }
+                Some(Err(Unready::Panicked(module))) => {
+                    let reason = format!("the new code of module `{module}` has panicked");
+                    return Err(refused(name, &reason, &mend(name)));
+                }
+                None => {
+                    let late = seats.iter().find(|seat| !seat.is_idle()).or(seats.first());
+                    let module = late.map(|seat| seat.name.to_string()).unwrap_or_default();
+                    return Err(PluginError::Late { module });
+                }
+            }
+        }
+    }
+
+    /// Ends the new code beside a plugin, if there is any.
+    pub fn end(&self, composition: &mut Composition, name: &str) -> bool {
+        let Some(trial) = composition.plugins.trials.remove(name) else { return false };
+        self.end_one(composition, &trial);
+        self.agent.say(&format!("plugin {name} runs alone again"));
+        true
+    }
+
+    pub fn end_one(&self, composition: &Composition, trial: &PluginTrial) {
+        for module in &trial.modules {
+            let Some(present) = composition.assembly.present.get(module) else { continue };
+            let seat = Arc::clone(&present.seat);
+            let shadow = self.agent.shared.with_seats(&[Arc::clone(&seat)], present.own_thread, move || {
+                // SAFETY: between two steps the runner is not in use.
+                Some(unsafe { seat.runner() }.shadow.take())
+            });
+            if let Some(shadow) = shadow.flatten() {
+                shadow.end(PATIENCE);
+            }
+            // The path is free even if the thread that writes it hangs.
+            self.free_path(module);
+        }
+    }
+
+    pub fn free_path(&self, module: &str) {
+        // It may have gone with its module.
+        let _ = self.agent.shared.board.remove(&path_of(module));
+    }
+}
+
+/// Why new code can't take over now.
+enum Unready {
+    Lags(String),
+    Panicked(String),
+}
+
+/// Exchanges the code of modules, between two of their steps, with that beside them: all or none.
+fn exchange_all(seats: &[Arc<Seat>]) -> Result<Vec<(Retired, Shadow)>, Unready> {
+    let until = monotonic() + MOMENT;
+    for seat in seats {
+        let name = || seat.name.to_string();
+        // SAFETY: between two steps the runner is not in use.
+        let Some(shadow) = &unsafe { seat.runner() }.shadow else { return Err(Unready::Lags(name())) };
+        while !shadow.has_caught_up() {
+            if monotonic() > until {
+                return Err(Unready::Lags(name()));
+            }
+            std::thread::yield_now();
+        }
+        if shadow.panics() > 0 {
+            return Err(Unready::Panicked(name()));
+        }
+    }
+    let exchanged = seats.iter().filter_map(|seat| {
+        // SAFETY: as above; the reference ends before the next one is made.
+        let shadow = unsafe { seat.runner() }.shadow.take()?;
+        // No step was made since, so that it is still there.
+        let new = shadow.take_new()?;
+        Some((exchange_one(seat, new), shadow))
+    });
+    Ok(exchanged.collect())
+}
+
+/// Where it is shown how new code compares.
+fn path_of(module: &str) -> String {
+    format!("{module}/shadow")
+}
+
+fn mend(name: &str) -> String {
+    format!("the old code goes on; `slate plugin shadow {name} --end`, and mend the new code")
+}
+
+pub(super) fn refused(name: &str, reason: &str, help: &str) -> PluginError {
+    PluginError::Shadow { name: name.into(), reason: reason.into(), help: help.into() }
+}

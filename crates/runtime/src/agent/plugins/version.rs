@@ -1,0 +1,131 @@
+//! Another version of a plugin's code, for the modules that run it.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_blackboard::interface::Descriptor;
+use slate_module::{Description, Plugin};
+
+use super::PluginError;
+use super::gather::check_kinds;
+use crate::agent::assembly::ModuleStates;
+use crate::agent::composition::{Composition, Fitting};
+use crate::agent::handle::AgentHandle;
+use crate::runner::Retired;
+use slate_composition::Catalogue;
+
+/// A version of a plugin that fits the agent.
+pub(super) struct PluginVersion<'c> {
+    agent: &'c AgentHandle,
+    pub plugin: Plugin,
+    /// What the modules of the agent would be with it.
+    pub modules: BTreeMap<String, Fitting>,
+}
+
+impl<'c> PluginVersion<'c> {
+    /// Finds out what the modules would be with it, and whether that fits.
+    pub fn admit(
+        agent: &'c AgentHandle,
+        composition: &Composition,
+        plugin: Plugin,
+    ) -> Result<Self, PluginError> {
+        let name = plugin.name();
+        let others = composition.target(|catalogue| catalogue.plugins.retain(|other| other.name() != name));
+        check_kinds(&others.catalogue, &plugin)?;
+        for dependency in plugin.dependencies() {
+            if others.catalogue.plugin(dependency).is_none() {
+                return Err(PluginError::Missing { name: name.into(), dependency: dependency.clone() });
+            }
+        }
+        check_circle(&others.catalogue, &plugin, &mut vec![name.to_owned()])?;
+        let modules = composition.check(&composition.target(|catalogue| catalogue.replace(&plugin)))?;
+        Ok(Self { agent, plugin, modules })
+    }
+
+    /// Whether a module can go on with its handles: ports, parameters and trigger are the same.
+    pub fn is_alike(&self, composition: &Composition, module: &str) -> bool {
+        let old = &composition.assembly.present[module].description;
+        self.modules.get(module).is_some_and(|fitting| alike(old, &fitting.description))
+    }
+
+    /// Whether the modules that come can be made, before anything is changed.
+    pub fn try_arrivals(&self, composition: &Composition) -> Result<(), PluginError> {
+        let present = &composition.assembly.present;
+        let mut come = self.modules.keys().filter(|module| !present.contains_key(*module));
+        come.try_for_each(|module| self.fresh(composition, module).map(drop))
+    }
+
+    /// Takes the place of the version before it, when the modules run its code already; kinds that are new come now.
+    pub fn take_in(&self, composition: &mut Composition) -> Result<(), PluginError> {
+        let target = composition.target(|catalogue| catalogue.replace(&self.plugin));
+        composition.catalogue = target.catalogue;
+        let target = composition.target(|_| {});
+        composition.change(target, &self.agent.shared, &ModuleStates::new())?;
+        Ok(())
+    }
+
+    /// An instance of the new code for a module, with its present parameters when they fit; none for a module that there
+    /// is not with it.
+    pub fn fresh(&self, composition: &Composition, module: &str) -> Result<Option<Retired>, PluginError> {
+        let Some(fitting) = self.modules.get(module) else { return Ok(None) };
+        let property = self.agent.board().get(&format!("{module}/params"));
+        let property =
+            property.filter(|(property, _)| property.descriptor().hash == fitting.description.params.hash);
+        let newest = property.and_then(|(property, _)| property.newest().ok().flatten());
+        let params = newest.as_ref().map_or(fitting.params.as_slice(), |(bytes, ..)| bytes);
+        // It runs where the module does: here, or apart.
+        let present = composition.assembly.present.get(module);
+        let kind = present.map_or_else(|| fitting.kind.clone(), |present| present.placed(&fitting.kind));
+        let is_isolated = present.is_some_and(|present| present.isolation.is_some());
+        let patience = composition.assembly.ground.patience(&Arc::from(module), is_isolated);
+        let instance = patience
+            .create(&kind, &fitting.setup, params)
+            .map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
+        Ok(Some(Retired::new(kind, instance, patience)))
+    }
+
+    /// Takes note that a module runs this code.
+    pub fn note(&mut self, composition: &mut Composition, module: &str) {
+        if let Some((present, fitting)) =
+            composition.assembly.present.get_mut(module).zip(self.modules.remove(module))
+        {
+            (present.kind, present.description) = (fitting.kind, fitting.description);
+        }
+    }
+}
+
+/// The new code must not need what needs it.
+fn check_circle(catalogue: &Catalogue, plugin: &Plugin, open: &mut Vec<String>) -> Result<(), PluginError> {
+    for dependency in plugin.dependencies() {
+        open.push(dependency.clone());
+        if open[0] == *dependency {
+            return Err(PluginError::Circle { circle: std::mem::take(open) });
+        }
+        if let Some(needed) = catalogue.plugin(dependency) {
+            check_circle(catalogue, needed, open)?;
+        }
+        open.pop();
+    }
+    Ok(())
+}
+
+/// Whether a module can go on with its handles: ports, parameters and trigger are the same.
+fn alike(old: &Description, new: &Description) -> bool {
+    let same = |a: &'static Descriptor, b: &'static Descriptor| a.hash == b.hash;
+    old.stage == new.stage
+        && old.trigger == new.trigger
+        && old.deadline == new.deadline
+        && same(old.params, new.params)
+        && old.ports.len() == new.ports.len()
+        && old.ports.iter().zip(&new.ports).all(|(a, b)| {
+            a.name == b.name
+                && a.direction == b.direction
+                && same(a.descriptor, b.descriptor)
+                && a.required == b.required
+                && a.role == b.role
+                && a.stale_after == b.stale_after
+                && a.safe == b.safe
+                && a.capacity == b.capacity
+                && a.window == b.window
+        })
+}

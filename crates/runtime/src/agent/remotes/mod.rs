@@ -1,0 +1,108 @@
+//! What links want of other agents, and how these stand.
+
+mod wants;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::PoisonError;
+
+use slate_blackboard::Board;
+
+use super::assembly::Assembly;
+use crate::configuration::{Configuration, Link};
+use crate::sharing::{Readers, RemotePath, Sharing, Standing, Want};
+use slate_composition::{Catalogue, Misfit, RemoteProperty, remote_path};
+
+/// How the agent stands with others.
+#[derive(Default)]
+pub(super) struct Remotes {
+    /// What carries values; nothing when the program has nothing of that kind.
+    pub sharing: Option<Box<dyn Sharing>>,
+    pub started: bool,
+    pub wants: BTreeMap<RemotePath, Want>,
+    pub standing: BTreeMap<RemotePath, Standing>,
+    /// The properties of which links name fields, or all: they stay known while the other agent is away.
+    pub properties: BTreeMap<RemotePath, String>,
+    /// The links that don't fit what is there and were told.
+    told: BTreeMap<String, Misfit>,
+    pub readers: Readers,
+    epoch: u64,
+}
+
+impl Remotes {
+    pub fn new(sharing: Option<Box<dyn Sharing>>) -> Self {
+        Self { sharing, ..Self::default() }
+    }
+
+    /// Why a link brings nothing, if it leads to another agent and does not.
+    pub fn trouble(
+        &self,
+        configuration: &Configuration,
+        link: &Link,
+        misfits: &BTreeMap<String, Misfit>,
+    ) -> Option<String> {
+        let path = remote_path(configuration, link)?;
+        if let Some(misfit) = misfits.get(&link.to.value) {
+            return Some(format!("{} ({})", misfit.message, misfit.help));
+        }
+        match self.standing.get(&path) {
+            Some(Standing::Served { .. }) => None,
+            Some(Standing::Absent { reason } | Standing::Silent { reason, .. }) => Some(reason.clone()),
+            None => Some("the other agent has not answered".into()),
+        }
+    }
+
+    /// What the links of a configuration want of other agents.
+    pub fn wanted(&self, configuration: &Configuration, assembly: &Assembly) -> BTreeMap<RemotePath, Want> {
+        wants::wants(configuration, &self.properties, &assembly.present)
+    }
+
+    /// A property of another agent is on the board; says whether links lead to another one now.
+    pub fn found(
+        &mut self,
+        catalogue: &mut Catalogue,
+        board: &Board,
+        path: &RemotePath,
+        property: &str,
+    ) -> bool {
+        if catalogue.remote.get(path).is_some_and(|known| known.path == property) {
+            return false;
+        }
+        let place = RemotePath { path: property.into(), ..path.clone() }.place();
+        let Some((found, field)) = board.get(&place) else { return false };
+        if !field.is_empty() {
+            return false;
+        }
+        self.epoch += 1;
+        let (descriptor, epoch) = (found.descriptor(), self.epoch);
+        let found = RemoteProperty { path: property.into(), descriptor, epoch };
+        catalogue.remote.insert(path.clone(), found);
+        true
+    }
+
+    /// Finds the threads that wait for values of other agents.
+    pub fn note_readers(&self, assembly: &mut Assembly) {
+        let own = |path: &&String| path.starts_with("agents/") || path.starts_with("team/");
+        let names: BTreeSet<String> = assembly
+            .listeners
+            .iter()
+            .filter(|(path, _)| own(path))
+            .flat_map(|(_, names)| names.clone())
+            .collect();
+        let present = &assembly.present;
+        let threaded =
+            names.into_iter().filter(|name| present.get(name).is_some_and(|present| present.own_thread));
+        let threaded: Vec<String> = threaded.collect();
+        let wakes = threaded.iter().map(|name| assembly.ground.post(name).wake).collect();
+        *self.readers.lock().unwrap_or_else(PoisonError::into_inner) = wakes;
+    }
+
+    /// The links that don't fit what other agents have, and were not told yet: what to tell of them.
+    pub fn news(&mut self, misfits: &BTreeMap<String, Misfit>) -> Vec<String> {
+        let new = misfits.iter().filter(|(to, misfit)| self.told.get(*to) != Some(*misfit));
+        let text =
+            |(to, misfit): (&String, &Misfit)| format!("{to} waits: {} ({})", misfit.message, misfit.help);
+        let news = new.map(text).collect();
+        self.told.clone_from(misfits);
+        news
+    }
+}

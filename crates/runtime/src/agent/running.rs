@@ -1,0 +1,163 @@
+//! Runs of an agent, and the time and measures of its main loop.
+
+use std::sync::mpsc::channel;
+use std::sync::{Arc, Weak};
+use std::time::{Duration, SystemTime};
+
+use super::{Agent, StartError};
+use crate::main_loop::{AgentTrace, End, Flow, Observer, Rate, Shared, Watchdog, cycle, drive};
+use crate::synchronization::Synchronization;
+
+/// How long the end of a run waits for the last lines of the log.
+pub(super) const LAST_LINES: Duration = Duration::from_secs(1);
+
+impl Agent {
+    /// What ends a run from another thread.
+    pub fn stopper(&self) -> Stopper {
+        Stopper { shared: Arc::downgrade(&self.handle.shared) }
+    }
+
+    /// One cycle of the main loop, in the caller's thread and without a watchdog.
+    ///
+    /// Only in lockstep: on the wall clock modules have threads of their own.
+    pub fn step(&mut self) -> bool {
+        if !self.handle.shared.lockstep {
+            return false;
+        }
+        self.handle.shared.take_token();
+        let flow = cycle(&self.handle.shared);
+        self.handle.shared.give_token_back();
+        if flow != Flow::Lost {
+            self.handle.shared.change();
+        }
+        flow != Flow::Lost
+    }
+
+    /// Runs until the observer, a [`Stopper`] or a fault ends it.
+    ///
+    /// # Errors
+    /// When a thread can't be started.
+    ///
+    /// # Panics
+    /// When the observer does.
+    pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
+        let shared = &self.handle.shared;
+        let watchdog = Watchdog::new(Arc::clone(shared), self.hang);
+        // Before the token is taken: who changes the agent at this moment waits for who has it.
+        let composition = self.handle.composition();
+        shared.begin();
+        // SAFETY: `begin` took the token.
+        unsafe { shared.core() }.observer = Some(observer);
+        let watchdog = std::thread::Builder::new().name("watchdog".into()).spawn(move || watchdog.watch());
+        let measured = Arc::clone(shared);
+        let timing = std::thread::Builder::new().name("timing".into());
+        let timing = timing.spawn(move || measured.publish_until_over());
+        let driver = Arc::clone(shared);
+        let main_loop = std::thread::Builder::new().name("main loop".into());
+        let (changing, free) = channel::<()>();
+        let started = match (&watchdog, &timing) {
+            (Ok(_), Ok(_)) => {
+                let threads = composition.assembly.start_threads(shared);
+                // It begins when the agent can be changed again: a cycle may have to look at what it is made of.
+                let begin = move || {
+                    // Nothing is ever sent.
+                    let _ = free.recv();
+                    drive(&driver);
+                };
+                threads.and_then(|()| main_loop.spawn(begin).map(drop))
+            }
+            (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
+        };
+        if started.is_err() {
+            shared.finish(End::Stopped);
+            shared.put_token_down();
+        }
+        drop(composition);
+        drop(changing);
+        let end = shared.wait();
+        shared.threads().join();
+        let panic = shared.close();
+        for thread in [watchdog, timing].into_iter().flatten() {
+            // They have nothing that panics.
+            let _ = thread.join();
+        }
+        shared.take_token();
+        // SAFETY: the token was taken.
+        unsafe { shared.core() }.observer = None;
+        shared.give_token_back();
+        let automatic = self.handle.composition().snapshots.automatic.clone();
+        if let Some(automatic) = automatic {
+            automatic.wait();
+        }
+        shared.logger.flush(LAST_LINES);
+        if let Some(panic) = panic {
+            std::panic::resume_unwind(panic);
+        }
+        started?;
+        Ok(end)
+    }
+
+    /// Goes on from another time, which may be before the present one, with the next [step](Agent::step). It is for an
+    /// agent in which a recording is played and no module runs: to modules time never goes back. False, and nothing is
+    /// changed, on the system's clock and where modules run.
+    pub fn jump(&mut self, time: u64) -> bool {
+        let is_empty = self.handle.composition().assembly.present.is_empty();
+        if !self.handle.shared.lockstep || !is_empty {
+            return false;
+        }
+        self.handle.shared.take_token();
+        // SAFETY: the token was taken.
+        unsafe { self.handle.shared.core() }.jump(time);
+        self.handle.shared.clock.set(time);
+        self.handle.shared.give_token_back();
+        true
+    }
+
+    /// Lets time go at another rate from the next cycle on; what passed since the last one was no lateness.
+    pub fn set_rate(&mut self, rate: Rate) {
+        self.handle.shared.take_token();
+        // SAFETY: the token was taken.
+        unsafe { self.handle.shared.core() }.set_rate(rate);
+        self.handle.shared.give_token_back();
+    }
+
+    /// The points at which threads outside the main loop fall in with it: `/cycle/start` and `/cycle/end`, and for each
+    /// stage such as `Act`, `/stage/Act/start` and `/stage/Act/end`. The loop emits a point from when somebody has asked
+    /// for it.
+    pub fn synchronization(&self) -> &Arc<Synchronization> {
+        &self.handle.shared.synchronization
+    }
+
+    /// What ran when.
+    pub fn trace(&self) -> AgentTrace {
+        AgentTrace::new(Arc::clone(&self.handle.shared))
+    }
+
+    /// Shows what was measured until now in the properties `/loop/state`, `/loop/histogram`, `/loop/STAGE/histogram` and
+    /// `/MODULE/histogram`. A run does it ten times a second; it is for who makes single steps.
+    pub fn publish_timing(&self) {
+        self.handle.shared.publish_timing();
+    }
+
+    /// The date (UTC) of an agent's time, for people who read it. It may jump when the machine's clock is set, and
+    /// nothing in an agent depends on it.
+    pub fn date_of(&self, time: u64) -> SystemTime {
+        self.handle.shared.clock.date_of(time)
+    }
+}
+
+/// Ends a run from another thread. It keeps nothing of its agent: a handler of signals has it until the process ends.
+#[derive(Clone)]
+pub struct Stopper {
+    shared: Weak<Shared>,
+}
+
+impl Stopper {
+    /// Ends the run after the present cycle, if the agent is still there. Before the first run this ends that one before
+    /// its first cycle.
+    pub fn stop(&self) {
+        if let Some(shared) = self.shared.upgrade() {
+            shared.stop();
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Whether modules take other settings: those that are there are asked, those that are away are known by what they were.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_module::{Description, ModuleKind};
+
+use crate::agent::assembly::Assembly;
+use crate::configuration::{Configuration, Diagnostic, Report, Span};
+use crate::runner::{OwnSetup, Patience, Retired};
+use slate_composition::parameters;
+use slate_composition::{Catalogue, Complaints, Surveyed};
+
+/// A module that could begin with other parameters, or could not.
+pub(super) struct ConsentQuestion {
+    kind: ModuleKind,
+    setup: OwnSetup,
+    params: Vec<u8>,
+    patience: Patience,
+    /// Where the module stands.
+    place: Span,
+}
+
+impl ConsentQuestion {
+    /// What to ask a module that gets other parameters: it must be able to begin with them, as it does at the next start.
+    pub fn of(surveyed: Surveyed<'_>, assembly: &Assembly) -> Self {
+        let Surveyed { module, kind, setup, params, .. } = surveyed;
+        let present = assembly.present.get(&module.name.value);
+        Self {
+            kind: present.map_or_else(|| kind.clone(), |present| present.placed(&kind)),
+            setup,
+            params,
+            patience: assembly.ground.patience(&Arc::from(module.name.value.as_str()), module.isolated.value),
+            place: module.name.span,
+        }
+    }
+}
+
+/// Checks the parameters of modules whose code is away by what they were when it was there.
+pub(super) fn check_dormant(
+    configuration: &Configuration,
+    catalogue: &Catalogue,
+    last_known: &BTreeMap<String, Description>,
+    complaints: &mut Complaints<'_>,
+) {
+    for module in configuration.modules() {
+        if catalogue.is_dormant(&module.kind.value)
+            && let Some(description) = last_known.get(&module.name.value)
+        {
+            parameters::bytes(description, &module.params, complaints);
+        }
+    }
+}
+
+/// Makes an instance for each, which is thrown away.
+pub(super) fn ask(questions: Vec<ConsentQuestion>, configuration: &Configuration) -> Result<(), Report> {
+    let mut diagnostics = Vec::new();
+    for ConsentQuestion { kind, setup, params, patience, place } in questions {
+        match patience.create(&kind, &setup, &params) {
+            Ok(instance) => drop(Retired::new(kind, instance, patience)),
+            Err(refusal) => {
+                let message = format!("`{}` can't begin with these parameters: {refusal}", setup.name);
+                diagnostics.push(objection(configuration, &refusal.0, place, message));
+            }
+        }
+    }
+    if diagnostics.is_empty() { Ok(()) } else { Err(Report::from(diagnostics)) }
+}
+
+fn objection(configuration: &Configuration, complaint: &str, place: Span, message: String) -> Diagnostic {
+    let place = configuration.place_of(complaint, place);
+    configuration.diagnostic(place, message, Some("it has to begin with them at the next start".into()))
+}

@@ -1,0 +1,132 @@
+//! Which settings may change while an agent runs.
+
+use std::collections::BTreeSet;
+
+use slate_blackboard::is_within;
+
+use crate::configuration::{Change, Configuration, Diagnostic};
+
+/// A setting that may change while the agent runs.
+pub(super) enum LiveSetting<'a> {
+    Parameter { module: &'a str, name: &'a str },
+    Enabled { module: &'a str },
+    Input { module: &'a str, port: &'a str },
+    Link,
+    LogLevel,
+}
+
+impl<'a> LiveSetting<'a> {
+    pub fn of(change: &'a Change) -> Option<Self> {
+        let names: Vec<&str> = change.names().iter().map(String::as_str).collect();
+        match names[..] {
+            ["modules", module, "params", name, ..] => Some(Self::Parameter { module, name }),
+            ["modules", module, "enabled"] => Some(Self::Enabled { module }),
+            ["modules", module, "inputs", port, ..] => Some(Self::Input { module, port }),
+            ["links", _, ..] => Some(Self::Link),
+            ["log", "level"] | ["log", "levels", _] => Some(Self::LogLevel),
+            _ => None,
+        }
+    }
+}
+
+const LATER: &str = "it takes effect at the next start: write it into the file, and start the agent again";
+
+/// Two configurations, and the modules that only one of them has.
+pub(super) struct OtherModules<'a> {
+    before: &'a Configuration,
+    after: &'a Configuration,
+    modules: BTreeSet<&'a str>,
+}
+
+impl<'a> OtherModules<'a> {
+    pub fn of(before: &'a Configuration, after: &'a Configuration) -> Self {
+        let names = |configuration: &'a Configuration| -> BTreeSet<&'a str> {
+            configuration.modules().iter().map(|module| module.name.value.as_str()).collect()
+        };
+        let modules = names(before).symmetric_difference(&names(after)).copied().collect();
+        Self { before, after, modules }
+    }
+
+    /// Whether a change belongs to such a module.
+    fn have(&self, change: &Change) -> bool {
+        matches!(change.names(), [section, module, ..] if section == "modules" && self.modules.contains(module.as_str()))
+    }
+
+    /// Whether a change is one of a link from or to such a module.
+    fn touches(&self, change: &Change) -> bool {
+        let [section, port, ..] = change.names() else { return false };
+        let of_module = |end: &str| {
+            self.modules
+                .iter()
+                .any(|module| end.strip_prefix(module).is_some_and(|rest| rest.starts_with('/')))
+        };
+        let links = self.before.links().iter().chain(self.after.links());
+        let mut ends = links.map(|link| [link.from.value.path_in(""), link.to.value.clone()]);
+        section == "links" && ends.any(|ends| ends.contains(port) && ends.iter().any(|end| of_module(end)))
+    }
+
+    /// Why a running agent can't make a change, and what to do about it.
+    fn obstacle(&self, change: &Change) -> Option<(String, String)> {
+        let path = &change.path;
+        let linked = |configuration: &Configuration, input: &str| {
+            configuration.links().iter().any(|link| link.to.value == input)
+        };
+        match LiveSetting::of(change) {
+            Some(LiveSetting::Parameter { module, name }) => {
+                let parameter = format!("{module}/params/{name}");
+                let mut links = self.after.links().iter();
+                let link = links.find(|link| is_within(&link.to.value, &parameter));
+                // One that is linked by the same change is not read any more.
+                let link = link.filter(|link| linked(self.before, &link.to.value));
+                link.map(|link| {
+                    let message = format!("`{path}` follows `{}`, so it can't be set", link.from.value);
+                    (message, format!("take the link away first: slate unlink {}", link.to.value))
+                })
+            }
+            Some(LiveSetting::LogLevel | LiveSetting::Link) => None,
+            Some(LiveSetting::Enabled { module }) => [self.before, self.after]
+                .iter()
+                .all(|configuration| linked(configuration, &format!("{module}/enabled")))
+                .then(|| {
+                    let message = format!("`{path}` has no effect, as a link switches the module");
+                    (message, format!("take the link away first: slate unlink {module}/enabled"))
+                }),
+            Some(LiveSetting::Input { module, port }) => {
+                let input = format!("{module}/{port}");
+                let value = self.after.modules().iter().find(|own| own.name.value == module);
+                let has_value = value.is_some_and(|module| module.inputs.get(port).is_some());
+                (!has_value && !linked(self.before, &input) && !linked(self.after, &input))
+                    .then(|| format!("the value of `{input}` can't be taken back while the agent runs"))
+                    .map(|message| (message, LATER.into()))
+            }
+            None => Some((format!("`{path}` can't change while the agent runs"), LATER.into())),
+        }
+    }
+
+    /// The changes that a running agent can't make.
+    pub fn refusals(&self, changes: &[Change]) -> Vec<Diagnostic> {
+        let place = |path: &str, message: String, help: &str| match self.after.value(path) {
+            Some(value) => self.after.diagnostic(value.span, message, Some(help.into())),
+            None => Diagnostic::without_place(message, Some(help.into())),
+        };
+        let of_modules = self.modules.iter().map(|module| {
+            let is_new = self.after.modules().iter().any(|own| own.name.value == **module);
+            let what = if is_new { "added" } else { "taken out" };
+            let message = format!("module `{module}` can't be {what} while the agent runs");
+            let help = format!("{LATER}; or load and unload the plugin that brings it");
+            place(&format!("modules.\"{module}\""), message, &help)
+        });
+        let of_others = changes.iter().filter(|change| !self.have(change)).filter_map(|change| {
+            let (message, help) = self.obstacle(change)?;
+            Some(place(&change.path, message, &help))
+        });
+        of_modules.chain(of_others).collect()
+    }
+
+    /// The places of the changes that only the next start can make.
+    pub fn waiting(&self, changes: &[Change]) -> BTreeSet<usize> {
+        let waits =
+            |change: &Change| self.have(change) || self.touches(change) || self.obstacle(change).is_some();
+        changes.iter().enumerate().filter(|(_, change)| waits(change)).map(|(place, _)| place).collect()
+    }
+}

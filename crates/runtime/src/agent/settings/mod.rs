@@ -1,0 +1,311 @@
+//! The settings of an agent that runs: which of them may change, and how a change reaches the modules.
+
+mod consent;
+mod live;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::convert::Infallible;
+use std::sync::Arc;
+
+use slate_blackboard::interface::{Value, View};
+use slate_blackboard::{BoardError, is_within};
+use slate_module::Level;
+
+use super::composition::Composition;
+use super::handle::{AgentHandle, WeakHandle, by_module};
+use super::links::LinkEditor;
+use super::sharing::RemoteLinks;
+use crate::configuration::{self, Change, Configuration, Database, Edit, Report, Subscription, Watch};
+use crate::recording::Change as Recorded;
+use consent::{ConsentQuestion, ask, check_dormant};
+use live::{LiveSetting, OtherModules};
+use slate_composition::{Complaints, Surveyed, survey};
+use toml_edit::Key;
+
+/// An agent follows a database as long as this lives.
+pub(super) struct FollowedSettings {
+    pub database: Database,
+    _subscription: Subscription,
+    _watch: Option<Watch>,
+}
+
+impl FollowedSettings {
+    pub fn follow(database: &Database, agent: &AgentHandle, files: bool) -> Result<Self, Report> {
+        // The database may outlive the agent, and then judges nothing by it.
+        let judge = agent.downgrade();
+        database.validate_with(Box::new(move |configuration, changes| match judge.upgrade() {
+            Some(agent) => {
+                let questions = SettingsChanger::new(&agent).may_change(configuration, changes)?;
+                // Foreign code answers, so nobody is kept waiting for it.
+                ask(questions, configuration)
+            }
+            None => Ok(()),
+        }));
+        let judge = agent.downgrade();
+        database.wait_with(move |configuration, changes| match judge.upgrade() {
+            Some(agent) => SettingsChanger::new(&agent).waiting(configuration, changes),
+            None => BTreeSet::new(),
+        });
+        agent.composition().database = Some(database.clone());
+        let follower = agent.downgrade();
+        let subscription = database.subscribe("", move |database, changes| {
+            if let Some(agent) = follower.upgrade() {
+                SettingsChanger::new(&agent).apply(&database.current(), changes);
+            }
+        })?;
+        let reporter = agent.downgrade();
+        let watch = files.then(|| database.watch(move |edit| report(&reporter, edit))).transpose()?;
+        Ok(Self { database: database.clone(), _subscription: subscription, _watch: watch })
+    }
+}
+
+/// Says what became of an edited file; of a refused one line by line, as a line of the log is short.
+fn report(reporter: &WeakHandle, edit: Result<Edit, Report>) {
+    let Some(agent) = reporter.upgrade() else { return };
+    let say = |level, what: &str, changes: &[Change]| {
+        if !changes.is_empty() {
+            agent.log(level, &format!("{what}: {}", some_of(changes)));
+        }
+    };
+    match edit {
+        Ok(Edit { changes, waiting, covered }) => {
+            if changes.is_empty() && waiting.is_empty() && covered.is_empty() {
+                agent.say("the edited configuration says what holds");
+            }
+            say(Level::Info, "the edited configuration holds now", &changes);
+            say(Level::Warn, "the edited configuration holds from the next start", &waiting);
+            let what = "the edited configuration is covered by what was set at run time, until that is taken back \
+                        (`slate config revert PATH`)";
+            say(Level::Warn, what, &covered);
+        }
+        Err(report) => {
+            agent.log(Level::Error, "the edited configuration is refused; what held before goes on");
+            report.render(false).lines().for_each(|line| agent.log(Level::Error, line));
+        }
+    }
+}
+
+/// The first paths; a line of the log is short.
+fn some_of(changes: &[Change]) -> String {
+    const MOST: usize = 6;
+    let paths: Vec<_> = changes.iter().take(MOST).map(|change| change.path.as_str()).collect();
+    let more = changes.len().saturating_sub(MOST);
+    let more = if more > 0 { format!(", and {more} more: see `slate config diff`") } else { String::new() };
+    format!("{}{more}", paths.join(", "))
+}
+
+/// What changes of a module.
+#[derive(Default)]
+struct ModuleChange<'a> {
+    parameters: BTreeSet<&'a str>,
+    enabled: bool,
+    inputs: BTreeSet<&'a str>,
+}
+
+/// Changes the settings of an agent that runs.
+pub(super) struct SettingsChanger<'c> {
+    agent: &'c AgentHandle,
+}
+
+impl<'c> SettingsChanger<'c> {
+    pub fn new(agent: &'c AgentHandle) -> Self {
+        Self { agent }
+    }
+
+    /// Whether a running agent can have that configuration.
+    fn may_change(
+        &self,
+        configuration: &Configuration,
+        changes: &[Change],
+    ) -> Result<Vec<ConsentQuestion>, Report> {
+        let mut composition = self.agent.composition();
+        let Composition { configuration: present, catalogue, assembly, .. } = &mut *composition;
+        let configuration = configuration.with_loaded_of(present);
+        let mut diagnostics = OtherModules::of(present, &configuration).refusals(changes);
+        let mut complaints = Complaints::new(&configuration);
+        let survey = survey(&configuration, catalogue, &mut complaints);
+        check_dormant(&configuration, catalogue, &assembly.last_known, &mut complaints);
+        diagnostics.append(&mut complaints.diagnostics);
+        if diagnostics.is_empty()
+            && let Err(mut refused) = assembly.try_links(&configuration, &survey)
+        {
+            diagnostics.append(&mut refused);
+        }
+        if !diagnostics.is_empty() {
+            return Err(Report::from(diagnostics));
+        }
+        let modules: BTreeSet<&str> = changes
+            .iter()
+            .filter_map(|change| match LiveSetting::of(change) {
+                Some(LiveSetting::Parameter { module, .. }) => Some(module),
+                _ => None,
+            })
+            .collect();
+        let changed = survey.modules.into_iter();
+        let changed = changed.filter(|surveyed| modules.contains(surveyed.module.name.value.as_str()));
+        Ok(changed.map(|surveyed| ConsentQuestion::of(surveyed, assembly)).collect())
+    }
+
+    /// The places of those of an edit's changes that only the next start can make.
+    fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> BTreeSet<usize> {
+        let composition = self.agent.composition();
+        let configuration = configuration.with_loaded_of(&composition.configuration);
+        OtherModules::of(&composition.configuration, &configuration).waiting(changes)
+    }
+
+    /// Brings changes to the modules; they were found to fit.
+    fn apply(&self, configuration: &Configuration, changes: &[Change]) {
+        let mut composition = self.agent.composition();
+        let mut of_modules: BTreeMap<&str, ModuleChange<'_>> = BTreeMap::new();
+        let (mut of_log, mut of_links) = (false, false);
+        // An agent that goes on from a snapshot has the settings of that already.
+        let is_new =
+            |change: &&Change| !configuration.agrees_with(&composition.configuration, change.names());
+        for change in changes.iter().filter(is_new) {
+            match LiveSetting::of(change) {
+                Some(LiveSetting::Parameter { module, name }) => {
+                    of_modules.entry(module).or_default().parameters.insert(name);
+                }
+                Some(LiveSetting::Enabled { module }) => of_modules.entry(module).or_default().enabled = true,
+                Some(LiveSetting::Input { module, port }) => {
+                    of_modules.entry(module).or_default().inputs.insert(port);
+                }
+                Some(LiveSetting::LogLevel) => of_log = true,
+                Some(LiveSetting::Link) => of_links = true,
+                None => {}
+            }
+        }
+        // A parameter without its link has the value that is set for it, as an input has.
+        let before = Arc::clone(&composition.configuration);
+        for (module, parameter) in before.linked_parameters() {
+            if !configuration.linked_parameters().any(|own| own == (module, parameter)) {
+                of_modules.entry(module).or_default().parameters.insert(parameter);
+            }
+        }
+        if of_log {
+            self.agent.shared.logger.set_levels(configuration.log().levels());
+        }
+        let Ok(()) = self.agent.recorder.make(changes.iter().map(Recorded::from).collect(), || {
+            let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
+            if of_links || composition.waiting.unlinked.is_some() {
+                let modules = composition.settle_links(&configuration, &self.agent.shared);
+                self.agent.tell_links(&modules);
+            }
+            let mut complaints = Complaints::new(&configuration);
+            let survey = survey(&configuration, &composition.catalogue, &mut complaints);
+            for surveyed in &survey.modules {
+                let Some(change) = of_modules.get(surveyed.module.name.value.as_str()) else { continue };
+                if let Err(error) = self.apply_to(&configuration, surveyed, change) {
+                    self.agent.log(Level::Error, &format!("a change of the configuration is lost: {error}"));
+                }
+            }
+            // A plugin that was exchanged since it was judged may see it otherwise.
+            complaints
+                .diagnostics
+                .iter()
+                .for_each(|complaint| self.agent.log(Level::Error, &complaint.to_string()));
+            drop(survey);
+            composition.configuration = configuration;
+            Ok::<(), Infallible>(())
+        });
+        drop(composition);
+        if let Err(error) = RemoteLinks::new(self.agent).share() {
+            self.agent.log(Level::Error, &format!("links to other agents bring nothing: {error}"));
+        }
+    }
+
+    fn apply_to(
+        &self,
+        configuration: &Configuration,
+        surveyed: &Surveyed<'_>,
+        change: &ModuleChange<'_>,
+    ) -> Result<(), BoardError> {
+        let (name, now) = (&surveyed.module.name.value, self.agent.now());
+        let own = |port: &str| {
+            let path = format!("{name}/{port}");
+            // Not what a link leads to.
+            self.agent
+                .board()
+                .find(&path)
+                .map(|(property, _)| Some(property).filter(|own| own.path() == path))
+        };
+        if !change.parameters.is_empty()
+            && let Some(property) = own("params")?
+        {
+            // One write, so that a tick sees all or nothing of it; what else was set on the blackboard stays.
+            let view = View::new(property.descriptor(), &surveyed.params, 0);
+            let Some(Value::Table(mut fields)) = view.map(|view| view.value()) else { return Ok(()) };
+            let is_linked = |field: &str| {
+                let parameter = format!("{name}/params/{field}");
+                configuration.links().iter().any(|link| is_within(&link.to.value, &parameter))
+            };
+            fields.retain(|(field, _)| change.parameters.contains(field.as_str()) && !is_linked(field));
+            property.set("", &Value::Table(fields), now)?;
+        }
+        for (index, bytes) in &surveyed.inputs {
+            let port = surveyed.description.ports[*index].name.as_str();
+            if change.inputs.contains(port)
+                && let Some(property) = own(port)?
+            {
+                property.set_bytes(bytes, now)?;
+            }
+        }
+        // Last, so that a module that is switched on sees the rest.
+        if change.enabled
+            && let Some(property) = own("enabled")?
+        {
+            property.set("value", &Value::Bool(surveyed.module.enabled.value), now)?;
+        }
+        Ok(())
+    }
+
+    /// Makes the changes that a module asks for, a line each: `path=value`, or a path alone, which takes back what was
+    /// changed there. Says what has changed.
+    ///
+    /// # Errors
+    /// What does not fit; nothing is changed then.
+    pub fn change_for(&self, module: &str, lines: &str) -> Result<String, Report> {
+        let database = self.agent.composition().database()?;
+        let lines = lines.lines().filter(|line| !line.trim().is_empty());
+        let (set, taken_back): (Vec<&str>, Vec<&str>) = lines.partition(|line| line.contains('='));
+        let mut changes = Vec::new();
+        for line in set {
+            changes.push(configuration::parse_change(line)?);
+        }
+        let changes = by_module(module, || {
+            LinkEditor::new(self.agent).commit(|| database.propose_instead(&taken_back, &changes))
+        })?;
+        self.say_changes(&format!("{module} has changed"), &changes);
+        let changed: Vec<_> = changes.iter().map(|change| self.told(change)).collect();
+        Ok(changed.join(", "))
+    }
+
+    /// Tells who reads the log later why the robot is another one from here on.
+    pub fn say_changes(&self, what: &str, changes: &[Change]) {
+        changes.iter().for_each(|change| self.agent.say(&format!("{what} {}", self.told(change))));
+    }
+
+    /// A change with what holds where nothing is said.
+    fn told(&self, Change { path, before, after, .. }: &Change) -> String {
+        let default =
+            || self.default_at(path).map_or("none".into(), |default| format!("{default} (default)"));
+        let value = |value: &Option<configuration::Value>| {
+            value.as_ref().map_or_else(default, configuration::Value::to_string)
+        };
+        format!("{path}: {} -> {}", value(before), value(after))
+    }
+
+    /// The value that a module has where nothing says another.
+    pub fn default_at(&self, path: &str) -> Option<String> {
+        let names = Key::parse(path).ok()?;
+        let names: Vec<&str> = names.iter().map(Key::get).collect();
+        let [section, module, part, name] = names[..] else { return None };
+        let value = self
+            .agent
+            .composition()
+            .assembly
+            .default_of(module, name)
+            .filter(|_| (section, part) == ("modules", "params"))?;
+        serde_json::to_string(&value).ok()
+    }
+}

@@ -1,0 +1,118 @@
+//! Links that need not be written, while modules of the same robot come and go.
+
+use slate_mapek::prelude::*;
+use slate_mapek::{analyze, monitor};
+use slate_module::Plugin;
+use slate_module::prelude::*;
+use slate_runtime::configuration::{Database, Options as Reading};
+use slate_runtime::{Agent, Options, Rate};
+
+use crate::links::common::Number;
+use crate::links::support::{all, steps};
+
+#[ports]
+pub struct Sensors {
+    number: Input<Number>,
+}
+
+macro_rules! monitors {
+    ($($name:ident: $kind:literal),+) => {
+        $(
+            pub struct $name;
+
+            impl Monitor for $name {
+                const NAME: &'static str = $kind;
+                type Sensors = Sensors;
+                type Params = ();
+                type State = ();
+                type Value = Number;
+
+                fn interpret((): &mut (), sensors: &Sensors, (): &(), _: &Tick) -> Option<Number> {
+                    sensors.number.fresh().copied()
+                }
+            }
+        )+
+    };
+}
+monitors!(Front: "front", Back: "back");
+
+#[ports]
+pub struct ObservedNumber {
+    number: Observed<Number>,
+}
+
+pub struct Passing;
+
+impl Analyze for Passing {
+    const NAME: &'static str = "passing";
+    type Observed = ObservedNumber;
+    type Params = ();
+    type State = ();
+    type Value = Number;
+
+    fn process((): &mut (), observed: &ObservedNumber, (): &(), _: &Tick) -> Option<Number> {
+        observed.number.updated().copied()
+    }
+}
+
+/// An agent with one Monitor and an Analyze that reads it, as nothing else can be read; the plugin `back` has another one.
+fn agent() -> Agent {
+    let text = "time.source = \"counter\"\n[modules.counter]\n[robots.r2.modules]\nfront = {}\nback = {}\npassing = {}\n\
+                [robots.r2.links]\n\"front/number\" = \"/counter/number\"\n\"back/number\" = \"/counter/number\"\n";
+    let database = Database::from_text("test.toml", text, Reading::default()).unwrap();
+    // Without it the start is refused, as both Monitors are there.
+    database.set(&[("links.\"r2/passing/number\"", "false")]).unwrap();
+    let blocks = [monitor::<Front>(), monitor::<Back>(), analyze::<Passing>()].map(Plugin::from);
+    let plugins: Vec<_> = all().into_iter().chain(blocks).collect();
+    let options = Options { rate: Rate::Max, ..Options::default() };
+    let agent = Agent::load_with(&database, &plugins, options).unwrap();
+    let composer = agent.composer();
+    composer.unload("back").unwrap();
+    database.take_back("").unwrap();
+    composer.unload("passing").unwrap();
+    composer.load("passing").unwrap();
+    agent
+}
+
+/// What the Analyze reads, and whether nobody has written that.
+fn source(agent: &Agent) -> Option<(String, bool)> {
+    let links = agent.composer().links().into_iter();
+    links.filter(|link| link.to == "r2/passing/number").map(|link| (link.from, link.inferred)).next()
+}
+
+fn read(agent: &mut Agent) -> Option<f64> {
+    steps(agent, 2);
+    let read = agent.board().read("r2/passing/change/value").unwrap();
+    read.and_then(|(value, _)| value.as_f64())
+}
+
+#[test]
+fn loading_another_module_changes_no_inferred_link() {
+    let mut agent = agent();
+    let front = Some(("/r2/front/percept".to_owned(), true));
+    assert_eq!(source(&agent), front);
+    assert!(read(&mut agent).is_some());
+    let refused = format!("{:?}", agent.composer().load("back").unwrap_err());
+    for part in ["`r2/passing/number` could read", "`r2/back/percept`", "`r2/front/percept`"] {
+        assert!(refused.contains(part), "{part} in {refused}");
+    }
+    assert_eq!(source(&agent), front);
+    assert!(agent.modules().iter().all(|module| module != "r2/back"));
+    // With a link that is written there is nothing to choose.
+    agent.composer().link(&slate_runtime::NewLink::new("r2/passing/number", "/r2/front/percept")).unwrap();
+    agent.composer().load("back").unwrap();
+    assert_eq!(source(&agent), Some(("/r2/front/percept".to_owned(), false)));
+    assert!(read(&mut agent).is_some());
+}
+
+#[test]
+fn false_removes_an_inferred_link_while_the_agent_runs() {
+    let agent = agent();
+    let composer = agent.composer();
+    assert!(source(&agent).is_some());
+    composer.unlink("r2/passing/number").unwrap();
+    assert_eq!(source(&agent), None);
+    composer.unload("passing").unwrap();
+    composer.load("passing").unwrap();
+    assert_eq!(source(&agent), None, "also for a module that is loaded anew");
+}
