@@ -20,7 +20,7 @@ pub mod wake;
 
 pub use board::{
     Access, Board, BoardError, Carrier, Event, Observer, Pattern, PatternError, Placement, Property, Setter,
-    Settings, Store, Taps, Watch, Watchers, Watching,
+    SettingsCounter, Store, Taps, Watch, Watchers, Watching,
 };
 pub use channel::Channel;
 pub use nearest::{nearest_names, nearest_paths};

@@ -4,6 +4,7 @@
 //! [`check`], and an agent makes what a [`Survey`] says.
 
 mod catalogue;
+mod complaints;
 pub mod link;
 pub mod own;
 pub mod parameters;
@@ -14,12 +15,13 @@ mod survey;
 mod wired;
 
 pub use catalogue::{Catalogue, RemoteProperty};
+pub use complaints::Complaints;
 pub use played::Played;
 pub use remote_path::RemotePath;
 pub use setup::{Describe, OwnSetup, Wire, describe};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
-    Absent, Complaints, Host, Implied, Joint, Lead, Misfit, RESERVED, Remote, Survey, Surveyed, Target, Way,
+    Absent, Host, Implied, Joint, Lead, LinkTarget, Misfit, RESERVED, Remote, Survey, Surveyed, Way,
     elsewhere, infer, loose, needs, remote_path, scope, survey,
 };
 pub use wired::{Wired, sends};

@@ -3,7 +3,7 @@
 use slate_blackboard::interface::{self, Descriptor, Interface, edit};
 use slate_module::{Bool, Description};
 
-use super::survey::Complaints;
+use crate::complaints::Complaints;
 use slate_configuration::Mistake;
 use slate_configuration::{Spanned, Table, Value};
 

@@ -7,7 +7,8 @@ use slate_module::aspect::{MainLoop, Service};
 use slate_module::{Description, Direction, Trigger};
 
 use crate::catalogue::Catalogue;
-use crate::survey::{Complaints, Survey, Surveyed, infer, needs, survey};
+use crate::complaints::Complaints;
+use crate::survey::{Survey, Surveyed, infer, needs, survey};
 
 /// A configuration with the links that types and roles leave no choice of.
 pub struct Wired {

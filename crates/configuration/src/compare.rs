@@ -6,7 +6,7 @@ use super::source::Spanned;
 use super::value::{Table, Value};
 
 /// A path with the values that two tables have there; at least one of them is no table, or an empty one.
-pub(super) type Pair<'a> = (Vec<String>, Option<&'a Spanned<Value>>, Option<&'a Spanned<Value>>);
+pub(super) type ValuePair<'a> = (Vec<String>, Option<&'a Spanned<Value>>, Option<&'a Spanned<Value>>);
 
 /// Calls with every value below a table that is no table itself, or an empty one, in the order of the paths.
 pub(super) fn leaves<'a>(
@@ -24,13 +24,18 @@ pub(super) fn leaves<'a>(
 }
 
 /// Where two tables differ, in the order of the paths.
-pub(super) fn differences<'a>(old: &'a Table, new: &'a Table) -> Vec<Pair<'a>> {
+pub(super) fn differences<'a>(old: &'a Table, new: &'a Table) -> Vec<ValuePair<'a>> {
     let mut found = Vec::new();
     tables(Some(old), Some(new), &[], &mut found);
     found
 }
 
-fn tables<'a>(old: Option<&'a Table>, new: Option<&'a Table>, path: &[String], found: &mut Vec<Pair<'a>>) {
+fn tables<'a>(
+    old: Option<&'a Table>,
+    new: Option<&'a Table>,
+    path: &[String],
+    found: &mut Vec<ValuePair<'a>>,
+) {
     let names: BTreeSet<&str> =
         [old, new].into_iter().flatten().flat_map(Table::iter).map(|(name, _)| name).collect();
     for name in names {
@@ -43,7 +48,7 @@ fn values<'a>(
     old: Option<&'a Spanned<Value>>,
     new: Option<&'a Spanned<Value>>,
     path: Vec<String>,
-    found: &mut Vec<Pair<'a>>,
+    found: &mut Vec<ValuePair<'a>>,
 ) {
     let table = |value: Option<&'a Spanned<Value>>| value.and_then(|value| value.as_table());
     let (old_table, new_table) = (table(old), table(new));

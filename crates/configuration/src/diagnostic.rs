@@ -13,11 +13,11 @@ pub struct Diagnostic {
     message: String,
     mistake: Option<Mistake>,
     help: Option<String>,
-    place: Option<Place>,
+    place: Option<DiagnosticPlace>,
 }
 
 #[derive(Clone, Debug)]
-struct Place {
+struct DiagnosticPlace {
     source: NamedSource<Arc<str>>,
     label: LabeledSpan,
     line: usize,
@@ -45,12 +45,17 @@ impl Diagnostic {
         let is_written = source.kind != SourceKind::Change;
         let source = NamedSource::new(&source.name, Arc::clone(&source.text));
         let Message { text, mistake } = message;
-        Self { message: text, mistake, help, place: Some(Place { source, label, line, column, is_written }) }
+        Self {
+            message: text,
+            mistake,
+            help,
+            place: Some(DiagnosticPlace { source, label, line, column, is_written }),
+        }
     }
 
-    /// Place, message and help in a line.
+    /// DiagnosticPlace, message and help in a line.
     pub(super) fn in_a_line(&self) -> String {
-        Line(self).to_string()
+        DiagnosticLine(self).to_string()
     }
 
     /// Whether it is at a place in a text that somebody has written.
@@ -61,7 +66,7 @@ impl Diagnostic {
     /// What is wrong, behind its place in a text that somebody has written.
     pub fn placed(&self) -> String {
         match self.place.as_ref().filter(|place| place.is_written) {
-            Some(Place { source, line, column, .. }) => {
+            Some(DiagnosticPlace { source, line, column, .. }) => {
                 format!("{}:{line}:{column}: {}", source.name(), self.message)
             }
             None => match self.setting() {
@@ -167,7 +172,7 @@ impl Report {
         let mut text = String::new();
         for diagnostic in &self.diagnostics {
             if handler.render_report(&mut text, diagnostic).is_err() {
-                text.push_str(&format!("{}\n", Line(diagnostic)));
+                text.push_str(&format!("{}\n", DiagnosticLine(diagnostic)));
             }
         }
         text
@@ -187,9 +192,9 @@ impl From<Vec<Diagnostic>> for Report {
 }
 
 /// A diagnostic in one line: `exp1.toml:3:1: message (help)`.
-struct Line<'a>(&'a Diagnostic);
+struct DiagnosticLine<'a>(&'a Diagnostic);
 
-impl fmt::Display for Line<'_> {
+impl fmt::Display for DiagnosticLine<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Diagnostic { message, help, place, .. } = self.0;
         if let Some(place) = place {
@@ -203,7 +208,7 @@ impl fmt::Display for Line<'_> {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (i, diagnostic) in self.diagnostics.iter().enumerate() {
-            write!(f, "{}{}", if i == 0 { "" } else { "\n" }, Line(diagnostic))?;
+            write!(f, "{}{}", if i == 0 { "" } else { "\n" }, DiagnosticLine(diagnostic))?;
         }
         Ok(())
     }

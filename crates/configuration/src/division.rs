@@ -5,20 +5,18 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use slate_blackboard::Url;
 
-use super::Options;
-use super::layers::Layers;
 use super::problems::{Problems, suggestion};
 use super::scope::{SECTIONS, each_text};
 use super::senders::{make_commands, make_table};
 use super::source::{SourceKind, Sources, Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// The agents of a file, with what each says that it runs.
 #[derive(Default)]
-pub(super) struct Division(BTreeMap<String, Part>);
+pub(super) struct Division(BTreeMap<String, AgentPart>);
 
-struct Part {
+struct AgentPart {
     /// How others find it.
     called: String,
     /// Where it is described.
@@ -29,8 +27,8 @@ struct Part {
 
 impl Division {
     /// Notes what a text says of an agent; a later one overrides it.
-    pub(super) fn note(&mut self, agent: &str, entry: &Entry, table: &Table, problems: &mut Problems) {
-        let part = self.0.entry(agent.into()).or_insert_with(|| Part {
+    pub(super) fn note(&mut self, agent: &str, entry: &TableEntry, table: &Table, problems: &mut Problems) {
+        let part = self.0.entry(agent.into()).or_insert_with(|| AgentPart {
             called: agent.into(),
             key: entry.key,
             runs: None,
@@ -57,7 +55,7 @@ impl Division {
         if self.0.values().all(|part| part.runs.is_none()) || !self.0.contains_key(agent) {
             return false;
         }
-        let side = Side { parts: &self.0, agent, names: Names::of(merged, sources) };
+        let side = AgentSide { parts: &self.0, agent, names: ScopeNames::of(merged, sources) };
         side.check(problems);
         side.check_changes(changes, problems);
         for section in SECTIONS {
@@ -93,7 +91,7 @@ impl Division {
 
     /// Lets an agent find the others on this machine, unless the file says where they are.
     fn introduce(&self, agent: &str, merged: &mut Table) {
-        let empty = |key| Entry { key, value: Spanned::new(Value::Table(Table::default()), key) };
+        let empty = |key| TableEntry { key, value: Spanned::new(Value::Table(Table::default()), key) };
         let mut table = merged;
         let key = self.0[agent].key;
         for name in ["share", "agents"] {
@@ -108,37 +106,15 @@ impl Division {
     }
 }
 
-impl Layers {
-    /// Leaves what the wanted agent runs, here and in the tables of what the files say.
-    pub(super) fn divide<const N: usize>(
-        &mut self,
-        mut of_files: [Table; N],
-        options: &Options,
-    ) -> [Table; N] {
-        let Some(wanted) = self.agent.clone().filter(|wanted| self.agents.contains_key(wanted)) else {
-            return of_files;
-        };
-        if !self.incomplete {
-            let Self { division, merged, sources, flat_sets: changes, problems, .. } = self;
-            let extra = &options.extra_tables;
-            for table in &mut of_files {
-                division.leave(&wanted, table, sources, extra, &[], &mut Problems::default());
-            }
-            self.clock_elsewhere = division.leave(&wanted, merged, sources, extra, changes, problems);
-        }
-        of_files
-    }
-}
-
 /// The first names of modules and actuators, which are those of robots where there are some.
-struct Names {
+struct ScopeNames {
     /// Where each is written first.
     common: BTreeMap<String, Span>,
     /// Those that the agent's own table brings.
     own: BTreeSet<String>,
 }
 
-impl Names {
+impl ScopeNames {
     fn of(merged: &Table, sources: &Sources) -> Self {
         let mut names = Self { common: BTreeMap::new(), own: BTreeSet::new() };
         let tables =
@@ -154,16 +130,16 @@ impl Names {
 }
 
 /// A file as one of its agents sees it.
-struct Side<'a> {
-    parts: &'a BTreeMap<String, Part>,
+struct AgentSide<'a> {
+    parts: &'a BTreeMap<String, AgentPart>,
     agent: &'a str,
-    names: Names,
+    names: ScopeNames,
 }
 
-impl Side<'_> {
+impl AgentSide<'_> {
     /// The agent that says it runs something of that name.
     fn runner(&self, name: &str) -> Option<&str> {
-        let runs = |part: &Part| part.runs.iter().flatten().any(|run| run.value == name);
+        let runs = |part: &AgentPart| part.runs.iter().flatten().any(|run| run.value == name);
         self.parts.iter().find(|(_, part)| runs(part)).map(|(agent, _)| agent.as_str())
     }
 
@@ -226,7 +202,7 @@ impl Side<'_> {
     }
 
     /// Whether the agent has a module, an actuator or the input of a link.
-    fn keeps(&self, name: &str, entry: &Entry, sources: &Sources, problems: &mut Problems) -> bool {
+    fn keeps(&self, name: &str, entry: &TableEntry, sources: &Sources, problems: &mut Problems) -> bool {
         let is_own = is_own(sources, entry.key);
         match self.runner(first(name)) {
             Some(runner) if is_own && runner != self.agent => {

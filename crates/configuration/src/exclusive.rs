@@ -1,7 +1,11 @@
 //! Settings of which only one can hold.
 
+use std::cmp::Ordering;
+
+use super::problems::Problems;
 use super::source::Sources;
-use super::value::{Table, Value};
+use super::value::{Table, TableEntry, Value};
+use crate::mistake::Mistake;
 
 /// The path of the setting that this one takes the place of, if that stands there: of `every` it is `on`, of a link
 /// it is the value of the input.
@@ -63,5 +67,32 @@ pub(super) fn settle(merged: &mut Table, sources: &Sources) {
         {
             module.entries.remove("inputs");
         }
+    }
+}
+
+/// Of two keys that exclude each other, the one that the later layer sets; one layer can't set both.
+pub(super) fn one_of<'k, 't>(
+    sources: &Sources,
+    problems: &mut Problems,
+    table: &'t Table,
+    a: &'k str,
+    b: &'k str,
+) -> Option<(&'k str, &'t TableEntry)> {
+    match (table.entries.get(a), table.entries.get(b)) {
+        (Some(first), Some(second)) => match sources.rank(first.key).cmp(&sources.rank(second.key)) {
+            Ordering::Less => Some((b, second)),
+            Ordering::Greater => Some((a, first)),
+            Ordering::Equal => {
+                problems.add(
+                    second.key,
+                    Mistake::Key.of(format!("`{a}` and `{b}` exclude each other")),
+                    "keep one of the two",
+                );
+                None
+            }
+        },
+        (Some(entry), None) => Some((a, entry)),
+        (None, Some(entry)) => Some((b, entry)),
+        (None, None) => None,
     }
 }

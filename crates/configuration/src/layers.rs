@@ -1,18 +1,19 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use toml_edit::{Document, TomlError};
 
-use super::division::Division;
+use super::agents::AgentTables;
+use super::change::Change;
 use super::files::{File, Files, Unreadable};
 use super::path;
 use super::problems::{Problem, Problems, suggestion};
 use super::scope::flatten;
 use super::senders::merge_layer;
 use super::set::{Written, parse_set};
-use super::source::{Place, Source, SourceKind, Sources, Span};
-use super::value::{Entry, Table, Value};
+use super::source::{SettingSource, SourceKind, Sources, Span, TextPlace};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// Reads the texts of a configuration and merges what they say.
@@ -27,16 +28,8 @@ pub(super) struct Layers {
     pub(super) files: Files,
     /// What each single setting says.
     pub(super) flat_sets: Vec<Table>,
-    /// The agent that is wanted, if one is named.
-    pub(super) agent: Option<String>,
-    /// The agents that the texts describe, and where each is first.
-    pub(super) agents: BTreeMap<String, Span>,
-    /// What each of them runs.
-    pub(super) division: Division,
-    /// Whether another of them has the module that is the time source.
-    pub(super) clock_elsewhere: bool,
-    /// Whether the wanted one's table says how it is called.
-    pub(super) is_named: bool,
+    /// The agents that the texts describe, and which of them is wanted.
+    pub(super) agents: AgentTables,
     /// Whether what is read now belongs to the wanted one's table.
     pub(super) own: bool,
     /// Whether the agent may run on another machine, which has files that are not here.
@@ -55,7 +48,7 @@ pub(super) struct Layers {
 impl Layers {
     /// Nothing yet, of that agent if there are several.
     pub(super) fn of(agent: Option<String>, files: Files, elsewhere: bool) -> Self {
-        Self { agent, files, elsewhere, ..Self::default() }
+        Self { agents: AgentTables::of(agent), files, elsewhere, ..Self::default() }
     }
 
     pub(super) fn defaults(&mut self) {
@@ -113,7 +106,7 @@ impl Layers {
         self.root.get_or_insert(id);
         self.table(id, table);
         if let Some(agents) = agents {
-            self.agents(id, &agents);
+            self.table_of_wanted(id, &agents);
         }
         if is_root {
             self.root = None;
@@ -122,7 +115,7 @@ impl Layers {
 
     /// Takes over what a text says, or the part of it that is a source of its own.
     pub(super) fn table(&mut self, id: usize, mut table: Table) {
-        if let Some(Entry { value, .. }) = table.entries.remove("include") {
+        if let Some(TableEntry { value, .. }) = table.entries.remove("include") {
             let source = &self.sources.0[id];
             let folder = source.path().unwrap_or(Path::new(&source.name)).parent().map(Path::to_owned);
             for file in self.problems.texts("include", &value, "common.toml") {
@@ -146,8 +139,9 @@ impl Layers {
             let id = self.setting(kind, text);
             let Some(table) = parse_set(text, equals, id, &mut self.problems) else { continue };
             self.sources.0[id].place.own = table.entries.contains_key("agents");
-            let Some(mut table) = self.of_wanted(kind, table) else { continue };
-            if let Some(Entry { key, .. }) = table.entries.remove("include") {
+            let (incomplete, problems) = (self.incomplete, &mut self.problems);
+            let Some(mut table) = self.agents.of_wanted(kind, table, incomplete, problems) else { continue };
+            if let Some(TableEntry { key, .. }) = table.entries.remove("include") {
                 self.problems.add(key, "only a file includes others", "write `include` in the file");
             }
             let mut flat = flatten(table, &mut self.problems);
@@ -177,7 +171,7 @@ impl Layers {
         else {
             return;
         };
-        let for_one = match self.agents.is_empty() {
+        let for_one = match self.agents.known.is_empty() {
             true => "",
             false => "; a setting of one agent begins with `agents.`, its name and a dot",
         };
@@ -198,9 +192,74 @@ impl Layers {
         });
     }
 
+    /// Notes the agents that a text describes, and takes over what it says of the wanted one.
+    fn table_of_wanted(&mut self, text: usize, agents: &TableEntry) {
+        if self.own {
+            let help = "one agent has no others in it: write them in the file that includes this one";
+            return self.problems.add(agents.key, "`agents` stands in what belongs to one agent", help);
+        }
+        if !self.agents.note(agents, &mut self.problems) {
+            return;
+        }
+        let Some(wanted) = self.agents.chosen() else { return };
+        let part = self.part(text);
+        let document = self.sources.0[text].document.as_ref();
+        let own = document
+            .and_then(|document| document.get("agents")?.as_table_like()?.get(&wanted)?.as_table_like());
+        let Some(own) = own else { return };
+        let mut table = Table::of_item(own, part, &mut self.problems);
+        // It is noted.
+        table.entries.remove("runs");
+        self.agents.note_name(&table);
+        self.own = true;
+        self.table(part, table);
+        self.own = false;
+    }
+
+    /// Names the agent like its table, unless that says otherwise.
+    pub(super) fn name_agent(&mut self) {
+        if let Some(name) = self.agents.own_name() {
+            self.merged.merge(name);
+        }
+    }
+
+    /// Leaves what the wanted agent runs, here and in the tables of what the files say.
+    pub(super) fn divide<const N: usize>(
+        &mut self,
+        mut of_files: [Table; N],
+        extra_tables: &[String],
+    ) -> [Table; N] {
+        let Some(wanted) = self.agents.chosen().filter(|_| !self.incomplete) else { return of_files };
+        let Self { agents, merged, sources, flat_sets: changes, problems, .. } = self;
+        let division = &agents.division;
+        for table in &mut of_files {
+            division.leave(&wanted, table, sources, extra_tables, &[], &mut Problems::default());
+        }
+        agents.clock_elsewhere = division.leave(&wanted, merged, sources, extra_tables, changes, problems);
+        of_files
+    }
+
+    /// Puts back what files say otherwise and only the next start can have, here and in what the files say.
+    pub(super) fn hold(&mut self, waiting: &[Change], mut of_files: Table) -> Table {
+        for Change { path, before, names, known, .. } in waiting {
+            let Some(value) = before else {
+                take_out(&mut self.merged, names, *known);
+                take_out(&mut of_files, names, *known);
+                continue;
+            };
+            let text = format!("{path}={value}");
+            let id = self.setting(SourceKind::Waiting, &text);
+            if let Some(table) = parse_set(&text, Some(path.len()), id, &mut self.problems) {
+                merge_layer(&mut self.merged, table.clone());
+                merge_layer(&mut of_files, table);
+            }
+        }
+        of_files
+    }
+
     /// A source of one setting, above those that are there.
     pub(super) fn setting(&mut self, kind: SourceKind, text: &str) -> usize {
-        self.sources.0.push(Source::setting(kind, text));
+        self.sources.0.push(SettingSource::setting(kind, text));
         let id = self.sources.0.len() - 1;
         self.rank(id);
         id
@@ -208,17 +267,25 @@ impl Layers {
 
     fn push(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) -> usize {
         let (path, id) = (path.map(Path::to_owned), self.sources.0.len());
-        let place = Place { root: self.root.unwrap_or(id), part_of: None, own: self.own };
-        self.sources.0.push(Source { name, kind, path, text, rank: usize::MAX, place, document: None });
+        let place = TextPlace { root: self.root.unwrap_or(id), part_of: None, own: self.own };
+        self.sources.0.push(SettingSource {
+            name,
+            kind,
+            path,
+            text,
+            rank: usize::MAX,
+            place,
+            document: None,
+        });
         id
     }
 
     /// A source of the part of a text that is the wanted agent's.
     pub(super) fn part(&mut self, text: usize) -> usize {
-        let Source { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
-        let place = Place { part_of: Some(text), own: true, ..*place };
+        let SettingSource { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
+        let place = TextPlace { part_of: Some(text), own: true, ..*place };
         let (name, path, text) = (name.clone(), path.clone(), Arc::clone(whole));
-        self.sources.0.push(Source {
+        self.sources.0.push(SettingSource {
             name,
             kind: *kind,
             path,
@@ -233,6 +300,18 @@ impl Layers {
     fn rank(&mut self, id: usize) {
         self.sources.0[id].rank = self.ranks;
         self.ranks += 1;
+    }
+}
+
+/// Takes out what is at a path, and the tables that only led there from the first `known` names.
+fn take_out(table: &mut Table, path: &[String], known: usize) {
+    table.remove(path);
+    let parents = (known + 1..path.len()).rev().map(|depth| &path[..depth]);
+    for parent in parents {
+        match table.entry(parent).map(|entry| entry.value.as_table().is_some_and(Table::is_empty)) {
+            Some(true) => table.remove(parent),
+            _ => return,
+        }
     }
 }
 

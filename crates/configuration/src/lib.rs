@@ -30,13 +30,18 @@
 //! # Ok::<(), slate_configuration::Report>(())
 //! ```
 
+mod actuators;
 mod agents;
 mod build;
+mod change;
 mod compare;
 mod comparison;
 mod database;
+mod derived;
+mod described;
 mod diagnostic;
 mod division;
+mod document;
 mod exclusive;
 mod files;
 mod inferred;
@@ -47,6 +52,7 @@ mod links;
 mod log;
 mod mistake;
 mod model;
+mod modules;
 mod path;
 mod plugins;
 mod printable;
@@ -70,17 +76,17 @@ mod value;
 use std::path::{Path, PathBuf};
 
 use agents::Described;
+pub use change::Change;
 pub use comparison::Comparison;
-pub use database::{Change, Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
+pub use database::{Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
-pub use inferred::Wiring;
 pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
 pub use model::{
     Actuator, Allowance, Compression, Credentials, Filter, Flight, FlightTrigger, Isolation, Limit, Link,
     LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
-    Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport,
+    Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport, Wiring,
 };
 use path::Prefix;
 pub use path::{link_setting, sender_setting};
@@ -90,11 +96,11 @@ use read::Main;
 pub use record::{RATE, period};
 pub use schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
 use source::Sources;
-pub use source::{Origin, Source, SourceKind, Span, Spanned};
+pub use source::{Origin, SettingSource, SourceKind, Span, Spanned};
 pub use syslog::SyslogAddress;
 pub use team::{TEAM, is_topic};
 pub use trigger::{SnapshotCondition, SnapshotTrigger};
-pub use value::{Entry, Table, Value};
+pub use value::{Table, TableEntry, Value};
 
 /// What else goes into a configuration, beside its main file.
 #[derive(Clone, Debug, Default)]
@@ -159,7 +165,7 @@ impl Configuration {
     /// Everything that is wrong with any of them.
     pub fn load(path: impl AsRef<Path>, options: &Options) -> Result<Self, Report> {
         let main = Main::File(path.as_ref().to_owned());
-        agents::read_all(&main, options).result
+        described::read_all(&main, options).result
     }
 
     /// Reads a text as if it were a file of that name; files it includes are found beside that name.
@@ -168,7 +174,7 @@ impl Configuration {
     /// Everything that is wrong with any of the layers.
     pub fn from_text(name: &str, text: &str, options: &Options) -> Result<Self, Report> {
         let main = Main::Text { name: name.into(), text: text.into() };
-        agents::read_all(&main, options).result
+        described::read_all(&main, options).result
     }
 
     /// The agents that a file describes, by name; none when it is the configuration of one agent.
@@ -176,7 +182,7 @@ impl Configuration {
     /// # Errors
     /// A file that can't be read, or is no TOML.
     pub fn agents(path: impl AsRef<Path>, options: &Options) -> Result<Vec<String>, Report> {
-        agents::names(&Main::File(path.as_ref().to_owned()), options)
+        described::names(&Main::File(path.as_ref().to_owned()), options)
     }
 
     /// The agent's name; by default that of the file, without its ending.
@@ -305,7 +311,7 @@ impl Configuration {
     }
 
     /// The texts, as they were found; the later of two doesn't always override the earlier.
-    pub fn sources(&self) -> &[Source] {
+    pub fn sources(&self) -> &[SettingSource] {
         &self.sources.0
     }
 
@@ -363,6 +369,16 @@ impl Configuration {
     /// The name of this agent's table, when the files describe several agents.
     fn described_as(&self) -> Option<&str> {
         self.described.as_ref().map(|described| described.name.as_str())
+    }
+
+    /// The folder that paths at a place are relative to: that of the file that they are written in.
+    pub fn folder_of(&self, span: Span) -> PathBuf {
+        self.sources.folder(span)
+    }
+
+    /// The plugins that are libraries, and named lists of plugins, by name.
+    pub fn plugins(&self) -> &[PluginEntry] {
+        &self.plugins
     }
 
     /// The text at a place.

@@ -1,11 +1,11 @@
 use slate_blackboard::Url;
 
-use super::build::{Build, absolute};
-use super::inferred::Wiring;
-use super::model::{Compression, Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport};
+use super::model::{Compression, Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport, Wiring};
+use super::path::absolute;
+use super::problems::Problems;
 use super::senders::{UNNAMED, is_of_senders};
 use super::source::{Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// What a link may say.
@@ -24,8 +24,15 @@ const KEYS: [&str; 12] = [
     "compression",
 ];
 
-impl Build<'_> {
-    pub(super) fn links(&mut self, root: &Table, agent: &str) -> Vec<Link> {
+/// Reads `[links]` of an agent.
+pub(super) struct LinkReader<'a> {
+    pub(super) problems: &'a mut Problems,
+    pub(super) agent: &'a str,
+}
+
+impl LinkReader<'_> {
+    /// The links, by what they fill.
+    pub(super) fn links(&mut self, root: &Table) -> Vec<Link> {
         let table = self.problems.table(root, "links");
         let mut links = Vec::new();
         for (to, entry) in table.into_iter().flat_map(Table::iter) {
@@ -33,19 +40,19 @@ impl Build<'_> {
                 Value::Table(senders) if is_of_senders(senders) => {
                     let senders = senders.iter();
                     links.extend(
-                        senders.filter_map(|(from, sender)| self.sender(to, entry.key, from, sender, agent)),
+                        senders.filter_map(|(from, sender)| self.sender(to, entry.key, from, sender)),
                     );
                 }
                 // No senders.
                 Value::List(list) if list.is_empty() => {}
-                _ => links.extend(self.link(to, entry, agent)),
+                _ => links.extend(self.link(to, entry)),
             }
         }
         links
     }
 
     /// One of several senders.
-    fn sender(&mut self, to: &str, key: Span, from: &str, entry: &Entry, agent: &str) -> Option<Link> {
+    fn sender(&mut self, to: &str, key: Span, from: &str, entry: &TableEntry) -> Option<Link> {
         let empty = Table::default();
         let table = match entry.value.as_bool() {
             Some(false) => return None,
@@ -54,12 +61,12 @@ impl Build<'_> {
             Some(true) => &empty,
             None => self.problems.as_table(from, entry)?,
         };
-        let from = self.source(&Spanned::new(from.into(), entry.key), agent)?;
-        Some(self.with_options(destination(to, key, agent), from, table))
+        let from = self.source(&Spanned::new(from.into(), entry.key))?;
+        Some(self.with_options(destination(to, key, self.agent), from, table))
     }
 
-    fn link(&mut self, to: &str, entry: &Entry, agent: &str) -> Option<Link> {
-        let to = destination(to, entry.key, agent);
+    fn link(&mut self, to: &str, entry: &TableEntry) -> Option<Link> {
+        let to = destination(to, entry.key, self.agent);
         match entry.value.as_bool() {
             // It takes the link of an earlier layer out.
             Some(false) => return None,
@@ -77,7 +84,7 @@ impl Build<'_> {
         let Some(table) = entry.value.as_table() else {
             let from =
                 self.problems.as_text(&format!("\"{}\"", to.value), &entry.value, "module/property")?;
-            let from = self.source(&from, agent)?;
+            let from = self.source(&from)?;
             return Some(self.with_options(to, from, &Table::default()));
         };
         if table.get("from").is_none() {
@@ -85,7 +92,7 @@ impl Build<'_> {
             self.problems.add(entry.value.span, format!("link `{}` has no `from`", to.value), help);
         }
         let from = self.problems.text(table, "from", "module/property");
-        let Some(from) = from.and_then(|from| self.source(&from, agent)) else {
+        let Some(from) = from.and_then(|from| self.source(&from)) else {
             self.problems.unknown_keys(table, &format!("in link `{}`", to.value), &KEYS);
             return None;
         };
@@ -100,7 +107,7 @@ impl Build<'_> {
             previous: self.problems.flag(table, "previous").is_some_and(|flag| flag.value),
             stale: self.problems.duration(table, "stale"),
             filter: Filter {
-                every: self.count(table, "every", u64::MAX),
+                every: self.problems.count_from_one(table, "every", u64::MAX),
                 when: self.problems.text(table, "when", "range < 0.5"),
             },
             policy: table.get("policy").and_then(|value| {
@@ -108,7 +115,8 @@ impl Build<'_> {
                 self.problems.choice("policy", value, &choices)
             }),
             window: self
-                .count(table, "window", WINDOW_LIMIT)
+                .problems
+                .count_from_one(table, "window", WINDOW_LIMIT)
                 .map(|window| Spanned::new(window.value as u16, window.span)),
             transport: self.transport(table),
             wiring: Wiring::Written,
@@ -116,28 +124,9 @@ impl Build<'_> {
         }
     }
 
-    fn source(&mut self, from: &Spanned<String>, agent: &str) -> Option<Spanned<Url>> {
+    fn source(&mut self, from: &Spanned<String>) -> Option<Spanned<Url>> {
         let url = self.problems.url(from, from.span)?;
-        Some(Spanned::new(absolute(&url, agent), from.span))
-    }
-
-    /// A whole number from 1.
-    pub(super) fn count(&mut self, table: &Table, name: &str, limit: u64) -> Option<Spanned<u64>> {
-        let value = table.get(name)?;
-        let number = value.as_integer().and_then(|number| u64::try_from(number).ok());
-        match number.filter(|number| (1..=limit).contains(number)) {
-            Some(number) => Some(Spanned::new(number, value.span)),
-            None => {
-                let message =
-                    Mistake::Value.of(format!("`{name}` takes a whole number from 1, found {}", value.value));
-                let help = match limit {
-                    u64::MAX => format!("write a number such as {name} = 5"),
-                    limit => format!("write a number up to {limit}, such as {name} = 16"),
-                };
-                self.problems.add(value.span, message, help);
-                None
-            }
-        }
+        Some(Spanned::new(absolute(&url, self.agent), from.span))
     }
 
     fn transport(&mut self, table: &Table) -> Transport {

@@ -3,11 +3,10 @@ use std::path::PathBuf;
 
 use slate_module::Level;
 
-use super::build::Build;
 use super::model::{Log, LogFile, LogTargets};
 use super::problems::Problems;
-use super::source::Spanned;
-use super::value::{Entry, Table, Value};
+use super::source::{Sources, Spanned};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 use crate::syslog::SyslogAddress;
 
@@ -37,7 +36,13 @@ const UNITS: [(&str, u64); 9] = [
     ("B", 1),
 ];
 
-impl Build<'_> {
+/// Reads `[log]`.
+pub(super) struct LogReader<'a> {
+    pub(super) sources: &'a Sources,
+    pub(super) problems: &'a mut Problems,
+}
+
+impl LogReader<'_> {
     pub(super) fn log(&mut self, root: &Table) -> Option<Log> {
         let table = self.problems.table(root, "log")?;
         self.problems.unknown_keys(table, "in [log]", &["level", "levels", "repeat", "targets"]);
@@ -77,7 +82,7 @@ impl Build<'_> {
 }
 
 impl Problems {
-    fn log_file(&mut self, entry: &Entry) -> Option<LogFile> {
+    fn log_file(&mut self, entry: &TableEntry) -> Option<LogFile> {
         const EXAMPLE: &str =
             "write file = \"agent.log\", or file = { path = \"agent.log\", size = \"10MB\", keep = 5 }";
         let table = match &entry.value.value {

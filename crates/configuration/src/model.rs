@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use slate_blackboard::{Pattern, Url};
 use slate_module::{Level, Stage, Trigger};
 
-use super::inferred::Wiring;
 use super::source::{Span, Spanned};
 use super::value::Table;
 use crate::levels::Levels;
@@ -91,6 +90,19 @@ pub struct Link {
     pub transport: Transport,
     /// Who says that it is there.
     pub wiring: Wiring,
+}
+
+/// Who says that a link is there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Wiring {
+    /// The configuration.
+    #[default]
+    Written,
+    /// The types and roles of the ports: an input has one possible source, or an outbox one possible inbox.
+    Inferred {
+        /// Whether it carries messages.
+        sends: bool,
+    },
 }
 
 /// Which values a link lets through: those that meet all of it.

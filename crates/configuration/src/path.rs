@@ -1,5 +1,7 @@
 //! Paths of settings, as `--set` takes them.
 
+use slate_blackboard::Url;
+
 use super::diagnostic::{Diagnostic, Report};
 use super::scope::{SECTIONS, flatten_path};
 
@@ -64,4 +66,12 @@ pub fn link_setting(to: &str) -> String {
 /// The path of one of the senders of an inbox.
 pub fn sender_setting(to: &str, from: &str) -> String {
     format!("{}.{}", link_setting(to), toml_edit::Key::new(from).display_repr())
+}
+
+/// The URL without a scope, and without the agent when that is this one.
+pub(super) fn absolute(url: &Url, agent: &str) -> Url {
+    if url.agent().is_some_and(|other| other != agent) {
+        return url.clone();
+    }
+    Url::parse(&format!("/{}", url.path_in(""))).unwrap_or_else(|_| url.clone())
 }

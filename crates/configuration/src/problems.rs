@@ -1,7 +1,7 @@
 use slate_blackboard::{Url, nearest_names};
 
 use super::source::{Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::{Message, Mistake};
 use crate::team::TEAM;
 
@@ -45,7 +45,7 @@ impl Problems {
         self.as_table(name, parent.entries.get(name)?)
     }
 
-    pub(super) fn as_table<'a>(&mut self, name: &str, entry: &'a Entry) -> Option<&'a Table> {
+    pub(super) fn as_table<'a>(&mut self, name: &str, entry: &'a TableEntry) -> Option<&'a Table> {
         let table = entry.value.as_table();
         if table.is_none() {
             self.wrong_type(
@@ -127,6 +127,25 @@ impl Problems {
             Some(nanoseconds) => return Some(Spanned::new(nanoseconds, value.span)),
         }
         None
+    }
+
+    /// A whole number from 1 to a limit.
+    pub(super) fn count_from_one(&mut self, table: &Table, name: &str, limit: u64) -> Option<Spanned<u64>> {
+        let value = table.get(name)?;
+        let number = value.as_integer().and_then(|number| u64::try_from(number).ok());
+        match number.filter(|number| (1..=limit).contains(number)) {
+            Some(number) => Some(Spanned::new(number, value.span)),
+            None => {
+                let message =
+                    Mistake::Value.of(format!("`{name}` takes a whole number from 1, found {}", value.value));
+                let help = match limit {
+                    u64::MAX => format!("write a number such as {name} = 5"),
+                    limit => format!("write a number up to {limit}, such as {name} = 16"),
+                };
+                self.add(value.span, message, help);
+                None
+            }
+        }
     }
 
     /// A finite number.

@@ -2,16 +2,25 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::actuators::ActuatorReader;
 use super::agents::Described;
 use super::build::Build;
+use super::change::Change;
 use super::exclusive::settle;
 use super::files::Files;
 use super::layers::Layers;
+use super::links::LinkReader;
+use super::log::LogReader;
+use super::modules::ModuleReader;
+use super::plugins::PluginReader;
 use super::problems::Problem;
+use super::record::RecordReader;
 use super::set::Written;
+use super::share::ShareReader;
+use super::snapshot::SnapshotReader;
 use super::source::{SourceKind, Span};
 use super::value::Table;
-use super::{Change, Configuration, Options, Report, report};
+use super::{Configuration, Options, Report, report};
 use crate::mistake::Mistake;
 
 /// The file that a configuration is read from, or a text in place of one.
@@ -22,7 +31,7 @@ pub(super) enum Main {
 }
 
 /// All that a configuration is read from.
-pub(super) struct Request<'a> {
+pub(super) struct ReadRequest<'a> {
     pub(super) main: &'a Main,
     pub(super) options: &'a Options,
     /// What the files say and only the next start can have.
@@ -33,7 +42,7 @@ pub(super) struct Request<'a> {
     pub(super) elsewhere: bool,
 }
 
-impl<'a> Request<'a> {
+impl<'a> ReadRequest<'a> {
     /// What holds at the start.
     pub(super) fn new(main: &'a Main, options: &'a Options) -> Self {
         Self { main, options, waiting: &[], changes: &[], elsewhere: false }
@@ -41,7 +50,7 @@ impl<'a> Request<'a> {
 }
 
 /// What came of reading.
-pub(super) struct Read {
+pub(super) struct ReadOutcome {
     pub(super) result: Result<Configuration, Report>,
     /// The files that were read, also those that could not be.
     pub(super) files: Files,
@@ -54,10 +63,10 @@ pub(super) struct Read {
 }
 
 /// Reads a configuration; files that are known already are not read again.
-pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
-    let Request { options, waiting, changes, .. } = request;
+pub(super) fn read(request: &ReadRequest<'_>, files: Files) -> ReadOutcome {
+    let ReadRequest { options, waiting, changes, .. } = request;
     let mut layers = layers(request, files);
-    layers.incomplete |= !layers.is_chosen();
+    layers.incomplete |= !layers.agents.is_chosen(layers.incomplete, &mut layers.problems);
     layers.name_agent();
     let of_files = layers.merged.clone();
     layers.flat_sets.clear();
@@ -65,25 +74,21 @@ pub(super) fn read(request: &Request<'_>, files: Files) -> Read {
     let sets = std::mem::take(&mut layers.flat_sets);
     let base = layers.hold(waiting, of_files.clone());
     layers.sets(SourceKind::Change, changes.iter().copied());
-    let [of_files, base] = layers.divide([of_files, base], options);
+    let [of_files, base] = layers.divide([of_files, base], &options.extra_tables);
     let files = std::mem::take(&mut layers.files);
     let changes = std::mem::take(&mut layers.flat_sets);
     let sets = sets.into_iter().map(|table| (SourceKind::Set, table));
     let upper = sets.chain(changes.iter().map(|table| (SourceKind::Change, table.clone()))).collect();
     let paths = std::mem::take(&mut layers.read);
-    let described = options.agent.clone().filter(|wanted| layers.agents.contains_key(wanted));
-    let described = described.map(|name| Described {
-        others: layers.agents.keys().filter(|other| **other != name).cloned().collect(),
-        name,
-    });
+    let described = layers.agents.described();
     let others = described.as_ref().map_or(Vec::new(), |described| described.others.clone());
     let below = Below { files: of_files, base, upper };
-    Read { result: build(layers, below, options, described), files, changes, others, paths }
+    ReadOutcome { result: build(layers, below, options, described), files, changes, others, paths }
 }
 
 /// Reads all texts that hold at the start, but for the command line.
-pub(super) fn layers(request: &Request<'_>, files: Files) -> Layers {
-    let Request { main, options, elsewhere, .. } = request;
+pub(super) fn layers(request: &ReadRequest<'_>, files: Files) -> Layers {
+    let ReadRequest { main, options, elsewhere, .. } = request;
     let mut layers = Layers::of(options.agent.clone(), files, *elsewhere);
     layers.paths = options.paths.iter().map(|path| path.split('.').map(String::from).collect()).collect();
     layers.defaults();
@@ -93,13 +98,13 @@ pub(super) fn layers(request: &Request<'_>, files: Files) -> Layers {
         Main::Text { name, text } => layers.text(name.clone(), SourceKind::File, None, Arc::clone(text)),
     }
     if let Some(host) = &options.host {
-        let described = layers.agents.clone();
+        let described = layers.agents.known.clone();
         layers.file(host, None);
         // It says how things are here, and so brings no agent.
-        let all = std::mem::replace(&mut layers.agents, described);
+        let all = std::mem::replace(&mut layers.agents.known, described);
         for (name, span) in all {
-            if !layers.agents.contains_key(&name) {
-                layers.unknown(&name, Some(span));
+            if !layers.agents.known.contains_key(&name) {
+                layers.agents.unknown(&name, Some(span), layers.incomplete, &mut layers.problems);
             }
         }
     }
@@ -120,7 +125,7 @@ fn build(
     described: Option<Described>,
 ) -> Result<Configuration, Report> {
     let Below { mut files, mut base, upper } = below;
-    let Layers { sources, mut problems, mut merged, incomplete, clock_elsewhere, .. } = layers;
+    let Layers { sources, mut problems, mut merged, incomplete, agents, .. } = layers;
     if incomplete {
         return Err(report(&sources, problems));
     }
@@ -130,11 +135,8 @@ fn build(
     let mut build = Build { sources: &sources, problems: &mut problems };
     build.top(&merged, &options.extra_tables);
     let agent = build.agent(&merged, main);
-    let log = build.log(&merged);
     let time_source = build.time_source(&merged);
     let mission = build.mission(&merged);
-    let snapshot = build.snapshot(&merged);
-    let record = build.record(&merged);
     let name = agent.as_ref().map_or("", |agent| agent.name.as_str());
     let wanted = options.agent.as_deref().filter(|_| described.is_none() && !name.is_empty());
     if let Some(wanted) = wanted.filter(|wanted| *wanted != name) {
@@ -142,12 +144,16 @@ fn build(
         let help = format!("the configuration describes one, `{name}`");
         build.problems.0.push(Problem { span: None, message, help: Some(help) });
     }
-    let share = build.share(&merged, name);
-    let plugins = build.plugins(&merged);
-    let mut modules = build.modules(&merged);
-    let mut links = build.links(&merged, name);
-    build.links_or_values(&mut modules, &mut links);
-    let actuators = build.actuators(&merged, name);
+    let log = LogReader { sources: &sources, problems: &mut problems }.log(&merged);
+    let snapshot = SnapshotReader { sources: &sources, problems: &mut problems }.snapshot(&merged);
+    let record = RecordReader { sources: &sources, problems: &mut problems }.record(&merged);
+    let share = ShareReader { sources: &sources, problems: &mut problems, agent: name }.share(&merged);
+    let plugins = PluginReader { sources: &sources, problems: &mut problems }.plugins(&merged);
+    let mut modules = ModuleReader { sources: &sources, problems: &mut problems }.modules(&merged);
+    let mut links = LinkReader { problems: &mut problems, agent: name }.links(&merged);
+    Build { sources: &sources, problems: &mut problems }.links_or_values(&mut modules, &mut links);
+    let actuators =
+        ActuatorReader { sources: &sources, problems: &mut problems, agent: name }.actuators(&merged);
     match (agent, log) {
         (Some(agent), Some(log)) if problems.0.is_empty() => {
             settle(&mut merged, &sources);
@@ -162,7 +168,7 @@ fn build(
                 merged,
                 agent,
                 time_source,
-                clock_elsewhere,
+                clock_elsewhere: agents.clock_elsewhere,
                 mission,
                 snapshot,
                 record,

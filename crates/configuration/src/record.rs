@@ -2,23 +2,29 @@
 
 use slate_blackboard::Pattern;
 
-use super::build::Build;
 use super::model::{FlightTrigger, Record, RecordRule};
-use super::source::Spanned;
+use super::problems::Problems;
+use super::source::{Sources, Spanned};
 use super::value::{Table, Value};
 use crate::mistake::Mistake;
 
 const KNOWN: [&str; 9] =
     ["enabled", "file", "select", "exclude", "rules", "chunk", "within", "buffer", "flight"];
 
-impl Build<'_> {
+/// Reads `[record]`.
+pub(super) struct RecordReader<'a> {
+    pub(super) sources: &'a Sources,
+    pub(super) problems: &'a mut Problems,
+}
+
+impl RecordReader<'_> {
     pub(super) fn record(&mut self, root: &Table) -> Record {
         let mut record = Record::default();
         let Some(table) = self.problems.table(root, "record") else { return record };
         self.problems.unknown_keys(table, "in [record]", &KNOWN);
         record.enabled = self.problems.flag(table, "enabled").is_some_and(|flag| flag.value);
         let file = self.problems.text(table, "file", "run.mcap");
-        record.file = file.map(|file| self.beside(&file));
+        record.file = file.map(|file| self.sources.beside(&file));
         if let Some(select) = self.patterns(table, "select") {
             record.selection.select = select;
         }

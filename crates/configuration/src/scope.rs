@@ -5,7 +5,7 @@ use slate_blackboard::Url;
 use super::problems::Problems;
 use super::senders;
 use super::source::Spanned;
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
 /// What a robot may bring; the same sections stand at the top for the agent itself.
@@ -44,13 +44,14 @@ pub(super) fn flatten(layer: Table, problems: &mut Problems) -> Table {
     flat
 }
 
-fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, problems: &mut Problems) {
+fn move_section(flat: &mut Table, scope: &str, section: &str, from: TableEntry, problems: &mut Problems) {
     let title = if scope.is_empty() { section.into() } else { format!("robots.{scope}.{section}") };
     if problems.as_table(&title, &from).is_none() {
         return;
     }
     let Value::Table(table) = from.value.value else { return };
-    let empty = Entry { key: from.key, value: Spanned::new(Value::Table(Table::default()), from.value.span) };
+    let empty =
+        TableEntry { key: from.key, value: Spanned::new(Value::Table(Table::default()), from.value.span) };
     let Value::Table(target) = &mut flat.entries.entry(section.into()).or_insert(empty).value.value else {
         return;
     };
@@ -92,7 +93,7 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: Entry, probl
 }
 
 /// The path of what a link fills, or the URL of another agent's inbox.
-fn destination(key: &str, scope: &str, entry: &Entry, problems: &mut Problems) -> Option<String> {
+fn destination(key: &str, scope: &str, entry: &TableEntry, problems: &mut Problems) -> Option<String> {
     problems.url(key, entry.key).map(|url| path_or_url(&url, scope))
 }
 

@@ -5,7 +5,7 @@
 
 use super::problems::Problems;
 use super::source::{Span, Spanned};
-use super::value::{Entry, Table, Value};
+use super::value::{Table, TableEntry, Value};
 
 /// Stands for all senders that no layer names: `false` in a list of senders is `{ "*" = false }` in the table.
 pub(super) const UNNAMED: &str = "*";
@@ -33,7 +33,7 @@ pub(super) fn make_table(
             let mut senders = Table::default();
             for item in std::mem::take(items) {
                 if let Some((name, value)) = sender(item.clone(), problems) {
-                    senders.entries.insert(absolute(name), Entry { key: item.span, value });
+                    senders.entries.insert(absolute(name), TableEntry { key: item.span, value });
                 }
             }
             link.value = Value::Table(senders);
@@ -44,13 +44,13 @@ pub(super) fn make_table(
         }
         Value::Table(table) => match table.entries.remove("from") {
             // What is said of a list is said of each.
-            Some(Entry { value: Spanned { value: Value::List(items), .. }, .. }) => {
+            Some(TableEntry { value: Spanned { value: Value::List(items), .. }, .. }) => {
                 let options = Value::Table(std::mem::take(table));
                 let named = items.into_iter().filter_map(|item| {
                     sender(item, problems).map(|(name, value)| {
                         let span = value.span;
                         let said = if name == UNNAMED { value.value } else { options.clone() };
-                        (absolute(name), Entry { key: span, value: Spanned::new(said, span) })
+                        (absolute(name), TableEntry { key: span, value: Spanned::new(said, span) })
                     })
                 });
                 table.entries = named.collect();
@@ -90,7 +90,7 @@ pub(super) fn make_commands(
             let names = problems.texts("commands", &entry.value, "module/property").into_iter();
             let named = |name: Spanned<String>| {
                 let value = Spanned::new(Value::Bool(true), name.span);
-                (absolute(name.value), Entry { key: name.span, value })
+                (absolute(name.value), TableEntry { key: name.span, value })
             };
             entry.value = Spanned::new(Value::Table(Table { entries: names.map(named).collect() }), span);
         }
@@ -147,7 +147,7 @@ pub(super) fn merge_layer(merged: &mut Table, mut layer: Table) {
     }
 }
 
-fn merge_link(old: &mut Entry, new: Entry) {
+fn merge_link(old: &mut TableEntry, new: TableEntry) {
     let unites = match &new.value.value {
         Value::List(list) => list.is_empty(),
         Value::Table(table) => is_of_senders(table),
@@ -157,7 +157,7 @@ fn merge_link(old: &mut Entry, new: Entry) {
         match (&mut old.value.value, new.value.value) {
             // What else is said of a link, beside its source.
             (Value::Table(before), Value::Table(table)) if !is_of_senders(before) => before.merge(table),
-            (_, value) => *old = Entry { key: new.key, value: Spanned::new(value, new.value.span) },
+            (_, value) => *old = TableEntry { key: new.key, value: Spanned::new(value, new.value.span) },
         }
         return;
     }
@@ -188,28 +188,28 @@ fn merge_commands(merged: &mut Table, layer: &Table) {
             old.entries.remove("commands");
         } else if new.get("commands").is_some_and(|commands| commands.as_table().is_some())
             && let Some(command) = old.get("command").and_then(|command| command.as_str()).map(str::to_owned)
-            && let Some(Entry { key, value: Spanned { span, .. } }) = old.entries.remove("command")
+            && let Some(TableEntry { key, value: Spanned { span, .. } }) = old.entries.remove("command")
         {
-            let only = Entry { key: span, value: Spanned::new(Value::Bool(true), span) };
+            let only = TableEntry { key: span, value: Spanned::new(Value::Bool(true), span) };
             let commands = Value::Table(Table { entries: [(command, only)].into() });
-            old.entries.insert("commands".into(), Entry { key, value: Spanned::new(commands, span) });
+            old.entries.insert("commands".into(), TableEntry { key, value: Spanned::new(commands, span) });
         }
     }
 }
 
 /// A link with one source as a table of one sender.
-fn as_senders(link: &mut Entry) {
+fn as_senders(link: &mut TableEntry) {
     let span: Span = link.value.span;
     let (name, value) = match &mut link.value.value {
         Value::Text(name) => (std::mem::take(name), Value::Bool(true)),
         Value::Table(table) if !is_of_senders(table) => match table.entries.remove("from") {
-            Some(Entry { value: Spanned { value: Value::Text(name), .. }, .. }) => {
+            Some(TableEntry { value: Spanned { value: Value::Text(name), .. }, .. }) => {
                 (name, Value::Table(std::mem::take(table)))
             }
             _ => return,
         },
         _ => return,
     };
-    let entry = Entry { key: span, value: Spanned::new(value, span) };
+    let entry = TableEntry { key: span, value: Spanned::new(value, span) };
     link.value.value = Value::Table(Table { entries: [(name, entry)].into() });
 }

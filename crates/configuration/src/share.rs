@@ -2,10 +2,10 @@ use std::collections::BTreeMap;
 
 use slate_blackboard::Pattern;
 
-use super::build::Build;
 use super::model::{Allowance, Credentials, Share, ShareSecurity, SharedKnowledge};
-use super::source::{Span, Spanned};
-use super::value::{Entry, Table};
+use super::problems::Problems;
+use super::source::{Sources, Span, Spanned};
+use super::value::{Table, TableEntry};
 use crate::mistake::Mistake;
 use crate::team::is_topic;
 
@@ -16,9 +16,17 @@ const SHORTEST: u64 = 10_000_000;
 /// How many facts of a topic are shown when nothing is said.
 const ROOM: usize = 256;
 
-impl Build<'_> {
+/// Reads `[share]` of an agent.
+pub(super) struct ShareReader<'a> {
+    pub(super) sources: &'a Sources,
+    pub(super) problems: &'a mut Problems,
+    pub(super) agent: &'a str,
+}
+
+impl ShareReader<'_> {
     /// How the agent shares; nothing when it says nothing of it.
-    pub(super) fn share(&mut self, root: &Table, agent: &str) -> Option<Share> {
+    pub(super) fn share(&mut self, root: &Table) -> Option<Share> {
+        let agent = self.agent;
         let entry = root.entries.get("share")?;
         let table = self.problems.as_table("share", entry)?;
         self.problems.unknown_keys(table, "in [share]", &["listen", "agents", "knowledge", "security"]);
@@ -50,11 +58,12 @@ impl Build<'_> {
         }
         // A table for all agents has this one too.
         agents.remove(agent);
-        let knowledge = self.knowledge(table, agent);
+        let knowledge = self.knowledge(table);
         Some(Share { listen, agents, knowledge, security })
     }
 
-    fn knowledge(&mut self, share: &Table, agent: &str) -> Option<SharedKnowledge> {
+    fn knowledge(&mut self, share: &Table) -> Option<SharedKnowledge> {
+        let agent = self.agent;
         let table = match share.get("knowledge")?.as_bool() {
             // An agent of a team that takes no part, where others do.
             Some(false) => return None,
@@ -85,8 +94,14 @@ impl Build<'_> {
         Some(SharedKnowledge {
             facts,
             period: period.map_or(PERIOD, |period| period.value),
-            room: self.count(table, "room", 65_536).map_or(ROOM, |room| room.value as usize),
-            save: self.problems.text(table, "save", "knowledge").map(|folder| self.beside(&folder).value),
+            room: self
+                .problems
+                .count_from_one(table, "room", 65_536)
+                .map_or(ROOM, |room| room.value as usize),
+            save: self
+                .problems
+                .text(table, "save", "knowledge")
+                .map(|folder| self.sources.beside(&folder).value),
         })
     }
 
@@ -99,7 +114,7 @@ impl Build<'_> {
         good
     }
 
-    fn share_security(&mut self, entry: &Entry) -> Option<ShareSecurity> {
+    fn share_security(&mut self, entry: &TableEntry) -> Option<ShareSecurity> {
         let table = self.problems.as_table("share.security", entry)?;
         let files = ["certificate", "key", "authority"];
         self.problems.unknown_keys(table, "in [share.security]", &[&files[..], &["allow"]].concat());
@@ -113,7 +128,7 @@ impl Build<'_> {
                 return None;
             };
             let text = self.problems.as_text(name, value, &format!("keys/{name}.pem"))?;
-            Some(self.beside(&text))
+            Some(self.sources.beside(&text))
         };
         let [certificate, key, authority] = files.map(&mut file);
         let credentials = certificate
@@ -135,7 +150,7 @@ impl Build<'_> {
         Some(ShareSecurity { place: entry.key, credentials, allow })
     }
 
-    fn allowance(&mut self, agent: &str, entry: &Entry) -> Option<Allowance> {
+    fn allowance(&mut self, agent: &str, entry: &TableEntry) -> Option<Allowance> {
         self.problems.agent_name(agent, entry.key);
         let name = format!("share.security.allow.{agent}");
         let table = self.problems.as_table(&name, entry)?;

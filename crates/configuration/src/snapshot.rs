@@ -1,11 +1,17 @@
 //! When an agent takes a snapshot by itself.
 
-use super::build::Build;
-use super::source::Spanned;
+use super::problems::Problems;
+use super::source::{Sources, Spanned};
 use super::value::Table;
 use crate::trigger::{SnapshotCondition, SnapshotTrigger};
 
-impl Build<'_> {
+/// Reads `[snapshot]`.
+pub(super) struct SnapshotReader<'a> {
+    pub(super) sources: &'a Sources,
+    pub(super) problems: &'a mut Problems,
+}
+
+impl SnapshotReader<'_> {
     pub(super) fn snapshot(&mut self, root: &Table) -> Option<SnapshotTrigger> {
         let table = self.problems.table(root, "snapshot")?;
         self.problems.unknown_keys(table, "in [snapshot]", &["at", "when", "file"]);
@@ -23,7 +29,7 @@ impl Build<'_> {
             self.problems.add(span, "[snapshot] has no file", "write file = \"exp1.snapshot\"");
         }
         let file = self.problems.text(table, "file", "exp1.snapshot")?;
-        Some(SnapshotTrigger { at, when, file: self.beside(&file) })
+        Some(SnapshotTrigger { at, when, file: self.sources.beside(&file) })
     }
 }
 

@@ -3,7 +3,7 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A stretch of the text of a [`Source`].
+/// A stretch of the text of a [`SettingSource`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Span {
     pub(super) source: usize,
@@ -34,7 +34,7 @@ impl<T> Deref for Spanned<T> {
     }
 }
 
-/// What kind of layer a [`Source`] is.
+/// What kind of layer a [`SettingSource`] is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceKind {
     /// Built in.
@@ -53,21 +53,21 @@ pub enum SourceKind {
 
 /// A text that settings come from.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct SettingSource {
     pub(super) name: String,
     pub(super) kind: SourceKind,
     pub(super) path: Option<PathBuf>,
     pub(super) text: Arc<str>,
     /// Of two sources, the one with the higher rank overrides the other.
     pub(super) rank: usize,
-    pub(super) place: Place,
+    pub(super) place: TextPlace,
     /// Kept with its comments and blanks, so that it can be saved back.
     pub(super) document: Option<toml_edit::Document<Arc<str>>>,
 }
 
 /// Where a text stands in a file that describes several agents.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Place {
+pub(super) struct TextPlace {
     /// The file that this one was included by in the end; what its table of an agent says goes over all of them.
     pub(super) root: usize,
     /// The text that this is a part of: the table of the agent that is read.
@@ -76,7 +76,7 @@ pub(super) struct Place {
     pub(super) own: bool,
 }
 
-impl Source {
+impl SettingSource {
     /// A single setting.
     pub(super) fn setting(kind: SourceKind, text: &str) -> Self {
         let name = match kind {
@@ -86,7 +86,7 @@ impl Source {
             SourceKind::File | SourceKind::Change | SourceKind::Plugin => "change",
         };
         let text = text.into();
-        let place = Place::default();
+        let place = TextPlace::default();
         Self { name: name.into(), kind, path: None, text, rank: usize::MAX, place, document: None }
     }
 
@@ -157,10 +157,10 @@ impl fmt::Display for Origin {
 
 /// All texts of a configuration.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Sources(pub(super) Vec<Source>);
+pub(super) struct Sources(pub(super) Vec<SettingSource>);
 
 impl Sources {
-    pub(super) fn of(&self, span: Span) -> &Source {
+    pub(super) fn of(&self, span: Span) -> &SettingSource {
         // A span is made only for a source of this list, which never shrinks.
         &self.0[span.source]
     }
@@ -169,6 +169,11 @@ impl Sources {
     pub(super) fn folder(&self, span: Span) -> PathBuf {
         let file = self.of(span).path.as_deref();
         file.and_then(Path::parent).map(Path::to_owned).unwrap_or_default()
+    }
+
+    /// A path as it is written in a file: relative to that file. The command line's are relative to where it was given.
+    pub(super) fn beside(&self, text: &Spanned<String>) -> Spanned<PathBuf> {
+        Spanned::new(self.folder(text.span).join(&text.value), text.span)
     }
 
     pub(super) fn rank(&self, span: Span) -> usize {

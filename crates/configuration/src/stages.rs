@@ -4,14 +4,18 @@ use std::time::Duration;
 
 use slate_module::Stage;
 
-use super::build::Build;
 use super::model::Loop;
-use super::problems::suggestion;
+use super::problems::{Problems, suggestion};
 use super::source::{Span, Spanned};
 use super::value::Table;
 use crate::schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
 
-impl Build<'_> {
+/// Reads `[loop]`.
+pub(super) struct LoopReader<'a> {
+    pub(super) problems: &'a mut Problems,
+}
+
+impl LoopReader<'_> {
     /// None only after a problem was added.
     pub(super) fn main_loop(&mut self, root: &Table) -> Option<Loop> {
         let empty = Table::default();

@@ -2,9 +2,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use slate_blackboard::interface;
-use toml_edit::TableLike;
 
-use super::problems::Problems;
 use super::source::{Span, Spanned};
 
 /// A value as it is written; what it must be is decided by who reads it.
@@ -27,12 +25,12 @@ pub enum Value {
 /// Named values, ordered by name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    pub(super) entries: BTreeMap<String, Entry>,
+    pub(super) entries: BTreeMap<String, TableEntry>,
 }
 
 /// A value in a [`Table`].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct TableEntry {
     /// Where its key is written.
     pub key: Span,
     /// The value.
@@ -85,62 +83,6 @@ impl Value {
     pub fn as_table(&self) -> Option<&Table> {
         if let Self::Table(table) = self { Some(table) } else { None }
     }
-
-    /// The value of a TOML item; what no setting can be (a date) is a problem.
-    pub(super) fn of_item(
-        item: &toml_edit::Item,
-        key: Span,
-        problems: &mut Problems,
-    ) -> Option<Spanned<Self>> {
-        let span = item.span().map_or(key, |range| Span { start: range.start, end: range.end, ..key });
-        if let Some(table) = item.as_table_like() {
-            return Some(Spanned::new(Self::Table(Table::of_item(table, key.source, problems)), span));
-        }
-        let value = match item {
-            toml_edit::Item::ArrayOfTables(tables) => {
-                let of_table = |table: &toml_edit::Table| {
-                    let span = table.span().map_or(span, |range| Span {
-                        start: range.start,
-                        end: range.end,
-                        ..span
-                    });
-                    Spanned::new(Self::Table(Table::of_item(table, key.source, problems)), span)
-                };
-                Self::List(tables.iter().map(of_table).collect())
-            }
-            toml_edit::Item::Value(value) => return Self::of_toml(value, span, problems),
-            // An item without a value or with a table's was handled above.
-            _ => return None,
-        };
-        Some(Spanned::new(value, span))
-    }
-
-    pub(super) fn of_toml(
-        value: &toml_edit::Value,
-        outer: Span,
-        problems: &mut Problems,
-    ) -> Option<Spanned<Self>> {
-        let span = value.span().map_or(outer, |range| Span { start: range.start, end: range.end, ..outer });
-        let value = match value {
-            toml_edit::Value::Boolean(value) => Self::Bool(*value.value()),
-            toml_edit::Value::Integer(value) => Self::Integer(*value.value()),
-            toml_edit::Value::Float(value) => Self::Float(*value.value()),
-            toml_edit::Value::String(value) => Self::Text(value.value().clone()),
-            toml_edit::Value::Array(items) => {
-                Self::List(items.iter().filter_map(|item| Self::of_toml(item, span, problems)).collect())
-            }
-            toml_edit::Value::InlineTable(table) => Self::Table(Table::of_item(table, span.source, problems)),
-            toml_edit::Value::Datetime(_) => {
-                problems.add(
-                    span,
-                    "no setting is a date or a time of day",
-                    "put it in quotes to make it text",
-                );
-                return None;
-            }
-        };
-        Some(Spanned::new(value, span))
-    }
 }
 
 /// TOML, which reads as the same value.
@@ -186,7 +128,7 @@ impl From<&Table> for interface::Value {
 
 impl Table {
     /// The entries, by name.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, &Entry)> {
+    pub fn iter(&self) -> impl Iterator<Item = (&str, &TableEntry)> {
         self.entries.iter().map(|(name, entry)| (name.as_str(), entry))
     }
 
@@ -200,21 +142,8 @@ impl Table {
         self.entries.is_empty()
     }
 
-    pub(super) fn of_item(table: &dyn TableLike, source: usize, problems: &mut Problems) -> Self {
-        let mut entries = BTreeMap::new();
-        for (name, item) in table.iter() {
-            let range =
-                table.key(name).and_then(toml_edit::Key::span).or_else(|| item.span()).unwrap_or_default();
-            let key = Span { source, start: range.start, end: range.end };
-            if let Some(value) = Value::of_item(item, key, problems) {
-                entries.insert(name.to_owned(), Entry { key, value });
-            }
-        }
-        Self { entries }
-    }
-
     /// The entry at a path.
-    pub(super) fn entry(&self, path: &[String]) -> Option<&Entry> {
+    pub(super) fn entry(&self, path: &[String]) -> Option<&TableEntry> {
         match path {
             [] => None,
             [name] => self.entries.get(name),
@@ -247,7 +176,10 @@ impl Table {
     pub(super) fn merge(&mut self, layer: Self) {
         for (name, entry) in layer.entries {
             match (self.entries.get_mut(&name).map(|old| &mut old.value.value), entry) {
-                (Some(Value::Table(old)), Entry { value: Spanned { value: Value::Table(new), .. }, .. }) => {
+                (
+                    Some(Value::Table(old)),
+                    TableEntry { value: Spanned { value: Value::Table(new), .. }, .. },
+                ) => {
                     old.merge(new);
                 }
                 (_, entry) => {

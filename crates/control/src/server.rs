@@ -13,7 +13,7 @@ use hyper::service::service_fn;
 use hyper::{Request, Response};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use slate_runtime::Agent;
-use slate_runtime::directory::Entry;
+use slate_runtime::directory::AgentSocket;
 use slate_runtime::stop_line::StopLine;
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::Notify;
@@ -60,7 +60,7 @@ pub struct OpenError(#[from] std::io::Error);
 pub struct Server {
     /// Dropped first, as its socket lies beside that of the entry.
     _stop_line: StopLine,
-    entry: Entry,
+    entry: AgentSocket,
     hall: Arc<Hall>,
     end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
@@ -96,7 +96,7 @@ impl Server {
     /// # Errors
     /// As [`open`](Server::open).
     pub fn open_with(agent: &Agent, documents: Vec<Document>) -> Result<Self, OpenError> {
-        let (entry, listener) = Entry::take(agent.board().agent())?;
+        let (entry, listener) = AgentSocket::take(agent.board().agent())?;
         listener.set_nonblocking(true)?;
         let composer = agent.composer();
         let stop_line = StopLine::open(entry.socket(), move |reason| composer.stop_actuators(reason))?;

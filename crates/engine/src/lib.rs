@@ -7,6 +7,7 @@
 #![allow(unsafe_code, reason = "modules run behind a table of calls, over memory of the host")]
 
 pub mod actuators;
+mod aligned_memory;
 mod background;
 pub mod clock;
 pub mod digest;
@@ -15,7 +16,6 @@ pub mod isolation;
 mod library;
 pub mod log;
 pub mod main_loop;
-mod memory;
 mod playback;
 pub mod plugin;
 pub mod runner;

@@ -7,8 +7,8 @@ use slate_blackboard::wake::Wake;
 use slate_module::ModuleKind;
 use slate_module::aspect::ProviderTable;
 
+use crate::aligned_memory::AlignedMemory;
 use crate::digest::Digest;
-use crate::memory::Memory;
 use slate_composition::own::PortName;
 
 /// A service of the host for one module: a table of calls over an object of its own.
@@ -56,7 +56,7 @@ struct Current {
 /// A service that is provided.
 #[derive(Debug)]
 struct Provided {
-    table: Memory,
+    table: AlignedMemory,
     owner: *mut (),
     end: unsafe extern "C" fn(*mut ()),
     /// Keeps the code of its calls.
@@ -216,7 +216,7 @@ unsafe extern "C" fn provide(
 ) {
     // SAFETY: the context is the `ProviderState` of the port, which lives as long as the module's runner.
     let inner = unsafe { &*context.cast::<ProviderState>() };
-    let mut memory = Memory::zeroed(size);
+    let mut memory = AlignedMemory::zeroed(size);
     // SAFETY: the module passes a table of that size.
     unsafe { memory.as_mut_ptr().copy_from_nonoverlapping(table, size) };
     inner.place.set(Some(Arc::new(Provided { table: memory, owner, end, kind: inner.kind.clone() })));

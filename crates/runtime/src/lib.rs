@@ -27,7 +27,7 @@ pub use slate_configuration::{
 };
 pub use slate_engine::clock::{Calendar, RecordedTimes, TimeSource};
 pub use slate_engine::main_loop::{
-    AgentTrace, Control, Cycle, End, LoopPolicy, Observer, Place, Rate, STAGE_LIMIT,
+    AgentTrace, Control, Cycle, End, LoopPolicy, LoopPosition, Observer, Rate, STAGE_LIMIT,
 };
 use slate_engine::{actuators, clock, digest, main_loop, runner};
 pub use slate_engine::{give_way, isolation, log, plugin, synchronization, timing};

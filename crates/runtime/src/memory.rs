@@ -15,7 +15,7 @@ const VERSION: u64 = 1;
 
 /// The state of a module when a run ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Memory {
+pub struct ModuleMemory {
     /// The kind of module, such as `strategic_knowledge`.
     pub kind: String,
     /// Its state, as the module saves it.
@@ -39,7 +39,7 @@ struct Beginning {
     slate_memory: u64,
 }
 
-impl Memory {
+impl ModuleMemory {
     fn checksum(&self) -> u64 {
         xxh3_64_with_seed(&self.state, xxh3_64_with_seed(self.kind.as_bytes(), VERSION))
     }

@@ -6,7 +6,7 @@ mod common;
 use std::path::{Path, PathBuf};
 
 use proptest::prelude::*;
-use slate_runtime::memory::Memory;
+use slate_runtime::memory::ModuleMemory;
 use slate_runtime::{Agent, Options, Rate, StartError};
 
 fn folder(name: &str) -> PathBuf {
@@ -141,10 +141,10 @@ fn what_can_not_be_used_starts_nothing_and_says_where() {
     refuse(&damaged, &["checksum"]);
     let more = [&whole[..], b"x"].concat();
     refuse(&more, &[&format!("from byte {} on", whole.len())]);
-    let own = Memory::from_bytes(&whole).unwrap();
-    let others = Memory { kind: "relay".into(), ..own.clone() };
+    let own = ModuleMemory::from_bytes(&whole).unwrap();
+    let others = ModuleMemory { kind: "relay".into(), ..own.clone() };
     refuse(&others.to_bytes().unwrap(), &["`relay`"]);
-    let strange = Memory { state: vec![0x61, b'x'], ..own };
+    let strange = ModuleMemory { state: vec![0x61, b'x'], ..own };
     refuse(&strange.to_bytes().unwrap(), &["does not take"]);
     let nowhere = refusal(&in_file(&folder.join("nowhere/counter.memory")));
     assert!(nowhere.contains("folder that exists"), "{nowhere}");
@@ -167,9 +167,9 @@ fn a_memory_that_can_not_be_written_stays_and_is_told() {
 proptest! {
     #[test]
     fn a_memory_comes_back_as_it_was_written(kind in ".{0,40}", state in prop::collection::vec(any::<u8>(), 0..300)) {
-        let memory = Memory { kind, state };
+        let memory = ModuleMemory { kind, state };
         let bytes = memory.to_bytes().unwrap();
-        prop_assert_eq!(Memory::from_bytes(&bytes), Ok(memory));
+        prop_assert_eq!(ModuleMemory::from_bytes(&bytes), Ok(memory));
     }
 
     #[test]
@@ -179,15 +179,15 @@ proptest! {
         at in any::<prop::sample::Index>(),
         change in 1..=255_u8,
     ) {
-        let bytes = Memory { kind, state }.to_bytes().unwrap();
+        let bytes = ModuleMemory { kind, state }.to_bytes().unwrap();
         let mut other = bytes.clone();
         *at.get_mut(&mut other) ^= change;
-        prop_assert!(Memory::from_bytes(&other).is_err());
-        prop_assert!(Memory::from_bytes(&bytes[..at.index(bytes.len())]).is_err());
+        prop_assert!(ModuleMemory::from_bytes(&other).is_err());
+        prop_assert!(ModuleMemory::from_bytes(&bytes[..at.index(bytes.len())]).is_err());
     }
 
     #[test]
     fn whatever_else_is_in_a_file_is_refused(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        prop_assert!(Memory::from_bytes(&bytes).is_err());
+        prop_assert!(ModuleMemory::from_bytes(&bytes).is_err());
     }
 }

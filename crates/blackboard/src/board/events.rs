@@ -128,8 +128,8 @@ impl Observers {
         Self { settings: Arc::new(AtomicU64::new(0)), rings: Mutex::new(Vec::new()) }
     }
 
-    pub fn settings(&self) -> Settings {
-        Settings(Arc::clone(&self.settings))
+    pub fn settings(&self) -> SettingsCounter {
+        SettingsCounter(Arc::clone(&self.settings))
     }
 
     fn rings(&self) -> impl DerefMut<Target = Vec<Weak<Ring>>> {
@@ -155,9 +155,9 @@ impl Observers {
 /// Counts the changes of all properties of a board that the host sets: with one look, a module sees that none of its
 /// own can have changed.
 #[derive(Clone, Debug)]
-pub struct Settings(Arc<AtomicU64>);
+pub struct SettingsCounter(Arc<AtomicU64>);
 
-impl Settings {
+impl SettingsCounter {
     /// The changes so far. Who sees a number sees what was set until then.
     #[inline]
     pub fn count(&self) -> u64 {

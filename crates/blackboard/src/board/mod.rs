@@ -8,7 +8,7 @@ use std::ops::{Deref, DerefMut};
 use std::sync::{Arc, OnceLock, PoisonError};
 
 pub use error::BoardError;
-pub use events::{Event, Observer, Settings};
+pub use events::{Event, Observer, SettingsCounter};
 pub use pattern::{Pattern, PatternError};
 pub use property::{Access, Carrier, Property, Setter, Watch, Watchers, Watching};
 
@@ -288,7 +288,7 @@ impl Board {
     }
 
     /// Counts the changes of the properties that the host sets.
-    pub fn settings(&self) -> Settings {
+    pub fn settings(&self) -> SettingsCounter {
         self.observers.settings()
     }
 

@@ -1,20 +1,20 @@
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use super::number::Number;
-use super::place::{NoPlace, Place};
+use super::place::{FieldPlace, NoField};
 use slate_configuration::Comparison;
 
 /// Which values a link lets through.
 #[derive(Clone, Debug, Default)]
 pub struct Filter {
     every: u64,
-    when: Option<Condition>,
+    when: Option<FieldCondition>,
 }
 
 /// A condition on a field.
 #[derive(Clone, Debug)]
-struct Condition {
-    place: Place,
+struct FieldCondition {
+    place: FieldPlace,
     comparison: Comparison,
     value: f64,
 }
@@ -25,8 +25,8 @@ impl Filter {
         descriptor: &'static Descriptor,
         every: Option<u64>,
         when: Option<&str>,
-    ) -> Result<Self, NoPlace> {
-        let when = when.map(|text| Condition::parse(descriptor, text)).transpose()?;
+    ) -> Result<Self, NoField> {
+        let when = when.map(|text| FieldCondition::parse(descriptor, text)).transpose()?;
         Ok(Self { every: every.unwrap_or(1), when })
     }
 
@@ -38,12 +38,12 @@ impl Filter {
     }
 }
 
-impl Condition {
-    fn parse(descriptor: &'static Descriptor, text: &str) -> Result<Self, NoPlace> {
-        let wrong = |help: String| NoPlace { message: format!("`{text}` is no condition"), help };
+impl FieldCondition {
+    fn parse(descriptor: &'static Descriptor, text: &str) -> Result<Self, NoField> {
+        let wrong = |help: String| NoField { message: format!("`{text}` is no condition"), help };
         let usual = || wrong("write a field, a comparison and a number, such as `range < 0.5`".into());
         let (field, comparison, value) = Comparison::split(text).ok_or_else(usual)?;
-        let place = Place::find(descriptor, field)?;
+        let place = FieldPlace::find(descriptor, field)?;
         let value = match (place.kind, value) {
             (Kind::Primitive(Primitive::Bool), "true") => Some(1.0),
             (Kind::Primitive(Primitive::Bool), "false") => Some(0.0),
@@ -63,7 +63,7 @@ impl Condition {
         let condition = Self { place, comparison, value: value.ok_or_else(usual)? };
         match condition.settled() {
             None => Ok(condition),
-            Some(always) => Err(NoPlace {
+            Some(always) => Err(NoField {
                 message: format!("`{text}` {} holds", if always { "always" } else { "never" }),
                 help: format!(
                     "`{field}` is {}: compare it with a value that it may have",

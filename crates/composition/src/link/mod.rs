@@ -8,5 +8,5 @@ mod program;
 mod unit;
 
 pub use filter::Filter;
-pub use place::{NoPlace, Place};
+pub use place::{FieldPlace, NoField};
 pub use program::Program;

@@ -47,10 +47,10 @@ impl Number {
 
     /// Reads it; there are enough bytes.
     #[inline]
-    pub fn read(self, bytes: &[u8]) -> Read {
+    pub fn read(self, bytes: &[u8]) -> NumberValue {
         macro_rules! integer {
             ($type:ty) => {
-                Read::Whole(<$type>::from_ne_bytes(fixed(bytes)).into())
+                NumberValue::Whole(<$type>::from_ne_bytes(fixed(bytes)).into())
             };
         }
         match self.0 {
@@ -62,19 +62,19 @@ impl Number {
             Primitive::I16 => integer!(i16),
             Primitive::I32 => integer!(i32),
             Primitive::I64 => integer!(i64),
-            Primitive::F32 => Read::Float(f32::from_ne_bytes(fixed(bytes)).into()),
-            Primitive::F64 => Read::Float(f64::from_ne_bytes(fixed(bytes))),
+            Primitive::F32 => NumberValue::Float(f32::from_ne_bytes(fixed(bytes)).into()),
+            Primitive::F64 => NumberValue::Float(f64::from_ne_bytes(fixed(bytes))),
         }
     }
 
     /// Writes a number that it holds; there are enough bytes.
     #[inline]
-    pub fn write(self, number: Read, bytes: &mut [u8]) {
+    pub fn write(self, number: NumberValue, bytes: &mut [u8]) {
         macro_rules! write {
             ($type:ty) => {{
                 let number = match number {
-                    Read::Whole(number) => number as $type,
-                    Read::Float(number) => number as $type,
+                    NumberValue::Whole(number) => number as $type,
+                    NumberValue::Float(number) => number as $type,
                 };
                 bytes[..size_of::<$type>()].copy_from_slice(&number.to_ne_bytes());
             }};
@@ -96,12 +96,12 @@ impl Number {
 
 /// A number that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Read {
+pub(super) enum NumberValue {
     Whole(i128),
     Float(f64),
 }
 
-impl Read {
+impl NumberValue {
     pub fn as_f64(self) -> f64 {
         match self {
             Self::Whole(number) => number as f64,

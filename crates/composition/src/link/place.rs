@@ -3,7 +3,7 @@ use slate_blackboard::nearest_names;
 
 /// A field of an interface, or the whole of it.
 #[derive(Clone, Debug)]
-pub struct Place {
+pub struct FieldPlace {
     pub(super) kind: Kind,
     pub(super) unit: &'static str,
     pub(super) offset: usize,
@@ -15,16 +15,16 @@ pub struct Place {
 
 /// There is no such field.
 #[derive(Debug, PartialEq, Eq)]
-pub struct NoPlace {
+pub struct NoField {
     /// What does not fit.
     pub message: String,
     /// What to do about it.
     pub help: String,
 }
 
-impl Place {
+impl FieldPlace {
     /// The place at a path such as `pose/x` or `ranges/3`; an empty one is the whole value.
-    pub fn find(descriptor: &'static Descriptor, path: &str) -> Result<Self, NoPlace> {
+    pub fn find(descriptor: &'static Descriptor, path: &str) -> Result<Self, NoField> {
         let kind = Kind::Nested(descriptor);
         let mut place = Self { kind, unit: "", offset: 0, guards: Vec::new(), tail: None };
         for name in path.split('/').filter(|name| !name.is_empty()) {
@@ -33,8 +33,8 @@ impl Place {
         Ok(place)
     }
 
-    fn below(mut self, name: &str) -> Result<Self, NoPlace> {
-        let missing = |count: String| NoPlace {
+    fn below(mut self, name: &str) -> Result<Self, NoField> {
+        let missing = |count: String| NoField {
             message: format!("there is no item `{name}`"),
             help: format!("it has {count}, counted from 0"),
         };
@@ -48,7 +48,7 @@ impl Place {
                         true => format!("it has {}", names().collect::<Vec<_>>().join(", ")),
                         false => format!("did you mean {}?", near.join(" or ")),
                     };
-                    return Err(NoPlace {
+                    return Err(NoField {
                         message: format!("{} has no field `{name}`", descriptor.name),
                         help,
                     });
@@ -81,7 +81,7 @@ impl Place {
             }
             other => {
                 let message = format!("{} has no field `{name}`", other.describe());
-                return Err(NoPlace { message, help: "leave out what comes after it".into() });
+                return Err(NoField { message, help: "leave out what comes after it".into() });
             }
         };
         (self.kind, self.offset) = (kind, self.offset + offset);

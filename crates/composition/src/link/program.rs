@@ -1,33 +1,40 @@
-use slate_blackboard::interface::{Kind, Primitive};
+use slate_blackboard::interface::{Descriptor, Enumeration, Field, Kind, Primitive};
 
-use super::Place;
+use super::FieldPlace;
 use super::number::Number;
 use super::unit::{Factor, factor};
 
 /// How a place of one value becomes a place of another; made when links are checked, and run without allocating.
 #[derive(Clone, Debug)]
 pub struct Program {
-    from: Place,
-    steps: Vec<Step>,
+    from: FieldPlace,
+    steps: Vec<ConversionStep>,
     /// The interval that a number must be in.
     range: Option<(f64, f64)>,
 }
 
 #[derive(Clone, Debug)]
-enum Step {
+enum ConversionStep {
     /// The same bytes.
     Copy { from: usize, to: usize, size: usize },
     /// A number of another width or unit.
     Number { from: (usize, Number), to: (usize, Number), factor: u64 },
     /// Text or a sequence with room for more: a length that may be damaged, and what it covers.
-    List { from: usize, to: usize, head: usize, capacity: usize, item: (usize, usize), steps: Vec<Step> },
+    List {
+        from: usize,
+        to: usize,
+        head: usize,
+        capacity: usize,
+        item: (usize, usize),
+        steps: Vec<ConversionStep>,
+    },
 }
 
 impl Program {
     /// Finds the way, or says why there is none that is exact.
-    pub fn new(from: &Place, to: &Place) -> Result<Self, String> {
+    pub fn new(from: &FieldPlace, to: &FieldPlace) -> Result<Self, String> {
         let mut steps = Vec::new();
-        convert(Part::of(from), Part::of(to), &mut steps)?;
+        convert(ValuePart::of(from), ValuePart::of(to), &mut steps)?;
         Ok(Self { from: from.clone(), steps, range: None })
     }
 
@@ -45,7 +52,9 @@ impl Program {
         }
         if let (Some((low, high)), Some(number)) = (self.range, Number::of(&self.from.kind)) {
             let number = match self.steps.first() {
-                Some(Step::Number { factor, .. }) => number.read(&bytes[self.from.offset..]).times(*factor),
+                Some(ConversionStep::Number { factor, .. }) => {
+                    number.read(&bytes[self.from.offset..]).times(*factor)
+                }
                 _ => number.read(&bytes[self.from.offset..]),
             };
             if !(low..=high).contains(&number.as_f64()) {
@@ -57,7 +66,7 @@ impl Program {
     }
 }
 
-impl Step {
+impl ConversionStep {
     fn run(&self, bytes: &[u8], value: &mut [u8]) {
         match self {
             Self::Copy { from, to, size } => {
@@ -83,14 +92,14 @@ impl Step {
 
 /// A part of a value, at an offset.
 #[derive(Clone, Copy)]
-struct Part {
+struct ValuePart {
     kind: Kind,
     unit: &'static str,
     offset: usize,
 }
 
-impl Part {
-    fn of(place: &Place) -> Self {
+impl ValuePart {
+    fn of(place: &FieldPlace) -> Self {
         Self { kind: place.kind, unit: place.unit, offset: place.offset }
     }
 
@@ -107,76 +116,29 @@ impl Part {
     }
 }
 
-fn convert(from: Part, to: Part, steps: &mut Vec<Step>) -> Result<(), String> {
-    let copy = |size| Step::Copy { from: from.offset, to: to.offset, size };
-    let other = || Err(format!("{} is not {}", from.describe(), to.describe()));
+/// Adds the steps from one part to another, or says why none are exact.
+fn convert(from: ValuePart, to: ValuePart, steps: &mut Vec<ConversionStep>) -> Result<(), String> {
     if let (Some(source), Some(target)) = (Number::of(&from.kind), Number::of(&to.kind)) {
-        let factor = match factor(from.unit, to.unit) {
-            Factor::Whole(factor) => factor,
-            Factor::Fraction => {
-                return Err(format!("{} would be rounded to be {}", from.describe(), to.describe()));
-            }
-            Factor::None => {
-                let unit = |unit: &'static str| if unit.is_empty() { "no unit" } else { unit };
-                return Err(format!(
-                    "{} has {}, and {} has {}, without an exact factor between them",
-                    from.kind.describe(),
-                    unit(from.unit),
-                    to.kind.describe(),
-                    unit(to.unit)
-                ));
-            }
-        };
-        if !target.holds(source, factor) {
-            return Err(format!("{} does not hold every {} exactly", to.describe(), from.describe()));
-        }
-        steps.push(if source == target && factor == 1 {
-            copy(from.kind.size())
-        } else {
-            Step::Number { from: (from.offset, source), to: (to.offset, target), factor }
-        });
+        steps.push(number((from, source), (to, target))?);
         return Ok(());
     }
     match (from.kind, to.kind) {
         (Kind::Nested(source), Kind::Nested(target)) if source.hash == target.hash => {
             // A tail is not a part of it.
-            steps.push(copy(source.size));
+            steps.push(copy(from, to, source.size));
         }
-        (Kind::Nested(source), Kind::Nested(target)) => {
-            for field in target.fields {
-                let Some(known) = source.field(field.name) else {
-                    return Err(format!(
-                        "{} has no field `{}`, which {} has",
-                        source.name, field.name, target.name
-                    ));
-                };
-                let part = |whole: Part, field: &'static slate_blackboard::interface::Field| Part {
-                    kind: field.kind,
-                    unit: field.unit,
-                    offset: whole.offset + field.offset,
-                };
-                convert(part(from, known), part(to, field), steps)
-                    .map_err(|reason| format!("`{}`: {reason}", field.name))?;
-            }
-        }
-        (Kind::Primitive(Primitive::Bool), Kind::Primitive(Primitive::Bool)) => steps.push(copy(1)),
-        (Kind::Enumeration(source), Kind::Enumeration(target)) => {
-            let named = |one: &slate_blackboard::interface::Enumeration| -> Vec<_> {
-                one.constants.iter().map(|constant| (constant.name, constant.value)).collect()
-            };
-            let same = source.name == target.name && source.carrier.size() == target.carrier.size();
-            if !same || named(source) != named(target) {
-                return other();
-            }
-            steps.push(copy(from.kind.size()));
+        (Kind::Nested(source), Kind::Nested(target)) => fields((from, source), (to, target), steps)?,
+        (Kind::Primitive(Primitive::Bool), Kind::Primitive(Primitive::Bool)) => steps.push(copy(from, to, 1)),
+        (Kind::Enumeration(source), Kind::Enumeration(target)) if is_same(source, target) => {
+            steps.push(copy(from, to, from.kind.size()));
         }
         (Kind::Text(source), Kind::Text(target)) if source <= target => {
-            let byte = vec![Step::Copy { from: 0, to: 0, size: 1 }];
+            let byte = vec![ConversionStep::Copy { from: 0, to: 0, size: 1 }];
             steps.push(list(from, to, 4, source, (1, 1), byte));
         }
         (Kind::Array(source, count), Kind::Array(target, room)) if count == room => {
             for i in 0..count {
-                let at = |whole: Part, item: &Kind| Part {
+                let at = |whole: ValuePart, item: &Kind| ValuePart {
                     offset: whole.offset + i * item.size(),
                     ..whole.item(item)
                 };
@@ -199,11 +161,84 @@ fn convert(from: Part, to: Part, steps: &mut Vec<Step>) -> Result<(), String> {
         (Kind::Tail(_), _) | (_, Kind::Tail(_)) => {
             return Err("a list of open length is only linked as a part of its whole interface".into());
         }
-        _ => return other(),
+        _ => return Err(format!("{} is not {}", from.describe(), to.describe())),
     }
     Ok(())
 }
 
-fn list(from: Part, to: Part, head: usize, capacity: usize, item: (usize, usize), steps: Vec<Step>) -> Step {
-    Step::List { from: from.offset, to: to.offset, head, capacity, item, steps }
+/// A number of another width or unit, if it holds every value exactly.
+fn number(
+    (from, source): (ValuePart, Number),
+    (to, target): (ValuePart, Number),
+) -> Result<ConversionStep, String> {
+    let factor = match factor(from.unit, to.unit) {
+        Factor::Whole(factor) => factor,
+        Factor::Fraction => {
+            return Err(format!("{} would be rounded to be {}", from.describe(), to.describe()));
+        }
+        Factor::None => {
+            let unit = |unit: &'static str| if unit.is_empty() { "no unit" } else { unit };
+            return Err(format!(
+                "{} has {}, and {} has {}, without an exact factor between them",
+                from.kind.describe(),
+                unit(from.unit),
+                to.kind.describe(),
+                unit(to.unit)
+            ));
+        }
+    };
+    if !target.holds(source, factor) {
+        return Err(format!("{} does not hold every {} exactly", to.describe(), from.describe()));
+    }
+    Ok(if source == target && factor == 1 {
+        copy(from, to, from.kind.size())
+    } else {
+        ConversionStep::Number { from: (from.offset, source), to: (to.offset, target), factor }
+    })
+}
+
+/// Each field of the target, from the field of the same name.
+fn fields(
+    (from, source): (ValuePart, &Descriptor),
+    (to, target): (ValuePart, &Descriptor),
+    steps: &mut Vec<ConversionStep>,
+) -> Result<(), String> {
+    for field in target.fields {
+        let Some(known) = source.field(field.name) else {
+            return Err(format!("{} has no field `{}`, which {} has", source.name, field.name, target.name));
+        };
+        let part = |whole: ValuePart, field: &Field| ValuePart {
+            kind: field.kind,
+            unit: field.unit,
+            offset: whole.offset + field.offset,
+        };
+        convert(part(from, known), part(to, field), steps)
+            .map_err(|reason| format!("`{}`: {reason}", field.name))?;
+    }
+    Ok(())
+}
+
+/// Whether two enumerations have the same name, size and constants.
+fn is_same(source: &Enumeration, target: &Enumeration) -> bool {
+    let named = |one: &Enumeration| -> Vec<_> {
+        one.constants.iter().map(|constant| (constant.name, constant.value)).collect()
+    };
+    source.name == target.name
+        && source.carrier.size() == target.carrier.size()
+        && named(source) == named(target)
+}
+
+fn copy(from: ValuePart, to: ValuePart, size: usize) -> ConversionStep {
+    ConversionStep::Copy { from: from.offset, to: to.offset, size }
+}
+
+fn list(
+    from: ValuePart,
+    to: ValuePart,
+    head: usize,
+    capacity: usize,
+    item: (usize, usize),
+    steps: Vec<ConversionStep>,
+) -> ConversionStep {
+    ConversionStep::List { from: from.offset, to: to.offset, head, capacity, item, steps }
 }

@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use slate_module::aspect::{MainLoop, Service, TimeSource};
 use slate_module::{Description, Direction};
 
-use super::{Complaints, Surveyed};
+use super::Surveyed;
 use crate::catalogue::Catalogue;
+use crate::complaints::Complaints;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 

@@ -6,8 +6,9 @@
 
 use slate_module::{Description, Direction, PortDescription};
 
-use super::{Complaints, Surveyed, module, scope};
+use super::{Surveyed, module, scope};
 use crate::catalogue::Catalogue;
+use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Link, Mistake};
 
 /// What a simulator offers for judges and reports, and not for the robot.

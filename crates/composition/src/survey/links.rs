@@ -1,5 +1,6 @@
 //! Which ports are joined, and what becomes of values on the way.
 
+mod ends;
 mod fit;
 mod remote;
 mod sinks;
@@ -7,15 +8,16 @@ mod sources;
 mod words;
 
 use slate_blackboard::is_within;
-use slate_module::PortDescription;
 
-use super::{Complaints, Joint, Survey, Surveyed, Wire};
+use super::names::join;
+use super::{Joint, Survey, Wire};
 use crate::catalogue::Catalogue;
+use crate::complaints::Complaints;
 pub use remote::{elsewhere, path as remote_path};
-use sinks::Sink;
+use sinks::LinkSink;
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link};
-use sources::Sources;
+use sources::LinkSources;
 
 pub(super) fn survey_links<'a>(
     configuration: &'a Configuration,
@@ -24,7 +26,7 @@ pub(super) fn survey_links<'a>(
     survey: &mut Survey<'a>,
     complaints: &mut Complaints<'a>,
 ) {
-    let own: Vec<Option<Sink>> = configuration
+    let own: Vec<Option<LinkSink>> = configuration
         .links()
         .iter()
         .map(|link| sinks::sink(configuration, survey, dormant, link, complaints))
@@ -33,9 +35,9 @@ pub(super) fn survey_links<'a>(
     survey.remote = remote::all(configuration, catalogue);
     survey.carriers.clone_from(&catalogue.carriers);
     survey.has_jpeg = catalogue.has_jpeg;
-    let mut sources = Sources::new(configuration, dormant, survey, &own, complaints);
+    let mut sources = LinkSources::new(configuration, dormant, survey, &own, complaints);
     let mut joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
-    let Sources { absent, misfits, .. } = sources;
+    let LinkSources { absent, misfits, .. } = sources;
     joints.sort_by_cached_key(|joint| join(&survey.wire_path(joint.port.0, joint.port.1), &joint.field));
     survey.absent = absent;
     survey.misfits = misfits;
@@ -45,7 +47,7 @@ pub(super) fn survey_links<'a>(
 /// Of the links that fill parts of one port, none may fill what another one fills.
 fn check_overlaps<'a>(
     configuration: &'a Configuration,
-    sinks: &[Option<Sink>],
+    sinks: &[Option<LinkSink>],
     survey: &Survey<'a>,
     complaints: &mut Complaints<'a>,
 ) {
@@ -69,55 +71,6 @@ fn check_overlaps<'a>(
         complaints.add(to.span, message, "link each field once, or the whole input");
     }
 }
-
-/// The module whose name begins the path: the longest.
-fn owner<'n>(names: &[&'n str], path: &str) -> Option<&'n str> {
-    let owns = |name: &&&str| path.strip_prefix(**name).is_some_and(|rest| rest.starts_with('/'));
-    names.iter().filter(owns).max_by_key(|name| name.len()).copied()
-}
-
-/// The module whose name begins the path, and the rest of the path: the longest name wins.
-pub(super) fn split_module<'p>(modules: &[Surveyed<'_>], path: &'p str) -> Option<(usize, &'p str)> {
-    let mut end = path.len();
-    while let Some(slash) = path[..end].rfind('/') {
-        if let Some(index) = modules.iter().position(|surveyed| surveyed.module.name.value == path[..slash]) {
-            return Some((index, &path[slash + 1..]));
-        }
-        end = slash;
-    }
-    None
-}
-
-/// The port whose name begins a path in a module, and the rest, which is a field: the longest name wins, as names of ports
-/// may have slashes. Without one, the first name of the path.
-fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p str, &'p str) {
-    let names = ports.iter().map(|port| port.name.as_str());
-    let longest = names.filter(|name| is_within(path, name)).map(str::len).max();
-    match longest {
-        Some(length) => (&path[..length], path[length..].trim_start_matches('/')),
-        None => path.split_once('/').unwrap_or((path, "")),
-    }
-}
-
-/// What a path that no port has is called: all of it, where names of ports begin like it.
-fn deep_name<'p>(ports: &[PortDescription], first: &'p str, rest: &'p str) -> &'p str {
-    let is_deep = ports.iter().any(|port| port.name != first && is_within(&port.name, first));
-    if is_deep { rest } else { first }
-}
-
-/// A path and the path of a field below it.
-fn join(path: &str, field: &str) -> String {
-    if field.is_empty() { path.to_owned() } else { format!("{path}/{field}") }
-}
-
-/// Whether a port is about a service, and not about values.
-fn is_service(port: &PortDescription) -> bool {
-    use slate_module::Direction;
-    matches!(port.direction, Direction::Aspect | Direction::Provider)
-}
-
-/// What to do about a link to a service.
-const SERVICE: &str = "leave the link out: who needs a service finds the one that provides it";
 
 /// How a port is called in messages.
 fn wire_name<'s>(survey: &'s Survey<'_>, module: usize, wire: Wire) -> &'s str {

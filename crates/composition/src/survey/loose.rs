@@ -2,7 +2,7 @@
 
 use slate_module::{Direction, PortDescription};
 
-use super::{Survey, Target, Wire, scope};
+use super::{LinkTarget, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
 /// What is to be warned of.
@@ -104,7 +104,7 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
     for (index, actuator) in configuration.actuators().iter().enumerate() {
         let name = &actuator.name.value;
         let command = format!("{name}/command");
-        let is_read = survey.joints.iter().any(|joint| joint.target == Target::Command(index));
+        let is_read = survey.joints.iter().any(|joint| joint.target == LinkTarget::Command(index));
         // Also by a module that is not loaded.
         let is_named = configuration
             .links()

@@ -7,13 +7,14 @@ mod levels;
 mod links;
 mod loose;
 mod module;
+mod names;
 mod order;
 mod rings;
+mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use slate_blackboard::nearest_paths;
 use slate_module::{Description, ModuleKind, Stage, Trigger};
 
 pub use host::Host;
@@ -23,13 +24,13 @@ use crate::Played;
 use crate::RemotePath;
 pub use crate::Wire;
 use crate::catalogue::{Catalogue, RemoteProperty};
-use crate::link::{Filter, Place, Program};
+use crate::complaints::{Complaints, suggest};
+use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
 pub use infer::infer;
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;
-use slate_configuration::{Configuration, Diagnostic, Link, Module, Span};
-use slate_configuration::{Message, Mistake};
+use slate_configuration::{Configuration, Link, Mistake, Module};
 
 /// Ports that every module has beside its own.
 pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histogram"];
@@ -67,7 +68,7 @@ pub struct Joint<'a> {
     /// The module and the port that the link belongs to.
     pub port: (usize, Wire),
     /// What it leads to, through the links of other inputs.
-    pub target: Target,
+    pub target: LinkTarget,
     /// The field of the target that it reads; empty for the whole.
     pub from: String,
     /// The field of the port that it fills; empty for the whole.
@@ -88,12 +89,12 @@ pub enum Way {
     /// The port has a property of its own, which this writes.
     Converted(Arc<Program>),
     /// As above, into this place; how is only known when what it leads to is there.
-    Pending(Arc<Place>),
+    Pending(Arc<FieldPlace>),
 }
 
 /// What a link leads to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
+pub enum LinkTarget {
     /// A port of a module.
     Port(usize, usize),
     /// A property that every module has.
@@ -231,22 +232,22 @@ pub struct Lead {
 
 impl<'a> Survey<'a> {
     /// The path of what a link leads to.
-    pub fn path(&self, configuration: &Configuration, target: Target) -> String {
+    pub fn path(&self, configuration: &Configuration, target: LinkTarget) -> String {
         match target {
-            Target::Port(module, port) => {
+            LinkTarget::Port(module, port) => {
                 let surveyed = &self.modules[module];
                 format!("{}/{}", surveyed.module.name.value, surveyed.description.ports[port].name)
             }
-            Target::Implied(module, implied) => {
+            LinkTarget::Implied(module, implied) => {
                 format!("{}/{}", self.modules[module].module.name.value, implied.name())
             }
-            Target::Command(actuator) => {
+            LinkTarget::Command(actuator) => {
                 format!("{}/command", configuration.actuators()[actuator].name.value)
             }
-            Target::Absent(absent) => self.absent[absent].path.clone(),
-            Target::Remote(remote) => self.remote[remote].place(),
-            Target::Host(host) => host.path().into(),
-            Target::Played(played) => self.played[played].path.clone(),
+            LinkTarget::Absent(absent) => self.absent[absent].path.clone(),
+            LinkTarget::Remote(remote) => self.remote[remote].place(),
+            LinkTarget::Host(host) => host.path().into(),
+            LinkTarget::Played(played) => self.played[played].path.clone(),
         }
     }
 
@@ -266,7 +267,7 @@ impl<'a> Survey<'a> {
                 field: joint.field.clone(),
                 kind: (!joint.is_plain(), is_pending),
                 epoch: match joint.target {
-                    Target::Remote(remote) => {
+                    LinkTarget::Remote(remote) => {
                         self.remote[remote].property.as_ref().map_or(0, |property| property.epoch)
                     }
                     _ => 0,
@@ -288,10 +289,10 @@ impl<'a> Survey<'a> {
     }
 
     /// Whether what a link leads to is a port, or a switch, that links fill.
-    fn is_written(&self, target: Target) -> bool {
+    fn is_written(&self, target: LinkTarget) -> bool {
         let port = match target {
-            Target::Port(module, port) => (module, Wire::Port(port)),
-            Target::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+            LinkTarget::Port(module, port) => (module, Wire::Port(port)),
+            LinkTarget::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
             _ => return false,
         };
         self.joints.iter().any(|joint| joint.port == port)
@@ -326,37 +327,6 @@ impl<'a> Survey<'a> {
             }
         }
         self.listeners = listeners;
-    }
-}
-
-/// Collects complaints.
-pub struct Complaints<'a> {
-    configuration: &'a Configuration,
-    /// What was found so far.
-    pub diagnostics: Vec<Diagnostic>,
-}
-
-impl<'a> Complaints<'a> {
-    /// None so far.
-    pub fn new(configuration: &'a Configuration) -> Self {
-        Self { configuration, diagnostics: Vec::new() }
-    }
-
-    /// Adds one at a place of the configuration.
-    pub fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
-        let help: String = help.into();
-        self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
-    }
-}
-
-/// Words for "did you mean".
-fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> String {
-    // A module's name may be the beginning of what was named.
-    let near = nearest_paths(name, '/', names.clone());
-    if near.is_empty() {
-        format!("there are: {}", names.collect::<Vec<_>>().join(", "))
-    } else {
-        format!("did you mean {}?", near.join(" or "))
     }
 }
 

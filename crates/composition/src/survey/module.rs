@@ -5,18 +5,19 @@ use std::time::Duration;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::is_within;
-use slate_module::{Direction, ModuleKind, Trigger};
+use slate_module::{Description, Direction, ModuleKind, PortDescription, Trigger};
 
-use super::{Complaints, RESERVED, RESERVED_WHEN_ISOLATED, Surveyed, suggest};
+use super::{RESERVED, RESERVED_WHEN_ISOLATED, Surveyed};
 use crate::OwnSetup;
 use crate::catalogue::Catalogue;
+use crate::complaints::{Complaints, suggest};
 use crate::parameters;
-use slate_configuration::Mistake;
-use slate_configuration::{Configuration, Module};
+use slate_configuration::{Configuration, Mistake, Module};
 
 /// Where the agent tells of itself.
 const OWN: [(&str, &str); 3] = [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];
 
+/// What a module of the configuration is with the kind that it is of; nothing after a complaint.
 pub(super) fn survey_module<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
@@ -31,14 +32,35 @@ pub(super) fn survey_module<'a>(
     }
     let Some(kind) = catalogue.kind(&module.kind.value) else {
         let help = suggest(&module.kind.value, catalogue.kinds().map(ModuleKind::name));
-        complaints.add(
-            module.kind.span,
-            Mistake::Kind.of(format!("no plugin brings a module `{}`", module.kind.value)),
-            help,
-        );
+        let message = Mistake::Kind.of(format!("no plugin brings a module `{}`", module.kind.value));
+        complaints.add(module.kind.span, message, help);
         return None;
     };
+    let (setup, description) = described(configuration, module, (kind, catalogue), complaints)?;
+    // What is wrong with a value is no reason not to judge the links.
+    let params = parameters::bytes(&description, &module.params, complaints);
+    let inputs = inputs(module, &description, complaints);
+    let trigger = trigger(module, &description, complaints)?;
+    Some(Surveyed {
+        module,
+        kind: kind.clone(),
+        stage: module.stage.as_ref().map_or(description.stage, |stage| stage.value),
+        trigger,
+        deadline: module.deadline.as_ref().map(|deadline| deadline.value).or(description.deadline),
+        description,
+        params,
+        setup,
+        inputs,
+    })
+}
 
+/// What a module receives when it is set up, and its ports and parameters.
+fn described<'a>(
+    configuration: &'a Configuration,
+    module: &'a Module,
+    (kind, catalogue): (&ModuleKind, &Catalogue),
+    complaints: &mut Complaints<'a>,
+) -> Option<(OwnSetup, Description)> {
     // The description says which section the module wants, and may itself depend on that section.
     let first = kind.section();
     let section = if first.is_empty() { None } else { configuration.table(first).map(Value::from) };
@@ -48,18 +70,16 @@ pub(super) fn survey_module<'a>(
         period: configuration.period().value,
         section,
     };
-    let description =
-        match (catalogue.describe)(kind, &setup, Duration::from_nanos(configuration.hang().value)) {
-            Ok(description) => description,
-            Err(refusal) => {
-                complaints.add(
-                    configuration.place_of(&refusal.0, module.name.span),
-                    format!("{}: {refusal}", module.name.value),
-                    "see the module's documentation",
-                );
-                return None;
-            }
-        };
+    let hang = Duration::from_nanos(configuration.hang().value);
+    let description = match (catalogue.describe)(kind, &setup, hang) {
+        Ok(description) => description,
+        Err(refusal) => {
+            let place = configuration.place_of(&refusal.0, module.name.span);
+            let message = format!("{}: {refusal}", module.name.value);
+            complaints.add(place, message, "see the module's documentation");
+            return None;
+        }
+    };
     let is_reserved =
         |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
     if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
@@ -68,35 +88,43 @@ pub(super) fn survey_module<'a>(
         complaints.add(module.kind.span, message, "rename the port");
         return None;
     }
-    // What is wrong with a value is no reason not to judge the links.
-    let params = parameters::bytes(&description, &module.params, complaints);
+    Some((setup, description))
+}
+
+/// The values of inputs that the configuration has, by port.
+fn inputs<'a>(
+    module: &'a Module,
+    description: &Description,
+    complaints: &mut Complaints<'a>,
+) -> BTreeMap<usize, Vec<u8>> {
     let mut inputs = BTreeMap::new();
     for (name, entry) in module.inputs.iter() {
-        let port =
-            description.ports.iter().position(|port| port.name == name && port.direction == Direction::Input);
-        match port {
-            Some(port) => {
-                let descriptor = description.ports[port].descriptor;
-                let room = descriptor.shape(description.ports[port].capacity);
-                let bytes = parameters::value_bytes(descriptor, &entry.value, complaints);
-                if bytes.as_ref().is_some_and(|bytes| bytes.len() > room.bytes(room.capacity)) {
-                    let message = format!("the input `{name}` has room for {} items", room.capacity);
-                    complaints.add(entry.value.span, message, "shorten the list");
-                }
-                inputs.insert(port, bytes.unwrap_or_else(|| vec![0; room.size]));
-            }
-            None => {
-                let names = description.ports.iter().filter(|port| port.direction == Direction::Input);
-                let help = suggest(name, names.map(|port| port.name.as_str()));
-                complaints.add(
-                    entry.key,
-                    Mistake::Name.of(format!("`{}` has no input `{name}`", module.name.value)),
-                    help,
-                );
-            }
+        let is_it = |port: &PortDescription| port.name == name && port.direction == Direction::Input;
+        let Some(port) = description.ports.iter().position(is_it) else {
+            let names = description.ports.iter().filter(|port| port.direction == Direction::Input);
+            let help = suggest(name, names.map(|port| port.name.as_str()));
+            let message = Mistake::Name.of(format!("`{}` has no input `{name}`", module.name.value));
+            complaints.add(entry.key, message, help);
+            continue;
+        };
+        let descriptor = description.ports[port].descriptor;
+        let room = descriptor.shape(description.ports[port].capacity);
+        let bytes = parameters::value_bytes(descriptor, &entry.value, complaints);
+        if bytes.as_ref().is_some_and(|bytes| bytes.len() > room.bytes(room.capacity)) {
+            let message = format!("the input `{name}` has room for {} items", room.capacity);
+            complaints.add(entry.value.span, message, "shorten the list");
         }
+        inputs.insert(port, bytes.unwrap_or_else(|| vec![0; room.size]));
     }
-    let stage = module.stage.as_ref().map_or(description.stage, |stage| stage.value);
+    inputs
+}
+
+/// What makes the module tick, as it is configured or as the module says.
+fn trigger<'a>(
+    module: &'a Module,
+    description: &Description,
+    complaints: &mut Complaints<'a>,
+) -> Option<Trigger> {
     let trigger =
         module.trigger.as_ref().map_or_else(|| description.trigger.clone(), |trigger| trigger.value.clone());
     if let Trigger::On { ports, .. } = &trigger
@@ -105,23 +133,9 @@ pub(super) fn survey_module<'a>(
     {
         let span = module.trigger.as_ref().map_or(module.name.span, |trigger| trigger.span);
         let help = suggest(missing, description.ports.iter().map(|port| port.name.as_str()));
-        complaints.add(
-            span,
-            format!("`{}` is to run on `{missing}`, which is none of its ports", module.name.value),
-            help,
-        );
+        let message = format!("`{}` is to run on `{missing}`, which is none of its ports", module.name.value);
+        complaints.add(span, message, help);
         return None;
     }
-    let deadline = module.deadline.as_ref().map(|deadline| deadline.value).or(description.deadline);
-    Some(Surveyed {
-        module,
-        kind: kind.clone(),
-        description,
-        stage,
-        trigger,
-        deadline,
-        params,
-        setup,
-        inputs,
-    })
+    Some(trigger)
 }

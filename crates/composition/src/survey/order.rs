@@ -3,31 +3,13 @@
 use slate_module::{Direction, Stage};
 
 use super::levels::{CycleFound, levels};
-use super::links::split_module;
-use super::{Complaints, Joint, Surveyed, Target, Wire};
+use super::writers::writers;
+use super::{Joint, LinkTarget, Surveyed, Wire};
+use crate::complaints::Complaints;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
-/// The modules that write what a link leads to.
-pub(super) fn writers(configuration: &Configuration, modules: &[Surveyed<'_>], target: Target) -> Vec<usize> {
-    match target {
-        Target::Port(module, _) => vec![module],
-        Target::Command(actuator) => {
-            let wanted = &configuration.actuators()[actuator];
-            let paths = wanted.commands.iter().map(|url| url.value.path_in(""));
-            let ports = paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module));
-            let named = |module: &Surveyed<'_>| {
-                wanted.modules.iter().any(|name| name.value == module.module.name.value)
-            };
-            ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
-        }
-        // What tells of a module, or is set in it, is of no moment of a cycle.
-        Target::Implied(..) | Target::Absent(_) | Target::Remote(_) | Target::Host(_) | Target::Played(_) => {
-            Vec::new()
-        }
-    }
-}
-
+/// The levels of modules in each stage; what reads itself in a circle is complained of.
 pub(super) fn survey_order(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -46,7 +28,7 @@ pub(super) fn survey_order(
                 if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
             // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
             let own_first = joint.link.previous != sends;
-            if let Target::Port(module, port) = joint.target
+            if let LinkTarget::Port(module, port) = joint.target
                 && modules[module].description.ports[port].direction == Direction::Input
                 && !joints.iter().any(|other| other.port == (module, Wire::Port(port)))
             {
@@ -55,7 +37,8 @@ pub(super) fn survey_order(
             }
             for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
                 // What a module gets from itself, or from the gate that it commands, is always from before its tick.
-                let unordered = sends || joint.link.previous || matches!(joint.target, Target::Command(_));
+                let unordered =
+                    sends || joint.link.previous || matches!(joint.target, LinkTarget::Command(_));
                 if own != target || !unordered {
                     edges.push(if own_first { (own, target) } else { (target, own) });
                 }

@@ -3,7 +3,8 @@
 use slate_module::Direction;
 
 use super::levels::{CycleFound, levels};
-use super::{Complaints, Joint, Surveyed, Target, Wire};
+use super::{Joint, LinkTarget, Surveyed, Wire};
+use crate::complaints::Complaints;
 use slate_configuration::Mistake;
 
 /// Complains of required inputs that only modules of their own ring fill: none of these ever runs.
@@ -32,7 +33,7 @@ pub(super) fn check_rings(modules: &[Surveyed<'_>], joints: &[Joint<'_>], compla
 /// The writer and the reader of a link, when the reader does not run before the writer has.
 fn waits_for(modules: &[Surveyed<'_>], joint: &Joint<'_>) -> Option<(usize, usize)> {
     let (reader, Wire::Port(input)) = joint.port else { return None };
-    let Target::Port(writer, output) = joint.target else { return None };
+    let LinkTarget::Port(writer, output) = joint.target else { return None };
     let (own, other) = (&modules[reader], &modules[writer].description.ports[output]);
     let is_filled = own.inputs.contains_key(&input)
         || other.safe.is_some()

@@ -1,18 +1,14 @@
-use super::super::compare::Pair;
+use super::super::compare::ValuePair;
 use super::*;
 
-impl Database {
-    /// What edited files say otherwise than was set at run time: `before` holds, `after` is in the files. It is nothing
-    /// any more once it is set again, or taken back.
-    pub fn covered(&self) -> Vec<Change> {
-        lock(&self.shared.state).covered.clone()
-    }
-}
-
 /// What an edit says of settings that the session has changed.
-pub(super) fn by_session(session: &Session, before: &Configuration, after: &Configuration) -> Vec<Change> {
+pub(super) fn by_session(
+    session: &ChangeSession,
+    before: &Configuration,
+    after: &Configuration,
+) -> Vec<Change> {
     let holds = |names: &[String]| after.merged.entry(names).map(|entry| entry.value.value.clone());
-    let change = |(names, _, now): Pair<'_>| Change {
+    let change = |(names, _, now): ValuePair<'_>| Change {
         path: path::render(&names),
         before: holds(&names),
         after: now.map(|value| value.value.clone()),

@@ -3,11 +3,12 @@
 use toml_edit::{Decor, DocumentMut, InlineTable, Item, Table};
 
 use super::super::exclusive::counterpart;
-use super::super::scope::{SECTIONS, flat_name, in_scope};
+use super::super::scope::in_scope;
 use super::super::source::{Span, Spanned};
 use super::super::value::Value;
 use super::comments;
-use super::overwrite::{overwrite, overwrite_value};
+use super::location::{item_at, locate};
+use super::overwrite::{insert_inline, overwrite, overwrite_value};
 use super::senders;
 
 /// The table of a document in which settings are: all of it, or that of an agent, which is added if there is none.
@@ -46,7 +47,7 @@ fn list_command(part: &mut Item, path: &[String]) {
     }
     let single = [section.clone(), name.clone(), "command".to_owned()];
     let (mut keys, _) = locate(part, &single);
-    let Some(text) = senders::item_at(part, &keys).and_then(|item| item.as_str().map(str::to_owned)) else {
+    let Some(text) = item_at(part, &keys).and_then(|item| item.as_str().map(str::to_owned)) else {
         return;
     };
     let comments = remove(part, &single);
@@ -56,54 +57,6 @@ fn list_command(part: &mut Item, path: &[String]) {
     let nowhere = Span { source: 0, start: 0, end: 0 };
     let root = has_sections(part);
     put(part, &keys, &Value::List(vec![Spanned::new(Value::Text(text), nowhere)]), comments, root);
-}
-
-/// The keys that a flat path has in this part, and the robot in whose scope that is.
-pub(super) fn locate(part: &Item, path: &[String]) -> (Vec<String>, String) {
-    let as_it_is = (path.to_vec(), String::new());
-    let Some(root) = part.as_table_like() else { return as_it_is };
-    let [section, name, rest @ ..] = path else { return as_it_is };
-    if !SECTIONS.contains(&section.as_str()) {
-        return as_it_is;
-    }
-    let place = |scope: &str, key: &str| {
-        let mut keys = section_of(scope, section);
-        keys.push(key.into());
-        keys.extend_from_slice(rest);
-        let depth = match (section.as_str(), rest) {
-            ("links", [_, ..]) => Some(1),
-            ("actuators", [list, _, ..]) if list == "commands" => Some(2),
-            _ => None,
-        };
-        if let Some(at) = depth.map(|depth| section_of(scope, section).len() + depth) {
-            keys[at] = senders::written(root, &keys[..=at], scope);
-        }
-        (keys, scope.to_owned())
-    };
-    let robots = root.get("robots").and_then(Item::as_table_like);
-    let robots: Vec<&str> =
-        robots.into_iter().flat_map(|robots| robots.iter()).map(|(name, _)| name).collect();
-    for scope in [""].iter().chain(&robots) {
-        let mut section_keys = section_of(scope, section).into_iter();
-        let first = section_keys.next().and_then(|key| root.get(&key));
-        let found = section_keys.try_fold(first, |item, key| Some(item?.as_table_like()?.get(&key)));
-        let Some(table) = found.flatten().and_then(Item::as_table_like) else { continue };
-        if let Some((key, _)) = table.iter().find(|(key, _)| flat_name(section, key, scope) == *name) {
-            return place(scope, key);
-        }
-    }
-    match name.split_once('/') {
-        // A link's name must have a module before the port even then.
-        Some((robot, own)) if robots.contains(&robot) && (section != "links" || own.contains('/')) => {
-            place(robot, own)
-        }
-        _ => as_it_is,
-    }
-}
-
-fn section_of(scope: &str, section: &str) -> Vec<String> {
-    let keys = if scope.is_empty() { vec![section] } else { vec!["robots", scope, section] };
-    keys.into_iter().map(String::from).collect()
 }
 
 /// Sets the value below an item that is a table; comments that have lost their place go before the line of the value.
@@ -190,17 +143,6 @@ fn insert(parent: &mut Item, key: &str, item: Item) {
         }
         _ => {}
     }
-}
-
-/// Adds to an inline table; the blank before its brace stays there.
-pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_edit::Value) {
-    if let Some((_, last)) = table.iter_mut().last()
-        && let Some(suffix) = last.decor().suffix().and_then(|suffix| suffix.as_str()).map(str::to_owned)
-    {
-        last.decor_mut().set_suffix("");
-        *value.decor_mut() = Decor::new(" ", suffix);
-    }
-    table.insert(key, value);
 }
 
 /// Takes out all that stands in the table at a flat path, which is then written as an empty one: it could show only by

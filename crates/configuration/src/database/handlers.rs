@@ -4,25 +4,25 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 
-use super::{Change, Database, Prefix, Report, Shared, lock};
+use super::{Change, Database, Prefix, lock};
 
 type Handler = dyn FnMut(&Database, &[Change]) + Send;
 
 /// Who wants to know of changes, and the changes that they don't know of yet.
 #[derive(Default)]
 pub(super) struct Handlers {
-    subscribers: Mutex<Vec<Arc<Subscriber>>>,
-    queue: Mutex<Queue>,
+    subscribers: Mutex<Vec<Arc<HandlerSubscriber>>>,
+    queue: Mutex<ChangeQueue>,
 }
 
 #[derive(Default)]
-struct Queue {
+struct ChangeQueue {
     waiting: VecDeque<Arc<[Change]>>,
     /// Whether a thread calls handlers now; it takes all that is waiting, one after the other.
     busy: bool,
 }
 
-struct Subscriber {
+struct HandlerSubscriber {
     prefix: Prefix,
     alive: AtomicBool,
     panics: AtomicU64,
@@ -33,8 +33,8 @@ struct Subscriber {
 /// Lasts as long as a handler is to be called.
 #[must_use = "dropping it ends the subscription"]
 pub struct Subscription {
-    subscriber: Arc<Subscriber>,
-    shared: Weak<Shared>,
+    subscriber: Arc<HandlerSubscriber>,
+    handlers: Weak<Handlers>,
 }
 
 impl Subscription {
@@ -47,8 +47,8 @@ impl Subscription {
 impl Drop for Subscription {
     fn drop(&mut self) {
         self.subscriber.alive.store(false, Ordering::Release);
-        if let Some(shared) = self.shared.upgrade() {
-            lock(&shared.handlers.subscribers).retain(|other| !Arc::ptr_eq(other, &self.subscriber));
+        if let Some(handlers) = self.handlers.upgrade() {
+            lock(&handlers.subscribers).retain(|other| !Arc::ptr_eq(other, &self.subscriber));
         }
     }
 }
@@ -59,33 +59,23 @@ impl fmt::Debug for Subscription {
     }
 }
 
-impl Database {
-    /// Has a handler called after each commit that changes something at a path or below it, with these changes in
-    /// the order of their paths; an empty path is everything, and `robots.r2` all that belongs to that robot.
-    ///
-    /// Handlers are called one after the other, in the order of their subscription, by the thread that commits (see
-    /// [`Proposal::commit`](super::Proposal::commit)). A handler may read the database, change it, and subscribe; one that panics stops
-    /// nobody else. No handler is called any more once its subscription was dropped, but a call under way ends.
-    ///
-    /// # Errors
-    /// The path is none.
-    pub fn subscribe(
-        &self,
-        path: &str,
+impl Handlers {
+    /// Adds a handler of changes that a path holds.
+    pub(super) fn subscribe(
+        self: &Arc<Self>,
+        prefix: Prefix,
         handler: impl FnMut(&Database, &[Change]) + Send + 'static,
-    ) -> Result<Subscription, Report> {
-        let subscriber = Arc::new(Subscriber {
-            prefix: Prefix::parse(path, self.current().described_as())?,
+    ) -> Subscription {
+        let subscriber = Arc::new(HandlerSubscriber {
+            prefix,
             alive: AtomicBool::new(true),
             panics: AtomicU64::new(0),
             handler: Mutex::new(Box::new(handler)),
         });
-        lock(&self.shared.handlers.subscribers).push(Arc::clone(&subscriber));
-        Ok(Subscription { subscriber, shared: Arc::downgrade(&self.shared) })
+        lock(&self.subscribers).push(Arc::clone(&subscriber));
+        Subscription { subscriber, handlers: Arc::downgrade(self) }
     }
-}
 
-impl Handlers {
     pub(super) fn queue(&self, changes: &[Change]) {
         if !changes.is_empty() {
             lock(&self.queue).waiting.push_back(changes.into());
@@ -113,7 +103,7 @@ impl Handlers {
     }
 }
 
-impl Subscriber {
+impl HandlerSubscriber {
     fn call(&self, database: &Database, changes: &[Change]) {
         let mine: Vec<Change> =
             changes.iter().filter(|change| self.prefix.holds(&change.names)).cloned().collect();

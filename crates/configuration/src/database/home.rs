@@ -24,7 +24,7 @@ pub(super) fn file(configuration: &Configuration, path: &Path) -> Option<usize> 
 
 /// Where a setting is written.
 #[derive(Clone, Copy)]
-pub(super) struct Place<'a> {
+pub(super) struct SettingPlace<'a> {
     /// The source that is the whole text.
     pub(super) text: usize,
     /// The agent in whose table it is.
@@ -39,14 +39,14 @@ pub(super) fn place(
     configuration: &Configuration,
     id: usize,
     is_of_others: impl Fn(&Path) -> bool,
-) -> Place<'_> {
+) -> SettingPlace<'_> {
     let agent = configuration.described_as();
     let source = &configuration.sources()[id];
     let alone = agent.is_none() || (source.place.own && !source.path().is_some_and(is_of_others));
     match source.place.part_of {
-        Some(text) => Place { text, agent, stands: true },
-        None if alone => Place { text: id, agent: None, stands: true },
-        None => Place { text: source.place.root, agent, stands: false },
+        Some(text) => SettingPlace { text, agent, stands: true },
+        None if alone => SettingPlace { text: id, agent: None, stands: true },
+        None => SettingPlace { text: source.place.root, agent, stands: false },
     }
 }
 

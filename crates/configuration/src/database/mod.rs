@@ -1,17 +1,17 @@
 //! A configuration that changes while the agent runs.
 
+mod checks;
 mod comments;
 mod covered;
 mod edit;
 mod handlers;
 mod home;
+mod location;
 mod overwrite;
 mod proposal;
-mod replace;
 mod save;
 mod senders;
 mod session;
-mod waiting;
 mod watch;
 mod write;
 
@@ -20,23 +20,24 @@ use std::fmt;
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use super::agents::read_all;
+use super::change::Change;
 use super::compare::{differences, same};
+use super::described::read_all;
 use super::files::Files;
 use super::path::{self, Prefix};
-use super::read::{Main, Read, Request, read};
+use super::read::{Main, ReadOutcome, ReadRequest, read};
 use super::set::{Written, first_equals, parse_set};
-use super::source::{Origin, Source, SourceKind, Sources};
+use super::source::{Origin, SettingSource, SourceKind, Sources};
 use super::value::Value;
 use super::{Configuration, Diagnostic, Options, Report, Setting, problems::Problems, report};
 use crate::mistake::Message;
+use checks::{Checks, Validator};
 use handlers::Handlers;
 pub use handlers::Subscription;
-pub use proposal::{Change, Proposal};
-use proposal::{Texts, Validator};
+pub use proposal::Proposal;
+use proposal::ProposalFiles;
 pub use save::SaveTo;
-use session::Session;
-use waiting::Patience;
+use session::ChangeSession;
 pub use watch::{Edit, Watch};
 
 /// The configuration of an agent while it runs: what the files and the command line say, and above them the changes
@@ -65,24 +66,23 @@ pub use watch::{Edit, Watch};
 /// ```
 #[derive(Clone)]
 pub struct Database {
-    shared: Arc<Shared>,
+    shared: Arc<SharedDatabase>,
 }
 
-struct Shared {
+struct SharedDatabase {
     main: Main,
     options: Options,
-    state: Mutex<State>,
+    state: Mutex<DatabaseState>,
     /// Held by whoever changes the state, also while a file is written; taken before `state`.
     turn: Mutex<()>,
-    validators: Mutex<Vec<Arc<Validator>>>,
-    patience: Mutex<Vec<Arc<Patience>>>,
-    handlers: Handlers,
+    checks: Checks,
+    handlers: Arc<Handlers>,
 }
 
 #[derive(Clone)]
-struct State {
+struct DatabaseState {
     configuration: Arc<Configuration>,
-    session: Session,
+    session: ChangeSession,
     /// The files as they were read.
     files: Files,
     /// What they say and only the next start can have.
@@ -114,7 +114,7 @@ pub fn parse_change(text: &str) -> Result<(String, String), Report> {
     let mut problems = Problems::default();
     let split = parse_set(text, None, 0, &mut problems).and_then(|_| first_equals(text));
     split.map(|equals| (text[..equals].trim().into(), text[equals + 1..].trim().into())).ok_or_else(|| {
-        let sources = Sources(vec![Source::setting(SourceKind::Change, text)]);
+        let sources = Sources(vec![SettingSource::setting(SourceKind::Change, text)]);
         report(&sources, problems)
     })
 }
@@ -144,29 +144,29 @@ impl Database {
         (changes, over): (&[String], &[Vec<String>]),
     ) -> Result<Self, Report> {
         let main = Main::Text { name: name.into(), text: text.into() };
-        let mut session = Session::default();
+        let mut session = ChangeSession::default();
         for table in changes.iter().filter_map(|change| super::set::flat(change)) {
             session.add(&table);
         }
         session.0.retain(|change| !over.iter().any(|path| change.path.starts_with(path)));
         let texts = session.texts();
         let written: Vec<_> = texts.iter().map(|text| Written { text, equals: None }).collect();
-        let request = Request { changes: &written, ..Request::new(&main, &options) };
-        let Read { result, files, .. } = read(&request, Files::default());
+        let request = ReadRequest { changes: &written, ..ReadRequest::new(&main, &options) };
+        let ReadOutcome { result, files, .. } = read(&request, Files::default());
         Ok(Self::beginning(main, options, (result?, session, files)))
     }
 
     fn new(main: Main, options: Options) -> Result<Self, Report> {
-        let Read { result, files, .. } = read_all(&main, &options);
-        Ok(Self::beginning(main, options, (result?, Session::default(), files)))
+        let ReadOutcome { result, files, .. } = read_all(&main, &options);
+        Ok(Self::beginning(main, options, (result?, ChangeSession::default(), files)))
     }
 
     fn beginning(
         main: Main,
         options: Options,
-        (configuration, session, files): (Configuration, Session, Files),
+        (configuration, session, files): (Configuration, ChangeSession, Files),
     ) -> Self {
-        let state = State {
+        let state = DatabaseState {
             configuration: Arc::new(configuration),
             session,
             files,
@@ -174,14 +174,13 @@ impl Database {
             covered: Vec::new(),
             generation: 0,
         };
-        let shared = Shared {
+        let shared = SharedDatabase {
             main,
             options,
             state: Mutex::new(state),
             turn: Mutex::default(),
-            validators: Mutex::default(),
-            patience: Mutex::default(),
-            handlers: Handlers::default(),
+            checks: Checks::default(),
+            handlers: Arc::default(),
         };
         Self { shared: Arc::new(shared) }
     }
@@ -227,7 +226,64 @@ impl Database {
         }
     }
 
-    fn state(&self) -> State {
+    /// What edited files say and only the next start can have: `before` holds until then, `after` from there on.
+    pub fn waiting(&self) -> Vec<Change> {
+        lock(&self.shared.state).waiting.clone()
+    }
+
+    /// What edited files say otherwise than was set at run time: `before` holds, `after` is in the files. It is nothing
+    /// any more once it is set again, or taken back.
+    pub fn covered(&self) -> Vec<Change> {
+        lock(&self.shared.state).covered.clone()
+    }
+
+    /// Adds a check of proposals, such as of the parameters of modules; a change that a check objects to is refused.
+    /// Checks are called in the thread that proposes, in the order in which they were added.
+    pub fn validate_with(&self, validator: Box<Validator>) {
+        self.shared.checks.add_validator(validator.into());
+    }
+
+    /// Adds who knows which changes of an edited file have to wait for the next start, by their places in the list.
+    /// Those keep their values, and the rest of the edit is taken over. A change that is made by [`set`](Self::set)
+    /// does not wait: it holds at once or is refused.
+    pub fn wait_with(
+        &self,
+        check: impl Fn(&Configuration, &[Change]) -> BTreeSet<usize> + Send + Sync + 'static,
+    ) {
+        self.shared.checks.add_restart_check(Arc::new(check));
+    }
+
+    /// Has a handler called after each commit that changes something at a path or below it, with these changes in
+    /// the order of their paths; an empty path is everything, and `robots.r2` all that belongs to that robot.
+    ///
+    /// Handlers are called one after the other, in the order of their subscription, by the thread that commits (see
+    /// [`Proposal::commit`]). A handler may read the database, change it, and subscribe; one that panics stops
+    /// nobody else. No handler is called any more once its subscription was dropped, but a call under way ends.
+    ///
+    /// # Errors
+    /// The path is none.
+    pub fn subscribe(
+        &self,
+        path: &str,
+        handler: impl FnMut(&Database, &[Change]) + Send + 'static,
+    ) -> Result<Subscription, Report> {
+        let prefix = Prefix::parse(path, self.current().described_as())?;
+        Ok(self.shared.handlers.subscribe(prefix, handler))
+    }
+
+    /// Takes over the files of the configuration, included ones too, when they are edited, within a second.
+    ///
+    /// A thread looks at what stands at their paths, so it doesn't matter how an editor replaces them. `told` is
+    /// called in that thread with what became of an edit, or with what is wrong with it; then nothing changes,
+    /// and the next edit is tried. Changes made at run time stay on top.
+    ///
+    /// # Errors
+    /// There can be no more threads.
+    pub fn watch(&self, told: impl FnMut(Result<Edit, Report>) + Send + 'static) -> Result<Watch, Report> {
+        Watch::begin(self.clone(), told)
+    }
+
+    fn state(&self) -> DatabaseState {
         lock(&self.shared.state).clone()
     }
 }

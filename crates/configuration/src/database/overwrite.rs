@@ -2,14 +2,13 @@
 //!
 //! All of these return the comments that have lost their place, a line each.
 
-use toml_edit::{Array, Item, Table};
+use toml_edit::{Array, Decor, InlineTable, Item, Table};
 
 use super::super::compare::same;
 use super::super::problems::Problems;
 use super::super::source::Span;
 use super::super::value::{self, Value};
 use super::comments;
-use super::edit::insert_inline;
 
 /// Makes an item what a value says.
 pub(super) fn overwrite(item: &mut Item, value: &Value) -> String {
@@ -118,4 +117,15 @@ fn shorten(array: &mut Array, length: usize) {
         let trailing = format!("\n{kept}{}", trailing.strip_prefix('\n').unwrap_or(trailing));
         array.set_trailing(trailing);
     }
+}
+
+/// Adds to an inline table; the blank before its brace stays there.
+pub(super) fn insert_inline(table: &mut InlineTable, key: &str, mut value: toml_edit::Value) {
+    if let Some((_, last)) = table.iter_mut().last()
+        && let Some(suffix) = last.decor().suffix().and_then(|suffix| suffix.as_str()).map(str::to_owned)
+    {
+        last.decor_mut().set_suffix("");
+        *value.decor_mut() = Decor::new(" ", suffix);
+    }
+    table.insert(key, value);
 }

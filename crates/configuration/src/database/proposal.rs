@@ -1,32 +1,7 @@
+use std::collections::BTreeMap;
 use std::convert::Infallible;
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
 
 use super::*;
-
-/// Finds out whether a configuration can be used.
-pub(super) type Validator = dyn Fn(&Configuration, &[Change]) -> Result<(), Report> + Send + Sync;
-
-/// A setting that changes.
-#[derive(Clone, Debug)]
-pub struct Change {
-    /// Its path, as `--set` takes it; the names of robots are part of those of their modules.
-    pub path: String,
-    /// The value until now, if there was one.
-    pub before: Option<Value>,
-    /// The value from now on, if there is one.
-    pub after: Option<Value>,
-    pub(super) names: Vec<String>,
-    /// With how many of the names there was something before.
-    pub(super) known: usize,
-}
-
-impl Change {
-    /// The names of the path, such as `modules`, `r2/planner`, `params`, `speed`.
-    pub fn names(&self) -> &[String] {
-        &self.names
-    }
-}
 
 /// A configuration that is valid and could hold from now on.
 #[derive(Clone, Debug)]
@@ -34,7 +9,7 @@ impl Change {
 pub struct Proposal {
     database: Database,
     configuration: Arc<Configuration>,
-    session: Session,
+    session: ChangeSession,
     files: Files,
     changes: Vec<Change>,
     waiting: Vec<Change>,
@@ -44,7 +19,7 @@ pub struct Proposal {
 }
 
 /// The files that a proposal is read from.
-pub(super) enum Texts {
+pub(super) enum ProposalFiles {
     /// Those of the state.
     Known(Files),
     /// Others, of which some settings may have to wait.
@@ -113,7 +88,8 @@ impl Proposal {
                 return Some(Err(error));
             }
             let mut state = lock(&shared.state);
-            *state = State { configuration, session, files, waiting, covered, generation: generation + 1 };
+            *state =
+                DatabaseState { configuration, session, files, waiting, covered, generation: generation + 1 };
             shared.handlers.queue(&changes);
         }
         shared.handlers.deliver(&database);
@@ -156,7 +132,52 @@ impl Database {
         let written: Vec<_> =
             texts.iter().map(|(text, equals)| Written { text, equals: Some(*equals) }).collect();
         let files = state.files.clone();
-        self.proposal(state, &written, Texts::Known(files)).0
+        self.proposal(state, &written, ProposalFiles::Known(files)).0
+    }
+
+    /// The configuration with other values at some paths, each as `--set` takes it, whatever the session says there.
+    /// What has none is as the files and the command line say; if they say anything, it is as `unset` says instead, and a
+    /// link is taken away.
+    ///
+    /// # Errors
+    /// As of [`propose`](Self::propose).
+    pub fn replace(
+        &self,
+        settings: &[(String, Option<String>)],
+        unset: &BTreeMap<String, String>,
+    ) -> Result<Proposal, Report> {
+        let mut state = self.state();
+        for (path, _) in settings {
+            let prefix = Prefix::parse(path, state.configuration.described_as())?;
+            state.session.0.retain(|change| !prefix.holds(&change.path));
+        }
+        let SharedDatabase { main, options, .. } = &*self.shared;
+        let others = state.session.texts();
+        let others: Vec<_> = others.iter().map(|text| Written { text, equals: None }).collect();
+        let request =
+            ReadRequest { waiting: &state.waiting, changes: &others, ..ReadRequest::new(main, options) };
+        let without = read(&request, state.files.clone()).result?;
+        let mut changes = Vec::new();
+        for (path, value) in settings {
+            let is_link = path.starts_with("links.");
+            let said = without.value(path).map(|said| &said.value);
+            let said = said.filter(|said| !(is_link && **said == Value::Bool(false))).map(Value::to_string);
+            if said == *value {
+                continue;
+            }
+            if is_link {
+                // First it is taken away, so that nothing is left of what was said of it besides.
+                changes.push((path, "false".to_owned()));
+            }
+            let value = value.clone().or_else(|| unset.get(path).cloned());
+            changes.extend(value.map(|value| (path, value)));
+        }
+        let texts: Vec<_> =
+            changes.iter().map(|(path, value)| (format!("{path}={value}"), path.len())).collect();
+        let written: Vec<_> =
+            texts.iter().map(|(text, equals)| Written { text, equals: Some(*equals) }).collect();
+        let files = state.files.clone();
+        self.proposal(state, &written, ProposalFiles::Known(files)).0
     }
 
     /// The configuration without the session's changes at a path and below it; an empty path is all of them.
@@ -185,7 +206,7 @@ impl Database {
     /// # Errors
     /// Everything that is wrong with any of the layers, and what the validators object to.
     pub fn reload(&self) -> Result<Proposal, Report> {
-        self.proposal(self.state(), &[], Texts::Edited(Files::default())).0
+        self.proposal(self.state(), &[], ProposalFiles::Edited(Files::default())).0
     }
 
     /// What is wrong with files that were edited since they were read and can't be taken over; what they said before
@@ -196,36 +217,33 @@ impl Database {
         if state.files.hold_in(&now) {
             return None;
         }
-        self.proposal(state, &[], Texts::Edited(now)).0.err()
-    }
-
-    /// Adds a check of proposals, such as of the parameters of modules; a change that a check objects to is refused.
-    /// Checks are called in the thread that proposes, in the order in which they were added.
-    pub fn validate_with(&self, validator: Box<Validator>) {
-        lock(&self.shared.validators).push(validator.into());
+        self.proposal(state, &[], ProposalFiles::Edited(now)).0.err()
     }
 
     /// What comes of changes on top of a state, and the files that were read for it.
     pub(super) fn proposal(
         &self,
-        state: State,
+        state: DatabaseState,
         changes: &[Written<'_>],
-        texts: Texts,
+        texts: ProposalFiles,
     ) -> (Result<Proposal, Report>, Files) {
-        let State { configuration: before, mut session, mut waiting, mut covered, generation, .. } = state;
+        let DatabaseState {
+            configuration: before, mut session, mut waiting, mut covered, generation, ..
+        } = state;
         let earlier = session.texts();
         let earlier = earlier.iter().map(|text| Written { text, equals: None });
         let written: Vec<_> = earlier.chain(changes.iter().copied()).collect();
-        let Shared { main, options, .. } = &*self.shared;
+        let SharedDatabase { main, options, .. } = &*self.shared;
         let request = |waiting: &[Change], files| {
-            read(&Request { waiting, changes: &written, ..Request::new(main, options) }, files)
+            read(&ReadRequest { waiting, changes: &written, ..ReadRequest::new(main, options) }, files)
         };
-        let is_edited = matches!(texts, Texts::Edited(_));
+        let is_edited = matches!(texts, ProposalFiles::Edited(_));
         let read = match texts {
-            Texts::Known(files) => request(&waiting, files),
-            Texts::Edited(files) => {
+            ProposalFiles::Known(files) => request(&waiting, files),
+            ProposalFiles::Edited(files) => {
                 let read = request(&[], files);
-                let wait = |configuration| self.held(configuration, &list(&before, configuration));
+                let wait =
+                    |configuration| self.shared.checks.waiting(configuration, &list(&before, configuration));
                 waiting = read.result.as_ref().map_or(Vec::new(), wait);
                 if waiting.is_empty() { read } else { request(&waiting, read.files) }
             }
@@ -233,7 +251,7 @@ impl Database {
         let files = read.files;
         let result = read.result.and_then(|configuration| {
             let new = read.changes.len() - changes.len();
-            let mut set_again = Session::default();
+            let mut set_again = ChangeSession::default();
             for change in &read.changes[new..] {
                 session.add(change);
                 set_again.add(change);
@@ -246,7 +264,7 @@ impl Database {
             covered.retain(|covered| session.has(&covered.names) && !set_again.has(&covered.names));
             let changes = list(&before, &configuration);
             // Everything was read and nothing is changed yet; shown are the texts as they were given.
-            self.validate(&configuration, &changes)?;
+            self.shared.checks.validate(&configuration, &changes)?;
             Ok(Proposal {
                 database: self.clone(),
                 configuration: Arc::new(configuration),
@@ -260,27 +278,11 @@ impl Database {
         });
         (result, files)
     }
-
-    fn validate(&self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
-        let validators = lock(&self.shared.validators).clone();
-        let mut diagnostics = Vec::new();
-        for validator in validators {
-            match catch_unwind(AssertUnwindSafe(|| validator(configuration, changes))) {
-                Ok(Ok(())) => {}
-                Ok(Err(report)) => diagnostics.extend_from_slice(report.diagnostics()),
-                Err(_) => diagnostics.push(Diagnostic::without_place(
-                    "a check of the configuration panicked",
-                    Some("this is a mistake in the program, not in the configuration".into()),
-                )),
-            }
-        }
-        if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics.into()) }
-    }
 }
 
 fn list(before: &Configuration, after: &Configuration) -> Vec<Change> {
     let all = &before.merged;
-    let change = |(names, before, after): super::super::compare::Pair<'_>| Change {
+    let change = |(names, before, after): super::super::compare::ValuePair<'_>| Change {
         path: path::render(&names),
         before: before.map(|value| value.value.clone()),
         after: after.map(|value| value.value.clone()),

@@ -5,7 +5,7 @@ use toml_edit::DocumentMut;
 
 use super::super::files;
 use super::super::path::render;
-use super::super::value::{Entry, Table};
+use super::super::value::{Table, TableEntry};
 use super::*;
 
 /// Where changes are saved to.
@@ -89,7 +89,7 @@ impl Database {
     }
 
     /// The files with the changes in them.
-    fn edit(&self, state: &State, to: SaveTo) -> Result<Vec<Edited>, Report> {
+    fn edit(&self, state: &DatabaseState, to: SaveTo) -> Result<Vec<Edited>, Report> {
         let configuration = &*state.configuration;
         let mut documents: BTreeMap<usize, DocumentMut> = BTreeMap::new();
         let of_others = self.files_of_others(configuration);
@@ -131,12 +131,13 @@ impl Database {
             if let Some(place) = home::home(configuration, &path)
                 .map(|id| home::place(configuration, id, is_of_others))
                 .filter(|place| place.stands)
-                && let Some(document) = configuration.sources().get(place.text).and_then(Source::document)
+                && let Some(document) =
+                    configuration.sources().get(place.text).and_then(SettingSource::document)
             {
                 let document = documents.entry(place.text).or_insert_with(|| document.clone().into_mut());
                 let document = edit::part(document, place.agent);
                 let table = &path[..path.len() - 1];
-                let is_empty = |entry: &Entry| entry.value.as_table().is_some_and(Table::is_empty);
+                let is_empty = |entry: &TableEntry| entry.value.as_table().is_some_and(Table::is_empty);
                 if configuration.merged.entry(table).is_some_and(is_empty) {
                     edit::empty(document, table);
                 } else {
@@ -156,25 +157,26 @@ impl Database {
 
     /// The files that other agents of the same file read too.
     fn files_of_others(&self, configuration: &Configuration) -> BTreeSet<PathBuf> {
-        let Shared { main, options, .. } = &*self.shared;
+        let SharedDatabase { main, options, .. } = &*self.shared;
         let others = configuration.described.iter().flat_map(|described| &described.others);
         let read = others.flat_map(|other| {
             let options = Options { agent: Some(other.clone()), ..options.clone() };
-            read(&Request { elsewhere: true, ..Request::new(main, &options) }, Files::default()).paths
+            read(&ReadRequest { elsewhere: true, ..ReadRequest::new(main, &options) }, Files::default()).paths
         });
         read.collect()
     }
 
     /// What holds once the files are written: the same, with as little of the session as that takes.
-    fn reread(&self, state: &State, files: Files) -> Result<State, Report> {
-        let Shared { main, options, .. } = &*self.shared;
+    fn reread(&self, state: &DatabaseState, files: Files) -> Result<DatabaseState, Report> {
+        let SharedDatabase { main, options, .. } = &*self.shared;
         let before = &state.configuration;
         // The next start has what waits.
         if !state.waiting.is_empty() {
-            read(&Request::new(main, options), files.clone()).result?;
+            read(&ReadRequest::new(main, options), files.clone()).result?;
         }
-        let without = read(&Request { waiting: &state.waiting, ..Request::new(main, options) }, files)
-            .result_and_files()?;
+        let without =
+            read(&ReadRequest { waiting: &state.waiting, ..ReadRequest::new(main, options) }, files)
+                .result_and_files()?;
         let mut session = state.session.clone();
         // What the command line sets otherwise stays changed.
         session.0.retain(|change| {
@@ -193,7 +195,7 @@ impl Database {
             without
         } else {
             let request =
-                Request { waiting: &state.waiting, changes: &written, ..Request::new(main, options) };
+                ReadRequest { waiting: &state.waiting, changes: &written, ..ReadRequest::new(main, options) };
             read(&request, without.1).result_and_files()?
         };
         let lost = differences(&before.merged, &configuration.merged).into_iter().map(|(path, ..)| path);
@@ -207,7 +209,7 @@ impl Database {
             ));
         }
         let (waiting, generation) = (state.waiting.clone(), state.generation + 1);
-        Ok(State {
+        Ok(DatabaseState {
             configuration: Arc::new(configuration),
             session,
             files,
@@ -218,7 +220,7 @@ impl Database {
     }
 }
 
-impl Read {
+impl ReadOutcome {
     fn result_and_files(self) -> Result<(Configuration, Files), Report> {
         Ok((self.result?, self.files))
     }

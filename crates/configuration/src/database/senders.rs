@@ -1,11 +1,10 @@
 //! Changes of a list of senders or commands, as a document has it.
 
-use toml_edit::{Array, InlineTable, Item, TableLike};
+use toml_edit::{Array, InlineTable, Item};
 
-use super::super::scope::{in_agent, in_scope};
 use super::super::senders::{UNNAMED, is_sender};
 use super::super::value::Value;
-use super::edit::locate;
+use super::location::{is_it, item_at, locate, short};
 
 /// The list of a path that leads to one of its names: a link with its senders, or the commands of an actuator.
 fn list_of(path: &[String]) -> Option<(&[String], &str, &[String])> {
@@ -18,36 +17,6 @@ fn list_of(path: &[String]) -> Option<(&[String], &str, &[String])> {
         }
         _ => None,
     }
-}
-
-pub(super) fn item_at<'a>(part: &'a mut Item, keys: &[String]) -> Option<&'a mut Item> {
-    keys.iter().try_fold(part, |item, key| item.as_table_like_mut()?.get_mut(key))
-}
-
-/// A sender as it is written in the scope of a robot.
-fn short(sender: &str, scope: &str) -> String {
-    let path = ["links", ""].map(String::from);
-    match in_scope(&path, &Value::Text(sender.into()), scope) {
-        Value::Text(short) => short,
-        _ => sender.into(),
-    }
-}
-
-fn is_it(text: &str, sender: &str, scope: &str) -> bool {
-    text == sender || in_agent(scope)(text).is_some_and(|whole| whole == sender)
-}
-
-/// The key that the last name has in the table of its list: the one that stands there, or the short one.
-pub(super) fn written(root: &dyn TableLike, keys: &[String], scope: &str) -> String {
-    let Some((sender, [first, list @ ..])) = keys.split_last() else { return String::new() };
-    if !sender.contains('/') {
-        return sender.clone();
-    }
-    let item =
-        list.iter().try_fold(root.get(first), |item, key| Some(item?.as_table_like()?.get(key))).flatten();
-    let table = item.and_then(Item::as_table_like);
-    let own = table.and_then(|table| table.iter().map(|(key, _)| key).find(|key| is_it(key, sender, scope)));
-    own.map_or_else(|| short(sender, scope), str::to_owned)
 }
 
 /// Adds a sender to a list, and says whether that was all; a list that can't say it becomes a table.

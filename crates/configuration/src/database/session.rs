@@ -4,16 +4,16 @@ use super::super::value::{Table, Value};
 
 /// Changes made at run time, in their order.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Session(pub(super) Vec<Changed>);
+pub(super) struct ChangeSession(pub(super) Vec<SessionChange>);
 
 /// What one setting was changed to; its value is a table only if that is empty.
 #[derive(Clone, Debug)]
-pub(super) struct Changed {
+pub(super) struct SessionChange {
     pub(super) path: Vec<String>,
     pub(super) value: Value,
 }
 
-impl Session {
+impl ChangeSession {
     /// Adds what a change says.
     pub(super) fn add(&mut self, change: &Table) {
         leaves(change, &[], &mut |path, value| {
@@ -21,7 +21,7 @@ impl Session {
             if value.as_table().is_none() {
                 self.0.retain(|earlier| !earlier.path.starts_with(&path));
             }
-            self.0.push(Changed { path, value: value.value.clone() });
+            self.0.push(SessionChange { path, value: value.value.clone() });
         });
     }
 

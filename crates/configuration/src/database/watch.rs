@@ -28,6 +28,30 @@ pub struct Watch {
     thread: Option<JoinHandle<()>>,
 }
 
+impl Watch {
+    /// Begins a thread that looks at the files of a database.
+    pub(super) fn begin(
+        database: Database,
+        told: impl FnMut(Result<Edit, Report>) + Send + 'static,
+    ) -> Result<Self, Report> {
+        let (stop, stopped) = mpsc::channel();
+        let mut watcher = FileWatcher { database, seen: None, refused: None };
+        let mut told = told;
+        let run = move || {
+            while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
+                if let Some(result) = watcher.look() {
+                    // The next edit is to be taken over even if nobody learns of this one.
+                    let _ = catch_unwind(AssertUnwindSafe(|| told(result)));
+                }
+            }
+        };
+        let thread = thread::Builder::new().name("configuration".into()).spawn(run).map_err(|error| {
+            refusal(format!("can't watch the configuration: {error}"), "end what has too many threads")
+        })?;
+        Ok(Self { stop: Some(stop), thread: Some(thread) })
+    }
+}
+
 impl Drop for Watch {
     /// Waits for the end of a call under way, except in that call itself.
     fn drop(&mut self) {
@@ -46,35 +70,7 @@ impl fmt::Debug for Watch {
     }
 }
 
-impl Database {
-    /// Takes over the files of the configuration, included ones too, when they are edited, within a second.
-    ///
-    /// A thread looks at what stands at their paths, so it doesn't matter how an editor replaces them. `told` is
-    /// called in that thread with what became of an edit, or with what is wrong with it; then nothing changes,
-    /// and the next edit is tried. Changes made at run time stay on top.
-    ///
-    /// # Errors
-    /// There can be no more threads.
-    pub fn watch(&self, told: impl FnMut(Result<Edit, Report>) + Send + 'static) -> Result<Watch, Report> {
-        let (stop, stopped) = mpsc::channel();
-        let mut watcher = Watcher { database: self.clone(), seen: None, refused: None };
-        let mut told = told;
-        let run = move || {
-            while stopped.recv_timeout(PERIOD) == Err(RecvTimeoutError::Timeout) {
-                if let Some(result) = watcher.look() {
-                    // The next edit is to be taken over even if nobody learns of this one.
-                    let _ = catch_unwind(AssertUnwindSafe(|| told(result)));
-                }
-            }
-        };
-        let thread = thread::Builder::new().name("configuration".into()).spawn(run).map_err(|error| {
-            refusal(format!("can't watch the configuration: {error}"), "end what has too many threads")
-        })?;
-        Ok(Watch { stop: Some(stop), thread: Some(thread) })
-    }
-}
-
-struct Watcher {
+struct FileWatcher {
     database: Database,
     /// What stood on the disk at the last look, if it was new.
     seen: Option<Files>,
@@ -90,7 +86,7 @@ struct Refused {
     report: String,
 }
 
-impl Watcher {
+impl FileWatcher {
     fn look(&mut self) -> Option<Result<Edit, Report>> {
         let state = self.database.state();
         let generation = state.generation;
@@ -113,7 +109,7 @@ impl Watcher {
                 return None;
             }
         }
-        let (result, files) = self.database.proposal(state, &[], Texts::Edited(now));
+        let (result, files) = self.database.proposal(state, &[], ProposalFiles::Edited(now));
         match result {
             // Overtaken by another change: the next look tries again.
             Ok(proposal) => {

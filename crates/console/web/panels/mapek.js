@@ -10,7 +10,7 @@ function Block({ module, interfaces, readings, active }) {
   const short = module.name.slice(module.name.lastIndexOf("/") + 1);
   const state = module.panics ? "bad" : module.condition === "INACTIVE" ? "off" : module.misses ? "degraded" : undefined;
   return html`<article class="block" data-active=${active ?? ""} data-state=${state}>
-    <header><b>${short}</b> <span class="muted">${module.condition === "WORKING" ? "" : word(module.condition)}</span></header>
+    <header><b>${short}</b> <span class="muted">${module.condition === "WORKING" ? "" : word(module.condition)}${module.waiting_for ? ` for ${module.waiting_for}` : ""}</span></header>
     ${module.outputs.map(({ path, interface: name, doc }) => {
       const reading = readings[path];
       return html`<button class="output" key=${path} title=${`${doc} /${path}`} onClick=${() => select(path)}>

@@ -35,8 +35,8 @@ function Panel() {
   const [loop, cycle] = [value("loop/state"), value("loop/histogram")];
   return html`<div class="overview scroll" tabindex="0" role="group" aria-label="Overview">
     ${ill.length > 0 && html`<section><div class="group"><h3>Needs attention</h3></div><dl>
-      ${ill.map(({ name, condition, misses, panics }) => html`<${Field} key=${name} name=${name} state=${HEALTHY.includes(condition) ? "degraded" : "bad"}>
-        ${word(condition)}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl></section>`}
+      ${ill.map(({ name, condition, waiting_for: port, misses, panics }) => html`<${Field} key=${name} name=${name} state=${HEALTHY.includes(condition) ? "degraded" : "bad"}>
+        ${word(condition)}${port ? ` for ${port}` : ""}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl></section>`}
     ${statuses.map((path) => html`<${Robot} key=${path} name=${path.split("/")[0]} status=${value(path)} />`)}
     ${clearances.length > 0 && html`<section><div class="group"><h3>Clearance</h3></div><dl>
       ${clearances.map((path) => html`<${Field} key=${path} name=${path.replace(/^simulator\//, "").replace(/\/clearance$/, "")}>

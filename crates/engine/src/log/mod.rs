@@ -45,7 +45,7 @@ use thread::Thread;
 
 /// How an agent logs.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct LogSettings {
     /// Which lines of which module.
     pub levels: Levels,
     /// How many lines of one text a module may write in a second of the agent's time; what is beyond is summed up in
@@ -94,7 +94,7 @@ impl Logger {
     ///
     /// # Errors
     /// When its thread can't be started.
-    pub fn new(settings: Settings, targets: Vec<Box<dyn LogTarget>>) -> std::io::Result<Self> {
+    pub fn new(settings: LogSettings, targets: Vec<Box<dyn LogTarget>>) -> std::io::Result<Self> {
         let places = COMMON as usize + OWN as usize * (settings.modules + 1);
         let (messages, receiver) = buffer(places);
         let counts = Arc::new(Counts::default());

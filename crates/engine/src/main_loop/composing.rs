@@ -1,13 +1,14 @@
 //! What the loop runs is made beside it, and exchanged between two cycles.
 
-use std::sync::atomic::Ordering;
-use std::sync::{Arc, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
+
+use slate_module::Level;
 
 use super::cycle::Position;
 use super::gauges::StageGauge;
 use super::guest::{Absent, Guest};
-use super::plan::{Parts, Plan};
-use super::{Core, Levels, Schedule, Seat, Shared, Takeover, Watch};
+use super::plan::{Plan, PlanParts};
+use super::{Core, Levels, ModuleThreads, Schedule, Seat, Shared, TAKEOVER, Takeover, WatchedModule};
 use crate::actuators::Actuator;
 use crate::clock::TimeSource;
 
@@ -16,7 +17,7 @@ pub(super) struct Prepared {
     program: Plan,
     /// That of a module's stages, and their number.
     module: Option<(u64, Plan)>,
-    watched: Arc<[Watch]>,
+    watched: Arc<[WatchedModule]>,
 }
 
 /// What the loop needs no longer, to be dropped by somebody else.
@@ -27,6 +28,63 @@ pub(super) struct Replaced {
     takeover: Option<Guest<Arc<Takeover>>>,
     time_source: Option<Guest<dyn TimeSource>>,
     returned: Vec<Absent>,
+}
+
+/// What the loop runs, for those who change it.
+#[derive(Default)]
+pub(super) struct LoopMembers {
+    /// Whoever makes plans has it until they are exchanged.
+    planning: Mutex<()>,
+    parts: Mutex<PlanParts>,
+    watched: Mutex<Arc<[WatchedModule]>>,
+    /// For a stop, which waits for nothing else.
+    gates: Mutex<Arc<[Arc<Actuator>]>>,
+    threads: Mutex<ModuleThreads>,
+}
+
+impl LoopMembers {
+    /// None yet, on a loop with those stages.
+    pub fn new(schedule: Schedule) -> Self {
+        Self { parts: Mutex::new(PlanParts { schedule, ..PlanParts::default() }), ..Self::default() }
+    }
+
+    /// What plans are made from.
+    pub fn parts(&self) -> MutexGuard<'_, PlanParts> {
+        lock(&self.parts)
+    }
+
+    /// The modules that the watchdog watches.
+    pub fn watched(&self) -> MutexGuard<'_, Arc<[WatchedModule]>> {
+        lock(&self.watched)
+    }
+
+    /// The gates.
+    pub fn gates(&self) -> MutexGuard<'_, Arc<[Arc<Actuator>]>> {
+        lock(&self.gates)
+    }
+
+    /// The threads of modules.
+    pub fn threads(&self) -> MutexGuard<'_, ModuleThreads> {
+        lock(&self.threads)
+    }
+
+    /// Who has it makes plans, and nobody else does.
+    fn planning(&self) -> MutexGuard<'_, ()> {
+        lock(&self.planning)
+    }
+
+    /// The same for who waits for nobody.
+    fn try_planning(&self) -> Option<MutexGuard<'_, ()>> {
+        match self.planning.try_lock() {
+            Ok(planning) => Some(planning),
+            Err(TryLockError::Poisoned(error)) => Some(error.into_inner()),
+            Err(TryLockError::WouldBlock) => None,
+        }
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Shared {
@@ -45,17 +103,17 @@ impl Shared {
         actuators: Vec<Arc<Actuator>>,
         work: impl FnOnce() -> Result<R, E> + Send + 'static,
     ) -> Option<Result<R, E>> {
-        let planning = self.planning();
-        let mut parts = self.parts();
+        let planning = self.members.planning();
+        let mut parts = self.members.parts();
         let before = (parts.levels.clone(), parts.threaded.clone());
         (parts.levels, parts.threaded) = (levels, threaded);
         drop(parts);
         let gates = actuators.iter().cloned().collect();
         let result = self.rebuild(&planning, Some(actuators), work);
         match result {
-            Some(Ok(_)) => *self.members.gates.lock().unwrap_or_else(PoisonError::into_inner) = gates,
+            Some(Ok(_)) => *self.members.gates() = gates,
             _ => {
-                let mut parts = self.parts();
+                let mut parts = self.members.parts();
                 (parts.levels, parts.threaded) = before;
                 self.watch(&parts);
             }
@@ -66,14 +124,9 @@ impl Shared {
     /// From the next cycle on these are the program's stages, which the loop has while no module has taken it with
     /// others.
     pub fn set_schedule(&self, schedule: Schedule) {
-        let planning = self.planning();
-        self.parts().schedule = schedule;
+        let planning = self.members.planning();
+        self.members.parts().schedule = schedule;
         self.rebuild(&planning, None, || Ok::<(), ()>(()));
-    }
-
-    /// Who has it makes plans, and nobody else does.
-    pub(super) fn planning(&self) -> MutexGuard<'_, ()> {
-        self.members.planning.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Makes the plans anew and exchanges them between two cycles, after `work`.
@@ -103,7 +156,7 @@ impl Shared {
 
     /// Makes the plans.
     pub(super) fn prepare(&self, _: &MutexGuard<'_, ()>) -> Prepared {
-        let mut parts = self.parts();
+        let mut parts = self.members.parts();
         parts.look_at_takeover();
         let before = std::mem::take(&mut parts.gauges);
         let stages =
@@ -120,7 +173,7 @@ impl Shared {
         let plans = [Some(&program), module.as_ref().map(|(_, plan)| plan)].into_iter().flatten();
         let timeouts = plans.flat_map(|plan| &plan.stages).map(|stage| stage.timeout);
         let shortest = timeouts.filter(|timeout| *timeout > 0).min();
-        self.timeouts.shortest_timeout.store(shortest.unwrap_or(u64::MAX), Ordering::Relaxed);
+        self.timeouts.set_shortest(shortest);
         for gauge in before.values().chain(parts.gauges.values()) {
             let is_there = parts.stages().stages().iter().any(|stage| *stage.name == *gauge.name);
             if is_there { gauge.show(&self.board) } else { gauge.hide(&self.board) }
@@ -130,9 +183,10 @@ impl Shared {
     }
 
     /// Lets the watchdog watch the modules that are there.
-    fn watch(&self, parts: &Parts) -> Arc<[Watch]> {
-        let watched: Arc<[Watch]> = parts.watched().map(|(seat, stage)| Watch { seat, stage }).collect();
-        *self.members.watched.lock().unwrap_or_else(PoisonError::into_inner) = Arc::clone(&watched);
+    fn watch(&self, parts: &PlanParts) -> Arc<[WatchedModule]> {
+        let watched: Arc<[WatchedModule]> =
+            parts.watched().map(|(seat, stage)| WatchedModule { seat, stage }).collect();
+        *self.members.watched() = Arc::clone(&watched);
         // After they can be seen, so that a trace which begins now finds them there or here.
         self.tracing.add_tracks(&watched);
         watched
@@ -160,11 +214,81 @@ impl Shared {
         let actuators = actuators.map(|actuators| std::mem::replace(&mut core.actuators, actuators));
         // A run that was ended by a step that did not return has left in the middle of its cycle.
         core.position = Position::default();
-        self.timeouts.deadline.store(0, Ordering::Release);
+        self.timeouts.set_deadline(0);
         let takeover = core.takeover.take_if(|guest| guest.has_left(&watched));
         let takeover = takeover.and_then(|guest| core.let_go(guest));
         let time_source = core.time_source.take_if(|guest| guest.has_left(&watched));
         let returned = core.absent.extract_if(.., |absent| absent.has_returned()).collect();
         Replaced { plans, actuators, takeover, time_source, returned }
+    }
+
+    /// Sets the module that may take the loop, which is on the loop.
+    pub fn set_takeover(self: &Arc<Self>, module: Option<(Arc<Takeover>, Arc<Seat>)>) {
+        let planning = self.members.planning();
+        let place = module.as_ref().map(|(takeover, _)| Arc::clone(takeover));
+        let before = std::mem::replace(&mut self.members.parts().takeover, place.clone());
+        let guest =
+            module.map(|(code, seat)| Guest { what: TAKEOVER, seat: Some(seat), code: Box::new(code) });
+        let left = self.between_cycles(&[], move |shared| {
+            // SAFETY: jobs are done by who has the token.
+            let core = unsafe { shared.core() };
+            let left = std::mem::replace(&mut core.takeover, guest);
+            Some(left.and_then(|guest| core.let_go(guest)))
+        });
+        drop(left);
+        if let Some(before) = before {
+            before.close();
+            // The stages that it had.
+            self.rebuild(&planning, None, || Ok::<(), ()>(()));
+        }
+        // In lockstep the loop itself makes the plans, so that they are there in the same cycle in each run.
+        if let Some(takeover) = place.filter(|_| !self.lockstep) {
+            let (shared, own) = (Arc::downgrade(self), Arc::clone(&takeover));
+            let thread = std::thread::Builder::new().name("stages".into());
+            if let Err(error) = thread.spawn(move || make_plans(&shared, &own)) {
+                let text =
+                    format!("{} can't bring stages: a thread can't be started: {error}", takeover.module);
+                self.log().write(Level::Error, &text);
+            }
+        }
+    }
+
+    /// Makes plans for what the module wants now, and has the loop run them.
+    fn follow(&self, takeover: &Arc<Takeover>) {
+        takeover.calm();
+        takeover.sweep();
+        let planning = self.members.planning();
+        let mut parts = self.members.parts();
+        let is_present = parts.takeover.as_ref().is_some_and(|present| Arc::ptr_eq(present, takeover));
+        let is_changed = is_present && parts.look_at_takeover();
+        drop(parts);
+        if is_changed {
+            self.rebuild(&planning, None, || Ok::<(), ()>(()));
+        }
+    }
+
+    /// The same in lockstep, at the end of a cycle: it may take its time, and must not depend on that of others.
+    pub(super) fn follow_here(&self) {
+        // SAFETY: whoever calls it has the token; the reference ends before a module's code may run.
+        let takeover = unsafe { self.core() }.takeover.as_ref();
+        let Some(takeover) = takeover.filter(|guest| guest.code.is_stirred()) else { return };
+        let takeover = Arc::clone(&takeover.code);
+        // Else somebody changes the agent, and waits for the loop.
+        let Some(planning) = self.members.try_planning() else { return };
+        takeover.calm();
+        takeover.sweep();
+        if self.members.parts().look_at_takeover() {
+            let prepared = self.prepare(&planning);
+            // SAFETY: as above.
+            drop(self.install(unsafe { self.core() }, prepared, None));
+        }
+    }
+}
+
+/// The life of the thread that makes plans for a module's stages, as the loop has no time for that.
+fn make_plans(shared: &Weak<Shared>, takeover: &Arc<Takeover>) {
+    while takeover.wait() {
+        let Some(shared) = shared.upgrade() else { return };
+        shared.follow(takeover);
     }
 }

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use super::guest::{Asked, PutAway, ask};
+use super::guest::{Asked, PutAway, ask, dismiss};
 use super::takeover::Choice;
 use super::{
     Control, Core, Cycle, Flow, Playing, PolicyRole, STAGE_LIMIT, Seat, Shared, TakeoverRole, TimeRole,
     workers,
 };
 use crate::clock::monotonic;
-use crate::main_loop::policy::Place;
+use crate::main_loop::policy::LoopPosition;
 use crate::runner::StepCall;
 use crate::timing::Span;
 
@@ -145,7 +145,7 @@ fn begin(shared: &Shared) -> Option<Turn> {
         let core = unsafe { shared.core() };
         if let Some(put_away) = core.position.asking.take() {
             let text = format!("{} did not return; the default holds", put_away(core));
-            shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
+            shared.log().write(slate_module::Level::Error, &text);
         }
         (core.position.inside, core.time)
     };
@@ -209,16 +209,14 @@ fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
     core.time = Some(time);
     core.cycle += 1;
     shared.measures.gauges.cycles.store(core.cycle, Ordering::Relaxed);
-    shared.settle(core);
+    core.settle(&shared.log());
     let nominal = if shared.clock.is_driven() { time } else { shared.clock.at(beginning.nominal) };
     core.position = Position { inside: true, nominal, ..Position::default() };
     for seat in core.plan.early.iter().filter(|seat| seat.is_idle()) {
         // SAFETY: the seat is idle, and those of the plan belong to who has the token.
         unsafe { seat.runner() }.pin_early();
     }
-    if let Some(start) = shared.measures.cycle_start.as_ref().filter(|start| start.is_wanted()) {
-        start.emit();
-    }
+    shared.measures.emit_start();
 }
 
 /// What follows a stage.
@@ -246,7 +244,7 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
     if asks {
         // SAFETY: as above.
         let stages = Arc::clone(&unsafe { shared.core() }.plan.names);
-        let place = Place { after, stages: &stages, now: turn.now, cycle: turn.number };
+        let place = LoopPosition { after, stages: &stages, now: turn.now, cycle: turn.number };
         // SAFETY: as above.
         let number = unsafe { shared.core() }.course.number;
         let asked = match number {
@@ -261,8 +259,8 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
         // SAFETY: asking was not given up, so this thread still holds the token.
         let core = unsafe { shared.core() };
         let mut dismiss = |why: &str| match number {
-            0 => shared.dismiss::<PolicyRole>(core, why),
-            _ => shared.take_back(core, why),
+            0 => dismiss::<PolicyRole>(core, &shared.log(), why),
+            _ => core.take_back(&shared.log(), why),
         };
         match choice {
             Choice::InOrder => {}
@@ -299,7 +297,7 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
     position.deadline = 0;
     if stage.timeout > 0 && !shared.lockstep {
         position.deadline = turn.mark() + stage.timeout;
-        shared.timeouts.deadline.store(position.deadline, Ordering::Release);
+        shared.timeouts.set_deadline(position.deadline);
     }
     if shared.synchronization.is_wanted()
         && let Some(start) = stage.gauge.start.as_ref().filter(|start| start.is_wanted())
@@ -314,7 +312,7 @@ fn end_stage(shared: &Shared, core: &mut Core, turn: &mut Turn) {
     let Some(stage) = position.stage.and_then(|stage| plan.stages.get(stage)) else { return };
     if position.deadline != 0 {
         position.deadline = 0;
-        shared.timeouts.deadline.store(0, Ordering::Release);
+        shared.timeouts.set_deadline(0);
     }
     if position.stage_began != 0 && !stage.is_empty() {
         let duration = turn.mark().saturating_sub(position.stage_began);
@@ -415,10 +413,8 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     for actuator in &core.actuators {
         actuator.expire(turn.now, core.digest.as_mut());
     }
-    shared.wrote();
-    if let Some(end) = shared.measures.cycle_end.as_ref().filter(|end| end.is_wanted()) {
-        end.emit();
-    }
+    shared.hooks.wrote();
+    shared.measures.emit_end();
     let control = core.observer.as_mut().map_or(Control::Continue, |observer| {
         observer(&Cycle { now: turn.now, number: core.cycle, board: &shared.board })
     });
@@ -442,7 +438,7 @@ fn end(shared: &Shared, turn: &mut Turn) -> Flow {
     if shared.lockstep {
         shared.follow_here();
     }
-    if let Some(look) = shared.hooks.after_cycle.get()
+    if let Some(look) = shared.hooks.after_cycle()
         && look(shared, turn.now) == Flow::Lost
     {
         return Flow::Lost;

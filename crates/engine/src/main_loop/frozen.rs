@@ -27,35 +27,37 @@ pub struct FrozenLoop {
     pub time_source: Vec<u8>,
 }
 
-impl Shared {
+impl FrozenLoop {
     /// The loop between two cycles, as who has the token sees it.
-    pub fn freeze(&self, core: &Core) -> FrozenLoop {
+    pub fn of(shared: &Shared, core: &Core) -> Self {
         let own = core.time_source.as_ref().filter(|guest| guest.seat.is_none());
-        FrozenLoop {
+        let gauges = &shared.measures.gauges;
+        Self {
             cycle: core.cycle,
             time: core.time,
             digest: core.digest.clone(),
-            overruns: self.measures.gauges.overruns.load(Ordering::Relaxed),
-            refused_times: self.measures.gauges.refused_times.load(Ordering::Relaxed),
+            overruns: gauges.overruns.load(Ordering::Relaxed),
+            refused_times: gauges.refused_times.load(Ordering::Relaxed),
             time_source: own.map_or(Vec::new(), |guest| guest.code.save()),
         }
     }
 
     /// Whether the application's time source goes on from there; if so, it does.
-    pub fn thaw_time_source(&self, core: &mut Core, frozen: &FrozenLoop) -> bool {
+    pub fn thaw_time_source(&self, core: &mut Core) -> bool {
         let own = core.time_source.as_mut().filter(|guest| guest.seat.is_none());
-        own.is_none_or(|guest| guest.code.restore(&frozen.time_source))
+        own.is_none_or(|guest| guest.code.restore(&self.time_source))
     }
 
-    /// Lets the next cycle follow those of a frozen loop.
-    pub fn thaw(&self, core: &mut Core, frozen: FrozenLoop) {
-        core.cycle = frozen.cycle;
-        core.time = frozen.time;
-        core.digest = core.digest.take().and(frozen.digest).map(Digest::resumed);
+    /// Lets the next cycle follow those of this loop.
+    pub fn thaw(self, shared: &Shared, core: &mut Core) {
+        core.cycle = self.cycle;
+        core.time = self.time;
+        core.digest = core.digest.take().and(self.digest).map(Digest::resumed);
         core.position = Position::default();
         core.pace.restart();
-        self.measures.gauges.cycles.store(frozen.cycle, Ordering::Relaxed);
-        self.measures.gauges.overruns.store(frozen.overruns, Ordering::Relaxed);
-        self.measures.gauges.refused_times.store(frozen.refused_times, Ordering::Relaxed);
+        let gauges = &shared.measures.gauges;
+        gauges.cycles.store(self.cycle, Ordering::Relaxed);
+        gauges.overruns.store(self.overruns, Ordering::Relaxed);
+        gauges.refused_times.store(self.refused_times, Ordering::Relaxed);
     }
 }

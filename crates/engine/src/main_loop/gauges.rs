@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::{LoopState, Shared};
+use super::LoopState;
 use crate::synchronization::{Emitter, Synchronization};
 use crate::timing::{Histogram, Label, LiveHistogram, TimingHistogram, Trace};
 use slate_blackboard::channel::{Budget, Writer};
@@ -19,6 +19,19 @@ pub(super) struct LoopGauges {
     pub refused_times: AtomicU64,
     pub last: AtomicU64,
     pub histogram: LiveHistogram,
+}
+
+impl LoopGauges {
+    fn state(&self) -> LoopState {
+        let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
+        LoopState {
+            cycles: load(&self.cycles),
+            overruns: load(&self.overruns),
+            refused_times: load(&self.refused_times),
+            last: load(&self.last),
+            longest: self.histogram.max(),
+        }
+    }
 }
 
 /// What is measured of a stage, and who is told of it.
@@ -131,45 +144,76 @@ impl Publisher {
 }
 
 /// Timing is shown this often, of the agent's time and of the wall clock's.
-const INTERVAL: Duration = Duration::from_millis(100);
+pub(super) const INTERVAL: Duration = Duration::from_millis(100);
 
-impl Shared {
-    /// Shows what was measured, from any thread.
-    pub fn publish_timing(&self) {
-        let mut publisher = self.measures.publisher.lock().unwrap_or_else(PoisonError::into_inner);
+/// Whether timing was not shown for so long.
+fn is_old(shown: u64, now: u64) -> bool {
+    now.saturating_sub(shown) >= INTERVAL.as_nanos() as u64
+}
+
+/// What is measured and told of the loop.
+pub(super) struct LoopMeasures {
+    pub gauges: LoopGauges,
+    publisher: Mutex<Publisher>,
+    cycle_start: Option<Emitter>,
+    cycle_end: Option<Emitter>,
+}
+
+impl LoopMeasures {
+    pub fn new(board: &Board, synchronization: &Synchronization) -> Self {
+        let emitter = |name| synchronization.emitter(name, "main loop").ok();
+        Self {
+            gauges: LoopGauges::default(),
+            publisher: Mutex::new(Publisher::new(board)),
+            cycle_start: emitter("/cycle/start"),
+            cycle_end: emitter("/cycle/end"),
+        }
+    }
+
+    /// Tells those who wait for it that a cycle begins.
+    pub fn emit_start(&self) {
+        if let Some(start) = self.cycle_start.as_ref().filter(|start| start.is_wanted()) {
+            start.emit();
+        }
+    }
+
+    /// Tells those who wait for it that a cycle has ended.
+    pub fn emit_end(&self) {
+        if let Some(end) = self.cycle_end.as_ref().filter(|end| end.is_wanted()) {
+            end.emit();
+        }
+    }
+
+    fn publisher(&self) -> MutexGuard<'_, Publisher> {
+        self.publisher.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether it is time to show what was measured.
+    pub fn are_old(&self, now: u64) -> bool {
+        is_old(self.publisher().shown, now)
+    }
+
+    /// Shows what was measured of the loop, its stages and its modules, from any thread.
+    pub fn publish<'s>(
+        &self,
+        now: u64,
+        stages: impl Iterator<Item = &'s Arc<StageGauge>>,
+        modules: impl Iterator<Item = (&'s Publication, &'s LiveHistogram)>,
+    ) {
+        let mut publisher = self.publisher();
         let Publisher { state, histogram, copy, shown } = &mut *publisher;
-        let (now, gauges) = (self.clock.now(), &self.measures.gauges);
         *shown = now;
-        let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
-        let mut value = LoopState {
-            cycles: load(&gauges.cycles),
-            overruns: load(&gauges.overruns),
-            refused_times: load(&gauges.refused_times),
-            last: load(&gauges.last),
-            longest: gauges.histogram.max(),
-        };
+        let mut value = self.gauges.state();
         if let Some(state) = state {
             // As for the histograms.
             let _ = state.write(View::of(&mut value).bytes(), 0, now);
         }
-        histogram.show(&gauges.histogram, copy, now);
-        for gauge in self.parts().gauges.values() {
+        histogram.show(&self.gauges.histogram, copy, now);
+        for gauge in stages {
             gauge.publication.show(&gauge.histogram, copy, now);
         }
-        for watch in self.watched().iter() {
-            watch.seat.publication.show(&watch.seat.health.histogram, copy, now);
+        for (publication, measured) in modules {
+            publication.show(measured, copy, now);
         }
-    }
-
-    /// Shows what is measured until the run is over: the life of a thread beside the loop, as to sum histograms up takes
-    /// some microseconds each.
-    pub fn publish_until_over(&self) {
-        while !self.is_over_within(INTERVAL) {
-            let shown = self.measures.publisher.lock().unwrap_or_else(PoisonError::into_inner).shown;
-            if self.clock.now().saturating_sub(shown) >= INTERVAL.as_nanos() as u64 {
-                self.publish_timing();
-            }
-        }
-        self.publish_timing();
     }
 }

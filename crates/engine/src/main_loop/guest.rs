@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use slate_module::Level;
 
-use super::{Core, Seat, Shared, Watch};
+use super::{Core, LoopLog, Seat, Shared, WatchedModule};
 use crate::clock::monotonic;
 
 /// Such code, and whose it is.
@@ -20,7 +20,7 @@ pub(super) struct Guest<T: ?Sized> {
 
 impl<T: ?Sized> Guest<T> {
     /// Whether its module is not among those.
-    pub fn has_left(&self, watched: &[Watch]) -> bool {
+    pub fn has_left(&self, watched: &[WatchedModule]) -> bool {
         let is_there =
             |seat| watched.iter().any(|watch| watch.stage.is_some() && Arc::ptr_eq(&watch.seat, seat));
         self.seat.as_ref().is_some_and(|seat| !is_there(seat))
@@ -64,6 +64,13 @@ pub(super) trait Role {
         let what = guest.what;
         core.absent.push(guest.into_absent());
         what
+    }
+}
+
+/// Removes a guest that does not do what it should.
+pub(super) fn dismiss<R: Role>(core: &mut Core, log: &LoopLog, why: &str) {
+    if let Some(guest) = R::guest(core).take() {
+        log.write(Level::Error, &format!("{} {why}; it was removed, and the default holds", guest.what));
     }
 }
 
@@ -120,18 +127,8 @@ where
     match answer {
         Ok(answer) => Asked::Answer(answer),
         Err(_) => {
-            shared.dismiss::<R>(core, "panicked");
+            dismiss::<R>(core, &shared.log(), "panicked");
             Asked::Nobody
-        }
-    }
-}
-
-impl Shared {
-    /// Removes a guest that does not do what it should.
-    pub(super) fn dismiss<R: Role>(&self, core: &mut Core, why: &str) {
-        if let Some(guest) = R::guest(core).take() {
-            let text = format!("{} {why}; it was removed, and the default holds", guest.what);
-            self.logger.log(self.clock.now(), Level::Error, &text);
         }
     }
 }

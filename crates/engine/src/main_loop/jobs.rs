@@ -1,40 +1,15 @@
 //! Work between two cycles: whoever has the loop's token does it there, so that nothing changes under a step.
 
 use std::cell::RefCell;
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::AskedChanges;
 use super::{Flow, Seat, Shared};
 
 /// What is done between two cycles; nothing of the core may be held when a module's code is called.
 pub(super) type Job = Box<dyn FnOnce(&Shared) -> Flow + Send>;
-
-/// Who has the token of the core.
-#[derive(Debug, Default)]
-pub(super) struct Token(AtomicU32);
-
-const FREE: u32 = 0;
-const TAKEN: u32 = 1;
-
-impl Token {
-    pub fn try_take(&self) -> bool {
-        self.0.compare_exchange(FREE, TAKEN, Ordering::AcqRel, Ordering::Relaxed).is_ok()
-    }
-
-    /// Takes it as soon as nobody has it, which is soon: a run of the loop is never waited for here.
-    pub fn take(&self) {
-        while !self.try_take() {
-            std::thread::yield_now();
-        }
-    }
-
-    pub fn give_back(&self) {
-        self.0.store(FREE, Ordering::Release);
-    }
-}
 
 /// The job that waits.
 #[derive(Default)]
@@ -97,11 +72,11 @@ impl Shared {
         let _turn = self.jobs.turn.lock().unwrap_or_else(PoisonError::into_inner);
         self.jobs.give(job);
         loop {
-            if self.token.try_take() {
+            if self.core.try_take() {
                 let job = self.jobs.take();
                 let flow = job.map(|job| job(self));
                 if flow != Some(Flow::Lost) {
-                    self.token.give_back();
+                    self.core.give_back();
                 }
             }
             match receiver.recv_timeout(LOOK) {
@@ -188,27 +163,20 @@ impl Shared {
         }
     }
 
-    /// Has the changes made here that modules ask for. Only the first one counts.
-    pub fn change_with(&self, changes: Arc<dyn AskedChanges>) {
-        // An agent sets it when it is loaded.
-        let _ = self.hooks.changes.set(changes);
-    }
-
     /// Makes the changes that modules have asked for in the last cycle, if they are to be made here; nobody has the token
     /// meanwhile.
     pub fn change(&self) {
-        if let Some(changes) = self.hooks.changes.get().filter(|changes| self.lockstep && changes.is_asked())
-        {
+        if let Some(changes) = self.hooks.asked().filter(|_| self.lockstep) {
             changes.carry_out();
         }
     }
 
     /// The same for who has the token, and has it again then.
     pub fn change_here(&self) {
-        if self.lockstep && self.hooks.changes.get().is_some_and(|changes| changes.is_asked()) {
-            self.token.give_back();
+        if self.lockstep && self.hooks.asked().is_some() {
+            self.give_token_back();
             self.change();
-            self.token.take();
+            self.take_token();
         }
     }
 }

@@ -11,57 +11,66 @@ mod frozen;
 mod gauges;
 mod guest;
 mod handover;
+mod hooks;
 mod jobs;
 mod notices;
 mod pace;
 mod plan;
 mod playing;
 mod policy;
+mod run;
 mod seat;
 mod takeover;
 mod threads;
+mod timeouts;
+mod token;
 mod tracing;
 mod watchdog;
 mod workers;
 
-use std::cell::UnsafeCell;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, MutexGuard};
 
 use slate_blackboard::Board;
+use slate_module::Level;
 
 use crate::actuators::Actuator;
 use crate::clock::{Clock, TimeSource};
 use crate::digest::Digest;
 use crate::log::Logger;
-use crate::synchronization::{Emitter, Synchronization};
+use crate::synchronization::Synchronization;
 
 pub use cycle::cycle;
 pub use driving::drive;
 pub use frozen::FrozenLoop;
 pub use gauges::Publication;
+pub use hooks::{AfterCycle, AfterTick, AskedChanges, Hooks};
 pub use pace::Pace;
 pub use pace::Rate;
 pub use plan::Levels;
 pub use playing::{PlayedCondition, Playing};
-pub use policy::{LoopPolicy, Place, STAGE_LIMIT};
+pub use policy::{LoopPolicy, LoopPosition, STAGE_LIMIT};
+pub use run::LoopRun;
 pub use seat::Seat;
 pub use slate_composition::own::LoopState;
 pub use slate_configuration::Schedule;
 pub use takeover::{Takeover, Takeovers};
 pub use threads::ModuleThreads;
 pub use tracing::AgentTrace;
-pub use watchdog::{Watch, Watchdog};
+pub use watchdog::{Watchdog, WatchedModule};
 pub use workers::Workers;
 
+use composing::LoopMembers;
 use cycle::Position;
-use driving::Ending;
-use gauges::{LoopGauges, Publisher};
+use gauges::{INTERVAL, LoopMeasures};
 use guest::{Absent, Guest, Role};
-use handover::Course;
-use jobs::{Jobs, Token};
+use handover::LoopCourse;
+use jobs::Jobs;
 use notices::Notices;
-use plan::{Parts, Plan};
+use plan::Plan;
+use run::Successor;
+use timeouts::StageTimeouts;
+use token::LoopToken;
 use tracing::Tracing;
 
 /// What the application sees at the end of a cycle.
@@ -104,21 +113,6 @@ pub enum End {
     },
 }
 
-/// What is called between two cycles with the agent's time; [`Flow::Lost`] when it lost the token.
-pub type AfterCycle = Box<dyn Fn(&Shared, u64) -> Flow + Send + Sync>;
-
-/// What sends to other agents what was written; it is called after each tick that wrote something.
-pub type AfterTick = Box<dyn Fn() + Send + Sync>;
-
-/// Changes of the configuration that modules ask for in their ticks.
-pub trait AskedChanges: Send + Sync {
-    /// Whether something is to be changed; a look costs a load.
-    fn is_asked(&self) -> bool;
-
-    /// Makes the changes that were asked for. The loop's token must be free.
-    fn carry_out(&self);
-}
-
 /// How a cycle ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
@@ -136,7 +130,7 @@ pub struct Core {
     plan: Plan,
     /// The program's plan while it runs the stages of a module, and theirs while it does not.
     aside: Plan,
-    course: Course,
+    course: LoopCourse,
     /// The gates.
     pub actuators: Vec<Arc<Actuator>>,
     /// The fingerprint of what was written; none on the wall clock.
@@ -227,63 +221,31 @@ pub struct Shared {
     pub period: u64,
     /// Whether a time source sets the time and all runs on the loop.
     pub lockstep: bool,
-    core: UnsafeCell<Core>,
-    token: Token,
-    jobs: Jobs,
-    run: Run,
-    members: Members,
-    timeouts: Timeouts,
-    measures: Measures,
+    /// The run that goes on.
+    pub run: LoopRun,
     /// What is called at certain moments.
     pub hooks: Hooks,
+    core: LoopToken,
+    jobs: Jobs,
+    members: LoopMembers,
+    timeouts: StageTimeouts,
+    measures: LoopMeasures,
     /// Whether a recording is played.
     is_playing: AtomicBool,
 }
 
-/// The run that goes on, and how it ends.
-struct Run {
-    /// Its number; 0 for none.
-    running: AtomicU64,
-    ending: Mutex<Ending>,
-    changed: Condvar,
+/// Where the loop says what it does.
+#[derive(Clone, Copy)]
+pub(super) struct LoopLog<'a> {
+    clock: &'a Clock,
+    logger: &'a Logger,
 }
 
-/// What the loop runs, for those who change it.
-struct Members {
-    /// Whoever makes plans has it until they are exchanged.
-    planning: Mutex<()>,
-    parts: Mutex<Parts>,
-    watched: Mutex<Arc<[Watch]>>,
-    /// For a stop, which waits for nothing else.
-    gates: Mutex<Arc<[Arc<Actuator>]>>,
-    threads: Mutex<ModuleThreads>,
-}
-
-/// How long stages may take.
-struct Timeouts {
-    /// When the time of the present stage is up, monotonic; 0 for never.
-    deadline: AtomicU64,
-    /// The shortest time-out of a stage, nanoseconds.
-    shortest_timeout: AtomicU64,
-}
-
-/// What is measured and told of the loop.
-struct Measures {
-    gauges: LoopGauges,
-    publisher: Mutex<Publisher>,
-    cycle_start: Option<Emitter>,
-    cycle_end: Option<Emitter>,
-}
-
-/// What others have called at certain moments; the first one of each stays.
-#[derive(Default)]
-pub struct Hooks {
-    /// Looks at the end of each cycle whether there is something to do between two of them.
-    after_cycle: OnceLock<AfterCycle>,
-    /// What changes the configuration for modules.
-    changes: OnceLock<Arc<dyn AskedChanges>>,
-    /// What sends to other agents what was written.
-    pub after_tick: Arc<OnceLock<AfterTick>>,
+impl LoopLog<'_> {
+    /// Writes a line, now.
+    pub fn write(&self, level: Level, text: &str) {
+        self.logger.log(self.clock.now(), level, text);
+    }
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
@@ -320,7 +282,7 @@ impl Shared {
         let core = Core {
             plan: Plan::default(),
             aside: Plan::default(),
-            course: Course::default(),
+            course: LoopCourse::default(),
             actuators: Vec::new(),
             digest: lockstep.then(Digest::default),
             pace,
@@ -336,14 +298,8 @@ impl Shared {
             position: Position::default(),
             notices: Notices::default(),
         };
-        let emitter = |name| synchronization.emitter(name, "main loop").ok();
         Self {
-            measures: Measures {
-                gauges: LoopGauges::default(),
-                publisher: Mutex::new(Publisher::new(&board)),
-                cycle_start: emitter("/cycle/start"),
-                cycle_end: emitter("/cycle/end"),
-            },
+            measures: LoopMeasures::new(&board, &synchronization),
             board,
             clock,
             logger,
@@ -351,28 +307,19 @@ impl Shared {
             tracing: Tracing::default(),
             period,
             lockstep,
-            core: UnsafeCell::new(core),
-            token: Token::default(),
-            jobs: Jobs::default(),
-            run: Run { running: AtomicU64::new(0), ending: Mutex::default(), changed: Condvar::new() },
-            members: Members {
-                planning: Mutex::default(),
-                parts: Mutex::new(Parts { schedule, ..Parts::default() }),
-                watched: Mutex::new(Arc::from([])),
-                gates: Mutex::new(Arc::from([])),
-                threads: Mutex::default(),
-            },
-            timeouts: Timeouts { deadline: AtomicU64::new(0), shortest_timeout: AtomicU64::new(u64::MAX) },
+            run: LoopRun::default(),
             hooks: Hooks::default(),
+            core: LoopToken::new(core),
+            jobs: Jobs::default(),
+            members: LoopMembers::new(schedule),
+            timeouts: StageTimeouts::default(),
             is_playing: AtomicBool::new(false),
         }
     }
 
-    /// Says that values were written.
-    pub fn wrote(&self) {
-        if let Some(call) = self.hooks.after_tick.get() {
-            call();
-        }
+    /// Where it says what it does.
+    pub(super) fn log(&self) -> LoopLog<'_> {
+        LoopLog { clock: &self.clock, logger: &self.logger }
     }
 
     /// The core.
@@ -382,22 +329,22 @@ impl Shared {
     #[allow(clippy::mut_from_ref, reason = "the token grants the access")]
     pub unsafe fn core(&self) -> &mut Core {
         // SAFETY: passed on to the caller.
-        unsafe { &mut *self.core.get() }
+        unsafe { self.core.core() }
     }
 
     /// The modules that the watchdog watches.
-    pub fn watched(&self) -> Arc<[Watch]> {
-        Arc::clone(&self.members.watched.lock().unwrap_or_else(PoisonError::into_inner))
+    pub fn watched(&self) -> Arc<[WatchedModule]> {
+        Arc::clone(&self.members.watched())
     }
 
     /// The gates.
     pub fn actuators(&self) -> Arc<[Arc<Actuator>]> {
-        Arc::clone(&self.members.gates.lock().unwrap_or_else(PoisonError::into_inner))
+        Arc::clone(&self.members.gates())
     }
 
     /// The threads of modules.
     pub fn threads(&self) -> MutexGuard<'_, ModuleThreads> {
-        self.members.threads.lock().unwrap_or_else(PoisonError::into_inner)
+        self.members.threads()
     }
 
     /// Cycles begun.
@@ -407,17 +354,57 @@ impl Shared {
 
     /// The stages and the modules of each.
     pub fn order(&self) -> Vec<(String, Vec<String>)> {
-        self.parts().order()
+        self.members.parts().order()
     }
 
-    fn parts(&self) -> MutexGuard<'_, Parts> {
-        self.members.parts.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Shows what was measured, from any thread.
+    pub fn publish_timing(&self) {
+        let parts = self.members.parts();
+        let watched = self.watched();
+        let modules = watched.iter().map(|watch| (&watch.seat.publication, &watch.seat.health.histogram));
+        self.measures.publish(self.clock.now(), parts.gauges.values(), modules);
     }
 
-    /// Has this called at the end of each cycle with the agent's time, by who has the token. Only the first one counts.
-    pub fn watch_cycles(&self, look: AfterCycle) {
-        // An agent sets it when it is loaded.
-        let _ = self.hooks.after_cycle.set(look);
+    /// Shows what is measured until the run is over: the life of a thread beside the loop, as to sum histograms up takes
+    /// some microseconds each.
+    pub fn publish_until_over(&self) {
+        while !self.run.is_over_within(INTERVAL) {
+            if self.measures.are_old(self.clock.now()) {
+                self.publish_timing();
+            }
+        }
+        self.publish_timing();
+    }
+
+    /// Before a run.
+    pub fn begin(&self) {
+        self.take_token();
+        // SAFETY: the token was taken.
+        unsafe { self.core() }.pace.restart();
+        self.run.begin();
+    }
+
+    /// After the end of a run: says that no thread works on the core any more.
+    pub fn put_token_down(&self) {
+        self.give_token_back();
+        self.run.put_token_down();
+    }
+
+    /// Gives the loop, which is with a step that does not return, to a spare thread or a new one.
+    pub fn move_token(self: &Arc<Self>) {
+        match self.run.pass_token() {
+            Successor::Spare => return,
+            Successor::NewThread => {
+                let shared = Arc::clone(self);
+                let next = std::thread::Builder::new().name("main loop".into());
+                if next.spawn(move || drive(&shared)).is_ok() {
+                    return;
+                }
+                self.run.finish(End::Stopped);
+            }
+            Successor::Nobody => {}
+        }
+        self.put_token_down();
     }
 
     /// Lets a recording be played, from the next cycle on.
@@ -444,12 +431,12 @@ impl Shared {
 
     /// Takes the token for a single cycle.
     pub fn take_token(&self) {
-        self.token.take();
+        self.core.take();
     }
 
     /// Gives it back.
     pub fn give_token_back(&self) {
-        self.token.give_back();
+        self.core.give_back();
     }
 
     /// Sets the program's policy, which says which stage comes next while no module has the loop; without one, the stages

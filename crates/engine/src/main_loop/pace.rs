@@ -84,7 +84,7 @@ impl Pace {
         let begin = beginning.nominal.max(self.begun + self.minimum);
         self.begun = now;
         if begin > now {
-            shared.sleep(Duration::from_nanos(begin - now));
+            shared.run.sleep(Duration::from_nanos(begin - now));
             self.begun = monotonic();
         }
         beginning

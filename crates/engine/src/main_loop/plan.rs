@@ -14,7 +14,7 @@ pub type Levels = Vec<Vec<Arc<Seat>>>;
 
 /// What a plan is made from.
 #[derive(Default)]
-pub(super) struct Parts {
+pub(super) struct PlanParts {
     /// The program's stages.
     pub schedule: Schedule,
     /// The module that may take the loop.
@@ -62,7 +62,7 @@ impl PlannedStage {
     }
 }
 
-impl Parts {
+impl PlanParts {
     /// Takes note of the stages that a module wants now; whether they are other ones than before.
     pub fn look_at_takeover(&mut self) -> bool {
         let before = self.wish.as_ref().map(|(number, _)| *number);

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 /// Where the main loop stands.
 #[derive(Clone, Copy, Debug)]
-pub struct Place<'a> {
+pub struct LoopPosition<'a> {
     /// The stage that has ended; none at the beginning of a cycle.
     pub after: Option<usize>,
     /// The names of the loop's stages, in the order of its [`Schedule`](slate_configuration::Schedule).
@@ -15,7 +15,7 @@ pub struct Place<'a> {
     pub cycle: u64,
 }
 
-impl Place<'_> {
+impl LoopPosition<'_> {
     /// The number of the stage of that name.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.stages.iter().position(|stage| **stage == *name)
@@ -27,7 +27,7 @@ impl Place<'_> {
 pub trait LoopPolicy: Send {
     /// The number of the stage that comes next, or none when the cycle is at its end. A stage may be left out, or come
     /// again in the same cycle, but a cycle has no more than [`STAGE_LIMIT`] stages.
-    fn next(&mut self, place: &Place<'_>) -> Option<usize>;
+    fn next(&mut self, place: &LoopPosition<'_>) -> Option<usize>;
 }
 
 /// A cycle of more stages than this is taken for one without an end, and its policy is removed.

@@ -6,13 +6,12 @@ use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
-use slate_module::Trigger;
 
 use super::{Publication, Shared};
 use crate::clock::monotonic;
 use crate::isolation::Isolation;
 use crate::runner::{Health, ModuleCondition, Runner, count};
-use crate::timing::{Label, Span, Trace, Track};
+use crate::timing::{Label, Span, Trace, TraceTrack};
 
 const IDLE: u64 = 0;
 const RUNNING: u64 = 1;
@@ -76,7 +75,7 @@ pub struct Seat {
     /// Shows how long its steps take.
     pub publication: Publication,
     /// Where its steps are recorded, from when a trace was first asked for. Written by whoever drives the seat.
-    track: OnceLock<(Track, Label)>,
+    track: OnceLock<(TraceTrack, Label)>,
     /// Wakes the module's own thread, if it has one.
     pub wake: Arc<Wake>,
     /// Who gets the runner when nobody has the seat any more.
@@ -104,11 +103,11 @@ impl Seat {
         Self {
             word: AtomicU64::new(IDLE),
             retired: AtomicBool::new(false),
-            has_deadline: runner.deadline.is_some(),
+            has_deadline: runner.timing.has_deadline(),
             is_isolated: runner.supervised.is_some(),
             isolation: runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation)),
-            alone: !runner.services.is_empty() || !runner.aspects.is_empty(),
-            in_every_cycle: runner.trigger == Trigger::Stage,
+            alone: runner.services.are_needed(),
+            in_every_cycle: runner.schedule.is_in_every_cycle(),
             is_kicked: runner.supervised.as_ref().is_some_and(|supervised| supervised.is_kicked),
             ticks: AtomicU64::new(0),
             started: AtomicU64::new(0),
@@ -116,12 +115,10 @@ impl Seat {
             returned: AtomicU64::new(0),
             late_code: AtomicI32::new(0),
             kicks: AtomicU64::new(0),
-            early: AtomicBool::new(
-                !runner.early.is_empty() || runner.queues.iter().any(|queue| queue.is_early),
-            ),
+            early: AtomicBool::new(runner.inputs.are_early() || runner.entries.are_early()),
             name: Arc::clone(&runner.name),
-            health: Arc::clone(&runner.health),
-            publication: Publication::new(runner.histogram.take()),
+            health: Arc::clone(runner.status.health()),
+            publication: Publication::new(runner.timing.take_histogram()),
             track: OnceLock::new(),
             wake: Arc::clone(&runner.wake),
             runner: UnsafeCell::new(ManuallyDrop::new(runner)),
@@ -325,7 +322,7 @@ impl Seat {
             return false;
         }
         // SAFETY: the late thread is out of the runner, and the seat was claimed.
-        unsafe { self.runner() }.welcome_back(self.late_code.load(Ordering::Relaxed));
+        unsafe { self.runner() }.take_back(self.late_code.load(Ordering::Relaxed));
         self.settle(IDLE);
         true
     }

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 use crossbeam_queue::ArrayQueue;
 use slate_blackboard::wake::Wake;
 
-use super::{LoopPolicy, Place, Schedule};
+use super::{LoopPolicy, LoopPosition, Schedule};
 
 /// What a module has taken the loop with.
 struct Taken {
@@ -162,7 +162,7 @@ impl Takeover {
     }
 
     /// Asks the policy of that number, unless it holds no more. The module's code runs here.
-    pub(super) fn choose(&self, number: u64, place: &Place<'_>) -> Choice {
+    pub(super) fn choose(&self, number: u64, place: &LoopPosition<'_>) -> Choice {
         let Some(mut held) = self.try_held().filter(|_| self.holds(number)) else { return Choice::InOrder };
         let Some(taken) = held.present.as_mut().filter(|taken| taken.number == number) else {
             return Choice::InOrder;

@@ -23,7 +23,7 @@ impl ModuleThreads {
     /// # Errors
     /// When it can't be started.
     pub fn start(&mut self, shared: &Arc<Shared>, seat: &Arc<Seat>) -> io::Result<()> {
-        let run = shared.run();
+        let run = shared.run.number();
         let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(seat));
         let thread = std::thread::Builder::new()
             .name(thread_name(&seat.name))
@@ -71,7 +71,7 @@ fn join(seat: &Seat, thread: JoinHandle<()>) {
 fn work(shared: &Shared, run: u64, seat: &Seat) {
     let wake = &seat.wake;
     let mut kicks = seat.kicks().unwrap_or(0);
-    while shared.is_in(run) && !seat.is_retired() {
+    while shared.run.is_in(run) && !seat.is_retired() {
         if !seat.claim() {
             // A late step has returned, or one of an earlier run has not yet; or the module's code is exchanged.
             if !seat.readmit() {
@@ -136,11 +136,13 @@ fn patience(runner: &Runner, now: u64) -> Duration {
         // Its process may end at any time.
         return LOOK;
     }
-    let left = match &runner.trigger {
-        Trigger::Every(_) => runner.due.saturating_sub(now),
-        Trigger::On { timeout: Some(timeout), .. } => (runner.last_tick + timeout).saturating_sub(now),
+    let left = match runner.schedule.trigger() {
+        Trigger::Every(_) => runner.schedule.due().saturating_sub(now),
+        Trigger::On { timeout: Some(timeout), .. } => {
+            (runner.schedule.last_tick() + timeout).saturating_sub(now)
+        }
         // Modules that write wake their readers, tools don't.
-        _ if runner.inputs.iter().any(|input| input.triggers && input.writer.is_none()) => return LOOK,
+        _ if runner.inputs.ports.iter().any(|input| input.triggers && input.writer.is_none()) => return LOOK,
         _ => return Duration::from_millis(100),
     };
     Duration::from_nanos(left).clamp(Duration::from_micros(50), LOOK)
@@ -164,5 +166,5 @@ fn step(shared: &Shared, seat: &Seat, call: StepCall) {
     seat.time(runner, Some(duration), 1);
     runner.commit(shared.clock.now(), code, None);
     seat.unclaim();
-    shared.wrote();
+    shared.hooks.wrote();
 }

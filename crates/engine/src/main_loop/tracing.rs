@@ -3,9 +3,9 @@
 use std::io::{self, Write};
 use std::sync::{Arc, OnceLock};
 
-use super::{Shared, Watch};
+use super::{Shared, WatchedModule};
 use crate::clock::monotonic;
-use crate::timing::{Exported, Label, Recorder, Recording, Span, Switch, Trace, Track};
+use crate::timing::{Exported, Label, Recorder, Recording, Span, Switch, Trace, TraceTrack};
 
 /// Spans kept of each module.
 const SPANS: usize = 4096;
@@ -17,7 +17,7 @@ pub struct Tracing {
     switch: Arc<Switch>,
     trace: Arc<Trace>,
     /// The spans of cycles and stages. Written by who has the loop's token.
-    track: OnceLock<Option<Track>>,
+    track: OnceLock<Option<TraceTrack>>,
     pub(super) cycle: Option<Label>,
 }
 
@@ -41,7 +41,7 @@ impl Tracing {
     }
 
     /// Lets the steps of modules that came be recorded.
-    pub(super) fn add_tracks(&self, watched: &[Watch]) {
+    pub(super) fn add_tracks(&self, watched: &[WatchedModule]) {
         if self.is_on() {
             watched.iter().for_each(|watch| watch.seat.add_track(&self.trace));
         }

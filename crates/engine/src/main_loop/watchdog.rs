@@ -1,5 +1,4 @@
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 use slate_module::Level;
@@ -29,7 +28,7 @@ pub struct Watchdog {
 }
 
 /// A module that is watched.
-pub struct Watch {
+pub struct WatchedModule {
     /// The module.
     pub seat: Arc<Seat>,
     /// The stage of the loop that runs it, unless it has a thread of its own.
@@ -63,11 +62,11 @@ impl Watchdog {
         let mut ended = None;
         loop {
             let now = monotonic();
-            if !self.shared.is_running() && now >= *ended.get_or_insert(now) + ENDING {
+            if !self.shared.run.is_running() && now >= *ended.get_or_insert(now) + ENDING {
                 leave_processes(&watched);
             }
             let next = self.look(&watched, &mut seen, now);
-            if self.shared.is_over_within(Duration::from_nanos(next.saturating_sub(now))) {
+            if self.shared.run.is_over_within(Duration::from_nanos(next.saturating_sub(now))) {
                 return;
             }
             let present = self.shared.watched();
@@ -79,13 +78,13 @@ impl Watchdog {
     }
 
     /// Looks at all modules; says when to look again, monotonic.
-    fn look(&self, watched: &[Watch], seen: &mut [Seen], now: u64) -> u64 {
+    fn look(&self, watched: &[WatchedModule], seen: &mut [Seen], now: u64) -> u64 {
         let shared = &self.shared;
         // A stage that begins before the next look is not over by then.
-        let interval = (self.hang / 4).min(shared.timeouts.shortest_timeout.load(Ordering::Relaxed));
+        let interval = (self.hang / 4).min(shared.timeouts.shortest());
         let mut next = now + interval.clamp(SHORTEST, LONGEST);
         next = next.min(self.expire(now));
-        let deadline = shared.timeouts.deadline.load(Ordering::Acquire);
+        let deadline = shared.timeouts.deadline();
         if deadline > now {
             next = next.min(deadline);
         }
@@ -110,7 +109,7 @@ impl Watchdog {
             if let Some(stage) = &watch.stage
                 && deadline != 0
                 && now >= deadline
-                && shared.timeouts.deadline.load(Ordering::Acquire) == deadline
+                && shared.timeouts.deadline() == deadline
             {
                 self.give_up(
                     watch,
@@ -150,12 +149,12 @@ impl Watchdog {
             }
         }
         if wrote {
-            shared.wrote();
+            shared.hooks.wrote();
         }
         next
     }
 
-    fn give_up(&self, watch: &Watch, seen: &mut Seen, now: u64, when: &str) {
+    fn give_up(&self, watch: &WatchedModule, seen: &mut Seen, now: u64, when: &str) {
         let (shared, seat) = (&self.shared, &watch.seat);
         if !seat.give_up(seen.step, shared.clock.now()) {
             return;
@@ -171,13 +170,13 @@ impl Watchdog {
             shared.logger.log(shared.clock.now(), Level::Error, &text);
         }
         if shared.lockstep {
-            shared.finish(End::Hung { module: seat.name.to_string() });
+            shared.run.finish(End::Hung { module: seat.name.to_string() });
         }
         let watched = shared.watched();
         let late = watched.iter().filter(|watch| watch.seat.is_late());
         let modules: Vec<String> = late.map(|watch| watch.seat.name.to_string()).collect();
         if modules.len() >= LOST_LIMIT {
-            shared.finish(End::TooManyHung { modules });
+            shared.run.finish(End::TooManyHung { modules });
         }
         // The token is with the late thread, unless a worker made the step for the loop.
         if watch.stage.is_some() && !seat.is_helped() {
@@ -196,14 +195,14 @@ impl Watchdog {
 }
 
 /// Lets the processes go in which steps still run.
-fn leave_processes(watched: &[Watch]) {
+fn leave_processes(watched: &[WatchedModule]) {
     let busy = watched.iter().filter(|watch| watch.seat.is_isolated && watch.seat.running().is_some());
     busy.for_each(|watch| watch.seat.disconnect());
 }
 
 /// What was seen of the modules that are still there.
-fn carried(watched: &[Watch], seen: &[Seen], present: &[Watch]) -> Vec<Seen> {
-    let known = |watch: &Watch| {
+fn carried(watched: &[WatchedModule], seen: &[Seen], present: &[WatchedModule]) -> Vec<Seen> {
+    let known = |watch: &WatchedModule| {
         let place = watched.iter().position(|other| Arc::ptr_eq(&other.seat, &watch.seat));
         place.map(|place| seen[place]).unwrap_or_default()
     };

@@ -5,11 +5,12 @@ use slate_blackboard::channel::{Latest, Writer};
 use slate_module::{Flags, Level};
 
 use slate_composition::Wire;
-
-use super::{Health, Memory, Runner};
 use slate_composition::link::{Filter, Program};
 
-/// What links fill that do not fit as they are: a property of the module's own, which its runner writes before a step
+use super::{AlignedMemory, Health, ParameterReader, Slots};
+use crate::log::ModuleLog;
+
+/// What a link fills that does not fit as it is: a property of the module's own, which its runner writes before a step
 /// when a source is new. So tools, logs and replay see what the module saw.
 pub struct Conversion {
     /// What it fills.
@@ -19,7 +20,7 @@ pub struct Conversion {
     /// None for the parameters, which tools write too.
     pub writer: Option<Writer>,
     /// The value: what is set for it, and over that what came.
-    pub value: Memory,
+    pub value: AlignedMemory,
     /// Bytes of the value.
     pub bytes: usize,
     /// Items of its tail.
@@ -123,57 +124,73 @@ impl Conversion {
             let _ = writer.write(self.value.bytes_mut(self.bytes), self.items, time);
         }
     }
+
+    /// Writes what came into the parameters, over what tools have set.
+    fn write_params(&mut self, sources: &[Latest], params: &mut ParameterReader) {
+        if !self.unwritten {
+            return;
+        }
+        let Some(mut setter) = self.property.try_setter() else { return };
+        // Nobody else writes now, so what tools have set is not lost.
+        let Some(present) = params.present() else { return };
+        let time = self.time();
+        let value = self.value.bytes_mut(self.bytes);
+        let length = value.len().min(present.len());
+        value[..length].copy_from_slice(&present[..length]);
+        for source in self.sources.iter().filter(|source| source.time.is_some()) {
+            if let Some(loan) = sources[source.reader].value() {
+                source.program.run(loan.bytes(), loan.items(), value);
+            }
+        }
+        self.unwritten = !setter.write(value, time);
+        params.expect_change();
+    }
 }
 
-impl Runner {
-    /// Brings what is new of the sources of links to the ports that they fill.
-    pub(super) fn convert(&mut self) {
-        for conversion in self.conversions.iter_mut().filter(|conversion| conversion.wire != Wire::Enabled) {
-            let refused = conversion.take(&self.sources);
+/// All that links fill that do not fit as they are.
+#[derive(Default)]
+pub struct Conversions {
+    /// The readers of what is converted.
+    pub(super) sources: Vec<Latest>,
+    pub(super) all: Vec<Conversion>,
+}
+
+impl Conversions {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.all.is_empty()
+    }
+
+    /// Brings what is new of the sources of links to the ports that they fill, which `readers` read, and to the parameters.
+    pub(super) fn convert(&mut self, readers: &mut [Latest], params: &mut ParameterReader, log: &ModuleLog) {
+        let Self { sources, all } = self;
+        for conversion in all.iter_mut().filter(|conversion| conversion.wire != Wire::Enabled) {
+            let refused = conversion.take(sources);
             match conversion.wire {
                 Wire::Params => {
                     if refused {
-                        self.log.write(
-                            Level::Warn,
-                            "a linked parameter is out of its range, and keeps its value",
-                        );
+                        let text = "a linked parameter is out of its range, and keeps its value";
+                        log.write(Level::Warn, text);
                     }
-                    if conversion.unwritten
-                        && let Some(mut setter) = conversion.property.try_setter()
-                    {
-                        // Nobody else writes now, so what tools have set is not lost.
-                        self.params.refresh();
-                        if let Some(loan) = self.params.value() {
-                            let time = conversion.time();
-                            let value = conversion.value.bytes_mut(conversion.bytes);
-                            let length = value.len().min(loan.bytes().len());
-                            value[..length].copy_from_slice(&loan.bytes()[..length]);
-                            for source in conversion.sources.iter().filter(|source| source.time.is_some()) {
-                                if let Some(loan) = self.sources[source.reader].value() {
-                                    source.program.run(loan.bytes(), loan.items(), value);
-                                }
-                            }
-                            conversion.unwritten = !setter.write(value, time);
-                            self.params_changed = true;
-                        }
-                    }
+                    conversion.write_params(sources, params);
                 }
                 _ if conversion.unwritten => {
                     conversion.write();
-                    self.readers[conversion.reader].refresh();
+                    readers[conversion.reader].refresh();
                 }
                 _ => {}
             }
         }
     }
 
-    /// As [`convert`](Runner::convert), for what switches the module.
+    /// As [`convert`](Conversions::convert), for what switches the module.
     pub(super) fn convert_switch(&mut self) {
-        for conversion in self.conversions.iter_mut().filter(|conversion| conversion.wire == Wire::Enabled) {
+        let Self { sources, all } = self;
+        for conversion in all.iter_mut().filter(|conversion| conversion.wire == Wire::Enabled) {
             for source in &conversion.sources {
-                self.sources[source.reader].refresh();
+                sources[source.reader].refresh();
             }
-            conversion.take(&self.sources);
+            conversion.take(sources);
             if conversion.unwritten {
                 conversion.write();
             }
@@ -181,10 +198,10 @@ impl Runner {
     }
 
     /// Inputs that links fill are as stale and alive as what fills them.
-    pub(super) fn mark_converted(&mut self, now: u64) {
-        for conversion in &self.conversions {
+    pub(super) fn mark(&self, slots: &Slots, now: u64) {
+        for conversion in &self.all {
             let Wire::Port(slot) = conversion.wire else { continue };
-            let slot = &self.slots[slot];
+            let slot = &slots[slot];
             let mut flags = slot.flags.get();
             if !conversion.sources.iter().all(ConvertedSource::is_working) {
                 flags = flags & !Flags::ALIVE | Flags::STALE;
@@ -200,8 +217,8 @@ impl Runner {
     }
 
     /// Whether a link that fills a part of a port that triggers has something new.
-    pub(super) fn has_converted_news(&self) -> bool {
-        let triggers = self.conversions.iter().filter(|conversion| conversion.triggers);
+    pub(super) fn have_news(&self) -> bool {
+        let triggers = self.all.iter().filter(|conversion| conversion.triggers);
         triggers
             .flat_map(|conversion| &conversion.sources)
             .any(|source| self.sources[source.reader].has_news() || source.is_new(&self.sources))

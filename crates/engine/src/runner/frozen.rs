@@ -1,14 +1,13 @@
 //! A module between two ticks, for a snapshot: all that its runner knows beside the instance.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::Ordering;
 
 use serde::{Deserialize, Serialize};
 use slate_blackboard::channel::Cursor;
 use slate_blackboard::{Board, BoardError, bytes};
 use slate_module::{PortDescription, Random};
 
-use super::{Conversion, Measured, ModuleCondition, Runner, Wire};
+use super::{Conversions, EntryPorts, Inputs, Measured, Runner, Wire};
 use crate::{FrozenMailbox, FrozenProperty};
 
 /// A runner; ports by their names.
@@ -106,83 +105,44 @@ pub struct FrozenOutbox {
 impl Runner {
     /// The runner while the module is in no step.
     pub fn freeze(&self, ports: &[PortDescription]) -> FrozenRunner {
-        let name = |slot: usize| ports[slot].name.clone();
-        let inputs = self.inputs.iter().zip(&self.readers);
-        FrozenRunner {
-            condition: self.condition.map(|condition| condition.0),
-            on: self.on,
-            last_tick: self.last_tick,
-            due: self.due,
-            number: self.frame.number,
-            ticks: 0,
-            params_version: self.frame.params_version,
+        let (on, enabled) = self.switch.freeze();
+        let (last_tick, due, rewired) = self.schedule.freeze();
+        let outputs = self.outputs.ports.iter();
+        let mut frozen = FrozenRunner {
+            on,
+            enabled,
+            last_tick,
+            due,
+            rewired,
+            number: self.frame.number(),
+            params_version: self.frame.frame.params_version,
             params: self.params.cursor(),
-            enabled: self.enabled.cursor(),
-            random: self.random.get(),
-            measured: self.measured.clone(),
-            panics: self.panics,
-            panics_in_a_row: self.panics_in_a_row,
-            last_panic: self.last_panic,
-            misses: self.health.misses.load(Ordering::Relaxed),
-            inputs: inputs
-                .map(|(input, reader)| {
-                    let (seen, missed) = (input.seen, input.missed);
-                    (name(input.slot as usize), FrozenInput { cursor: reader.cursor(), seen, missed })
-                })
-                .collect(),
-            queues: self.queues.iter().map(|queue| (name(queue.slot), queue.reader.cursor())).collect(),
-            inboxes: self
-                .inboxes
-                .iter()
-                .map(|inbox| {
-                    let (sequence, messages) = (inbox.receiver.sequence(), inbox.receiver.waiting());
-                    (name(inbox.slot), FrozenMailbox { sequence, messages })
-                })
-                .collect(),
-            outputs: self.outputs.iter().map(|output| (name(output.slot), output.index)).collect(),
-            outboxes: self
-                .outboxes
-                .iter()
-                .map(|outbox| {
-                    let sender = outbox.sender.as_ref().map(|sender| sender.id());
-                    (
-                        name(outbox.slot),
-                        FrozenOutbox {
-                            index: outbox.index,
-                            refused: outbox.refused,
-                            sent: outbox.sent,
-                            deliveries: outbox.deliveries(),
-                            sender,
-                        },
-                    )
-                })
-                .collect(),
-            rewired: self.rewired,
-            conversions: self.conversions.iter().map(|own| self.freeze_conversion(own, ports)).collect(),
-        }
-    }
-
-    fn freeze_conversion(
-        &self,
-        conversion: &Conversion,
-        ports: &[PortDescription],
-    ) -> (String, FrozenConversion) {
-        let sources = conversion.sources.iter().map(|source| FrozenSource {
-            cursor: self.sources[source.reader].cursor(),
-            seen: source.seen,
-            time: source.time,
-            is_missing: source.is_missing,
-        });
-        let value = conversion.value.bytes(conversion.bytes).to_vec();
-        let frozen = FrozenConversion { value, unwritten: conversion.unwritten, sources: sources.collect() };
-        (wire_name(conversion.wire, ports), frozen)
+            random: self.frame.random(),
+            measured: self.timing.freeze(),
+            inputs: self.inputs.freeze(ports),
+            outputs: outputs.map(|output| (ports[output.slot].name.clone(), output.index)).collect(),
+            conversions: self.inputs.conversions.freeze(ports),
+            condition: None,
+            ticks: 0,
+            panics: 0,
+            panics_in_a_row: 0,
+            last_panic: 0,
+            misses: 0,
+            queues: BTreeMap::new(),
+            inboxes: BTreeMap::new(),
+            outboxes: BTreeMap::new(),
+        };
+        self.status.freeze(&mut frozen);
+        self.entries.freeze(ports, &mut frozen);
+        frozen
     }
 
     /// The paths of the properties that this runner writes.
     pub fn written(&self) -> impl Iterator<Item = String> {
         let own = ["state", "timing"].into_iter().chain(self.supervised.as_ref().map(|_| "process"));
-        let outputs = self.outputs.iter().map(|output| output.property.path().to_owned());
-        let converted = self.conversions.iter().filter(|conversion| conversion.writer.is_some());
+        let outputs = self.outputs.ports.iter().map(|output| output.property.path().to_owned());
+        let conversions = self.inputs.conversions.all.iter();
+        let converted = conversions.filter(|conversion| conversion.writer.is_some());
         let converted = converted.map(|conversion| conversion.property.path().to_owned());
         own.map(|own| format!("{}/{own}", self.name)).chain(outputs).chain(converted)
     }
@@ -196,12 +156,12 @@ impl Runner {
         board: &Board,
         properties: &BTreeMap<String, FrozenProperty>,
     ) -> Result<(), BoardError> {
-        for output in &mut self.outputs {
+        for output in &mut self.outputs.ports {
             if let Some(frozen) = properties.get(output.property.path()) {
                 output.property.thaw(&frozen.values, Some(&mut output.writer))?;
             }
         }
-        for conversion in &mut self.conversions {
+        for conversion in &mut self.inputs.conversions.all {
             if let (Some(frozen), Some(writer)) =
                 (properties.get(conversion.property.path()), conversion.writer.as_mut())
             {
@@ -209,8 +169,8 @@ impl Runner {
             }
         }
         let process = self.supervised.as_mut().map(|supervised| ("process", &mut supervised.process));
-        let own = [("state", &mut self.state), ("timing", &mut self.timing)].into_iter().chain(process);
-        for (own, writer) in own {
+        let own = [("state", self.status.writer()), ("timing", self.timing.writer())];
+        for (own, writer) in own.into_iter().chain(process) {
             let path = format!("{}/{own}", self.name);
             if let (Some(frozen), Some((property, _))) = (properties.get(&path), board.get(&path)) {
                 property.thaw(&frozen.values, Some(writer))?;
@@ -221,29 +181,97 @@ impl Runner {
 
     /// Goes on as that runner, when all properties are as they were.
     pub fn thaw(&mut self, ports: &[PortDescription], frozen: &FrozenRunner) {
-        let name = |slot: usize| ports[slot].name.as_str();
-        self.condition = frozen.condition.map(ModuleCondition);
-        self.health.set(self.condition());
-        self.on = frozen.on;
-        (self.last_tick, self.due) = (frozen.last_tick, frozen.due);
-        self.frame.number = frozen.number;
-        self.frame.params_version = frozen.params_version;
+        self.status.thaw(frozen);
+        self.switch.thaw(frozen.on, frozen.enabled);
         self.params.resume(frozen.params);
-        self.enabled.resume(frozen.enabled);
-        // Looked at once more, which finds the same unless something was set that had not been seen.
-        (self.settings_seen, self.params_changed) = (None, true);
-        self.random.set(frozen.random);
-        self.measured = frozen.measured.clone();
-        (self.panics, self.panics_in_a_row) = (frozen.panics, frozen.panics_in_a_row);
-        self.last_panic = frozen.last_panic;
-        self.health.panics.store(frozen.panics.into(), Ordering::Relaxed);
-        self.health.misses.store(frozen.misses, Ordering::Relaxed);
-        for (input, reader) in self.inputs.iter_mut().zip(&mut self.readers) {
-            if let Some(frozen) = frozen.inputs.get(name(input.slot as usize)) {
+        self.schedule.thaw(frozen.last_tick, frozen.due, frozen.rewired);
+        self.frame.thaw(frozen.number, frozen.params_version, frozen.random);
+        self.timing.thaw(&frozen.measured);
+        self.inputs.thaw(ports, &frozen.inputs);
+        self.entries.thaw(ports, frozen);
+        for output in &mut self.outputs.ports {
+            output.index = frozen.outputs.get(&ports[output.slot].name).copied().unwrap_or(output.index);
+        }
+        self.inputs.conversions.thaw(ports, &frozen.conversions);
+    }
+}
+
+impl Inputs {
+    fn freeze(&self, ports: &[PortDescription]) -> BTreeMap<String, FrozenInput> {
+        let inputs = self.ports.iter().zip(&self.readers).map(|(input, reader)| {
+            let frozen = FrozenInput { cursor: reader.cursor(), seen: input.seen, missed: input.missed };
+            (ports[input.slot as usize].name.clone(), frozen)
+        });
+        inputs.collect()
+    }
+
+    fn thaw(&mut self, ports: &[PortDescription], frozen: &BTreeMap<String, FrozenInput>) {
+        for (input, reader) in self.ports.iter_mut().zip(&mut self.readers) {
+            if let Some(frozen) = frozen.get(&ports[input.slot as usize].name) {
                 (input.seen, input.missed) = (frozen.seen, frozen.missed);
                 reader.resume(frozen.cursor);
             }
         }
+    }
+}
+
+impl Conversions {
+    fn freeze(&self, ports: &[PortDescription]) -> BTreeMap<String, FrozenConversion> {
+        let all = self.all.iter().map(|conversion| {
+            let sources = conversion.sources.iter().map(|source| FrozenSource {
+                cursor: self.sources[source.reader].cursor(),
+                seen: source.seen,
+                time: source.time,
+                is_missing: source.is_missing,
+            });
+            let value = conversion.value.bytes(conversion.bytes).to_vec();
+            let (unwritten, sources) = (conversion.unwritten, sources.collect());
+            (wire_name(conversion.wire, ports), FrozenConversion { value, unwritten, sources })
+        });
+        all.collect()
+    }
+
+    fn thaw(&mut self, ports: &[PortDescription], frozen: &BTreeMap<String, FrozenConversion>) {
+        for conversion in &mut self.all {
+            let Some(frozen) = frozen.get(&wire_name(conversion.wire, ports)) else { continue };
+            let value = conversion.value.bytes_mut(conversion.bytes);
+            if value.len() == frozen.value.len() {
+                value.copy_from_slice(&frozen.value);
+            }
+            conversion.unwritten = frozen.unwritten;
+            for (source, frozen) in conversion.sources.iter_mut().zip(&frozen.sources) {
+                (source.seen, source.time) = (frozen.seen, frozen.time);
+                source.is_missing = frozen.is_missing;
+                self.sources[source.reader].resume(frozen.cursor);
+            }
+        }
+    }
+}
+
+impl EntryPorts {
+    fn freeze(&self, ports: &[PortDescription], frozen: &mut FrozenRunner) {
+        let name = |slot: usize| ports[slot].name.clone();
+        frozen.queues = self.queues.iter().map(|queue| (name(queue.slot), queue.reader.cursor())).collect();
+        let inboxes = self.inboxes.iter().map(|inbox| {
+            let (sequence, messages) = (inbox.receiver.sequence(), inbox.receiver.waiting());
+            (name(inbox.slot), FrozenMailbox { sequence, messages })
+        });
+        frozen.inboxes = inboxes.collect();
+        let outboxes = self.outboxes.iter().map(|outbox| {
+            let own = FrozenOutbox {
+                index: outbox.index,
+                refused: outbox.refused,
+                sent: outbox.sent,
+                deliveries: outbox.deliveries(),
+                sender: outbox.sender.as_ref().map(|sender| sender.id()),
+            };
+            (name(outbox.slot), own)
+        });
+        frozen.outboxes = outboxes.collect();
+    }
+
+    fn thaw(&mut self, ports: &[PortDescription], frozen: &FrozenRunner) {
+        let name = |slot: usize| ports[slot].name.as_str();
         for queue in &mut self.queues {
             queue.entries.clear();
             if let Some(cursor) = frozen.queues.get(name(queue.slot)) {
@@ -255,27 +283,10 @@ impl Runner {
             let sequence = frozen.inboxes.get(name(inbox.slot)).map(|mailbox| mailbox.sequence);
             inbox.receiver.resume(sequence.unwrap_or(0));
         }
-        for output in &mut self.outputs {
-            output.index = frozen.outputs.get(name(output.slot)).copied().unwrap_or(output.index);
-        }
         for outbox in &mut self.outboxes {
             if let Some(frozen) = frozen.outboxes.get(name(outbox.slot)) {
                 (outbox.index, outbox.refused) = (frozen.index, frozen.refused);
                 outbox.resume(frozen.sent, &frozen.deliveries);
-            }
-        }
-        self.rewired = frozen.rewired;
-        for conversion in &mut self.conversions {
-            let Some(frozen) = frozen.conversions.get(&wire_name(conversion.wire, ports)) else { continue };
-            let value = conversion.value.bytes_mut(conversion.bytes);
-            if value.len() == frozen.value.len() {
-                value.copy_from_slice(&frozen.value);
-            }
-            conversion.unwritten = frozen.unwritten;
-            for (source, frozen) in conversion.sources.iter_mut().zip(&frozen.sources) {
-                (source.seen, source.time) = (frozen.seen, frozen.time);
-                source.is_missing = frozen.is_missing;
-                self.sources[source.reader].resume(frozen.cursor);
             }
         }
     }

@@ -1,257 +1,145 @@
 //! A module at work: before a tick its inputs are pinned and its frame is filled, afterwards its outputs are
 //! checked and committed. The step in between touches nothing but the frame and its own state.
 
-mod commit;
+mod code;
 mod conversion;
+mod entry_ports;
 mod frozen;
 mod health;
+mod inputs;
+mod lifecycle;
+mod outputs;
+mod parameters;
 mod ports;
-mod prepare;
 mod requirements;
 mod retired;
+mod schedule;
+mod services;
 mod shadow;
 mod slots;
-mod supervision;
+mod status;
+mod step_frame;
+mod supervised;
+mod switch;
+mod timing;
 mod wiring;
 
-use std::cell::Cell;
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-use slate_blackboard::Settings;
-use slate_blackboard::channel::{Latest, Writer};
-use slate_blackboard::commit::CommitWord;
-use slate_blackboard::interface::View;
 use slate_blackboard::wake::Wake;
-use slate_module::{Frame, Host, ModuleKind, Random, Refusal, Trigger};
 
-pub use crate::memory::Memory;
-use crate::service::{AspectPort, HostService, ProviderPort};
-pub use commit::priority;
-pub use conversion::{Conversion, ConvertedSource};
+pub use crate::aligned_memory::AlignedMemory;
+use crate::digest::Digest;
+use crate::log::ModuleLog;
+pub use code::{ModuleCode, StepCall, StepCode};
+pub use conversion::{Conversion, Conversions, ConvertedSource};
+pub use entry_ports::EntryPorts;
 pub use frozen::FrozenRunner;
 pub use health::{Health, count};
+pub use inputs::{Group, Inputs};
+pub use outputs::{Outputs, priority};
+pub use parameters::ParameterReader;
 pub use ports::{InboxPort, InputAge, InputPort, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub use requirements::{PortName, Requirements};
 pub use retired::{Patience, Retired, describe};
+pub use schedule::TickSchedule;
+pub use services::ModuleServices;
 pub use shadow::{Shadow, ShadowState};
 pub use slate_composition::own::{ModuleCondition, ModuleState, ModuleTiming};
 pub use slate_composition::{OwnSetup, Wire};
 pub use slots::Slots;
-pub use supervision::Supervised;
+pub use status::RunnerStatus;
+pub use step_frame::StepFrame;
+pub use supervised::Supervised;
+pub use switch::ModuleSwitch;
+pub use timing::{Measured, StepTiming};
 pub use wiring::{ConversionWiring, OutboxWiring, QueueWiring, SourceWiring, Unwired, Wiring};
-
-use crate::log::ModuleLog;
-
-/// Inputs `first..end` that are written by one module and so are pinned together, and with them what it writes of the
-/// sources of others.
-#[derive(Debug)]
-pub struct Group {
-    /// What the module's commits count.
-    pub word: CommitWord,
-    /// Its first input.
-    pub first: u32,
-    /// Behind its last input.
-    pub end: u32,
-    /// Its first source.
-    pub first_source: u32,
-    /// Behind its last source.
-    pub end_source: u32,
-}
 
 /// A module, its state, its ports and its frame.
 ///
 /// In this order, so that what every step of a module with few ports looks at shares few cache lines: the time of a
-/// loop with many short modules is the time that their lines take to come.
+/// loop with many short modules is the time that their lines take to come. What is needed seldom is behind a pointer.
 #[repr(C)]
 pub struct Runner {
-    /// How the module is; nothing before it was said for the first time.
-    pub condition: Option<ModuleCondition>,
-    /// Whether the parameters may have changed.
-    pub params_changed: bool,
-    /// Whether it has ports, services or new code beside it.
-    pub has_company: bool,
-    /// Whether its ports are inputs and outputs alone, and nothing else comes with its steps.
-    pub has_only_values: bool,
-    /// Whether it was found to run, and does so until something is set, or its condition changes.
-    pub is_steady: bool,
-    /// Whether there are links that do not fit as they are, or are pinned when a cycle begins.
-    pub has_conversions: bool,
-    /// Whether each input is of another writer and pinned before the step, so that the groups say nothing more.
-    pub reads_apart: bool,
-    /// Whether it has a turn in every cycle, whatever else it waits for.
-    pub in_every_cycle: bool,
-    /// What the host has set in all modules, and how much of it this one has seen.
-    pub settings: Settings,
-    /// How many settings had been made at the last look.
-    pub settings_seen: Option<u64>,
-    /// The time of the last tick, nanoseconds.
-    pub last_tick: u64,
-    /// The step of `kind`.
-    pub tick: StepCode,
-    /// Its state, in memory of its own.
-    pub instance: *mut (),
+    /// What its turns may leave out.
+    pub shortcuts: Shortcuts,
+    /// How it is.
+    pub status: RunnerStatus,
+    /// Whether it is switched on.
+    pub switch: ModuleSwitch,
+    /// What it reads its parameters from.
+    pub params: ParameterReader,
+    /// Its code and its instance.
+    pub code: ModuleCode,
     /// What the next step sees.
-    pub frame: Frame,
-    /// The slots of its ports in the frame.
-    pub slots: Slots,
-    /// What was measured of its steps.
-    pub measured: Measured,
-    /// Inputs, in the order of the groups.
-    pub inputs: Vec<InputPort>,
-    /// The readers of `inputs`, apart from them so that a group can be pinned in one go.
-    pub readers: Vec<Latest>,
-    /// Outputs.
-    pub outputs: Vec<OutputPort>,
-    /// Which inputs are pinned together.
-    pub groups: Vec<Group>,
-    /// The readers of what is converted.
-    pub sources: Vec<Latest>,
-    /// What makes it tick.
-    pub trigger: Trigger,
-    /// When the next tick of a periodic module is due.
-    pub due: u64,
+    pub frame: StepFrame,
+    /// When it has its turn.
+    pub schedule: TickSchedule,
+    /// How long its steps take.
+    pub timing: StepTiming,
+    /// Its inputs.
+    pub inputs: Inputs,
+    /// Its outputs.
+    pub outputs: Outputs,
     /// What watches over it when it is isolated.
     pub supervised: Option<Box<Supervised>>,
-    /// How long a step may take, nanoseconds.
-    pub deadline: Option<u64>,
     /// The module's name.
     pub name: Arc<str>,
-    /// Its code.
-    pub kind: ModuleKind,
-    /// How it is, for others.
-    pub health: Arc<Health>,
-    /// Queue inputs.
-    pub queues: Vec<QueuePort>,
-    /// Inboxes.
-    pub inboxes: Vec<InboxPort>,
-    /// Outboxes.
-    pub outboxes: Vec<OutboxPort>,
-    /// Whether its links have changed since its last step: what they lead to is news.
-    pub rewired: bool,
-    /// What links fill that do not fit as they are.
-    pub conversions: Vec<Conversion>,
-    /// What is pinned when a cycle begins, and not before the step.
-    pub early: Vec<Group>,
-    /// Services of other modules.
-    pub aspects: Vec<AspectPort>,
-    /// Services for other modules.
-    pub providers: Vec<ProviderPort>,
-    /// New code beside this one.
-    pub shadow: Option<Shadow>,
-    /// Services of the host.
-    pub services: Vec<Box<dyn HostService>>,
-    /// What `enabled` said last.
-    pub on: bool,
-    /// Whether another module switches this one.
-    pub is_switched: bool,
-    /// Reads its parameters.
-    pub params: Latest,
-    /// Reads its switch.
-    pub enabled: Latest,
-    /// Writes `/module/state`.
-    pub state: Writer,
-    /// Writes `/module/timing`.
-    pub timing: Writer,
-    /// Writes `/module/histogram`; taken by who shows it.
-    pub histogram: Option<Writer>,
-    /// Makes what a step wrote visible at once.
-    pub commit: CommitWord,
-    /// Wakes this module's own thread, if it has one.
-    pub wake: Arc<Wake>,
     /// Its log.
     pub log: Box<ModuleLog>,
-    /// What the instance is made with, also anew after a panic.
-    pub setup: OwnSetup,
-    /// The inputs without whose value it does not run.
-    pub requirements: Requirements,
-    /// What it waits for while its condition is `Waiting`.
-    pub waiting_for: PortName,
-    /// How long its end is waited for.
-    pub patience: Patience,
-    /// Behind `frame.random`.
-    pub random: Box<Cell<Random>>,
-    /// Behind `frame.host`.
-    #[allow(dead_code, reason = "the frame points to it")]
-    pub host: Box<Host>,
-    /// A value of all zeros behind inputs that were never written.
-    pub zeros: Arc<Memory>,
-    /// Panics until now.
-    pub panics: u32,
-    /// Panics without many ticks between them, and the tick of the last one.
-    pub panics_in_a_row: u32,
-    /// The tick of the last panic.
-    pub last_panic: u64,
+    /// Its queues, inboxes and outboxes.
+    pub entries: EntryPorts,
+    /// The services that it uses and provides.
+    pub services: ModuleServices,
+    /// New code beside this one.
+    pub shadow: Option<Shadow>,
+    /// Wakes this module's own thread, if it has one.
+    pub wake: Arc<Wake>,
 }
 
-/// The code of a step.
-pub type StepCode = unsafe extern "C" fn(*mut (), *const Frame) -> i32;
-
-/// What was measured since `/module/timing` was written last.
-#[derive(Clone, Debug, Default, Serialize, Deserialize)]
-pub struct Measured {
-    written: u64,
-    period: u64,
-    longest: u64,
-    jitter: u64,
+/// What most turns of most modules may leave out.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shortcuts {
+    /// Whether it was found to run, and does so until something is set, or its condition changes.
+    is_steady: bool,
+    /// Whether it has ports, services or new code beside it.
+    has_company: bool,
+    /// Whether its ports are inputs and outputs alone, and nothing else comes with its steps.
+    has_only_values: bool,
+    /// Whether there are links that do not fit as they are, or are pinned when a cycle begins.
+    has_conversions: bool,
 }
-
-/// `/module/timing` is written this often, nanoseconds.
-const TIMING_PERIOD: u64 = 100_000_000;
 
 // SAFETY: the raw pointers lead to memory that the runner owns (instance, frame, slots) or that its handles keep
 // alive (values), and whoever holds the runner uses them alone.
 unsafe impl Send for Runner {}
 
-/// After that many panics in a row a module stays off, as starting it again does not help.
-const PANIC_LIMIT: u32 = 5;
-/// After that many ticks a panic is no longer of the same row.
-const PANIC_ROW: u64 = 100;
-
 impl Runner {
     /// The call of a step, to be made without holding a reference to the runner: a hung step keeps it for ever. The runner
     /// stays where it is until the step has ended.
     pub fn call(&self) -> StepCall {
-        StepCall { tick: self.tick, instance: self.instance, frame: &raw const self.frame }
+        self.code.call(&raw const self.frame.frame)
     }
 
     /// Whether a step is due at `now`. Only looks; what is new is taken by [`prepare`](Runner::prepare).
     #[inline]
     pub fn is_due(&mut self, now: u64) -> bool {
         let is_up = self.is_as_before() || self.look_whether_enabled(now) && self.is_up(now);
-        if !is_up {
-            return false;
-        }
-        if self.in_every_cycle {
-            return true;
-        }
-        match &self.trigger {
-            Trigger::Stage => true,
-            Trigger::Every(period) => {
-                if now < self.due {
-                    return false;
-                }
-                // Periods are counted from the first tick, so that they do not drift; missed ones are left out.
-                let first = self.frame.number == 0;
-                self.due =
-                    if first { now + period } else { self.due + ((now - self.due) / period + 1) * period };
-                true
-            }
-            Trigger::On { timeout, .. } => {
-                let waited = now.saturating_sub(self.last_tick);
-                timeout.is_some_and(|timeout| self.frame.number == 0 || waited >= timeout)
-                    || self.has_news()
-                    || std::mem::take(&mut self.rewired)
-            }
-        }
+        is_up && (self.schedule.is_in_every_cycle() || self.is_time(now))
     }
 
-    /// Whether a port that triggers has something new.
-    pub fn has_news(&self) -> bool {
-        self.inputs.iter().zip(&self.readers).any(|(input, reader)| input.wakes && reader.has_news())
-            || self.queues.iter().any(|queue| queue.triggers && !queue.is_early && queue.reader.waiting() > 0)
-            || self.inboxes.iter().any(|inbox| inbox.triggers && inbox.receiver.has_messages())
-            || self.has_conversions && (self.has_converted_news() || self.has_early_news())
+    #[inline]
+    fn is_time(&mut self, now: u64) -> bool {
+        let Self { schedule, frame, inputs, entries, shortcuts, .. } = self;
+        let has_news = || {
+            inputs.have_news()
+                || entries.have_news()
+                || shortcuts.has_conversions
+                    && (inputs.conversions.have_news()
+                        || inputs.have_early_news()
+                        || entries.have_early_news())
+        };
+        schedule.is_due(now, frame.number(), has_news)
     }
 
     /// Whether the module may run at `now`: `enabled` is enforced here.
@@ -262,42 +150,37 @@ impl Runner {
 
     #[inline]
     fn is_as_before(&self) -> bool {
-        self.is_steady && self.settings_seen == Some(self.settings.count())
+        self.shortcuts.is_steady && self.switch.is_unchanged()
     }
 
     fn look_whether_enabled(&mut self, now: u64) -> bool {
         // Two properties less to look at, which nearly never change.
-        let settings = Some(self.settings.count());
-        let changed = settings != self.settings_seen;
+        let changed = self.switch.take_note();
         if changed {
-            (self.settings_seen, self.params_changed) = (settings, true);
+            self.params.expect_change();
         }
-        if self.is_switched && self.has_conversions {
-            self.convert_switch();
+        if self.switch.is_linked() && self.shortcuts.has_conversions {
+            self.inputs.conversions.convert_switch();
         }
-        if (changed || self.is_switched) && self.enabled.refresh() {
-            let value = self.enabled.value();
-            self.on = value.is_none_or(|loan| loan.bytes().first().is_some_and(|byte| *byte != 0));
-        }
+        let is_on = if changed || self.switch.is_linked() { self.switch.read() } else { self.switch.is_on() };
         // Also while it is switched off, so that it keeps no service that nobody provides any more.
-        let mut missing = if self.has_company { self.missing_service() } else { None };
-        if self.on && missing.is_none() && self.requirements.is_open() {
+        let mut missing =
+            if self.shortcuts.has_company { self.services.missing(&mut self.frame.slots) } else { None };
+        if is_on && missing.is_none() && self.inputs.requirements.is_open() {
             missing = self.missing_input();
         }
         let condition = self.condition();
-        if !self.on || missing.is_some() {
-            let rest = if self.on { ModuleCondition::WAITING } else { ModuleCondition::INACTIVE };
-            if let Some(port) = missing.filter(|port| *port != self.waiting_for) {
-                self.waiting_for = port;
-                // So that its state is told anew.
-                self.condition = self.condition.filter(|condition| *condition != ModuleCondition::WAITING);
+        if !is_on || missing.is_some() {
+            let rest = if is_on { ModuleCondition::WAITING } else { ModuleCondition::INACTIVE };
+            if let Some(port) = missing {
+                self.status.wait_for(port);
             }
             if condition.is_working() || condition == ModuleCondition::FAILED {
                 self.set_condition(rest, now);
                 self.publish_safe(now);
                 // What others use of it may use what it misses now.
-                self.withdraw();
-                self.services.iter_mut().for_each(|service| service.abandon());
+                self.services.withdraw(self.code.kind());
+                self.services.abandon();
             } else if matches!(condition, ModuleCondition::INACTIVE | ModuleCondition::WAITING) {
                 self.set_condition(rest, now);
             }
@@ -307,192 +190,188 @@ impl Runner {
             self.set_condition(ModuleCondition::WORKING, now);
         }
         let is_enabled = condition != ModuleCondition::FAULTED && condition != ModuleCondition::LATE;
-        self.is_steady =
-            is_enabled && !self.is_switched && self.aspects.is_empty() && self.supervised.is_none();
+        self.shortcuts.is_steady = is_enabled
+            && !self.switch.is_linked()
+            && self.services.aspects.is_empty()
+            && self.supervised.is_none();
         is_enabled
-    }
-
-    /// Ends the services that it provides.
-    fn withdraw(&mut self) {
-        self.providers.iter_mut().for_each(|provider| provider.withdraw(&self.kind));
-    }
-
-    /// The first service of another module that it needs and that is not provided.
-    fn missing_service(&mut self) -> Option<PortName> {
-        let mut missing = None;
-        for aspect in &mut self.aspects {
-            match aspect.table() {
-                Some(table) => self.slots[aspect.slot].data = table.cast_mut(),
-                None => missing = missing.or(Some(aspect.name)),
-            }
-        }
-        missing
     }
 
     /// The first required input without a value.
     fn missing_input(&mut self) -> Option<PortName> {
-        let missing = self.requirements.missing(&self.inputs, &self.readers)?;
-        if self.conversions.is_empty() {
+        let missing = self.inputs.missing()?;
+        if self.inputs.conversions.is_empty() {
             return Some(missing);
         }
         // What links fill is else only written before the step that this one waits for.
-        let is_news = self.has_converted_news();
-        for group in &self.groups {
-            let sources = &mut self.sources[group.first_source as usize..group.end_source as usize];
-            sources.iter_mut().for_each(|source| _ = source.refresh());
-        }
+        let is_news = self.inputs.conversions.have_news();
+        self.inputs.refresh_sources();
         self.convert();
-        self.rewired |= is_news;
-        self.requirements.missing(&self.inputs, &self.readers)
+        if is_news {
+            self.schedule.set_rewired(true);
+        }
+        self.inputs.missing()
     }
 
     /// How the module is.
     pub fn condition(&self) -> ModuleCondition {
-        self.condition.unwrap_or(ModuleCondition::WORKING)
-    }
-
-    /// Looks whether there is anything but the step itself to take care of.
-    pub fn look_for_company(&mut self) {
-        let ports = !(self.slots.is_empty() && self.services.is_empty() && self.shadow.is_none());
-        self.has_company = ports || self.has_conversions;
-        self.has_only_values = self.queues.is_empty()
-            && self.inboxes.is_empty()
-            && self.outboxes.is_empty()
-            && self.providers.is_empty()
-            && self.services.is_empty()
-            && self.shadow.is_none();
-        self.reads_apart = self.early.is_empty() && self.groups.iter().all(Group::is_one_reader);
-        self.in_every_cycle = self.trigger == Trigger::Stage;
-        self.is_steady = false;
+        self.status.condition()
     }
 
     /// Changes how the module is, and shows it.
     #[inline]
     pub fn set_condition(&mut self, condition: ModuleCondition, now: u64) {
-        if self.condition != Some(condition) {
-            self.change_condition(condition, now);
+        if !self.status.is_told(condition) {
+            self.shortcuts.is_steady = false;
+            self.status.change(condition, self.frame.number(), now);
         }
     }
 
-    fn change_condition(&mut self, condition: ModuleCondition, now: u64) {
-        self.condition = Some(condition);
-        self.is_steady = false;
-        self.health.set(condition);
-        let mut state = ModuleState {
-            ticks: self.frame.number,
-            panics: self.panics.into(),
-            condition,
-            waiting_for: if condition == ModuleCondition::WAITING {
-                self.waiting_for
-            } else {
-                PortName::default()
-            },
+    /// Looks whether there is anything but the step itself to take care of.
+    pub fn look_for_company(&mut self) {
+        let is_early = self.inputs.are_early() || self.entries.are_early();
+        let has_conversions = !self.inputs.conversions.is_empty() || is_early;
+        let has_services = !self.services.host.is_empty() || !self.services.providers.is_empty();
+        let has_slots = !self.frame.slots.is_empty();
+        self.shortcuts = Shortcuts {
+            is_steady: false,
+            has_company: has_slots || has_conversions || has_services || self.shadow.is_some(),
+            has_only_values: self.entries.is_empty() && !has_services && self.shadow.is_none(),
+            has_conversions,
         };
-        // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
-        let _ = self.state.write(View::of(&mut state).bytes(), 0, now);
+        self.inputs.look_at_groups();
     }
 
-    /// As [`create`](Runner::create), in a thread that is not waited for without end.
-    pub fn create_patiently(&mut self) -> Result<*mut (), Refusal> {
-        self.params.refresh();
-        self.params_changed = true;
-        let params = self.params.value();
-        let bytes = params.as_ref().map_or(&[][..], |loan| loan.bytes());
-        self.patience.create(&self.kind, &self.setup, bytes)
+    /// Pins what is to be of the last cycle, before the steps of this one.
+    pub fn pin_early(&mut self) {
+        self.inputs.pin_early();
+        self.entries.pull_early();
     }
 
-    /// A fresh instance with the present parameters.
-    pub fn create(&mut self) -> Result<*mut (), Refusal> {
-        self.params.refresh();
-        self.params_changed = true;
-        let params = self.params.value();
-        let bytes = params.as_ref().map_or(&[][..], |loan| loan.bytes());
-        self.setup.with(|setup| self.kind.create(setup, bytes))
-    }
-
-    /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
-    /// forgotten.
-    pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
-        self.panics_in_a_row = 0;
-        let mut comes_again = false;
-        if let Some(supervised) = &mut self.supervised {
-            supervised.supervisor.forget();
-            comes_again = supervised.supervisor.is_waiting();
+    /// Pins the inputs and fills the frame for a step at `now`.
+    pub fn prepare(&mut self, now: u64) {
+        if self.shortcuts.has_company {
+            self.inputs.pin();
         }
-        if instance.is_null() && !comes_again {
-            // The exchange is taken back, and the old code had failed for good.
-            self.set_condition(ModuleCondition::FAULTED, self.last_tick);
-        } else if self.condition() == ModuleCondition::FAULTED {
-            self.set_condition(ModuleCondition::WORKING, self.last_tick);
-        }
-        self.tick = kind.table().tick;
-        let kind = std::mem::replace(&mut self.kind, kind);
-        self.withdraw();
-        self.services.iter_mut().for_each(|service| service.begin(&self.kind));
-        let old = std::mem::replace(&mut self.instance, instance);
-        self.show_process(self.last_tick, true);
-        Retired::new(kind, old, self.patience.clone())
+        self.prepare_pinned(now);
     }
 
-    /// Gives a module that has not begun yet the state that another instance has saved.
-    ///
-    /// # Errors
-    /// Why it begins afresh: the state doesn't fit, or the call does not return.
-    pub fn restore(&mut self, state: &[u8]) -> Result<(), String> {
-        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
-        let retired = Retired::new(self.kind.clone(), instance, self.patience.clone());
-        let (retired, fits) = retired.restored(state.to_vec());
-        self.instance = retired.into_parts().1;
-        if self.instance.is_null() {
-            match self.create() {
-                Ok(instance) => self.instance = instance,
-                Err(refusal) => {
-                    self.set_condition(ModuleCondition::FAULTED, 0);
-                    self.log.write(slate_module::Level::Error, &refusal.0);
-                }
-            }
-        }
-        fits
-    }
-
-    /// Takes the instance out, so that it ends apart from the ports. Nobody runs it: a late module is never retired.
-    pub fn retire(&mut self) -> Retired {
-        let instance = std::mem::replace(&mut self.instance, std::ptr::null_mut());
-        self.withdraw();
-        self.services.iter_mut().for_each(|service| service.end());
-        Retired::new(self.kind.clone(), instance, self.patience.clone())
-    }
-
-    /// Ends the instance.
-    pub fn destroy(&mut self) {
-        self.retire().end_here();
-    }
-}
-
-impl Drop for Runner {
-    fn drop(&mut self) {
-        drop(self.retire());
-    }
-}
-
-/// A step that is ready to be made.
-#[derive(Clone, Copy)]
-pub struct StepCall {
-    tick: StepCode,
-    instance: *mut (),
-    frame: *const Frame,
-}
-
-// SAFETY: instances are `Send`, and the frame is used by whoever makes the call alone.
-unsafe impl Send for StepCall {}
-
-impl StepCall {
-    /// Makes the step; returns the outcome, or -1 after a panic.
+    /// As [`prepare`](Runner::prepare), for a step that is the loop's only one while it lasts.
     ///
     /// # Safety
-    /// The runner was prepared and lives, and nobody else touches its instance and frame during the call.
-    pub unsafe fn make(self) -> i32 {
+    /// The seats of the loop that write [in turn](slate_blackboard::channel::Writer::set_in_turn) are in no step until that
+    /// one has ended, or was [given up](Runner::give_up).
+    #[inline]
+    pub unsafe fn prepare_in_turn(&mut self, now: u64) {
+        // SAFETY: the values are looked at in the step, and what reads them is told to hold them when that is given up.
+        unsafe { self.inputs.take_in_turn() };
+        self.prepare_pinned(now);
+    }
+
+    /// Fills the frame.
+    #[inline(always)] // As for `commit`.
+    fn prepare_pinned(&mut self, now: u64) {
+        if self.shortcuts.has_company {
+            self.prepare_ports(now);
+        }
+        self.params.show(&mut self.frame.frame);
+        self.frame.begin(now, self.schedule.last_tick());
+        self.schedule.tick(now);
+        if !self.shortcuts.has_only_values
+            && let Some(shadow) = &mut self.shadow
+        {
+            shadow.before(&self.frame.frame, &self.frame.slots, self.frame.random());
+        }
+    }
+
+    #[inline(always)]
+    fn prepare_ports(&mut self, now: u64) {
+        if self.shortcuts.has_conversions {
+            self.convert();
+        }
+        let StepFrame { slots, zeros, .. } = &mut self.frame;
+        self.inputs.fill(slots, zeros, now);
+        if self.shortcuts.has_conversions {
+            self.inputs.conversions.mark(slots, now);
+        }
+        self.outputs.prepare(slots);
+        if !self.shortcuts.has_only_values {
+            self.entries.prepare(slots, &self.log, now);
+            self.services.prepare(slots, now);
+        }
+    }
+
+    /// Brings what is new of the sources of links to the ports that they fill.
+    fn convert(&mut self) {
+        self.inputs.conversions.convert(&mut self.inputs.readers, &mut self.params, &self.log);
+    }
+
+    /// Checks and commits what a step wrote. `code` is what the step returned.
+    #[inline(always)] // Part of every step. Left to the compiler it is a call or not, for a tenth of the step.
+    pub fn commit(&mut self, now: u64, code: i32, digest: Option<&mut Digest>) {
+        if !self.shortcuts.has_only_values {
+            if let Some(shadow) = &mut self.shadow {
+                shadow.after(&self.frame.slots);
+            }
+            self.entries.answer();
+        }
+        let condition = match code {
+            0 => ModuleCondition::WORKING,
+            1 => ModuleCondition::DEGRADED,
+            2 => ModuleCondition::FAILED,
+            _ => return self.recover(now),
+        };
+        self.set_condition(condition, now);
+        if condition == ModuleCondition::FAILED {
+            self.services.abandon();
+            self.entries.lose_messages(&self.frame.slots);
+            self.publish_safe(now);
+        } else {
+            self.publish(now, digest);
+        }
+    }
+
+    #[inline(always)]
+    fn publish(&mut self, now: u64, mut digest: Option<&mut Digest>) {
+        self.outputs.publish(&self.frame.slots, now, digest.as_deref_mut());
+        if !self.shortcuts.has_only_values {
+            self.services.commit(now, digest.as_deref_mut());
+            self.entries.send(&self.frame.slots, now, digest);
+        }
+    }
+
+    /// Gives every output its safe value, and ends its commands.
+    pub fn publish_safe(&mut self, now: u64) {
+        self.outputs.publish_safe(self.condition() == ModuleCondition::LATE, now);
+        self.services.rest(now);
+    }
+
+    /// Counts a step, and how many wall-clock nanoseconds it took if that was measured; it stands for so many steps in the
+    /// histogram.
+    #[inline]
+    pub fn time(&mut self, duration: Option<u64>, stands_for: u32) {
+        if self.timing.count(&self.frame.frame, self.status.health(), duration, stands_for) {
+            self.show_timing();
+        }
+    }
+
+    /// Writes `/module/timing`.
+    fn show_timing(&mut self) {
+        let now = self.frame.frame.now;
+        self.inputs.show_ages(&self.frame.slots, now);
+        self.timing.show(&self.frame.frame, self.status.health());
+        self.show_process(now, false);
+    }
+
+    /// Whether what this module writes is written in turn with the steps of the loop.
+    ///
+    /// # Safety
+    /// As for [`Writer::set_in_turn`](slate_blackboard::channel::Writer::set_in_turn): from then on its steps, and all else
+    /// that writes its outputs, are made by who has the loop's token, and in no other module's step.
+    pub unsafe fn set_in_turn(&mut self, in_turn: bool) {
         // SAFETY: passed on to the caller.
-        unsafe { (self.tick)(self.instance, self.frame) }
+        unsafe { self.outputs.set_in_turn(in_turn) };
+        // Who writes what it reads may leave the loop, too.
+        self.inputs.hold();
     }
 }

@@ -10,10 +10,10 @@ use slate_module::{Delivery, Entry};
 
 use super::Health;
 use crate::actuators::Actuator;
-use crate::memory::Memory;
+use crate::aligned_memory::AlignedMemory;
 use slate_composition::link::Filter;
 
-/// An input; its reader stands at the same index in `Runner::readers`. It fills a cache line.
+/// An input; its reader stands at the same index in [`Inputs`](super::Inputs)' readers. It fills a cache line.
 #[repr(align(64))]
 pub struct InputPort {
     /// Its slot in the frame.
@@ -137,7 +137,7 @@ pub struct OutboxPort {
     /// Where messages go; nothing for an outbox without a link.
     pub sender: Option<Sender>,
     /// Room for the messages of a step.
-    pub memory: Vec<Memory>,
+    pub memory: Vec<AlignedMemory>,
     /// What the frame points to.
     pub entries: Vec<Entry>,
     /// Bytes of a message.

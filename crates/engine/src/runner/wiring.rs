@@ -5,8 +5,12 @@ use slate_blackboard::message::Sender;
 use slate_blackboard::wake::Wake;
 use slate_module::Entry;
 
-use super::{Conversion, ConvertedSource, Group, InputPort, QueueGauge, QueuePort, Runner, Wire};
 use slate_composition::link::Filter;
+
+use super::{
+    Conversion, Conversions, ConvertedSource, EntryPorts, Group, InputPort, Inputs, QueueGauge, QueuePort,
+    Wire,
+};
 
 /// What a module's ports read and send to. It is exchanged between two steps, so a step sees all of a change or nothing.
 #[derive(Default)]
@@ -88,7 +92,7 @@ pub struct SourceWiring {
 #[derive(Default)]
 pub struct Unwired {
     #[allow(dead_code, reason = "it is there to be dropped")]
-    readers: Vec<Latest>,
+    pub(super) readers: Vec<Latest>,
     #[allow(dead_code, reason = "as above")]
     queues: Vec<QueuePort>,
     #[allow(dead_code, reason = "as above")]
@@ -103,12 +107,20 @@ unsafe impl Send for Unwired {}
 /// How often inputs that belong together are pinned when they are linked: a commit of their writer takes microseconds.
 const FIRST_PIN_TRIES: u32 = 10_000;
 
-impl Runner {
-    /// Goes on with other ports' readers, from the next step on. The module is in no step.
-    pub fn rewire(&mut self, wiring: Wiring) -> Unwired {
-        let Wiring { inputs, sources, groups, early, queues, outboxes, conversions, switch } = wiring;
-        let mut unwired = Unwired::default();
-        let ports = std::mem::take(&mut self.inputs);
+/// What of a [`Wiring`] fills inputs.
+pub(super) struct InputWiring {
+    pub inputs: Vec<(InputPort, Option<Latest>)>,
+    pub sources: Vec<SourceWiring>,
+    pub groups: Vec<Group>,
+    pub early: Vec<Group>,
+    pub conversions: Vec<ConversionWiring>,
+}
+
+impl Inputs {
+    /// Goes on with other readers.
+    pub(super) fn rewire(&mut self, wiring: InputWiring, unwired: &mut Unwired) {
+        let InputWiring { inputs, sources, groups, early, conversions } = wiring;
+        let ports = std::mem::take(&mut self.ports);
         let mut old: Vec<_> = ports.into_iter().zip(std::mem::take(&mut self.readers)).collect();
         for (mut port, reader) in inputs {
             let reader = match reader {
@@ -122,18 +134,83 @@ impl Runner {
                     reader
                 }
             };
-            self.inputs.push(port);
+            self.ports.push(port);
             self.readers.push(reader);
         }
         unwired.readers.extend(old.into_iter().map(|(_, reader)| reader));
-        self.rewire_conversions(conversions, sources, &mut unwired);
+        self.conversions.rewire(conversions, sources, &self.ports, unwired);
         (self.groups, self.early) = (groups, early);
-        for group in self.groups.iter().chain(&self.early) {
-            // Values of one writer belong together from the first step on.
-            if group.count() > 1 {
-                group.pin(&mut self.readers, &mut self.sources, FIRST_PIN_TRIES);
+        self.pin_first(FIRST_PIN_TRIES);
+        self.requirements.reopen();
+    }
+}
+
+impl Conversions {
+    fn rewire(
+        &mut self,
+        conversions: Vec<ConversionWiring>,
+        sources: Vec<SourceWiring>,
+        inputs: &[InputPort],
+        unwired: &mut Unwired,
+    ) {
+        let mut old = std::mem::take(&mut self.all);
+        let mut readers: Vec<Option<Latest>> =
+            std::mem::take(&mut self.sources).into_iter().map(Some).collect();
+        for conversion in conversions {
+            let known = |old: &[Conversion], wire| old.iter().position(|other| other.wire == wire);
+            match conversion {
+                ConversionWiring::Same(wire) => {
+                    if let Some(at) = known(&old, wire) {
+                        self.all.push(old.swap_remove(at));
+                    }
+                }
+                ConversionWiring::New(mut new) => {
+                    if new.writer.is_none()
+                        && let Some(at) = known(&old, new.wire)
+                    {
+                        new.writer = std::mem::take::<Option<Writer>>(&mut old[at].writer);
+                    }
+                    self.all.push(new);
+                }
             }
         }
+        for SourceWiring { wire, source, ordinal } in sources {
+            let Some(conversion) = self.all.iter_mut().find(|other| other.wire == wire) else {
+                continue;
+            };
+            let place = self.sources.len();
+            match source {
+                Some((reader, source)) => {
+                    self.sources.push(reader);
+                    conversion.sources.push(ConvertedSource { reader: place, ..source });
+                }
+                None => {
+                    let Some(source) = conversion.sources.get_mut(ordinal) else { continue };
+                    let Some(reader) = readers.get_mut(source.reader).and_then(Option::take) else {
+                        continue;
+                    };
+                    self.sources.push(reader);
+                    source.reader = place;
+                }
+            }
+        }
+        for conversion in &mut self.all {
+            let own = inputs.iter().position(|input| Wire::Port(input.slot as usize) == conversion.wire);
+            conversion.reader = own.unwrap_or(0);
+        }
+        unwired.readers.extend(readers.into_iter().flatten());
+        unwired.conversions = old;
+    }
+}
+
+impl EntryPorts {
+    /// Goes on with other readers and senders.
+    pub(super) fn rewire(
+        &mut self,
+        queues: Vec<QueueWiring>,
+        outboxes: Vec<OutboxWiring>,
+        unwired: &mut Unwired,
+    ) {
         let mut old = std::mem::take(&mut self.queues);
         for QueueWiring { slot, triggers, reader, window, filter, is_early, gauge, farewell } in queues {
             let known = old.iter().position(|port| port.slot == slot);
@@ -164,76 +241,5 @@ impl Runner {
                 unwired.senders.extend(port.turn_to(sender));
             }
         }
-        if let Some((reader, is_switched)) = switch {
-            unwired.readers.push(std::mem::replace(&mut self.enabled, reader));
-            (self.is_switched, self.settings_seen) = (is_switched, None);
-        }
-        let has_early = !self.early.is_empty() || self.queues.iter().any(|queue| queue.is_early);
-        self.has_conversions = !self.conversions.is_empty() || has_early;
-        self.requirements.reopen();
-        self.look_for_company();
-        self.rewired = true;
-        unwired
-    }
-
-    fn rewire_conversions(
-        &mut self,
-        conversions: Vec<ConversionWiring>,
-        sources: Vec<SourceWiring>,
-        unwired: &mut Unwired,
-    ) {
-        let mut old = std::mem::take(&mut self.conversions);
-        let mut readers: Vec<Option<Latest>> =
-            std::mem::take(&mut self.sources).into_iter().map(Some).collect();
-        for conversion in conversions {
-            let known = |old: &[Conversion], wire| old.iter().position(|other| other.wire == wire);
-            match conversion {
-                ConversionWiring::Same(wire) => {
-                    if let Some(at) = known(&old, wire) {
-                        self.conversions.push(old.swap_remove(at));
-                    }
-                }
-                ConversionWiring::New(mut new) => {
-                    if new.writer.is_none()
-                        && let Some(at) = known(&old, new.wire)
-                    {
-                        new.writer = std::mem::take::<Option<Writer>>(&mut old[at].writer);
-                    }
-                    self.conversions.push(new);
-                }
-            }
-        }
-        for SourceWiring { wire, source, ordinal } in sources {
-            let Some(conversion) = self.conversions.iter_mut().find(|other| other.wire == wire) else {
-                continue;
-            };
-            let place = self.sources.len();
-            match source {
-                Some((reader, source)) => {
-                    self.sources.push(reader);
-                    conversion.sources.push(ConvertedSource { reader: place, ..source });
-                }
-                None => {
-                    let Some(source) = conversion.sources.get_mut(ordinal) else { continue };
-                    let Some(reader) = readers.get_mut(source.reader).and_then(Option::take) else {
-                        continue;
-                    };
-                    self.sources.push(reader);
-                    source.reader = place;
-                }
-            }
-        }
-        for conversion in &mut self.conversions {
-            let own = self.inputs.iter().position(|input| Wire::Port(input.slot as usize) == conversion.wire);
-            conversion.reader = own.unwrap_or(0);
-        }
-        unwired.readers.extend(readers.into_iter().flatten());
-        unwired.conversions = old;
-    }
-}
-
-impl Group {
-    fn count(&self) -> u32 {
-        self.end - self.first + self.end_source - self.first_source
     }
 }

@@ -21,4 +21,4 @@ pub use recording::Recording;
 pub use slate_composition::own::TimingHistogram;
 pub use span::{Label, Span};
 pub use switch::Switch;
-pub use trace::{Exported, Trace, TraceError, Track};
+pub use trace::{Exported, Trace, TraceError, TraceTrack};

@@ -79,7 +79,7 @@ pub(super) struct Lane {
 
 /// The spans of one thread, or of a role that one thread after the other has. It has one writer, this.
 #[derive(Debug)]
-pub struct Track {
+pub struct TraceTrack {
     ring: Arc<Ring>,
     /// Two threads must not write at a time.
     unshared: PhantomData<Cell<()>>,
@@ -114,7 +114,7 @@ impl Trace {
     ///
     /// # Errors
     /// When it has a writer, or there are too many.
-    pub fn track(&self, name: &str) -> Result<Track, TraceError> {
+    pub fn track(&self, name: &str) -> Result<TraceTrack, TraceError> {
         self.track_with(name, self.capacity)
     }
 
@@ -122,7 +122,7 @@ impl Trace {
     ///
     /// # Errors
     /// As for [`track`](Trace::track).
-    pub fn track_with(&self, name: &str, capacity: usize) -> Result<Track, TraceError> {
+    pub fn track_with(&self, name: &str, capacity: usize) -> Result<TraceTrack, TraceError> {
         self.lane(name, capacity, false)
     }
 
@@ -130,16 +130,16 @@ impl Trace {
     ///
     /// # Errors
     /// When there are too many.
-    pub fn track_after(&self, name: &str) -> Result<Track, TraceError> {
+    pub fn track_after(&self, name: &str) -> Result<TraceTrack, TraceError> {
         self.lane(name, self.capacity, true)
     }
 
-    fn lane(&self, name: &str, capacity: usize, beside: bool) -> Result<Track, TraceError> {
+    fn lane(&self, name: &str, capacity: usize, beside: bool) -> Result<TraceTrack, TraceError> {
         let mut lanes = lock(&self.lanes);
         let mut same = lanes.iter().filter(|lane| *lane.name == *name).peekable();
         let first = same.peek().map(|lane| lane.track);
         if let Some(lane) = same.find(|lane| lane.ring.take()) {
-            return Ok(Track::new(Arc::clone(&lane.ring)));
+            return Ok(TraceTrack::new(Arc::clone(&lane.ring)));
         }
         if first.is_some() && !beside {
             return Err(TraceError::Taken { name: name.into() });
@@ -150,7 +150,7 @@ impl Trace {
         let ring = Arc::new(Ring::new(capacity));
         let track = first.unwrap_or(lanes.len() + 1);
         lanes.push(Lane { name: name.into(), track, ring: Arc::clone(&ring) });
-        Ok(Track::new(ring))
+        Ok(TraceTrack::new(ring))
     }
 
     /// The rings but the first ones. They stay, so that what was seen once need not be looked at again.
@@ -204,7 +204,7 @@ impl Trace {
     }
 }
 
-impl Track {
+impl TraceTrack {
     fn new(ring: Arc<Ring>) -> Self {
         Self { ring, unshared: PhantomData }
     }
@@ -216,7 +216,7 @@ impl Track {
     }
 }
 
-impl Drop for Track {
+impl Drop for TraceTrack {
     fn drop(&mut self) {
         self.ring.release();
     }

@@ -7,14 +7,14 @@ use slate_module::Level;
 
 use crate::configuration::{Configuration, Diagnostic, Report, Span};
 use crate::log::{
-    ConsoleTarget, FileTarget, LogTarget, Logger, RemoteTarget, Rotation, Settings, SyslogTarget,
+    ConsoleTarget, FileTarget, LogSettings, LogTarget, Logger, RemoteTarget, Rotation, SyslogTarget,
 };
 
 /// What a configuration says.
-pub(super) fn settings(configuration: &Configuration, lockstep: bool) -> Settings {
+pub(super) fn settings(configuration: &Configuration, lockstep: bool) -> LogSettings {
     let log = configuration.log();
     let modules = configuration.modules().len();
-    Settings { levels: log.levels(), repeat: log.repeat.value, lockstep, modules }
+    LogSettings { levels: log.levels(), repeat: log.repeat.value, lockstep, modules }
 }
 
 /// Adds the properties, which modules may read.

@@ -10,7 +10,7 @@ use super::assembly::ModuleStates;
 use super::handle::AgentHandle;
 use super::snapshot::SnapshotTaker;
 use crate::configuration::{Configuration, Diagnostic, Module, Report, Span};
-use crate::memory::{Memory, MemoryError, help};
+use crate::memory::{MemoryError, ModuleMemory, help};
 use crate::replacement::Replacement;
 
 /// A module that remembers.
@@ -105,7 +105,7 @@ impl Memories {
                 help: help(source.kind()),
                 source,
             };
-            let bytes = Memory { kind, state }.to_bytes().map_err(failed)?;
+            let bytes = ModuleMemory { kind, state }.to_bytes().map_err(failed)?;
             let Some(mut place) = place else { continue };
             place.write_all(&bytes).map_err(failed)?;
             written.push((place, module, file));
@@ -146,7 +146,7 @@ fn begin(module: &Module, file: &Path, keeps: bool) -> Result<(Began, Option<Rep
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok((None, place)),
         Err(error) => return Err((format!("it can't be read: {error}"), AFRESH)),
     };
-    let memory = Memory::from_bytes(&bytes).map_err(|problem| (problem, AFRESH))?;
+    let memory = ModuleMemory::from_bytes(&bytes).map_err(|problem| (problem, AFRESH))?;
     if memory.kind != module.kind.value {
         return Err((
             format!("it is that of a `{}`, and this is a `{}`", memory.kind, module.kind.value),

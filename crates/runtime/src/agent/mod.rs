@@ -186,7 +186,7 @@ impl Agent {
 
 impl Drop for Agent {
     fn drop(&mut self) {
-        self.handle.shared.finish(End::Stopped);
+        self.handle.shared.run.finish(End::Stopped);
         RemoteLinks::new(&self.handle).end_sharing();
         self.threads.end();
         self.handle.shared.logger.flush(running::LAST_LINES);

@@ -69,14 +69,14 @@ impl Agent {
             (Err(error), _) | (_, Err(error)) => Err(error.kind().into()),
         };
         if started.is_err() {
-            shared.finish(End::Stopped);
+            shared.run.finish(End::Stopped);
             shared.put_token_down();
         }
         drop(composition);
         drop(changing);
-        let end = shared.wait();
+        let end = shared.run.wait();
         shared.threads().join();
-        let panic = shared.close();
+        let panic = shared.run.close();
         for thread in [watchdog, timing].into_iter().flatten() {
             // They have nothing that panics.
             let _ = thread.join();
@@ -157,7 +157,7 @@ impl Stopper {
     /// its first cycle.
     pub fn stop(&self) {
         if let Some(shared) = self.shared.upgrade() {
-            shared.stop();
+            shared.run.stop();
         }
     }
 }

@@ -12,25 +12,25 @@ use super::calls::{self, say};
 use super::{HostService, Means};
 use crate::actuators::{Actuator, ActuatorList};
 use crate::digest::Digest;
-use crate::runner::Memory;
+use crate::runner::AlignedMemory;
 
-struct Service {
+struct ActuatorService {
     /// What the calls of a tick use.
-    work: Box<UnsafeCell<Work>>,
-    held: Arc<Held>,
+    work: Box<UnsafeCell<ActuatorCalls>>,
+    held: Arc<CommandedActuators>,
 }
 
-struct Work {
+struct ActuatorCalls {
     table: Actuators,
     list: Arc<ActuatorList>,
     module: Arc<str>,
-    known: BTreeMap<String, Known>,
-    held: Arc<Held>,
+    known: BTreeMap<String, KnownActuator>,
+    held: Arc<CommandedActuators>,
     now: u64,
 }
 
 /// An actuator that the module has named.
-struct Known {
+struct KnownActuator {
     actuator: Arc<Actuator>,
     /// What the module is for its gate, if it may command it.
     commander: Option<u32>,
@@ -41,7 +41,7 @@ struct Known {
 
 /// The commands of a module to an actuator.
 struct Offer {
-    command: Memory,
+    command: AlignedMemory,
     priority: Priority,
     /// Whether this tick has offered one.
     set: bool,
@@ -51,9 +51,9 @@ struct Offer {
 
 /// The actuators that the module has commanded, apart from the rest, as they are taken from it while its tick hangs.
 #[derive(Default)]
-struct Held(Mutex<Vec<(Arc<Actuator>, u32)>>);
+struct CommandedActuators(Mutex<Vec<(Arc<Actuator>, u32)>>);
 
-impl Held {
+impl CommandedActuators {
     fn actuators(&self) -> MutexGuard<'_, Vec<(Arc<Actuator>, u32)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -61,11 +61,11 @@ impl Held {
 
 // SAFETY: the table's context is the work, which is used by whoever runs the module alone; what is used meanwhile is
 // behind a lock.
-unsafe impl Send for Service {}
+unsafe impl Send for ActuatorService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    let held = Arc::<Held>::default();
-    let work = Box::new(UnsafeCell::new(Work {
+    let held = Arc::<CommandedActuators>::default();
+    let work = Box::new(UnsafeCell::new(ActuatorCalls {
         table: Actuators { context: std::ptr::null_mut(), names, state, stop, offer },
         list: Arc::clone(&means.actuators),
         module: Arc::clone(module),
@@ -75,17 +75,17 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     }));
     // SAFETY: nobody else has it yet.
     unsafe { (*work.get()).table.context = work.get().cast() };
-    Box::new(Service { work, held })
+    Box::new(ActuatorService { work, held })
 }
 
-impl Service {
-    fn work(&mut self) -> &mut Work {
+impl ActuatorService {
+    fn work(&mut self) -> &mut ActuatorCalls {
         // SAFETY: who has the service alone is not in the module's tick.
         unsafe { &mut *self.work.get() }
     }
 }
 
-impl HostService for Service {
+impl HostService for ActuatorService {
     fn table(&self) -> *const u8 {
         // SAFETY: only its address is taken.
         unsafe { (&raw const (*self.work.get()).table).cast() }
@@ -121,8 +121,8 @@ impl HostService for Service {
     }
 }
 
-impl Work {
-    fn known(&mut self, name: &str) -> Result<&mut Known, String> {
+impl ActuatorCalls {
+    fn known(&mut self, name: &str) -> Result<&mut KnownActuator, String> {
         if !self.known.contains_key(name) {
             // That of the module's own robot first.
             let robot = self.module.rsplit_once('/').map(|(robot, _)| format!("{robot}/{name}"));
@@ -133,7 +133,7 @@ impl Work {
                 return Err(format!("there is no actuator `{name}`; there are: {there}"));
             };
             let commander = actuator.commander(&self.module);
-            let known = Known { actuator, commander, state: ActuatorState::default(), offer: None };
+            let known = KnownActuator { actuator, commander, state: ActuatorState::default(), offer: None };
             self.known.insert(name.into(), known);
         }
         self.known.get_mut(name).ok_or_else(|| unreachable!("it was put in"))
@@ -185,7 +185,7 @@ impl Work {
         }
         let offer = known.offer.get_or_insert_with(|| {
             held.actuators().push((Arc::clone(actuator), commander));
-            Offer { command: Memory::zeroed(command.len()), priority, set: false, renewed: false }
+            Offer { command: AlignedMemory::zeroed(command.len()), priority, set: false, renewed: false }
         });
         // SAFETY: the memory has that size, and nobody else has it.
         unsafe { offer.command.as_mut_ptr().copy_from_nonoverlapping(command.as_ptr(), command.len()) };
@@ -206,7 +206,7 @@ unsafe fn code(sink: *const Sink, result: Result<(), String>) -> i32 {
 unsafe extern "C" fn names(context: *mut (), sink: *const Sink) -> i32 {
     // SAFETY: the context is the work, which the module's tick uses alone; the rest lives during the call.
     unsafe {
-        let names = (*context.cast::<Work>()).list.names();
+        let names = (*context.cast::<ActuatorCalls>()).list.names();
         names.iter().for_each(|name| say(sink, &format!("{name}\n")));
     }
     DONE
@@ -220,7 +220,7 @@ unsafe extern "C" fn state(
 ) -> i32 {
     // SAFETY: as for `names`.
     unsafe {
-        let found = (*context.cast::<Work>()).state(calls::name(name)).map(|(found, holder)| {
+        let found = (*context.cast::<ActuatorCalls>()).state(calls::name(name)).map(|(found, holder)| {
             state.write(found);
             say(sink, holder);
         });
@@ -230,7 +230,7 @@ unsafe extern "C" fn state(
 
 unsafe extern "C" fn stop(context: *mut (), name: Bytes, reason: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: as for `names`.
-    unsafe { code(sink, (*context.cast::<Work>()).stop(calls::name(name), calls::name(reason))) }
+    unsafe { code(sink, (*context.cast::<ActuatorCalls>()).stop(calls::name(name), calls::name(reason))) }
 }
 
 unsafe extern "C" fn offer(
@@ -245,7 +245,7 @@ unsafe extern "C" fn offer(
     // SAFETY: as for `names`.
     unsafe {
         let offered =
-            (*context.cast::<Work>()).offer(calls::name(name), schema, priority, command.as_slice());
+            (*context.cast::<ActuatorCalls>()).offer(calls::name(name), schema, priority, command.as_slice());
         code(sink, offered)
     }
 }

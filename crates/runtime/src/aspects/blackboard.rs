@@ -13,14 +13,14 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 use super::calls::{every_path, say, text};
 use super::{HostService, Means, followed, hash};
 use crate::digest::Digest;
-use crate::runner::Memory;
+use crate::runner::AlignedMemory;
 
 /// Events that wait for a module at most.
 const EVENTS: usize = 256;
 /// What a property serves that a module opens.
 const BUDGET: Budget = Budget { latest: 16, queues: 4, window: 16 };
 
-struct Service {
+struct BlackboardService {
     table: BlackBoard,
     board: Arc<Board>,
     module: Arc<str>,
@@ -44,17 +44,17 @@ struct OpenWriter {
     writer: Writer,
     form: CanonicalForm,
     /// What this tick writes.
-    value: Memory,
+    value: AlignedMemory,
     size: usize,
     set: bool,
     index: u32,
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for BlackboardService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(Service {
+    let mut service = Box::new(BlackboardService {
         table: BlackBoard { context: std::ptr::null_mut(), read, write, matching, event },
         board: Arc::clone(&means.board),
         module: Arc::clone(module),
@@ -68,7 +68,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     service
 }
 
-impl HostService for Service {
+impl HostService for BlackboardService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
@@ -108,7 +108,7 @@ impl HostService for Service {
     }
 }
 
-impl Drop for Service {
+impl Drop for BlackboardService {
     fn drop(&mut self) {
         for (path, open) in std::mem::take(&mut self.writers) {
             drop(open.writer);
@@ -134,7 +134,7 @@ impl From<String> for Not {
     }
 }
 
-impl Service {
+impl BlackboardService {
     fn path(&self, path: &str) -> String {
         match path.strip_prefix('/') {
             Some(absolute) => absolute.into(),
@@ -248,7 +248,7 @@ impl Service {
         Ok(OpenWriter {
             writer,
             form: CanonicalForm::new(descriptor),
-            value: Memory::zeroed(descriptor.size),
+            value: AlignedMemory::zeroed(descriptor.size),
             size: descriptor.size,
             set: false,
             index: hash(path),
@@ -308,7 +308,7 @@ unsafe extern "C" fn read(
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
     unsafe {
         let path = std::str::from_utf8(path.as_slice()).unwrap_or_default();
-        match (*context.cast::<Service>()).read(path, schema) {
+        match (*context.cast::<BlackboardService>()).read(path, schema) {
             Ok(value) => {
                 seen.write(value);
                 DONE
@@ -329,8 +329,12 @@ unsafe extern "C" fn write(
 ) -> i32 {
     // SAFETY: as for `read`.
     unsafe {
-        let written =
-            (*context.cast::<Service>()).write(&text(path), schema, interface.as_slice(), value.as_slice());
+        let written = (*context.cast::<BlackboardService>()).write(
+            &text(path),
+            schema,
+            interface.as_slice(),
+            value.as_slice(),
+        );
         written.map_or_else(|not| code(sink, &not), |()| DONE)
     }
 }
@@ -338,7 +342,7 @@ unsafe extern "C" fn write(
 unsafe extern "C" fn matching(context: *mut (), pattern: Bytes, schema: u64, sink: *const Sink) -> i32 {
     // SAFETY: as for `read`.
     unsafe {
-        let found = (*context.cast::<Service>()).matching(&text(pattern), schema);
+        let found = (*context.cast::<BlackboardService>()).matching(&text(pattern), schema);
         say(sink, found.as_ref().unwrap_or_else(|reason| reason));
         if found.is_ok() { DONE } else { REFUSED }
     }
@@ -352,7 +356,7 @@ unsafe extern "C" fn event(
 ) -> i32 {
     // SAFETY: as for `read`.
     unsafe {
-        match (*context.cast::<Service>()).event(&text(pattern)) {
+        match (*context.cast::<BlackboardService>()).event(&text(pattern)) {
             Ok(Some((path, what))) => {
                 event.write(what);
                 say(sink, &format!("/{path}"));

@@ -11,7 +11,7 @@ use super::{HostService, Means};
 use crate::digest::Digest;
 use crate::log::Logger;
 
-struct Service {
+struct LoggerService {
     table: aspect::Logger,
     logger: Arc<Logger>,
     /// What this tick asked for.
@@ -19,10 +19,10 @@ struct Service {
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for LoggerService {}
 
 pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(Service {
+    let mut service = Box::new(LoggerService {
         table: aspect::Logger { context: std::ptr::null_mut(), level, set_level, dropped },
         logger: Arc::clone(&means.logger),
         changes: Vec::new(),
@@ -31,7 +31,7 @@ pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
     service
 }
 
-impl HostService for Service {
+impl HostService for LoggerService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
@@ -49,15 +49,15 @@ impl HostService for Service {
 
 unsafe extern "C" fn level(context: *mut (), module: Bytes) -> u32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the name lives during the call.
-    unsafe { (*context.cast::<Service>()).logger.level(&text(module)) as u32 }
+    unsafe { (*context.cast::<LoggerService>()).logger.level(&text(module)) as u32 }
 }
 
 unsafe extern "C" fn set_level(context: *mut (), module: Bytes, level: u32) {
     // SAFETY: as for `level`.
-    unsafe { (*context.cast::<Service>()).changes.push((text(module), Level::from_number(level))) }
+    unsafe { (*context.cast::<LoggerService>()).changes.push((text(module), Level::from_number(level))) }
 }
 
 unsafe extern "C" fn dropped(context: *mut ()) -> u64 {
     // SAFETY: as for `level`.
-    unsafe { (*context.cast::<Service>()).logger.dropped() }
+    unsafe { (*context.cast::<LoggerService>()).logger.dropped() }
 }

@@ -12,7 +12,7 @@ use super::{HostService, Means};
 use crate::digest::Digest;
 use slate_configuration::{Schedule, ScheduledStage};
 
-use crate::main_loop::{LoopPolicy, Place, Takeover, Takeovers};
+use crate::main_loop::{LoopPolicy, LoopPosition, Takeover, Takeovers};
 
 /// What a policy returns after a panic.
 const PANICKED: i32 = -2;
@@ -39,7 +39,7 @@ impl Drop for ModulePolicy {
 }
 
 impl LoopPolicy for ModulePolicy {
-    fn next(&mut self, place: &Place<'_>) -> Option<usize> {
+    fn next(&mut self, place: &LoopPosition<'_>) -> Option<usize> {
         self.names.clear();
         self.names.extend(place.stages.iter().map(|name| Bytes::of(name)));
         let seen = LoopPlace {
@@ -66,7 +66,7 @@ enum Asked {
     GiveBack,
 }
 
-struct Service {
+struct LoopService {
     table: MainLoop,
     takeovers: Arc<Takeovers>,
     takeover: Arc<Takeover>,
@@ -76,10 +76,10 @@ struct Service {
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for LoopService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(Service {
+    let mut service = Box::new(LoopService {
         table: MainLoop { context: std::ptr::null_mut(), take, take_order, give_back, has },
         takeovers: Arc::clone(&means.takeovers),
         takeover: means.takeovers.add(module),
@@ -90,7 +90,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     service
 }
 
-impl HostService for Service {
+impl HostService for LoopService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
@@ -122,14 +122,14 @@ impl HostService for Service {
     }
 }
 
-impl Drop for Service {
+impl Drop for LoopService {
     fn drop(&mut self) {
         self.abandon();
         self.takeovers.remove(&self.takeover);
     }
 }
 
-impl Service {
+impl LoopService {
     fn policy(&self, table: PolicyTable) -> Box<ModulePolicy> {
         Box::new(ModulePolicy { table, names: Vec::new(), kind: self.kind.clone() })
     }
@@ -174,7 +174,7 @@ unsafe extern "C" fn take(
 ) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; all else lives during the call.
     unsafe {
-        let service = &mut *context.cast::<Service>();
+        let service = &mut *context.cast::<LoopService>();
         // It ends with this when the stages are refused.
         let policy = service.policy(policy);
         let stages = if count == 0 { &[] } else { std::slice::from_raw_parts(stages, count) };
@@ -193,16 +193,16 @@ unsafe extern "C" fn take(
 
 unsafe extern "C" fn take_order(context: *mut (), policy: PolicyTable) {
     // SAFETY: as for `take`.
-    let service = unsafe { &mut *context.cast::<Service>() };
+    let service = unsafe { &mut *context.cast::<LoopService>() };
     service.asked = Some(Asked::Take(service.policy(policy), None));
 }
 
 unsafe extern "C" fn give_back(context: *mut ()) {
     // SAFETY: as for `take`.
-    unsafe { &mut *context.cast::<Service>() }.asked = Some(Asked::GiveBack);
+    unsafe { &mut *context.cast::<LoopService>() }.asked = Some(Asked::GiveBack);
 }
 
 unsafe extern "C" fn has(context: *mut ()) -> i32 {
     // SAFETY: as for `take`.
-    unsafe { &*context.cast::<Service>() }.takeover.is_held().into()
+    unsafe { &*context.cast::<LoopService>() }.takeover.is_held().into()
 }

@@ -7,6 +7,7 @@ mod logger;
 mod main_loop;
 mod network;
 mod plugins;
+mod requests;
 mod settings;
 mod synchronization;
 mod threads;

@@ -11,26 +11,26 @@ use super::{HostService, Means};
 use crate::digest::Digest;
 use crate::synchronization::{Emitter, Point, PointError, Synchronization};
 
-struct Service {
+struct SynchronizationService {
     table: aspect::Synchronization,
     synchronization: Arc<Synchronization>,
     module: Arc<str>,
-    emitters: BTreeMap<String, Open>,
+    emitters: BTreeMap<String, OpenEmitter>,
     /// Points that are looked at, with what they were counted to when this tick began.
     points: BTreeMap<String, (Arc<Point>, u64)>,
 }
 
-struct Open {
+struct OpenEmitter {
     emitter: Emitter,
     /// How often this tick emits it.
     times: u32,
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for SynchronizationService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(Service {
+    let mut service = Box::new(SynchronizationService {
         table: aspect::Synchronization { context: std::ptr::null_mut(), emit, count },
         synchronization: Arc::clone(&means.synchronization),
         module: Arc::clone(module),
@@ -41,7 +41,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     service
 }
 
-impl HostService for Service {
+impl HostService for SynchronizationService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
@@ -63,14 +63,14 @@ impl HostService for Service {
     }
 }
 
-impl Service {
+impl SynchronizationService {
     fn emit(&mut self, name: &str) -> Result<(), PointError> {
         if let Some(open) = self.emitters.get_mut(name) {
             open.times += 1;
             return Ok(());
         }
         let emitter = self.synchronization.emitter(name, &self.module)?;
-        self.emitters.insert(name.into(), Open { emitter, times: 1 });
+        self.emitters.insert(name.into(), OpenEmitter { emitter, times: 1 });
         Ok(())
     }
 
@@ -88,7 +88,7 @@ impl Service {
 unsafe extern "C" fn emit(context: *mut (), point: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).emit(name(point)) {
+        match (*context.cast::<SynchronizationService>()).emit(name(point)) {
             Ok(()) => DONE,
             Err(error) => {
                 say(sink, &error.to_string());
@@ -101,7 +101,7 @@ unsafe extern "C" fn emit(context: *mut (), point: Bytes, sink: *const Sink) -> 
 unsafe extern "C" fn count(context: *mut (), point: Bytes, count: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: as for `emit`, and the place of the count lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).count(name(point)) {
+        match (*context.cast::<SynchronizationService>()).count(name(point)) {
             Ok(found) => {
                 count.write(found);
                 DONE

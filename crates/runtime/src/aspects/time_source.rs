@@ -46,7 +46,7 @@ impl TimeSource for PlaceTime {
     }
 }
 
-struct Service {
+struct TimeService {
     table: aspect::TimeSource,
     place: Arc<TimePlace>,
     now: u64,
@@ -54,16 +54,16 @@ struct Service {
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for TimeService {}
 
 pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
     let table = aspect::TimeSource { context: std::ptr::null_mut(), next };
-    let mut service = Box::new(Service { table, place: Arc::clone(&means.time), now: 0, asked: NOTHING });
+    let mut service = Box::new(TimeService { table, place: Arc::clone(&means.time), now: 0, asked: NOTHING });
     service.table.context = (&raw mut *service).cast();
     service
 }
 
-impl HostService for Service {
+impl HostService for TimeService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
@@ -81,7 +81,7 @@ impl HostService for Service {
 
 unsafe extern "C" fn next(context: *mut (), time: u64) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone.
-    let service = unsafe { &mut *context.cast::<Service>() };
+    let service = unsafe { &mut *context.cast::<TimeService>() };
     if time < service.now || time == NOTHING {
         return 0;
     }

@@ -32,12 +32,12 @@ pub(crate) fn followed(descriptor: &Descriptor, mut store: Store) -> Store {
     store
 }
 
-struct Service {
+struct TransformService {
     table: Transforms,
     board: Arc<Board>,
     frames: FrameTree,
     /// By path, so that they are always read in the same order.
-    sources: BTreeMap<Arc<str>, Source>,
+    sources: BTreeMap<Arc<str>, FrameSource>,
     changes: Observer,
     /// Events that were lost; none are known before the first look.
     missed: Option<u64>,
@@ -45,7 +45,7 @@ struct Service {
     unused: Option<(Arc<str>, Unused)>,
 }
 
-struct Source {
+struct FrameSource {
     property: Arc<Property>,
     reader: QueueReader,
 }
@@ -58,10 +58,10 @@ enum Unused {
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for TransformService {}
 
 pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(Service {
+    let mut service = Box::new(TransformService {
         table: Transforms { context: std::ptr::null_mut(), lookup, latest_common_time, frames },
         board: Arc::clone(&means.board),
         frames: FrameTree::default(),
@@ -74,14 +74,14 @@ pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {
     service
 }
 
-impl HostService for Service {
+impl HostService for TransformService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
 
     fn prepare(&mut self, _: u64) {
         self.follow();
-        for (path, Source { reader, .. }) in &mut self.sources {
+        for (path, FrameSource { reader, .. }) in &mut self.sources {
             // More than what is kept is not there, whatever the writer does meanwhile. Readers that skip are never
             // evicted.
             for _ in 0..DEPTH {
@@ -101,7 +101,7 @@ impl HostService for Service {
     }
 }
 
-impl Service {
+impl TransformService {
     /// Follows what appears, and no longer what vanishes.
     fn follow(&mut self) {
         let missed = self.changes.missed();
@@ -142,7 +142,7 @@ impl Service {
         }
         match channel.queue(Policy::Skip, Start::Oldest) {
             Ok(reader) => {
-                drop(self.sources.insert(path, Source { property: Arc::clone(property), reader }));
+                drop(self.sources.insert(path, FrameSource { property: Arc::clone(property), reader }));
             }
             Err(error) => self.unused = Some((path, Unused::NoReader(error.to_string()))),
         }
@@ -181,7 +181,7 @@ unsafe extern "C" fn lookup(
 ) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).lookup(name(target), name(source), time) {
+        match (*context.cast::<TransformService>()).lookup(name(target), name(source), time) {
             Ok(found) => {
                 place.write(found);
                 DONE
@@ -203,7 +203,7 @@ unsafe extern "C" fn latest_common_time(
 ) -> i32 {
     // SAFETY: as for `lookup`.
     unsafe {
-        let service = &*context.cast::<Service>();
+        let service = &*context.cast::<TransformService>();
         match service.frames.latest_common_time(name(target), name(source)) {
             Ok(Some(latest)) => {
                 time.write(latest);
@@ -221,7 +221,7 @@ unsafe extern "C" fn latest_common_time(
 unsafe extern "C" fn frames(context: *mut (), sink: *const Sink) -> i32 {
     // SAFETY: as for `lookup`.
     unsafe {
-        for frame in (*context.cast::<Service>()).frames.frames() {
+        for frame in (*context.cast::<TransformService>()).frames.frames() {
             say(sink, frame);
             say(sink, "\n");
         }

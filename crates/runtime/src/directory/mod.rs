@@ -99,14 +99,14 @@ fn check_length(folder: &Path, agent: &str) -> Result<()> {
 
 /// A bound socket and its name, which nobody else takes as long as this lives.
 #[derive(Debug)]
-pub struct Entry {
+pub struct AgentSocket {
     name: String,
     socket: PathBuf,
     /// Dropped last.
     _lock: Lock,
 }
 
-impl Entry {
+impl AgentSocket {
     /// The name under which the agent is reached.
     pub fn name(&self) -> &str {
         &self.name
@@ -145,7 +145,7 @@ impl Entry {
     }
 }
 
-impl Drop for Entry {
+impl Drop for AgentSocket {
     fn drop(&mut self) {
         // Who removed it before did the same.
         let _ = fs::remove_file(&self.socket);

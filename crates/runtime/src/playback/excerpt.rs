@@ -90,7 +90,7 @@ struct Cutter<'a> {
 }
 
 /// What a link of a module that stays becomes.
-enum Source {
+enum LinkEnd {
     /// It leads there.
     Path(String),
     /// There is nothing any more.
@@ -226,7 +226,7 @@ impl Cutter<'_> {
     /// The line of a link of a module that stays.
     fn link(&mut self, link: &Link, own: String, far: Url) -> Option<String> {
         let sends = own != link.to.value;
-        let Source::Path(far) = self.source(&own, &far) else {
+        let LinkEnd::Path(far) = self.source(&own, &far) else {
             // Types and roles find nothing else for it.
             return (!sends).then(|| format!("links.{} = false", quoted(&own)));
         };
@@ -248,7 +248,7 @@ impl Cutter<'_> {
         Some(format!("links.{} = {{ {} }}", quoted(to), options.join(", ")))
     }
 
-    fn source(&mut self, to: &str, far: &Url) -> Source {
+    fn source(&mut self, to: &str, far: &Url) -> LinkEnd {
         let own = self.configuration.agent_name();
         let path = far.path_in("");
         let other = far.agent().filter(|agent| *agent != own);
@@ -280,7 +280,7 @@ impl Cutter<'_> {
             self.result.reads.insert(path.clone());
         }
         if is_there || self.is_recorded(&path) {
-            return Source::Path(format!("/{path}"));
+            return LinkEnd::Path(format!("/{path}"));
         }
         if sends {
             let all_stay = self.senders(&path).iter().all(|sender| self.modules.contains(*sender));
@@ -289,10 +289,10 @@ impl Cutter<'_> {
             return match interface.filter(|_| is_known) {
                 Some(interface) => {
                     self.result.deaf.insert(path.clone(), interface);
-                    Source::Path(format!("/{path}"))
+                    LinkEnd::Path(format!("/{path}"))
                 }
                 // Nobody is there to take it.
-                None => Source::Nothing,
+                None => LinkEnd::Nothing,
             };
         }
         let mut gates = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
@@ -300,11 +300,11 @@ impl Cutter<'_> {
             other.is_some() || self.owner(&path).is_some() || gates.any(|gate| is_within(&path, gate));
         if !was_there {
             // Whoever loads it says where that is written, and what there is.
-            return Source::Path(format!("/{path}"));
+            return LinkEnd::Path(format!("/{path}"));
         }
         let Some((description, port)) = self.port(&path) else {
             self.result.misses.push(format!("{to} reads /{path}, of which nothing is recorded"));
-            return Source::Nothing;
+            return LinkEnd::Nothing;
         };
         let port = &description.ports[port];
         let owner = self.owner(&path).unwrap_or_default();
@@ -313,7 +313,7 @@ impl Cutter<'_> {
         if !self.result.silent.iter().any(|(path, ..)| *path == silent.0) {
             self.result.silent.push(silent);
         }
-        Source::Path(format!("/{path}"))
+        LinkEnd::Path(format!("/{path}"))
     }
 
     fn is_recorded(&self, path: &str) -> bool {

@@ -3,7 +3,7 @@ use std::sync::{Arc, Mutex};
 
 use slate_module::prelude::{Module, Outcome, Tick, module};
 use slate_module::{Level, Plugin};
-use slate_runtime::log::{Levels, LogTarget, Logger, MemoryTarget, Record, Settings};
+use slate_runtime::log::{Levels, LogSettings, LogTarget, Logger, MemoryTarget, Record};
 use slate_runtime::{Control, End, Options};
 
 use crate::logging::common::load;
@@ -77,7 +77,7 @@ fn the_line_after_dropped_ones_says_how_many_they_were() {
     let (gate, then) = (Arc::new(Mutex::new(())), MemoryTarget::default());
     let closed = gate.lock().unwrap();
     // In lockstep only lines bring what was dropped; those of the agent itself never wait.
-    let settings = Settings { levels: Levels::new(Level::Info), repeat: 0, lockstep: true, modules: 0 };
+    let settings = LogSettings { levels: Levels::new(Level::Info), repeat: 0, lockstep: true, modules: 0 };
     let waits = Arc::<AtomicBool>::default();
     let target = Stuck { gate: Arc::clone(&gate), then: then.clone(), waits: Arc::clone(&waits) };
     let logger = Logger::new(settings, vec![Box::new(target)]).unwrap();

@@ -26,7 +26,7 @@ use std::time::Duration;
 use common::{Number, load};
 use slate_module::prelude::*;
 use slate_module::{Level, Plugin};
-use slate_runtime::log::{Levels, LogTarget, Logger, MemoryTarget, Record, Settings};
+use slate_runtime::log::{Levels, LogSettings, LogTarget, Logger, MemoryTarget, Record};
 use slate_runtime::{Options, Rate};
 
 /// Ports of [`Talker`].
@@ -69,7 +69,7 @@ const LONG: Duration = Duration::from_secs(60);
 
 /// A logger of all levels on the wall clock.
 fn logger(repeat: u64, targets: Vec<Box<dyn LogTarget>>) -> Logger {
-    let settings = Settings { levels: Levels::new(Level::Trace), repeat, lockstep: false, modules: 4 };
+    let settings = LogSettings { levels: Levels::new(Level::Trace), repeat, lockstep: false, modules: 4 };
     Logger::new(settings, targets).unwrap()
 }
 

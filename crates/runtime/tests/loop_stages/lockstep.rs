@@ -127,7 +127,7 @@ fn who_waits_for_all_stages_waits_for_those_that_the_loop_has() {
 struct NotLate;
 
 impl LoopPolicy for NotLate {
-    fn next(&mut self, place: &Place<'_>) -> Option<usize> {
+    fn next(&mut self, place: &LoopPosition<'_>) -> Option<usize> {
         place.after.is_none().then(|| place.find("Early").unwrap_or_default())
     }
 }

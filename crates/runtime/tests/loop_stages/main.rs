@@ -20,7 +20,7 @@ use slate_module::prelude::*;
 use slate_module::{Plugin, Stage};
 use slate_runtime::log::MemoryTarget;
 use slate_runtime::{
-    Agent, Composer, Control, End, LoopPolicy, Mode, Options, Place, Rate, Schedule, ScheduledStage,
+    Agent, Composer, Control, End, LoopPolicy, LoopPosition, Mode, Options, Rate, Schedule, ScheduledStage,
     StartError, Stopper,
 };
 

@@ -1,7 +1,9 @@
 use std::sync::{Arc, Mutex};
 
 use slate_runtime::log::MemoryTarget;
-use slate_runtime::{Agent, Control, End, LoopPolicy, Options, Place, Rate, STAGE_LIMIT, Schedule, Stage};
+use slate_runtime::{
+    Agent, Control, End, LoopPolicy, LoopPosition, Options, Rate, STAGE_LIMIT, Schedule, Stage,
+};
 
 use super::{Collected, lines, load, lockstep, run, sense_act, ticks, wall_clock, witnesses};
 
@@ -23,7 +25,7 @@ fn in_cycles(agent: &mut Agent, cycles: u64) -> (u64, u64) {
 
 /// Senses in every cycle, and acts in one of some.
 fn acting(every: u64) -> Box<dyn LoopPolicy> {
-    Box::new(By(move |place: &Place<'_>| match place.after {
+    Box::new(By(move |place: &LoopPosition<'_>| match place.after {
         None => place.find("Sense"),
         Some(0) if place.cycle.is_multiple_of(every) => place.find("Act"),
         _ => None,
@@ -78,8 +80,8 @@ fn the_loop_is_replaced_while_it_runs_and_back() {
 /// Chooses by a function.
 struct By<F>(F);
 
-impl<F: FnMut(&Place<'_>) -> Option<usize> + Send> LoopPolicy for By<F> {
-    fn next(&mut self, place: &Place<'_>) -> Option<usize> {
+impl<F: FnMut(&LoopPosition<'_>) -> Option<usize> + Send> LoopPolicy for By<F> {
+    fn next(&mut self, place: &LoopPosition<'_>) -> Option<usize> {
         (self.0)(place)
     }
 }
@@ -89,7 +91,7 @@ fn a_policy_knows_the_stages_and_where_the_loop_stands() {
     let seen: Collected<(Option<usize>, u64, u64)> = Arc::default();
     let noted = Arc::clone(&seen);
     let mut agent = lockstep(&two_stages());
-    let policy = By(move |place: &Place<'_>| {
+    let policy = By(move |place: &LoopPosition<'_>| {
         noted.lock().unwrap().push((place.after, place.now, place.cycle));
         // The stages in reverse order.
         match place.after {
@@ -117,7 +119,7 @@ fn a_policy_knows_the_stages_and_where_the_loop_stands() {
 fn a_stage_may_come_again_in_a_cycle() {
     let mut agent = lockstep(&two_stages());
     let mut left = 0;
-    let policy = By(move |place: &Place<'_>| {
+    let policy = By(move |place: &LoopPosition<'_>| {
         left = if place.after.is_none() { 3 } else { left - 1 };
         (left > 0).then_some(0)
     });
@@ -126,13 +128,13 @@ fn a_stage_may_come_again_in_a_cycle() {
 }
 
 /// Ten cycles with a policy that is at fault from the third on: how often the second stage ran, and what is said.
-fn faulty(policy: impl FnMut(&Place<'_>) -> Option<usize> + Send + 'static) -> (u64, Vec<String>) {
+fn faulty(policy: impl FnMut(&LoopPosition<'_>) -> Option<usize> + Send + 'static) -> (u64, Vec<String>) {
     let log = MemoryTarget::default();
     let text = format!("time.source = \"sensor\"\n{}", two_stages());
     let options = Options { rate: Rate::Max, log: vec![Box::new(log.clone())], ..Options::default() };
     let mut agent = load(&text, options);
     let mut policy = policy;
-    let policy = By(move |place: &Place<'_>| match (place.cycle, place.after) {
+    let policy = By(move |place: &LoopPosition<'_>| match (place.cycle, place.after) {
         (..3, None) => Some(0),
         (..3, Some(0)) => Some(1),
         (..3, _) => None,

@@ -5,42 +5,45 @@ use std::sync::Arc;
 use slate_blackboard::interface::Descriptor;
 use slate_module::{Direction, Interface};
 
-use super::sinks::Sink;
-use super::sources::{Source, sink_name, target_name};
+use super::ends::{TargetField, sink_name, target_name};
+use super::sinks::LinkSink;
 use super::words::{HELP, different, roles};
-use super::{join, split_module};
-use crate::link::{Filter, NoPlace, Place, Program};
-use crate::own::TimingHistogram;
-use crate::own::{ModuleState, ModuleTiming};
+use crate::complaints::Complaints;
+use crate::link::{FieldPlace, Filter, NoField, Program};
+use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
-use crate::survey::{Absent, Complaints, Implied, Joint, Survey, Surveyed, Target, Way, Wire};
+use crate::survey::names::{join, split_module};
+use crate::survey::writers::writers;
+use crate::survey::{Absent, Implied, Joint, LinkTarget, Survey, Surveyed, Way, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
 /// The interface of what a link leads to, as far as it is known before anything is made.
 fn interface_of(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    target: Target,
+    target: LinkTarget,
 ) -> Option<&'static Descriptor> {
     match target {
-        Target::Port(module, port) => Some(survey.modules[module].description.ports[port].descriptor),
-        Target::Implied(module, implied) => Some(match implied {
+        LinkTarget::Port(module, port) => Some(survey.modules[module].description.ports[port].descriptor),
+        LinkTarget::Implied(module, implied) => Some(match implied {
             Implied::Params => survey.modules[module].description.params,
             Implied::Enabled => enabled_descriptor(),
             Implied::State => ModuleState::DESCRIPTOR,
             Implied::Timing => ModuleTiming::DESCRIPTOR,
             Implied::Histogram => TimingHistogram::DESCRIPTOR,
         }),
-        Target::Command(actuator) => configuration.actuators()[actuator].commands.iter().find_map(|url| {
-            let path = url.value.path_in("");
-            let (module, name) = split_module(&survey.modules, &path)?;
-            let ports = &survey.modules[module].description.ports;
-            Some(ports.iter().find(|port| port.name == name)?.descriptor)
-        }),
-        Target::Absent(_) => None,
-        Target::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
-        Target::Host(host) => Some(host.descriptor()),
-        Target::Played(played) => Some(survey.played[played].descriptor),
+        LinkTarget::Command(actuator) => {
+            configuration.actuators()[actuator].commands.iter().find_map(|url| {
+                let path = url.value.path_in("");
+                let (module, name) = split_module(&survey.modules, &path)?;
+                let ports = &survey.modules[module].description.ports;
+                Some(ports.iter().find(|port| port.name == name)?.descriptor)
+            })
+        }
+        LinkTarget::Absent(_) => None,
+        LinkTarget::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
+        LinkTarget::Host(host) => Some(host.descriptor()),
+        LinkTarget::Played(played) => Some(survey.played[played].descriptor),
     }
 }
 
@@ -53,11 +56,11 @@ pub(super) fn fit<'a>(
     survey: &Survey<'a>,
     absent: &[Absent],
     link: &'a Link,
-    sink: &Sink,
-    source: Source,
+    sink: &LinkSink,
+    source: TargetField,
     complaints: &mut Complaints<'a>,
 ) -> Option<Joint<'a>> {
-    let Source { target, field: from } = source;
+    let TargetField { target, field: from } = source;
     let name = join(&target_name(configuration, survey, absent, target), &from);
     match BothEnds::new(configuration, survey, link, sink, (target, from), name).joint() {
         Ok(joint) => Some(joint),
@@ -74,12 +77,12 @@ struct BothEnds<'a, 's> {
     survey: &'s Survey<'a>,
     link: &'a Link,
     /// The port of this agent, what it is called, its interface and its direction.
-    sink: &'s Sink,
+    sink: &'s LinkSink,
     to: String,
     own: &'static Descriptor,
     direction: Direction,
     /// The other end, the field of it, what it is called and where that is written, and its interface if that is known.
-    target: Target,
+    target: LinkTarget,
     from: String,
     name: String,
     span: Span,
@@ -91,8 +94,8 @@ impl<'a, 's> BothEnds<'a, 's> {
         configuration: &'a Configuration,
         survey: &'s Survey<'a>,
         link: &'a Link,
-        sink: &'s Sink,
-        (target, from): (Target, String),
+        sink: &'s LinkSink,
+        (target, from): (LinkTarget, String),
         name: String,
     ) -> Self {
         let description = &survey.modules[sink.module].description;
@@ -138,13 +141,13 @@ impl<'a, 's> BothEnds<'a, 's> {
     /// Whether the other end takes messages.
     fn is_inbox(&self) -> bool {
         match self.target {
-            Target::Port(module, port) => {
+            LinkTarget::Port(module, port) => {
                 self.survey.modules[module].description.ports[port].direction == Direction::Inbox
             }
             // What it is there is known when it is.
-            Target::Absent(_) | Target::Remote(_) => self.direction == Direction::Outbox,
-            Target::Played(played) => self.survey.played[played].is_mailbox,
-            Target::Command(_) | Target::Implied(..) | Target::Host(_) => false,
+            LinkTarget::Absent(_) | LinkTarget::Remote(_) => self.direction == Direction::Outbox,
+            LinkTarget::Played(played) => self.survey.played[played].is_mailbox,
+            LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => false,
         }
     }
 
@@ -168,7 +171,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             let help = "leave it out: it is about values that are read";
             return Err((said, Mistake::Ends.of(message), help.into()));
         }
-        if matches!(self.target, Target::Command(_)) && self.direction == Direction::Queue {
+        if matches!(self.target, LinkTarget::Command(_)) && self.direction == Direction::Queue {
             let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
             return Err((self.span, message, "link a plain input to it".into()));
         }
@@ -177,7 +180,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Blocks are attached as their roles say.
     fn check_roles(&self) -> Result<(), Complaint> {
-        let (Wire::Port(port), Target::Port(module, other)) = (self.sink.wire, self.target) else {
+        let (Wire::Port(port), LinkTarget::Port(module, other)) = (self.sink.wire, self.target) else {
             return Ok(());
         };
         let own = &self.surveyed().description.ports[port].role;
@@ -191,7 +194,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// What the link lets through, if that is not everything.
     fn filter(&self) -> Result<Option<Filter>, Complaint> {
-        filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoPlace { message, help }| {
+        filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoField { message, help }| {
             let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
             (span, Mistake::Value.of(format!("the condition of `{}`: {message}", self.to)), help)
         })
@@ -218,7 +221,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let known = self.interface.is_none_or(|interface| interface.hash == self.own.hash);
         // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
         let is_apart = self.surveyed().module.isolated.value
-            && matches!(self.target, Target::Remote(_) | Target::Host(_) | Target::Played(_));
+            && matches!(self.target, LinkTarget::Remote(_) | LinkTarget::Host(_) | LinkTarget::Played(_));
         self.is_whole()
             && known
             && (!has_filter || self.direction == Direction::Queue)
@@ -253,7 +256,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let sink_place = self.sink_place()?;
         let Some(interface) = self.interface else {
             return match self.target {
-                Target::Absent(_) | Target::Remote(_) => Ok(Way::Pending(Arc::new(sink_place))),
+                LinkTarget::Absent(_) | LinkTarget::Remote(_) => Ok(Way::Pending(Arc::new(sink_place))),
                 _ => self.refuse(
                     format!("the type of `/{}` is not known", self.name),
                     "link to the whole command",
@@ -266,7 +269,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             "" if is_switch && interface.hash == self.own.hash => "value",
             from => from,
         };
-        let source_place = Place::find(interface, from).map_err(|NoPlace { message, help }| {
+        let source_place = FieldPlace::find(interface, from).map_err(|NoField { message, help }| {
             (self.span, Mistake::Name.of(format!("`/{}`: {message}", self.name)), help)
         })?;
         match Program::new(&source_place, &sink_place) {
@@ -287,15 +290,15 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// The part of the port that the link fills.
-    fn sink_place(&self) -> Result<Place, Complaint> {
+    fn sink_place(&self) -> Result<FieldPlace, Complaint> {
         let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
-        match Place::find(self.own, field) {
+        match FieldPlace::find(self.own, field) {
             Ok(place) if !place.may_be_missing() => Ok(place),
             Ok(_) => self.refuse(
                 format!("`{}` is an item of a list, which may be shorter", self.to),
                 "link the whole list",
             ),
-            Err(NoPlace { message, help }) => {
+            Err(NoField { message, help }) => {
                 Err((self.link.to.span, Mistake::Name.of(format!("`{}`: {message}", self.to)), help))
             }
         }
@@ -305,8 +308,8 @@ impl<'a, 's> BothEnds<'a, 's> {
     fn is_delayed(&self) -> bool {
         let own = self.surveyed();
         match self.target {
-            // What is played is written in the place of its module, which may be before this one's.
-            Target::Played(played) => {
+            // Replayed properties are written at their module's slot, possibly earlier in the cycle.
+            LinkTarget::Played(played) => {
                 self.link.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
             }
             target => self.link.previous && is_earlier(self.configuration, self.survey, target, own.stage),
@@ -330,7 +333,7 @@ fn of_values(link: &Link) -> Option<(&'static str, Span)> {
 }
 
 /// What a link lets through, if that is not everything.
-fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>, NoPlace> {
+fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>, NoField> {
     let every = link.filter.every.as_ref().map(|every| every.value).filter(|every| *every > 1);
     let when = link.filter.when.as_ref().map(|when| when.value.as_str());
     if every.is_none() && when.is_none() {
@@ -340,7 +343,7 @@ fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>
 }
 
 /// The interval that a parameter must be in.
-fn range(survey: &Survey<'_>, sink: &Sink) -> Option<(f64, f64)> {
+fn range(survey: &Survey<'_>, sink: &LinkSink) -> Option<(f64, f64)> {
     let parameters = &survey.modules[sink.module].description.parameters;
     let parameter = parameters.iter().find(|parameter| parameter.name == sink.field)?;
     if sink.wire == Wire::Params { parameter.range } else { None }
@@ -350,7 +353,7 @@ fn range(survey: &Survey<'_>, sink: &Sink) -> Option<(f64, f64)> {
 fn is_earlier(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    target: Target,
+    target: LinkTarget,
     stage: slate_module::Stage,
 ) -> bool {
     let place = |stage: slate_module::Stage| {
@@ -359,6 +362,7 @@ fn is_earlier(
             (at, members.iter().position(|member| *member == stage))
         })
     };
-    let writers = crate::survey::order::writers(configuration, &survey.modules, target);
-    writers.into_iter().any(|writer| place(survey.modules[writer].stage) < place(stage))
+    writers(configuration, &survey.modules, target)
+        .into_iter()
+        .any(|writer| place(survey.modules[writer].stage) < place(stage))
 }

@@ -5,16 +5,15 @@ use std::sync::Arc;
 
 use slate_module::Direction;
 
+use super::ends::TargetField;
 use super::fit;
-use super::sinks::Sink;
-use super::sources::Source;
+use super::sinks::LinkSink;
 use crate::RemotePath;
 use crate::catalogue::Catalogue;
-use crate::link::Place;
-use crate::survey::{Complaints, Joint, Misfit, Remote, Survey, Target, Way, Wire};
-use slate_configuration::Mistake;
-use slate_configuration::TEAM;
-use slate_configuration::{Compression, Configuration, Link};
+use crate::complaints::Complaints;
+use crate::link::FieldPlace;
+use crate::survey::{Joint, LinkTarget, Misfit, Remote, Survey, Way, Wire};
+use slate_configuration::{Compression, Configuration, Link, Mistake, TEAM};
 
 /// The other agent that a link leads to, if it does.
 pub(super) fn agent(configuration: &Configuration, link: &Link) -> Option<String> {
@@ -74,101 +73,144 @@ pub(super) fn joint<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
     link: &'a Link,
-    sink: &Sink,
+    sink: &LinkSink,
     complaints: &mut Complaints<'a>,
 ) -> (Option<Joint<'a>>, Option<Misfit>) {
-    let Some(wanted) = path(configuration, link) else { return (None, None) };
-    let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
-        let message = Mistake::OtherAgent
-            .of(format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent));
-        let help = format!(
-            "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
-            configuration.agent_name()
-        );
-        complaints.add(sink.far(link).1, message, help);
-        return (None, None);
-    };
-    if wanted.agent == TEAM && !takes_part(configuration, link, sink, survey, complaints) {
-        return (None, None);
-    }
-    if let Some(carrier) = &link.transport.carrier
-        && !survey.carriers.is_empty()
-        && !survey.carriers.contains(&carrier.value)
-    {
-        let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
-        let message = Mistake::OtherAgent.of(format!("this program has no carrier `{}`", carrier.value));
-        complaints.add(carrier.span, message, format!("there are: {}", known.join(", ")));
-        return (None, None);
-    }
-    if let Some(compression) = &link.transport.compression
-        && matches!(compression.value, Compression::Jpeg(_))
-        && !survey.has_jpeg
-    {
-        let help = "write \"lossless\", or build it with the feature `jpeg`, which is there unless it was switched off";
-        complaints.add(compression.span, "this program was built without JPEG", help);
-        return (None, None);
-    }
-    let target = Target::Remote(index);
-    let direction = match sink.wire {
-        Wire::Port(port) => survey.modules[sink.module].description.ports[port].direction,
-        Wire::Enabled | Wire::Params => Direction::Input,
-    };
-    let remote = &survey.remote[index];
-    let field = remote.field().unwrap_or_default().to_owned();
-    let is_known = remote.property.is_some();
-    let waits = || -> Option<Joint<'a>> {
-        let descriptor = match sink.wire {
-            Wire::Port(port) => survey.modules[sink.module].description.ports[port].descriptor,
-            Wire::Enabled => crate::parameters::enabled_descriptor(),
-            Wire::Params => survey.modules[sink.module].description.params,
+    let remote = RemoteLink::checked(configuration, survey, link, sink, complaints);
+    remote.map_or((None, None), |remote| remote.joint(complaints))
+}
+
+/// A link to another agent that this one can have.
+struct RemoteLink<'a, 's> {
+    configuration: &'a Configuration,
+    survey: &'s Survey<'a>,
+    link: &'a Link,
+    /// The port of this agent.
+    sink: &'s LinkSink,
+    /// What it leads to; an index of [`Survey::remote`].
+    index: usize,
+}
+
+impl<'a, 's> RemoteLink<'a, 's> {
+    /// Nothing after a complaint: what is wrong with it is so whatever is at the other end.
+    fn checked(
+        configuration: &'a Configuration,
+        survey: &'s Survey<'a>,
+        link: &'a Link,
+        sink: &'s LinkSink,
+        complaints: &mut Complaints<'a>,
+    ) -> Option<Self> {
+        let wanted = path(configuration, link)?;
+        let Some(index) = survey.remote.iter().position(|remote| remote.path == wanted) else {
+            let message = Mistake::OtherAgent
+                .of(format!("`{wanted}` belongs to agent `{}`, and this one shares nothing", wanted.agent));
+            let help = format!(
+                "this agent is `{}`: link its own ports, or run it by a program that shares, as `slate run` does",
+                configuration.agent_name()
+            );
+            complaints.add(sink.far(link).1, message, help);
+            return None;
         };
-        let field = if sink.wire == Wire::Enabled { "value" } else { &sink.field };
-        let place = Place::find(descriptor, field).ok()?;
+        if wanted.agent == TEAM && !takes_part(configuration, link, sink, survey, complaints) {
+            return None;
+        }
+        let remote = Self { configuration, survey, link, sink, index };
+        remote.can_be_carried(complaints).then_some(remote)
+    }
+
+    /// Whether this program has what is to carry the values.
+    fn can_be_carried(&self, complaints: &mut Complaints<'a>) -> bool {
+        let (transport, survey) = (&self.link.transport, self.survey);
+        if let Some(carrier) = &transport.carrier
+            && !survey.carriers.is_empty()
+            && !survey.carriers.contains(&carrier.value)
+        {
+            let known: Vec<_> = survey.carriers.iter().map(String::as_str).collect();
+            let message = Mistake::OtherAgent.of(format!("this program has no carrier `{}`", carrier.value));
+            complaints.add(carrier.span, message, format!("there are: {}", known.join(", ")));
+            return false;
+        }
+        if let Some(compression) = &transport.compression
+            && matches!(compression.value, Compression::Jpeg(_))
+            && !survey.has_jpeg
+        {
+            let help = "write \"lossless\", or build it with the feature `jpeg`, which is there unless it was switched off";
+            complaints.add(compression.span, "this program was built without JPEG", help);
+            return false;
+        }
+        true
+    }
+
+    fn joint(&self, complaints: &mut Complaints<'a>) -> (Option<Joint<'a>>, Option<Misfit>) {
+        let direction = match self.sink.wire {
+            Wire::Port(port) => self.survey.modules[self.sink.module].description.ports[port].direction,
+            Wire::Enabled | Wire::Params => Direction::Input,
+        };
+        let is_known = self.survey.remote[self.index].property.is_some();
+        let elsewhere = elsewhere(self.configuration, self.link);
+        match direction {
+            Direction::Queue if elsewhere.is_some() => (None, elsewhere),
+            // A queue without a link gets nothing, which is what a queue gets that waits for one.
+            Direction::Queue if !is_known => (None, None),
+            Direction::Outbox => {
+                let joint = self.fitted("", complaints);
+                // What it sends stays here when it is to go in another way.
+                if elsewhere.is_some() { (None, joint.and(elsewhere)) } else { (joint, None) }
+            }
+            _ if elsewhere.is_some() && self.waiting().is_some() => (self.waiting(), elsewhere),
+            // What is wrong at this end is a mistake whatever is at the other one.
+            _ if !is_known || self.waiting().is_none() => {
+                (self.fitted("", complaints).and_then(|_| self.waiting()), None)
+            }
+            _ => self.known(direction, complaints),
+        }
+    }
+
+    /// What becomes of a link to a property that is there.
+    fn known(
+        &self,
+        direction: Direction,
+        complaints: &mut Complaints<'a>,
+    ) -> (Option<Joint<'a>>, Option<Misfit>) {
+        let before = complaints.diagnostics.len();
+        let field = self.survey.remote[self.index].field().unwrap_or_default();
+        if let Some(joint) = self.fitted(field, complaints) {
+            return (Some(joint), None);
+        }
+        let said: Vec<_> = complaints.diagnostics.drain(before..).collect();
+        let misfit = said.first().map(|diagnostic| Misfit {
+            message: diagnostic.message().replace("`//", "`slate://"),
+            help: diagnostic.help_text().unwrap_or_default().to_owned(),
+        });
+        (if direction == Direction::Queue { None } else { self.waiting() }, misfit)
+    }
+
+    /// The link to a field of the property, if both ends fit.
+    fn fitted(&self, field: &str, complaints: &mut Complaints<'a>) -> Option<Joint<'a>> {
+        let source = TargetField { target: LinkTarget::Remote(self.index), field: field.to_owned() };
+        fit::fit(self.configuration, self.survey, &[], self.link, self.sink, source, complaints)
+    }
+
+    /// The link as it is until the property is there; nothing when the port has no such field.
+    fn waiting(&self) -> Option<Joint<'a>> {
+        let description = &self.survey.modules[self.sink.module].description;
+        let descriptor = match self.sink.wire {
+            Wire::Port(port) => description.ports[port].descriptor,
+            Wire::Enabled => crate::parameters::enabled_descriptor(),
+            Wire::Params => description.params,
+        };
+        let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
+        let place = FieldPlace::find(descriptor, field).ok()?;
         Some(Joint {
-            link,
-            port: (sink.module, sink.wire),
-            target,
+            link: self.link,
+            port: (self.sink.module, self.sink.wire),
+            target: LinkTarget::Remote(self.index),
             from: String::new(),
-            field: sink.field.clone(),
+            field: self.sink.field.clone(),
             way: Way::Pending(Arc::new(place)),
             filter: None,
             delayed: false,
         })
-    };
-    let elsewhere = elsewhere(configuration, link);
-    match direction {
-        Direction::Queue if elsewhere.is_some() => (None, elsewhere),
-        // A queue without a link gets nothing, which is what a queue gets that waits for one.
-        Direction::Queue if !is_known => (None, None),
-        Direction::Outbox => {
-            let source = Source { target, field: String::new() };
-            let joint = fit::fit(configuration, survey, &[], link, sink, source, complaints);
-            // What it sends stays here when it is to go in another way.
-            if elsewhere.is_some() { (None, joint.and(elsewhere)) } else { (joint, None) }
-        }
-        _ if elsewhere.is_some() && waits().is_some() => (waits(), elsewhere),
-        // What is wrong at this end is a mistake whatever is at the other one.
-        _ if !is_known || waits().is_none() => {
-            let source = Source { target, field: String::new() };
-            let joint = fit::fit(configuration, survey, &[], link, sink, source, complaints);
-            (joint.and_then(|_| waits()), None)
-        }
-        _ => {
-            let before = complaints.diagnostics.len();
-            let source = Source { target, field };
-            match fit::fit(configuration, survey, &[], link, sink, source, complaints) {
-                Some(joint) => (Some(joint), None),
-                None => {
-                    let said: Vec<_> = complaints.diagnostics.drain(before..).collect();
-                    let misfit = said.first().map(|diagnostic| Misfit {
-                        message: diagnostic.message().replace("`//", "`slate://"),
-                        help: diagnostic.help_text().unwrap_or_default().to_owned(),
-                    });
-                    let joint = if direction == Direction::Queue { None } else { waits() };
-                    (joint, misfit)
-                }
-            }
-        }
     }
 }
 
@@ -176,7 +218,7 @@ pub(super) fn joint<'a>(
 fn takes_part<'a>(
     configuration: &'a Configuration,
     link: &'a Link,
-    sink: &Sink,
+    sink: &LinkSink,
     survey: &Survey<'a>,
     complaints: &mut Complaints<'a>,
 ) -> bool {

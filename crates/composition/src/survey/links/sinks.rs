@@ -3,13 +3,14 @@
 use slate_blackboard::Url;
 use slate_module::{Direction, PortDescription};
 
-use super::{SERVICE, deep_name, is_service, owner, split_module, split_port};
-use crate::survey::{Complaints, Survey, Wire, suggest};
+use crate::complaints::{Complaints, suggest};
+use crate::survey::names::{SERVICE, deep_name, is_service, owner, split_module, split_port};
+use crate::survey::{Survey, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
 /// The end of a link in this agent: an input or a field of one, or an outbox.
 #[derive(Clone, Debug)]
-pub(super) struct Sink {
+pub(super) struct LinkSink {
     pub module: usize,
     pub wire: Wire,
     pub field: String,
@@ -17,7 +18,7 @@ pub(super) struct Sink {
     pub sends: bool,
 }
 
-impl Sink {
+impl LinkSink {
     /// The other end of the link, and where that is written.
     pub fn far(&self, link: &Link) -> (Url, Span) {
         match link.destination().filter(|_| self.sends) {
@@ -34,7 +35,7 @@ pub(super) fn sink<'a>(
     dormant: &[&str],
     link: &'a Link,
     complaints: &mut Complaints<'a>,
-) -> Option<Sink> {
+) -> Option<LinkSink> {
     let (to, modules) = (&link.to.value, &survey.modules);
     // A mailbox stands there in the place of a module that does not run.
     let is_played = survey.played.iter().any(|played| played.is_mailbox && played.path == *to);
@@ -51,11 +52,11 @@ pub(super) fn sink<'a>(
         return None;
     };
     let (name, field) = split_port(&modules[module].description.ports, rest);
-    let sink = |wire| Some(Sink { module, wire, field: field.to_owned(), sends: false });
+    let sink = |wire| Some(LinkSink { module, wire, field: field.to_owned(), sends: false });
     let own = &modules[module].module.name.value;
     match name {
         "enabled" if matches!(field, "" | "value") => {
-            return Some(Sink { module, wire: Wire::Enabled, field: String::new(), sends: false });
+            return Some(LinkSink { module, wire: Wire::Enabled, field: String::new(), sends: false });
         }
         "params" if !field.is_empty() => return sink(Wire::Params),
         "params" => {
@@ -109,7 +110,7 @@ fn sender<'a>(
     dormant: &[&str],
     link: &'a Link,
     complaints: &mut Complaints<'a>,
-) -> Option<Sink> {
+) -> Option<LinkSink> {
     let (to, from, span) = (&link.to.value, &link.from.value, link.from.span);
     let path = from.path_in("");
     let inbox = link.destination();
@@ -138,7 +139,7 @@ fn sender<'a>(
 }
 
 /// The outbox that a link names as its source, or what is there instead and what to do about it.
-fn outbox(survey: &Survey<'_>, link: &Link) -> Result<Sink, (Message, String)> {
+fn outbox(survey: &Survey<'_>, link: &Link) -> Result<LinkSink, (Message, String)> {
     let (to, path) = (&link.to.value, link.from.value.path_in(""));
     let Some((module, rest)) = split_module(&survey.modules, &path) else {
         let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
@@ -149,7 +150,7 @@ fn outbox(survey: &Survey<'_>, link: &Link) -> Result<Sink, (Message, String)> {
     let outboxes = || ports.iter().filter(|port| port.direction == Direction::Outbox);
     match ports.iter().position(|port| port.name == name) {
         Some(port) if ports[port].direction == Direction::Outbox && field.is_empty() => {
-            Ok(Sink { module, wire: Wire::Port(port), field: String::new(), sends: true })
+            Ok(LinkSink { module, wire: Wire::Port(port), field: String::new(), sends: true })
         }
         Some(_) => {
             let inbox = link.destination().filter(|url| url.agent().is_some());

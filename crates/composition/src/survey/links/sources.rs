@@ -5,21 +5,22 @@ use std::collections::BTreeMap;
 use slate_blackboard::{Url, is_within};
 use slate_module::{Direction, PortDescription};
 
-use super::sinks::Sink;
-use super::{SERVICE, deep_name, fit, is_service, join, owner, remote, split_module, split_port, wire_name};
-use crate::survey::{
-    Absent, Complaints, Host, Implied, Joint, Misfit, Survey, Surveyed, Target, Wire, suggest,
-};
+use super::ends::TargetField;
+use super::sinks::LinkSink;
+use super::{fit, remote};
+use crate::complaints::{Complaints, suggest};
+use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
+use crate::survey::{Absent, Host, Implied, Joint, LinkTarget, Misfit, Survey, Surveyed, Wire};
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link, Span};
 
-pub(super) struct Sources<'s, 'a> {
+pub(super) struct LinkSources<'s, 'a> {
     configuration: &'a Configuration,
     dormant: &'s [&'a str],
     survey: &'s Survey<'a>,
-    sinks: &'s [Option<Sink>],
+    sinks: &'s [Option<LinkSink>],
     complaints: &'s mut Complaints<'a>,
-    found: Vec<Found<'a>>,
+    found: Vec<JointState<'a>>,
     /// The links that are being followed, from the outermost.
     open: Vec<usize>,
     pub absent: Vec<Absent>,
@@ -27,27 +28,21 @@ pub(super) struct Sources<'s, 'a> {
 }
 
 #[derive(Clone)]
-enum Found<'a> {
+enum JointState<'a> {
     NotYet,
     /// Nothing after a complaint.
     Joint(Option<Joint<'a>>),
 }
 
-/// A property, and a field of it.
-pub(super) struct Source {
-    pub target: Target,
-    pub field: String,
-}
-
-impl<'s, 'a> Sources<'s, 'a> {
+impl<'s, 'a> LinkSources<'s, 'a> {
     pub fn new(
         configuration: &'a Configuration,
         dormant: &'s [&'a str],
         survey: &'s Survey<'a>,
-        sinks: &'s [Option<Sink>],
+        sinks: &'s [Option<LinkSink>],
         complaints: &'s mut Complaints<'a>,
     ) -> Self {
-        let found = vec![Found::NotYet; sinks.len()];
+        let found = vec![JointState::NotYet; sinks.len()];
         Self {
             configuration,
             dormant,
@@ -67,7 +62,7 @@ impl<'s, 'a> Sources<'s, 'a> {
 
     /// What becomes of a link; nothing after a complaint.
     pub fn joint(&mut self, link: usize) -> Option<Joint<'a>> {
-        if let Found::Joint(joint) = &self.found[link] {
+        if let JointState::Joint(joint) = &self.found[link] {
             return joint.clone();
         }
         if let Some(at) = self.open.iter().position(|open| *open == link) {
@@ -78,12 +73,12 @@ impl<'s, 'a> Sources<'s, 'a> {
         let joint = self.new_joint(link);
         self.open.pop();
         // Once more when a circle led here: it was complained about then.
-        if let Found::NotYet = self.found[link] {
-            self.found[link] = Found::Joint(joint);
+        if let JointState::NotYet = self.found[link] {
+            self.found[link] = JointState::Joint(joint);
         }
         match &self.found[link] {
-            Found::Joint(joint) => joint.clone(),
-            Found::NotYet => None,
+            JointState::Joint(joint) => joint.clone(),
+            JointState::NotYet => None,
         }
     }
 
@@ -95,7 +90,7 @@ impl<'s, 'a> Sources<'s, 'a> {
         let message = Mistake::Circle.of(format!("{} read each other in a circle", names.join(" -> ")));
         self.complaints.add(span, message, "link one of them to an output");
         for link in self.open[at..].iter().copied() {
-            self.found[link] = Found::Joint(None);
+            self.found[link] = JointState::Joint(None);
         }
     }
 
@@ -133,35 +128,13 @@ impl<'s, 'a> Sources<'s, 'a> {
         said.iter().all(Option::is_none)
     }
 
-    fn source(&mut self, span: Span, path: &str) -> Option<Source> {
-        if let Some(source) = self.actuator(path) {
-            return Some(source);
-        }
-        if let Some(source) = self.played(path) {
+    /// What a path leads to; nothing after a complaint.
+    fn source(&mut self, span: Span, path: &str) -> Option<TargetField> {
+        if let Some(source) = self.actuator(path).or_else(|| self.played(path)) {
             return Some(source);
         }
         let Some((module, rest)) = split_module(self.modules(), path) else {
-            if let Some(module) = owner(self.dormant, path) {
-                return Some(self.absent(module, path));
-            }
-            if let Some((host, field)) = Host::of(path) {
-                return Some(Source { target: Target::Host(host), field: field.into() });
-            }
-            let actuators =
-                self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
-            let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
-            let is_hosts = path.starts_with("loop/") || path.starts_with("log/");
-            let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
-            let played = self.survey.played.iter().map(|played| played.path.as_str());
-            let names: Vec<_> = modules.chain(actuators).chain(hosts).chain(played).collect();
-            let help = match self.without_slash(span, path) {
-                Some(meant) => {
-                    format!("did you mean {meant}? Without a slash in front a name is one of its robot")
-                }
-                None => suggest(path, names.iter().copied()),
-            };
-            self.complaints.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);
-            return None;
+            return self.of_no_module(span, path);
         };
         let (name, field) = split_port(&self.modules()[module].description.ports, rest);
         let field = field.to_owned();
@@ -174,31 +147,57 @@ impl<'s, 'a> Sources<'s, 'a> {
             if implied == Implied::Params && !self.has_an_end(module, &field) {
                 return None;
             }
-            return Some(Source { target: Target::Implied(module, implied), field });
+            return Some(TargetField { target: LinkTarget::Implied(module, implied), field });
         }
-        let own = &self.modules()[module].module.name.value;
         let ports = &self.modules()[module].description.ports;
         let Some(at) = ports.iter().position(|port| port.name == name) else {
             let source = |port: &&PortDescription| !is_service(port) && port.direction != Direction::Outbox;
             let name = deep_name(ports, name, rest);
-            let help = match self.without_slash(span, path) {
-                Some(meant) => {
-                    format!("did you mean {meant}? Without a slash in front a name is one of its robot")
-                }
-                None => suggest(name, ports.iter().filter(source).map(|port| port.name.as_str())),
-            };
+            let names = || ports.iter().filter(source).map(|port| port.name.as_str());
+            let help = self.without_slash(span, path).unwrap_or_else(|| suggest(name, names()));
+            let own = &self.modules()[module].module.name.value;
             self.complaints.add(span, Mistake::Name.of(format!("`{own}` has no output `{name}`")), help);
             return None;
         };
-        let (message, help) = match ports[at].direction {
+        self.port(span, path, (module, at), field)
+    }
+
+    /// What a path leads to that begins with the name of no module that is loaded.
+    fn of_no_module(&mut self, span: Span, path: &str) -> Option<TargetField> {
+        if let Some(module) = owner(self.dormant, path) {
+            return Some(self.absent(module, path));
+        }
+        if let Some((host, field)) = Host::of(path) {
+            return Some(TargetField { target: LinkTarget::Host(host), field: field.into() });
+        }
+        let actuators = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
+        let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
+        let is_hosts = path.starts_with("loop/") || path.starts_with("log/");
+        let hosts = Host::ALL.iter().filter(|_| is_hosts).map(|host| host.path());
+        let played = self.survey.played.iter().map(|played| played.path.as_str());
+        let names: Vec<_> = modules.chain(actuators).chain(hosts).chain(played).collect();
+        let help = self.without_slash(span, path).unwrap_or_else(|| suggest(path, names.iter().copied()));
+        self.complaints.add(span, Mistake::Name.of(format!("nothing is called `/{path}`")), help);
+        None
+    }
+
+    /// What a path to a port of a module leads to.
+    fn port(
+        &mut self,
+        span: Span,
+        path: &str,
+        (module, at): (usize, usize),
+        field: String,
+    ) -> Option<TargetField> {
+        let (message, help) = match self.modules()[module].description.ports[at].direction {
             Direction::Input | Direction::Queue => {
                 return match self.follow(module, Wire::Port(at), &field) {
                     Some(source) => source,
-                    None => Some(Source { target: Target::Port(module, at), field }),
+                    None => Some(TargetField { target: LinkTarget::Port(module, at), field }),
                 };
             }
             Direction::Output | Direction::Debug | Direction::Inbox => {
-                return Some(Source { target: Target::Port(module, at), field });
+                return Some(TargetField { target: LinkTarget::Port(module, at), field });
             }
             Direction::Command => (
                 Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate")),
@@ -216,7 +215,7 @@ impl<'s, 'a> Sources<'s, 'a> {
         None
     }
 
-    /// What is meant by a name of a robot's scope that is one of the agent's: the same with a slash in front.
+    /// Help for a name of a robot's scope that is one of the agent's: the same with a slash in front is meant.
     fn without_slash(&self, span: Span, path: &str) -> Option<String> {
         let written = self.configuration.text_at(span).trim().trim_matches(['"', '\'']);
         if written.starts_with('/') || written == path || !path.ends_with(&format!("/{written}")) {
@@ -228,13 +227,15 @@ impl<'s, 'a> Sources<'s, 'a> {
             let name = split_port(ports, rest).0;
             (Implied::of(name).is_some() || ports.iter().any(|port| port.name == name)).then_some(())
         };
-        (is_port().is_some() || self.actuator(written).is_some()).then(|| format!("/{written}"))
+        let is_known = is_port().is_some() || self.actuator(written).is_some();
+        is_known
+            .then(|| format!("did you mean /{written}? Without a slash in front a name is one of its robot"))
     }
 
     /// Where the link of another input leads, when that is linked as a whole to a value of its own type; else its own
     /// values are meant.
-    fn follow(&mut self, module: usize, wire: Wire, field: &str) -> Option<Option<Source>> {
-        let is_it = |sink: &Option<Sink>| {
+    fn follow(&mut self, module: usize, wire: Wire, field: &str) -> Option<Option<TargetField>> {
+        let is_it = |sink: &Option<LinkSink>| {
             sink.as_ref().is_some_and(|sink| (sink.module, sink.wire) == (module, wire))
         };
         let links: Vec<usize> = (0..self.sinks.len()).filter(|link| is_it(&self.sinks[*link])).collect();
@@ -250,13 +251,13 @@ impl<'s, 'a> Sources<'s, 'a> {
             }
         }
         let joint = plain?;
-        Some(Some(Source { target: joint.target, field: join(&joint.from, field) }))
+        Some(Some(TargetField { target: joint.target, field: join(&joint.from, field) }))
     }
 
     /// Whether the links to parameters of a module lead somewhere, and not back to them. Their values are the module's
     /// own, so nothing else is asked of these links.
     fn has_an_end(&mut self, module: usize, field: &str) -> bool {
-        let meets = |sink: &Option<Sink>| {
+        let meets = |sink: &Option<LinkSink>| {
             sink.as_ref().is_some_and(|sink| {
                 (sink.module, sink.wire) == (module, Wire::Params)
                     && (is_within(&sink.field, field) || is_within(field, &sink.field))
@@ -266,23 +267,24 @@ impl<'s, 'a> Sources<'s, 'a> {
         links.into_iter().all(|link| self.joint(link).is_some())
     }
 
-    fn actuator(&self, path: &str) -> Option<Source> {
+    fn actuator(&self, path: &str) -> Option<TargetField> {
         self.configuration.actuators().iter().enumerate().find_map(|(index, actuator)| {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
             let (name, field) = split_port(&[], rest);
-            (name == "command").then(|| Source { target: Target::Command(index), field: field.into() })
+            (name == "command")
+                .then(|| TargetField { target: LinkTarget::Command(index), field: field.into() })
         })
     }
 
     /// What is played at a path, or at the beginning of one that leads to a field.
-    fn played(&self, path: &str) -> Option<Source> {
+    fn played(&self, path: &str) -> Option<TargetField> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
         let field = path[played.path.len()..].trim_start_matches('/').into();
-        Some(Source { target: Target::Played(index), field })
+        Some(TargetField { target: LinkTarget::Played(index), field })
     }
 
-    fn absent(&mut self, module: &str, path: &str) -> Source {
+    fn absent(&mut self, module: &str, path: &str) -> TargetField {
         // What of it is a field is known when the module is there, and then it is linked anew.
         let absent = Absent { path: path.into(), module: module.into() };
         let known = self.absent.iter().position(|other| *other == absent);
@@ -290,26 +292,6 @@ impl<'s, 'a> Sources<'s, 'a> {
             self.absent.push(absent);
             self.absent.len() - 1
         });
-        Source { target: Target::Absent(index), field: String::new() }
+        TargetField { target: LinkTarget::Absent(index), field: String::new() }
     }
-}
-
-/// What a link reads, as messages call it.
-pub(super) fn target_name(
-    configuration: &Configuration,
-    survey: &Survey<'_>,
-    absent: &[Absent],
-    target: Target,
-) -> String {
-    match target {
-        Target::Absent(index) => absent[index].path.clone(),
-        Target::Remote(index) => survey.remote[index].name(),
-        other => survey.path(configuration, other),
-    }
-}
-
-/// What a link fills, as messages call it.
-pub(super) fn sink_name(survey: &Survey<'_>, sink: &Sink) -> String {
-    let module = &survey.modules[sink.module].module.name.value;
-    join(&format!("{module}/{}", wire_name(survey, sink.module, sink.wire)), &sink.field)
 }

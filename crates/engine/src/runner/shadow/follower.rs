@@ -12,7 +12,7 @@ use slate_module::{Direction, Flags, Frame, Level, PortSlot};
 use super::snapshot::{Carried, INBOX, INPUT, PortCopy, QUEUE, Snapshot};
 use super::{ShadowExchange, ShadowState};
 use crate::log::ModuleLog;
-use crate::runner::{Memory, Retired};
+use crate::runner::{AlignedMemory, Retired};
 
 /// The thread's end.
 pub(super) struct Follower {
@@ -154,7 +154,7 @@ fn differ(port: &Carried, old: &mut PortCopy, new: &mut PortCopy) -> bool {
         Direction::Outbox => {
             let count = new.slot.count.get();
             let size = port.shape.size;
-            let differs = |(old, new): (&mut Memory, &mut Memory)| {
+            let differs = |(old, new): (&mut AlignedMemory, &mut AlignedMemory)| {
                 for value in [&mut *old, &mut *new] {
                     // SAFETY: both hold a value of the port.
                     unsafe { port.form.clear_gaps(value.as_mut_ptr(), size, 0) };

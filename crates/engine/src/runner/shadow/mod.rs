@@ -15,7 +15,7 @@ use slate_blackboard::interface::Text;
 use slate_blackboard::wake::Wake;
 use slate_module::{Description, Frame, PortSlot, Random, interface};
 
-use super::{Retired, Runner};
+use super::Retired;
 use crate::log::ModuleLog;
 use follower::Follower;
 use snapshot::{Snapshot, carried};
@@ -185,27 +185,5 @@ const LOOK: Duration = Duration::from_millis(1);
 impl Drop for Shadow {
     fn drop(&mut self) {
         self.stop();
-    }
-}
-
-impl Runner {
-    /// From the next step on runs new code beside this one.
-    pub fn begin_shadow(&mut self, shadow: Shadow) {
-        self.shadow = Some(shadow);
-        self.look_for_company();
-    }
-
-    /// Keeps what the step will see for the new code beside this one.
-    pub(super) fn show_shadow(&mut self) {
-        if let Some(shadow) = &mut self.shadow {
-            shadow.before(&self.frame, &self.slots, self.random.get());
-        }
-    }
-
-    /// Hands what the step wrote to the new code beside this one.
-    pub(super) fn hand_to_shadow(&mut self) {
-        if let Some(shadow) = &mut self.shadow {
-            shadow.after(&self.slots);
-        }
     }
 }

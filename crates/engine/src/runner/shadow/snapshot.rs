@@ -6,7 +6,7 @@ use slate_blackboard::Shape;
 use slate_blackboard::interface::CanonicalForm;
 use slate_module::{Description, Direction, Entry, Flags, Frame, PortSlot, Random};
 
-use crate::runner::Memory;
+use crate::runner::AlignedMemory;
 
 /// What a port carries, and how much of it.
 pub(super) struct Carried {
@@ -36,7 +36,7 @@ pub(super) struct Snapshot {
     pub number: u64,
     pub params_version: u64,
     pub random: Random,
-    pub params: Memory,
+    pub params: AlignedMemory,
     pub ports: Vec<PortCopy>,
 }
 
@@ -45,9 +45,9 @@ pub(super) struct PortCopy {
     pub slot: PortSlot,
     shape: Shape,
     /// Input: the value. Output: what the old code wrote.
-    pub value: Memory,
+    pub value: AlignedMemory,
     /// Queue and inbox: the values. Outbox: what the old code sent.
-    pub values: Vec<Memory>,
+    pub values: Vec<AlignedMemory>,
     pub entries: Vec<Entry>,
 }
 
@@ -62,7 +62,7 @@ impl Snapshot {
             number: 0,
             params_version: 0,
             random: Random::new(0, ""),
-            params: Memory::zeroed(params),
+            params: AlignedMemory::zeroed(params),
             ports: ports.iter().map(PortCopy::new).collect(),
         }
     }
@@ -89,7 +89,7 @@ impl PortCopy {
         let size = port.shape.bytes(port.shape.capacity);
         let several = matches!(port.direction, Direction::Queue | Direction::Inbox | Direction::Outbox);
         let mut values: Vec<_> =
-            (0..if several { port.window.max(16) } else { 0 }).map(|_| Memory::zeroed(size)).collect();
+            (0..if several { port.window.max(16) } else { 0 }).map(|_| AlignedMemory::zeroed(size)).collect();
         let entries = values.iter_mut().map(|value| entry(value.as_mut_ptr())).collect();
         let slot = PortSlot {
             schema: 0,
@@ -104,7 +104,7 @@ impl PortCopy {
             count: Cell::new(0),
             missed: 0,
         };
-        Self { slot, shape: port.shape, value: Memory::zeroed(size), values, entries }
+        Self { slot, shape: port.shape, value: AlignedMemory::zeroed(size), values, entries }
     }
 
     /// How many of so many tail items the copy has room for, and the bytes of a value with them.

@@ -90,7 +90,7 @@ impl Assembly {
         for name in &arrivals.names {
             let present = &self.present[name];
             if present.own_thread
-                && shared.is_running()
+                && shared.run.is_running()
                 && let Err(error) = shared.threads().start(shared, &present.seat)
             {
                 let text = format!("the thread of {name} can't be started: {error}");

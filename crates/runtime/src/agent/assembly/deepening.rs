@@ -28,7 +28,7 @@ impl Assembly {
                 let runner = unsafe { seat.runner() };
                 for (path, writer) in outputs {
                     if let Some(output) =
-                        runner.outputs.iter_mut().find(|output| output.property.path() == path)
+                        runner.outputs.ports.iter_mut().find(|output| output.property.path() == path)
                     {
                         output.writer.deepen(writer);
                     }

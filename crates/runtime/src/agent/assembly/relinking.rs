@@ -241,7 +241,7 @@ fn exchange(rewires: Vec<Rewire>, on_loop: &[Arc<Seat>]) -> LinkExchange {
         // SAFETY: the seat is idle and belongs to the loop, or it is claimed.
         let runner = unsafe { seat.runner() };
         let old = wiring.map(|wiring| runner.rewire(wiring)).unwrap_or_default();
-        let outputs = runner.outputs.iter_mut();
+        let outputs = runner.outputs.ports.iter_mut();
         let silenced = outputs.filter_map(|output| {
             let wakes = wakes.remove(output.property.path())?;
             Some(std::mem::replace(&mut output.wakes, wakes))

@@ -13,7 +13,7 @@ use super::{BuildPlan, Builder, Failed, SPARE_READERS, new_writer};
 use crate::actuators::Actuator;
 use crate::configuration;
 use slate_composition::parameters::value_bytes;
-use slate_composition::{Target, Wire};
+use slate_composition::{LinkTarget, Wire};
 use slate_configuration::Mistake;
 
 /// Makes the gates of actuators.
@@ -126,7 +126,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         wanted: &configuration::Actuator,
         descriptor: &Descriptor,
     ) -> Result<(), Failed> {
-        for joint in self.plan.readers(Target::Command(index)).filter(|joint| joint.is_plain()) {
+        for joint in self.plan.readers(LinkTarget::Command(index)).filter(|joint| joint.is_plain()) {
             let (module, Wire::Port(port)) = joint.port else { continue };
             let own = self.plan.port(module, port).descriptor;
             if own.hash != descriptor.hash {
@@ -149,7 +149,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         descriptor: &'static Descriptor,
     ) -> Result<(Writer, Writer), Failed> {
         let name = &wanted.name.value;
-        let (_, budget) = self.plan.demand(Target::Command(index), &format!("{name}/command"));
+        let (_, budget) = self.plan.demand(LinkTarget::Command(index), &format!("{name}/command"));
         let board = &self.builder.ground.board;
         let command = board.add_channel(
             &format!("{name}/command"),
@@ -209,7 +209,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
 
     /// What a module that follows the actuator's command takes it to be.
     fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
-        let joint = self.plan.readers(Target::Command(actuator)).find(|joint| joint.is_plain())?;
+        let joint = self.plan.readers(LinkTarget::Command(actuator)).find(|joint| joint.is_plain())?;
         match joint.port {
             (module, Wire::Port(port)) => Some(self.plan.port(module, port).descriptor),
             (_, Wire::Enabled | Wire::Params) => None,

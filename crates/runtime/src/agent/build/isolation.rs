@@ -11,7 +11,7 @@ use slate_module::Trigger;
 use super::{BuildPlan, Builder};
 use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use crate::runner::Supervised;
-use slate_composition::{Target, Wire};
+use slate_composition::{LinkTarget, Wire};
 
 /// A step that takes this many deadlines does not return any more.
 const DEADLINES: u64 = 10;
@@ -30,15 +30,15 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
     }
 
     /// Where the values of a property are: in memory that isolated modules see, if one of them writes or reads them.
-    pub fn memory(&mut self, m: usize, target: Target) -> Option<Arc<dyn ValueMemory>> {
+    pub fn memory(&mut self, m: usize, target: LinkTarget) -> Option<Arc<dyn ValueMemory>> {
         let writer = match target {
-            Target::Port(writer, _) => Some(writer),
-            Target::Command(_)
-            | Target::Absent(_)
-            | Target::Implied(..)
-            | Target::Remote(_)
-            | Target::Host(_)
-            | Target::Played(_) => None,
+            LinkTarget::Port(writer, _) => Some(writer),
+            LinkTarget::Command(_)
+            | LinkTarget::Absent(_)
+            | LinkTarget::Implied(..)
+            | LinkTarget::Remote(_)
+            | LinkTarget::Host(_)
+            | LinkTarget::Played(_) => None,
         };
         let writer =
             writer.filter(|writer| self.plan.is_isolated(*writer)).map(|writer| self.plan.name(writer));
@@ -103,7 +103,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         let joints = self.plan.survey.joints.iter().filter(|joint| joint.port.0 == m);
         let mut writers: Vec<usize> = joints
             .filter_map(|joint| match (joint.port.1, joint.target) {
-                (Wire::Port(_), Target::Port(writer, _)) if writer != m => Some(writer),
+                (Wire::Port(_), LinkTarget::Port(writer, _)) if writer != m => Some(writer),
                 _ => None,
             })
             .filter(|writer| self.plan.is_isolated(*writer))

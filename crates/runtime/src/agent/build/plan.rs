@@ -4,7 +4,7 @@ use slate_blackboard::channel::Budget;
 use slate_module::{Direction, PortDescription, Trigger};
 
 use crate::configuration::Configuration;
-use slate_composition::{Joint, Survey, Surveyed, Target, Wire};
+use slate_composition::{Joint, LinkTarget, Survey, Surveyed, Wire};
 
 /// Reader handles for tools, and for modules that come later.
 pub(super) const SPARE_READERS: u16 = 16;
@@ -52,17 +52,17 @@ impl<'a, 's> BuildPlan<'a, 's> {
         self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
     }
 
-    pub fn target_path(self, target: Target) -> String {
+    pub fn target_path(self, target: LinkTarget) -> String {
         self.survey.path(self.configuration, target)
     }
 
     /// The ports that are linked to a property.
-    pub fn readers(self, target: Target) -> impl Iterator<Item = &'s Joint<'a>> {
+    pub fn readers(self, target: LinkTarget) -> impl Iterator<Item = &'s Joint<'a>> {
         self.survey.joints.iter().filter(move |joint| joint.target == target)
     }
 
     /// How many values a property keeps, and how many readers it serves.
-    pub fn demand(self, target: Target, path: &str) -> (usize, Budget) {
+    pub fn demand(self, target: LinkTarget, path: &str) -> (usize, Budget) {
         let mut budget = Budget { latest: SPARE_READERS, queues: SPARE_QUEUES, window: USUAL_WINDOW as u16 };
         let mut depth = 1;
         for joint in self.readers(target) {
@@ -110,8 +110,8 @@ impl<'a, 's> BuildPlan<'a, 's> {
     }
 
     /// The module whose output a link leads to.
-    pub fn writing(self, target: Target) -> Option<usize> {
-        let Target::Port(module, port) = target else { return None };
+    pub fn writing(self, target: LinkTarget) -> Option<usize> {
+        let LinkTarget::Port(module, port) = target else { return None };
         let is_output = matches!(
             self.port(module, port).direction,
             Direction::Output | Direction::Debug | Direction::Command

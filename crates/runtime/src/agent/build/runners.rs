@@ -6,15 +6,14 @@ use std::sync::Arc;
 use slate_blackboard::channel::{Latest, Writer};
 use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::{Carrier, Stamp};
-use slate_module::{
-    Description, Direction, Entry, Frame, Host, Interface, ModuleKind, PortDescription, PortSlot, Random,
-};
+use slate_module::{Direction, Entry, Interface, ModuleKind, PortDescription, Random};
 
 use super::{BuildPlan, Builder, WiringBuilder, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
-    InboxPort, Measured, Memory, ModuleState, ModuleTiming, OutboxPort, OutputPort, PortName, Requirements,
-    Runner, Slots, Supervised,
+    AlignedMemory, EntryPorts, InboxPort, Inputs, ModuleCode, ModuleServices, ModuleState, ModuleSwitch,
+    ModuleTiming, OutboxPort, OutputPort, Outputs, ParameterReader, Requirements, Runner, RunnerStatus,
+    Shortcuts, StepFrame, StepTiming, Supervised, TickSchedule,
 };
 use crate::timing::TimingHistogram;
 use slate_composition::{Surveyed, Wire};
@@ -43,7 +42,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     pub fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
         let ports = self.plan.survey.modules.iter().flat_map(|surveyed| &surveyed.description.ports);
         let largest = ports.map(|port| port.descriptor.size).max();
-        let zeros = Arc::new(Memory::zeroed(largest.unwrap_or(0)));
+        let zeros = Arc::new(AlignedMemory::zeroed(largest.unwrap_or(0)));
         let mut runners = Vec::new();
         for &m in arriving {
             match self.runner(m, &zeros) {
@@ -63,98 +62,58 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         runners
     }
 
-    fn runner(&mut self, m: usize, zeros: &Arc<Memory>) -> Option<Runner> {
+    fn runner(&mut self, m: usize, zeros: &Arc<AlignedMemory>) -> Option<Runner> {
         let mut runner = self.idle_runner(m, zeros)?;
         for p in 0..self.plan.surveyed(m).description.ports.len() {
             self.fill_port(m, p, &mut runner)?;
         }
         // There are no more of them, and of thousands of modules each takes what its ports take.
-        runner.outputs.shrink_to_fit();
+        runner.outputs.ports.shrink_to_fit();
         let wiring = WiringBuilder::new(self.builder, m, &|_| false).wiring()?;
         runner.rewire(wiring);
         // It is not news that it has links.
-        runner.rewired = false;
+        runner.schedule.set_rewired(false);
         self.set_up(m, &mut runner)?;
         Some(runner)
     }
 
     /// A runner that is connected to nothing yet, and without its instance.
-    fn idle_runner(&mut self, m: usize, zeros: &Arc<Memory>) -> Option<Runner> {
+    fn idle_runner(&mut self, m: usize, zeros: &Arc<AlignedMemory>) -> Option<Runner> {
         let surveyed = self.plan.surveyed(m);
         let name: Arc<str> = Arc::from(surveyed.module.name.value.as_str());
         let ground = &mut *self.builder.ground;
         let post = ground.post(&name);
         post.health.begin();
         let log = ground.logger.module(&name, ground.lockstep, &ground.means.clock)?;
-        let host = Box::new(log.host());
-        let random = Box::new(Cell::new(Random::new(self.plan.configuration.seed().value, &name)));
+        let random = Random::new(self.plan.configuration.seed().value, &name);
         let supervised = self.builder.isolation().supervised(m);
         let kind = kind_of(surveyed, supervised.as_ref())?;
-        let ports = &surveyed.description.ports;
-        let slots = Slots::new(ports.len(), |port| empty_slot(&ports[port], zeros));
+        let frame = StepFrame::new(&surveyed.description, zeros, random, log.host());
         let own = self.own_properties(m)?;
-        let frame = frame(&surveyed.description, &slots, zeros, &raw const *random, &raw const *host);
-        let patience = self.builder.ground.patience(&name, supervised.is_some());
+        let ground = &self.builder.ground;
+        let patience = ground.patience(&name, supervised.is_some());
+        let is_switched = self.plan.joints(m, Wire::Enabled).next().is_some();
+        let ports = &surveyed.description.ports;
         let required = ports.iter().enumerate().filter(|(_, port)| port.required);
+        let required = Requirements::new(required.map(|(p, port)| (p, port.name.as_str())));
         Some(Runner {
-            condition: None,
-            params_changed: true,
-            has_company: true,
-            has_only_values: false,
-            is_steady: false,
-            has_conversions: false,
-            reads_apart: false,
-            in_every_cycle: false,
-            settings: self.builder.ground.board.settings(),
-            settings_seen: None,
-            last_tick: 0,
-            due: 0,
-            supervised: supervised.map(Box::new),
-            tick: kind.table().tick,
-            instance: std::ptr::null_mut(),
+            shortcuts: Shortcuts::default(),
+            status: RunnerStatus::new(Arc::clone(&post.health), own.state),
+            switch: ModuleSwitch::new(ground.board.settings(), own.enabled, is_switched),
+            params: ParameterReader::new(own.params),
+            code: ModuleCode::new(kind, surveyed.setup.clone(), patience),
             frame,
-            measured: Measured::default(),
+            schedule: TickSchedule::new(surveyed.trigger.clone()),
+            timing: StepTiming::new(surveyed.deadline, own.timing, own.histogram),
+            inputs: Inputs::new(required),
+            outputs: Outputs::new(post.commit),
+            supervised: supervised.map(Box::new),
             name,
-            kind,
-            trigger: surveyed.trigger.clone(),
-            deadline: surveyed.deadline,
-            health: Arc::clone(&post.health),
-            inputs: Vec::new(),
-            readers: Vec::new(),
-            groups: Vec::new(),
-            queues: Vec::new(),
-            inboxes: Vec::new(),
-            outputs: Vec::new(),
-            outboxes: Vec::new(),
-            rewired: false,
-            conversions: Vec::new(),
-            sources: Vec::new(),
-            early: Vec::new(),
-            aspects: Vec::new(),
-            providers: Vec::new(),
-            services: Vec::new(),
-            shadow: None,
-            on: true,
-            is_switched: self.plan.joints(m, Wire::Enabled).next().is_some(),
-            params: own.params,
-            enabled: own.enabled,
-            state: own.state,
-            timing: own.timing,
-            histogram: Some(own.histogram),
-            commit: post.commit,
-            wake: post.wake,
             log,
-            setup: surveyed.setup.clone(),
-            requirements: Requirements::new(required.map(|(p, port)| (p, port.name.as_str()))),
-            waiting_for: PortName::default(),
-            patience,
-            slots,
-            random,
-            host,
-            zeros: Arc::clone(zeros),
-            panics: 0,
-            panics_in_a_row: 0,
-            last_panic: 0,
+            entries: EntryPorts::default(),
+            services: ModuleServices::default(),
+            shadow: None,
+            wake: post.wake,
         })
     }
 
@@ -181,7 +140,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
                 let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
                 let receiver = mailbox.receiver().ok()?;
                 let entries = Vec::with_capacity(receiver.capacity());
-                runner.inboxes.push(InboxPort {
+                runner.entries.inboxes.push(InboxPort {
                     slot: p,
                     triggers: self.plan.triggers(m, p),
                     receiver,
@@ -191,22 +150,22 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             Direction::Output | Direction::Debug | Direction::Command => {
                 let output = self.output(m, p, port)?;
                 // Who read it first may have made room for less.
-                runner.slots[p].capacity = output.writer.capacity();
-                runner.outputs.push(output);
+                runner.frame.slots[p].capacity = output.writer.capacity();
+                runner.outputs.ports.push(output);
             }
             Direction::Aspect => self.aspect(m, p, runner)?,
             Direction::Provider => {
                 let place = self.builder.ground.service(&self.plan.port_path(m, p));
-                let provider = ProviderPort::new(p, place, runner.kind.clone());
-                runner.slots[p].data = provider.table().cast_mut().cast();
-                runner.providers.push(provider);
+                let provider = ProviderPort::new(p, place, runner.code.kind().clone());
+                runner.frame.slots[p].data = provider.table().cast_mut().cast();
+                runner.services.providers.push(provider);
             }
             Direction::Outbox => {
                 let outbox = self.outbox(p, port);
-                let slot = &mut runner.slots[p];
+                let slot = &mut runner.frame.slots[p];
                 slot.entries = outbox.entries.as_ptr();
                 slot.capacity = outbox.entries.len();
-                runner.outboxes.push(outbox);
+                runner.entries.outboxes.push(outbox);
             }
         }
         Some(())
@@ -216,7 +175,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     fn set_up(&mut self, m: usize, runner: &mut Runner) -> Option<()> {
         match runner.create_patiently() {
             Ok(instance) => {
-                runner.instance = instance;
+                runner.code.set_instance(instance);
                 runner.show_process(0, true);
                 Some(())
             }
@@ -238,14 +197,19 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
         match *self.plan.survey.services.get(&(m, p))? {
             Some((provider, port)) => {
                 let place = self.builder.ground.service(&self.plan.port_path(provider, port));
-                runner.aspects.push(AspectPort::new(p, &self.plan.port(m, p).name, place, &runner.wake));
+                runner.services.aspects.push(AspectPort::new(
+                    p,
+                    &self.plan.port(m, p).name,
+                    place,
+                    &runner.wake,
+                ));
             }
             None => {
                 let schema = self.plan.port(m, p).descriptor.hash;
                 let mut service = aspects::service(schema, &self.builder.ground.means, &runner.name)?;
-                service.begin(&runner.kind);
-                runner.slots[p].data = service.table().cast_mut();
-                runner.services.push(service);
+                service.begin(runner.code.kind());
+                runner.frame.slots[p].data = service.table().cast_mut();
+                runner.services.host.push(service);
             }
         }
         Some(())
@@ -277,7 +241,8 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
 
     fn outbox(&mut self, p: usize, port: &PortDescription) -> OutboxPort {
         self.builder.ground.index += 1;
-        let mut memory: Vec<_> = (0..port.window).map(|_| Memory::zeroed(port.descriptor.size)).collect();
+        let mut memory: Vec<_> =
+            (0..port.window).map(|_| AlignedMemory::zeroed(port.descriptor.size)).collect();
         let entries = memory
             .iter_mut()
             .map(|memory| Entry {
@@ -310,43 +275,5 @@ fn kind_of(surveyed: &Surveyed<'_>, supervised: Option<&Supervised>) -> Option<M
         Some(supervised) => Some(supervised.isolation.kind(&surveyed.kind)),
         None if surveyed.module.isolated.value => None,
         None => Some(surveyed.kind.clone()),
-    }
-}
-
-/// What a module sees in its first step; `random` and `host` stay where they are.
-fn frame(
-    description: &Description,
-    slots: &Slots,
-    zeros: &Memory,
-    random: *const Cell<Random>,
-    host: *const Host,
-) -> Frame {
-    Frame {
-        ports: slots.as_ptr(),
-        port_count: description.ports.len(),
-        params: zeros.as_ptr(),
-        params_size: description.params.size,
-        params_version: 0,
-        now: 0,
-        elapsed: 0,
-        number: 0,
-        random,
-        host,
-    }
-}
-
-fn empty_slot(port: &PortDescription, zeros: &Memory) -> PortSlot {
-    PortSlot {
-        schema: port.descriptor.hash,
-        direction: port.direction as u32,
-        data: zeros.as_ptr().cast_mut(),
-        items: Cell::new(0),
-        capacity: port.capacity,
-        stamp: Stamp::default(),
-        flags: Cell::new(0),
-        priority: Cell::new(0),
-        entries: std::ptr::null(),
-        count: Cell::new(0),
-        missed: 0,
     }
 }

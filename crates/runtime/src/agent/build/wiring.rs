@@ -12,11 +12,11 @@ use super::ground::Post;
 use super::{BuildPlan, Builder, new_writer};
 use crate::configuration::LinkPolicy;
 use crate::runner::{
-    Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, Memory, OutboxWiring,
+    AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, OutboxWiring,
     QueueWiring, SourceWiring, Wiring,
 };
-use slate_composition::link::{Place, Program};
-use slate_composition::{Joint, Target, Way, Wire};
+use slate_composition::link::{FieldPlace, Program};
+use slate_composition::{Joint, LinkTarget, Way, Wire};
 use slate_configuration::Mistake;
 
 /// Something that a module reads.
@@ -84,18 +84,20 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     }
 
     /// What a link leads to, and the name of the module that writes it.
-    fn source(&self, target: Target) -> Option<(Arc<Property>, Option<String>)> {
+    fn source(&self, target: LinkTarget) -> Option<(Arc<Property>, Option<String>)> {
         let (plan, survey) = (self.plan, self.plan.survey);
         let property = self.builder.property(&plan.target_path(target))?;
         let writer = match target {
-            Target::Port(module, port) if plan.port(module, port).direction != Direction::Input => {
+            LinkTarget::Port(module, port) if plan.port(module, port).direction != Direction::Input => {
                 Some(plan.name(module).into())
             }
-            Target::Absent(absent) => Some(survey.absent[absent].module.clone()),
+            LinkTarget::Absent(absent) => Some(survey.absent[absent].module.clone()),
             // Whether its values come is known like the condition of a module.
-            Target::Remote(remote) => Some(survey.remote[remote].path.to_string()),
-            Target::Played(played) => survey.played[played].module.clone(),
-            Target::Port(..) | Target::Command(_) | Target::Implied(..) | Target::Host(_) => None,
+            LinkTarget::Remote(remote) => Some(survey.remote[remote].path.to_string()),
+            LinkTarget::Played(played) => survey.played[played].module.clone(),
+            LinkTarget::Port(..) | LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => {
+                None
+            }
         };
         Some((property, writer))
     }
@@ -253,11 +255,11 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             Way::Plain => None,
             Way::Converted(program) => Some(Arc::clone(program)),
             // It may be on the board by now; it is linked anew when it is known to be there.
-            Way::Pending(_) if matches!(joint.target, Target::Remote(_)) => None,
+            Way::Pending(_) if matches!(joint.target, LinkTarget::Remote(_)) => None,
             Way::Pending(place) => {
                 let property = self.builder.property(&self.plan.target_path(joint.target))?;
                 // What does not fit is said when the plugin is loaded.
-                let source = Place::find(property.descriptor(), &joint.from).ok()?;
+                let source = FieldPlace::find(property.descriptor(), &joint.from).ok()?;
                 Program::new(&source, place).ok().map(Arc::new)
             }
         }
@@ -300,7 +302,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             }
             Some(writer)
         };
-        let mut memory = Memory::zeroed(value.len());
+        let mut memory = AlignedMemory::zeroed(value.len());
         memory.bytes_mut(value.len()).copy_from_slice(&value);
         let mut joints = self.plan.joints(m, wire).filter(|joint| !joint.is_plain());
         let is_pending = joints.any(|joint| self.program(joint).is_none());
@@ -388,8 +390,12 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     fn outbox(&mut self, p: usize) -> Option<OutboxWiring> {
         let m = self.module;
         let target = self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target);
-        let Some(target @ (Target::Port(..) | Target::Absent(_) | Target::Remote(_) | Target::Played(_))) =
-            target
+        let Some(
+            target @ (LinkTarget::Port(..)
+            | LinkTarget::Absent(_)
+            | LinkTarget::Remote(_)
+            | LinkTarget::Played(_)),
+        ) = target
         else {
             return Some(OutboxWiring { slot: p, sender: None, wake: None });
         };
@@ -398,15 +404,15 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         let name = self.plan.port_path(m, p);
         let sender = self.builder.granted(m, Wire::Port(p), &property, mailbox.sender_of(&name))?;
         let receiver = match target {
-            Target::Port(module, _) => self.plan.name(module).to_owned(),
-            Target::Absent(absent) => self.plan.survey.absent[absent].module.clone(),
-            Target::Remote(_) => {
+            LinkTarget::Port(module, _) => self.plan.name(module).to_owned(),
+            LinkTarget::Absent(absent) => self.plan.survey.absent[absent].module.clone(),
+            LinkTarget::Remote(_) => {
                 let wake = Some(Arc::clone(&self.builder.ground.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
             // Who plays looks for messages after each cycle.
-            Target::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
-            Target::Command(_) | Target::Implied(..) | Target::Host(_) => return None,
+            LinkTarget::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
+            LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => return None,
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.builder.wake_of(&receiver) })
     }

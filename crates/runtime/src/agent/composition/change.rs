@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Changed, Composition, Fitting, Target};
+use super::{Changed, Composition, CompositionTarget, Fitting};
 use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
 use crate::configuration::Report;
 use crate::main_loop::Shared;
@@ -11,21 +11,21 @@ use slate_composition::{Catalogue, Surveyed, Wired};
 
 impl Composition {
     /// What the agent would be made of with that catalogue.
-    pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> Target {
+    pub fn target(&self, change: impl FnOnce(&mut Catalogue)) -> CompositionTarget {
         let mut catalogue = self.catalogue.clone();
         change(&mut catalogue);
-        Target { configuration: Arc::clone(&self.configuration), catalogue, keep: false }
+        CompositionTarget { configuration: Arc::clone(&self.configuration), catalogue, keep: false }
     }
 
     /// The configuration of a target with the links that it leaves to types and roles. Those of modules that are there
     /// stay as they are; what would make one ambiguous is refused.
-    fn wired(&self, target: &Target) -> Wired {
+    fn wired(&self, target: &CompositionTarget) -> Wired {
         let is_present = |name: &str| self.assembly.present.contains_key(name);
         Wired::new(&target.configuration, &target.catalogue, &is_present)
     }
 
     /// Whether it would fit, and what its modules would be.
-    pub fn check(&self, target: &Target) -> Result<BTreeMap<String, Fitting>, Report> {
+    pub fn check(&self, target: &CompositionTarget) -> Result<BTreeMap<String, Fitting>, Report> {
         let wired = self.wired(target);
         let survey = wired.check(&target.catalogue)?;
         let described = |surveyed: Surveyed<'_>| {
@@ -39,7 +39,7 @@ impl Composition {
     /// that are no longer meant go. What stays is not touched.
     pub fn change(
         &mut self,
-        target: Target,
+        target: CompositionTarget,
         shared: &Arc<Shared>,
         states: &ModuleStates,
     ) -> Result<Changed, Report> {

@@ -9,7 +9,7 @@ use slate_module::{Description, ModuleKind};
 use crate::configuration::Configuration;
 
 /// What an agent shall be made of.
-pub(in crate::agent) struct Target {
+pub(in crate::agent) struct CompositionTarget {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,
     /// Whether the states of modules that leave are wanted; a save may take its time.

@@ -32,7 +32,7 @@ impl<'c> Departure<'c> {
                 let (kind, instance) = {
                     // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                     let runner = unsafe { seat.runner() };
-                    (runner.kind.clone(), runner.instance)
+                    runner.code.parts()
                 };
                 if instance.is_null() {
                     // It has failed for good, so nobody is left to object.

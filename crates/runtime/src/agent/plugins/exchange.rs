@@ -106,7 +106,7 @@ fn exchange_all(exchanges: Vec<PendingExchange>) -> Option<CarriedCode> {
         let (old_kind, old) = {
             // SAFETY: the seat is claimed or the loop's; the reference ends before the module is called.
             let runner = unsafe { seat.runner() };
-            (runner.kind.clone(), runner.instance)
+            runner.code.parts()
         };
         // SAFETY: both instances are of their kinds, and between two ticks they belong to this call.
         let state = seat.call(own_thread, || unsafe {

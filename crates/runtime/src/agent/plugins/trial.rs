@@ -65,7 +65,7 @@ impl<'c> ModuleTrials<'c> {
                 let (kind, instance) = {
                     // SAFETY: between two steps the runner is not in use; the reference ends before the call.
                     let runner = unsafe { seat.runner() };
-                    (runner.kind.clone(), runner.instance)
+                    runner.code.parts()
                 };
                 let state = if instance.is_null() {
                     Err("it had failed".into())

@@ -42,7 +42,7 @@ impl Thaw {
         }
         // SAFETY: the caller has the token.
         let core = unsafe { shared.core() };
-        if !shared.thaw_time_source(core, &ready.image.main_loop) {
+        if !ready.image.main_loop.thaw_time_source(core) {
             let problems = vec!["the time source does not go on from there".into()];
             return Err(SnapshotError::Unfit { agent: shared.board.agent().into(), problems });
         }
@@ -67,7 +67,7 @@ impl Thaw {
             if let Some(instance) = fresh.remove(&subject.name) {
                 let (kind, instance) = match instance {
                     Some(fresh) => fresh.into_parts(),
-                    None => (runner.kind.clone(), std::ptr::null_mut()),
+                    None => (runner.code.kind().clone(), std::ptr::null_mut()),
                 };
                 old.push(runner.exchange(kind, instance));
             }
@@ -97,7 +97,7 @@ impl Thaw {
                 report(shared, property.set_bytes(&bytes, now).map(drop));
             }
         }
-        shared.thaw(core, image.main_loop);
+        image.main_loop.thaw(shared, core);
         keepsakes.into_iter().for_each(|restore| restore());
         old
     }
@@ -141,7 +141,7 @@ fn messages(board: &Board, subjects: &[Subject], image: &Image) {
     }
     for subject in subjects {
         // SAFETY: as above.
-        unsafe { subject.seat.runner() }.outboxes.iter_mut().for_each(OutboxPort::give_up);
+        unsafe { subject.seat.runner() }.entries.outboxes.iter_mut().for_each(OutboxPort::give_up);
     }
 }
 
@@ -151,7 +151,7 @@ fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, later: usize, subjects:
         let Some(frozen) = image.modules.get(&subject.name) else { continue };
         // SAFETY: as above.
         let runner = unsafe { subject.seat.runner() };
-        for outbox in &mut runner.outboxes {
+        for outbox in &mut runner.entries.outboxes {
             let name = &subject.ports[outbox.slot].name;
             let was = frozen.runner.outboxes.get(name).and_then(|outbox| outbox.sender);
             if outbox.sender.as_ref().is_some_and(|sender| sender.is_of(mailbox))

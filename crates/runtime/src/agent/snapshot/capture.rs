@@ -13,7 +13,7 @@ use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
 use crate::clock::monotonic;
 use crate::configuration::Layered;
-use crate::main_loop::{Seat, Shared};
+use crate::main_loop::{FrozenLoop, Seat, Shared};
 use crate::snapshot::{
     Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image, Keepsake, PluginMark,
     SnapshotError,
@@ -122,7 +122,7 @@ impl Subjects {
             // SAFETY: the seat is idle and the loop's, or held.
             let runner = unsafe { subject.seat.runner() };
             written.extend(runner.written());
-            let inboxes = runner.inboxes.iter().map(|inbox| &subject.ports[inbox.slot].name);
+            let inboxes = runner.entries.inboxes.iter().map(|inbox| &subject.ports[inbox.slot].name);
             receiving.extend(inboxes.map(|port| format!("{}/{port}", subject.name)));
             let mut frozen = runner.freeze(&subject.ports);
             frozen.ticks = subject.seat.ticks();
@@ -144,7 +144,7 @@ impl Subjects {
             Err(error) => return Some(Err(error)),
         };
         // SAFETY: the caller has the token.
-        let main_loop = shared.freeze(unsafe { shared.core() });
+        let main_loop = FrozenLoop::of(shared, unsafe { shared.core() });
         let levels = shared.logger.levels();
         Some(Ok(Image {
             configuration: self.configuration.clone(),
@@ -172,7 +172,7 @@ impl Subject {
         let (kind, instance): (ModuleKind, _) = {
             // SAFETY: the seat is idle and the loop's, or held; the reference ends before the module is called.
             let runner = unsafe { self.seat.runner() };
-            (runner.kind.clone(), runner.instance)
+            runner.code.parts()
         };
         if instance.is_null() {
             return Some(Ok(None));

@@ -9,7 +9,7 @@ use super::apply::at;
 use super::capture::{Subject, marks};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::Composition;
-use crate::configuration::{Configuration, Entry, Table, Value};
+use crate::configuration::{Configuration, Table, TableEntry, Value};
 use crate::main_loop::Shared;
 use crate::snapshot::{FrozenPort, Image, PluginMark, Snapshot};
 
@@ -165,7 +165,7 @@ impl DifferentSetting {
             };
             let counting = all.into_iter().filter(|setting| counts(&setting.path));
             let links = configuration.table("links").into_iter().flat_map(Table::iter);
-            let link = |(to, entry): (&str, &Entry)| {
+            let link = |(to, entry): (&str, &TableEntry)| {
                 (format!("links.{}", toml_edit::Key::new(to).display_repr()), entry.value.value.clone())
             };
             // One that was taken away is `false`.

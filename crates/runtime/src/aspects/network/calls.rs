@@ -4,7 +4,7 @@ use slate_module::aspect::{ABSENT, Network, NetworkAddress};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::super::calls::{name, say};
-use super::{Kind, Received, Service};
+use super::{NetworkService, Received, SocketKind};
 
 /// The calls, yet without a service.
 pub(super) const TABLE: Network =
@@ -16,10 +16,16 @@ fn shown(address: &SocketAddr) -> NetworkAddress {
 
 /// # Safety
 /// As of the calls below.
-unsafe fn open(context: *mut (), kind: Kind, address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
+unsafe fn open(
+    context: *mut (),
+    kind: SocketKind,
+    address: Bytes,
+    socket: *mut u64,
+    sink: *const Sink,
+) -> i32 {
     // SAFETY: the context is the service, which the module's tick uses alone; the rest lives during the call.
     unsafe {
-        match (*context.cast::<Service>()).open(kind, name(address)) {
+        match (*context.cast::<NetworkService>()).open(kind, name(address)) {
             Ok(Some(number)) => {
                 socket.write(number);
                 DONE
@@ -35,23 +41,23 @@ unsafe fn open(context: *mut (), kind: Kind, address: Bytes, socket: *mut u64, s
 
 unsafe extern "C" fn udp(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: passed on.
-    unsafe { open(context, Kind::Datagrams, address, socket, sink) }
+    unsafe { open(context, SocketKind::Datagrams, address, socket, sink) }
 }
 
 unsafe extern "C" fn connect(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: passed on.
-    unsafe { open(context, Kind::Connection, address, socket, sink) }
+    unsafe { open(context, SocketKind::Connection, address, socket, sink) }
 }
 
 unsafe extern "C" fn listen(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: passed on.
-    unsafe { open(context, Kind::Listener, address, socket, sink) }
+    unsafe { open(context, SocketKind::Listener, address, socket, sink) }
 }
 
 unsafe extern "C" fn accepted(context: *mut (), listener: u64, place: usize, socket: *mut u64) -> i32 {
     // SAFETY: as for `open`.
     unsafe {
-        match (*context.cast::<Service>()).accepted(listener, place) {
+        match (*context.cast::<NetworkService>()).accepted(listener, place) {
             Some(number) => {
                 socket.write(number);
                 DONE
@@ -64,7 +70,7 @@ unsafe extern "C" fn accepted(context: *mut (), listener: u64, place: usize, soc
 unsafe extern "C" fn send(context: *mut (), socket: u64, to: Bytes, data: Bytes, sink: *const Sink) -> i32 {
     // SAFETY: as for `open`.
     unsafe {
-        match (*context.cast::<Service>()).send(socket, name(to), data.as_slice()) {
+        match (*context.cast::<NetworkService>()).send(socket, name(to), data.as_slice()) {
             Ok(()) => DONE,
             Err(reason) => {
                 say(sink, &reason);
@@ -86,7 +92,7 @@ unsafe extern "C" fn receive(
     // SAFETY: as for `open`; the module lends that much room.
     unsafe {
         let room: &mut [u8] = if size == 0 { &mut [] } else { std::slice::from_raw_parts_mut(room, size) };
-        match (*context.cast::<Service>()).receive(socket, room) {
+        match (*context.cast::<NetworkService>()).receive(socket, room) {
             Received::Bytes(count, sender) => {
                 length.write(count);
                 if let Some(sender) = sender {
@@ -112,7 +118,7 @@ unsafe extern "C" fn address(
 ) -> i32 {
     // SAFETY: as for `open`.
     unsafe {
-        match (*context.cast::<Service>()).address(socket, other) {
+        match (*context.cast::<NetworkService>()).address(socket, other) {
             Ok(found) => {
                 address.write(shown(&found));
                 DONE
@@ -127,5 +133,5 @@ unsafe extern "C" fn address(
 
 unsafe extern "C" fn close(context: *mut (), socket: u64) {
     // SAFETY: as for `open`.
-    unsafe { (*context.cast::<Service>()).close(socket) }
+    unsafe { (*context.cast::<NetworkService>()).close(socket) }
 }

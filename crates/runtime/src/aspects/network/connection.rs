@@ -13,7 +13,7 @@ use crate::digest::Digest;
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A connection, with what waits to be sent.
-pub(super) struct Connection {
+pub(super) struct ModuleConnection {
     stream: TcpStream,
     other: SocketAddr,
     outgoing: VecDeque<u8>,
@@ -28,7 +28,7 @@ pub(super) struct Connection {
     closing: bool,
 }
 
-impl Connection {
+impl ModuleConnection {
     /// # Errors
     /// When it has ended already.
     pub fn new(stream: TcpStream) -> io::Result<Self> {

@@ -13,18 +13,18 @@ use slate_module::aspect::{Network, SOCKET_LIMIT};
 
 use super::{HostService, Means};
 use crate::digest::Digest;
-use connection::{Attempt, Connection};
+use connection::{Attempt, ModuleConnection};
 use datagrams::Datagrams;
 
 /// After that time of the agent a connection that failed is tried again, nanoseconds.
 const RETRY: u64 = 1_000_000_000;
 
-struct Service {
+struct NetworkService {
     table: Network,
     /// By number, in the order in which they were opened.
-    sockets: BTreeMap<u64, Socket>,
+    sockets: BTreeMap<u64, ModuleSocket>,
     /// What the module has named.
-    named: BTreeMap<(Kind, String), Named>,
+    named: BTreeMap<(SocketKind, String), NamedSocket>,
     opened: u64,
     now: u64,
     /// Stands for what is sent, in the digest.
@@ -32,26 +32,26 @@ struct Service {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Kind {
+enum SocketKind {
     Datagrams,
     Connection,
     Listener,
 }
 
-enum Named {
+enum NamedSocket {
     Open(u64),
     Making(Attempt),
     Failed { reason: String, at: u64 },
 }
 
-enum Socket {
-    Datagrams(Datagrams, Closing),
-    Connection(Box<Connection>),
-    Listener { listener: TcpListener, connections: Vec<u64>, closing: Closing },
+enum ModuleSocket {
+    Datagrams(Datagrams, IsClosing),
+    Connection(Box<ModuleConnection>),
+    Listener { listener: TcpListener, connections: Vec<u64>, closing: IsClosing },
 }
 
 /// Whether the present tick closes a socket.
-type Closing = bool;
+type IsClosing = bool;
 
 /// What came of an attempt to receive.
 enum Received {
@@ -61,10 +61,10 @@ enum Received {
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for NetworkService {}
 
 pub(super) fn make(_: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(Service {
+    let mut service = Box::new(NetworkService {
         table: calls::TABLE,
         sockets: BTreeMap::new(),
         named: BTreeMap::new(),
@@ -76,7 +76,7 @@ pub(super) fn make(_: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     service
 }
 
-impl HostService for Service {
+impl HostService for NetworkService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
@@ -85,7 +85,7 @@ impl HostService for Service {
         self.now = now;
         let mut over = Vec::new();
         for (number, socket) in &self.sockets {
-            if let Socket::Connection(connection) = socket
+            if let ModuleSocket::Connection(connection) = socket
                 && let Some(reason) = connection.over()
             {
                 over.push((*number, reason.to_owned()));
@@ -101,12 +101,12 @@ impl HostService for Service {
         let mut closed = Vec::new();
         for (number, socket) in &mut self.sockets {
             let stays = match socket {
-                Socket::Datagrams(datagrams, closing) => {
+                ModuleSocket::Datagrams(datagrams, closing) => {
                     datagrams.commit(self.index, digest.as_deref_mut());
                     !*closing
                 }
-                Socket::Connection(connection) => connection.commit(self.index, digest.as_deref_mut()),
-                Socket::Listener { connections, closing, .. } => {
+                ModuleSocket::Connection(connection) => connection.commit(self.index, digest.as_deref_mut()),
+                ModuleSocket::Listener { connections, closing, .. } => {
                     if *closing {
                         closed.extend(connections.iter().copied());
                     }
@@ -123,33 +123,33 @@ impl HostService for Service {
     fn abandon(&mut self) {
         for socket in self.sockets.values_mut() {
             match socket {
-                Socket::Datagrams(datagrams, closing) => {
+                ModuleSocket::Datagrams(datagrams, closing) => {
                     datagrams.abandon();
                     *closing = false;
                 }
-                Socket::Connection(connection) => connection.abandon(),
-                Socket::Listener { closing, .. } => *closing = false,
+                ModuleSocket::Connection(connection) => connection.abandon(),
+                ModuleSocket::Listener { closing, .. } => *closing = false,
             }
         }
     }
 }
 
-impl Service {
+impl NetworkService {
     /// Takes the connections that others have made.
     fn accept(&mut self) {
         let mut room = SOCKET_LIMIT.saturating_sub(self.count());
         let mut came = Vec::new();
         for socket in self.sockets.values_mut() {
-            let Socket::Listener { listener, connections, .. } = socket else { continue };
+            let ModuleSocket::Listener { listener, connections, .. } = socket else { continue };
             while room > 0
                 && let Ok((stream, _)) = listener.accept()
             {
                 // One that has ended meanwhile is as if it had not come.
-                let Ok(connection) = Connection::new(stream) else { continue };
+                let Ok(connection) = ModuleConnection::new(stream) else { continue };
                 self.opened += 1;
                 room -= 1;
                 connections.push(self.opened);
-                came.push((self.opened, Socket::Connection(Box::new(connection))));
+                came.push((self.opened, ModuleSocket::Connection(Box::new(connection))));
             }
         }
         self.sockets.extend(came);
@@ -157,21 +157,23 @@ impl Service {
 
     /// Sockets that there are or that will be.
     fn count(&self) -> usize {
-        self.sockets.len() + self.named.values().filter(|named| matches!(named, Named::Making(_))).count()
+        self.sockets.len()
+            + self.named.values().filter(|named| matches!(named, NamedSocket::Making(_))).count()
     }
 
     /// Closes a socket; with the reason when it has ended by itself.
     fn forget(&mut self, number: u64, reason: Option<String>) {
         self.sockets.remove(&number);
         for socket in self.sockets.values_mut() {
-            if let Socket::Listener { connections, .. } = socket {
+            if let ModuleSocket::Listener { connections, .. } = socket {
                 connections.retain(|other| *other != number);
             }
         }
-        let key = self.named.iter().find(|(_, named)| matches!(named, Named::Open(open) if *open == number));
+        let key =
+            self.named.iter().find(|(_, named)| matches!(named, NamedSocket::Open(open) if *open == number));
         let Some(key) = key.map(|(key, _)| key.clone()) else { return };
         match reason {
-            Some(reason) => drop(self.named.insert(key, Named::Failed { reason, at: self.now })),
+            Some(reason) => drop(self.named.insert(key, NamedSocket::Failed { reason, at: self.now })),
             None => drop(self.named.remove(&key)),
         }
     }
@@ -183,101 +185,103 @@ impl Service {
         Err(format!("the module has {SOCKET_LIMIT} sockets already: close some"))
     }
 
-    fn add(&mut self, socket: Socket) -> u64 {
+    fn add(&mut self, socket: ModuleSocket) -> u64 {
         self.opened += 1;
         self.sockets.insert(self.opened, socket);
         self.opened
     }
 
     /// The socket of that address, which is opened if need be.
-    fn open(&mut self, kind: Kind, text: &str) -> Result<Option<u64>, String> {
+    fn open(&mut self, kind: SocketKind, text: &str) -> Result<Option<u64>, String> {
         let key = (kind, text.to_owned());
         match self.named.get(&key) {
-            Some(Named::Open(number)) => return Ok(Some(*number)),
-            Some(Named::Making(attempt)) => {
+            Some(NamedSocket::Open(number)) => return Ok(Some(*number)),
+            Some(NamedSocket::Making(attempt)) => {
                 let Some(result) = attempt.result() else { return Ok(None) };
-                return match result.and_then(Connection::new) {
+                return match result.and_then(ModuleConnection::new) {
                     Ok(connection) => {
-                        let number = self.add(Socket::Connection(Box::new(connection)));
-                        self.named.insert(key, Named::Open(number));
+                        let number = self.add(ModuleSocket::Connection(Box::new(connection)));
+                        self.named.insert(key, NamedSocket::Open(number));
                         Ok(Some(number))
                     }
                     Err(error) => {
                         let reason = format!("{text} can't be connected to: {error}");
-                        self.named.insert(key, Named::Failed { reason: reason.clone(), at: self.now });
+                        self.named.insert(key, NamedSocket::Failed { reason: reason.clone(), at: self.now });
                         Err(reason)
                     }
                 };
             }
-            Some(Named::Failed { reason, at }) if self.now.saturating_sub(*at) < RETRY => {
+            Some(NamedSocket::Failed { reason, at }) if self.now.saturating_sub(*at) < RETRY => {
                 return Err(reason.clone());
             }
             _ => self.room()?,
         }
         let socket = match kind {
-            Kind::Datagrams => Socket::Datagrams(Datagrams::bind(text)?, false),
-            Kind::Listener => {
+            SocketKind::Datagrams => ModuleSocket::Datagrams(Datagrams::bind(text)?, false),
+            SocketKind::Listener => {
                 let listener = TcpListener::bind(address(text)?)
                     .and_then(|listener| listener.set_nonblocking(true).map(|()| listener));
                 let listener =
                     listener.map_err(|error| format!("tcp {text} can't be listened at: {error}"))?;
-                Socket::Listener { listener, connections: Vec::new(), closing: false }
+                ModuleSocket::Listener { listener, connections: Vec::new(), closing: false }
             }
-            Kind::Connection => {
-                self.named.insert(key, Named::Making(Attempt::new(text)?));
+            SocketKind::Connection => {
+                self.named.insert(key, NamedSocket::Making(Attempt::new(text)?));
                 return Ok(None);
             }
         };
         let number = self.add(socket);
-        self.named.insert(key, Named::Open(number));
+        self.named.insert(key, NamedSocket::Open(number));
         Ok(Some(number))
     }
 
-    fn socket(&mut self, number: u64) -> Result<&mut Socket, String> {
+    fn socket(&mut self, number: u64) -> Result<&mut ModuleSocket, String> {
         self.sockets.get_mut(&number).ok_or_else(|| "the socket is closed".into())
     }
 
     fn accepted(&self, number: u64, place: usize) -> Option<u64> {
         match self.sockets.get(&number)? {
-            Socket::Listener { connections, .. } => connections.get(place).copied(),
+            ModuleSocket::Listener { connections, .. } => connections.get(place).copied(),
             _ => None,
         }
     }
 
     fn send(&mut self, number: u64, to: &str, data: &[u8]) -> Result<(), String> {
         match self.socket(number)? {
-            Socket::Datagrams(datagrams, _) => datagrams.send(to, data),
-            Socket::Connection(connection) => connection.send(data),
-            Socket::Listener { .. } => Err("a listener sends nothing".into()),
+            ModuleSocket::Datagrams(datagrams, _) => datagrams.send(to, data),
+            ModuleSocket::Connection(connection) => connection.send(data),
+            ModuleSocket::Listener { .. } => Err("a listener sends nothing".into()),
         }
     }
 
     fn receive(&mut self, number: u64, room: &mut [u8]) -> Received {
         match self.socket(number) {
-            Ok(Socket::Datagrams(datagrams, _)) => datagrams.receive(room),
-            Ok(Socket::Connection(connection)) => connection.receive(room),
-            Ok(Socket::Listener { .. }) => Received::Refused("a listener receives nothing".into()),
+            Ok(ModuleSocket::Datagrams(datagrams, _)) => datagrams.receive(room),
+            Ok(ModuleSocket::Connection(connection)) => connection.receive(room),
+            Ok(ModuleSocket::Listener { .. }) => Received::Refused("a listener receives nothing".into()),
             Err(reason) => Received::Refused(reason),
         }
     }
 
     fn address(&mut self, number: u64, other: bool) -> Result<SocketAddr, String> {
         match (self.socket(number)?, other) {
-            (Socket::Datagrams(datagrams, _), false) => {
+            (ModuleSocket::Datagrams(datagrams, _), false) => {
                 datagrams.address().map_err(|error| error.to_string())
             }
-            (Socket::Listener { listener, .. }, false) => {
+            (ModuleSocket::Listener { listener, .. }, false) => {
                 listener.local_addr().map_err(|error| error.to_string())
             }
-            (Socket::Connection(connection), true) => Ok(connection.other()),
+            (ModuleSocket::Connection(connection), true) => Ok(connection.other()),
             _ => Err("such a socket has no such address".into()),
         }
     }
 
     fn close(&mut self, number: u64) {
         match self.sockets.get_mut(&number) {
-            Some(Socket::Datagrams(_, closing) | Socket::Listener { closing, .. }) => *closing = true,
-            Some(Socket::Connection(connection)) => connection.close(),
+            Some(ModuleSocket::Datagrams(_, closing) | ModuleSocket::Listener { closing, .. }) => {
+                *closing = true
+            }
+            Some(ModuleSocket::Connection(connection)) => connection.close(),
             None => {}
         }
     }

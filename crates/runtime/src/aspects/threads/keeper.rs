@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use slate_module::Level;
 use slate_module::aspect::ThreadState;
 
-use super::thread::{Life, Thread};
+use super::thread::{Life, ModuleThread};
 use crate::clock::Clock;
 use crate::log::Logger;
 use slate_engine::thread_name;
@@ -32,18 +32,18 @@ pub(crate) struct ThreadKeeper {
 /// The threads of a module.
 pub(super) struct Group {
     module: Arc<str>,
-    inner: Mutex<Inner>,
+    inner: Mutex<GroupThreads>,
 }
 
 #[derive(Default)]
-struct Inner {
+struct GroupThreads {
     /// How many don't want a thread to begin.
     closed: u32,
     owned: Vec<Owned>,
 }
 
 struct Owned {
-    thread: Arc<Thread>,
+    thread: Arc<ModuleThread>,
     handle: JoinHandle<()>,
     /// Whether it was named as one that does not stop.
     named: bool,
@@ -173,7 +173,7 @@ impl ThreadKeeper {
 }
 
 impl Group {
-    fn inner(&self) -> MutexGuard<'_, Inner> {
+    fn inner(&self) -> MutexGuard<'_, GroupThreads> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -20,14 +20,14 @@ use crate::synchronization::Synchronization;
 use keeper::Group;
 pub(crate) use keeper::{Closed, Lingering, ThreadKeeper};
 use ring::{Inlet, Outlet, ring};
-use thread::{Body, Life, Thread, answer, room};
+use thread::{Life, ModuleThread, OwnedBody, answer, room};
 
 /// How many threads a module may have at a time.
 const LIMIT: usize = 16;
 /// The largest ring, bytes.
 const LARGEST: usize = 1 << 30;
 
-struct Service {
+struct ThreadService {
     table: Threads,
     module: Arc<str>,
     keeper: Arc<ThreadKeeper>,
@@ -38,14 +38,14 @@ struct Service {
     /// The module's code.
     kind: Option<ModuleKind>,
     /// By name, also those that have ended.
-    threads: BTreeMap<String, Own>,
+    threads: BTreeMap<String, TickThread>,
     /// Those that this tick asks for.
-    asked: BTreeMap<String, Own>,
+    asked: BTreeMap<String, TickThread>,
 }
 
 /// A thread, from the tick's side.
-struct Own {
-    thread: Arc<Thread>,
+struct TickThread {
+    thread: Arc<ModuleThread>,
     /// Until it begins.
     life: Option<Box<Life>>,
     /// Whether this tick wants it to stop.
@@ -55,10 +55,10 @@ struct Own {
 }
 
 // SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
-unsafe impl Send for Service {}
+unsafe impl Send for ThreadService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
-    let mut service = Box::new(Service {
+    let mut service = Box::new(ThreadService {
         table: Threads { context: std::ptr::null_mut(), spawn, state, stop, send, receive },
         module: Arc::clone(module),
         keeper: Arc::clone(&means.threads),
@@ -74,7 +74,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
     service
 }
 
-impl HostService for Service {
+impl HostService for ThreadService {
     fn table(&self) -> *const u8 {
         (&raw const self.table).cast()
     }
@@ -119,15 +119,15 @@ impl HostService for Service {
     }
 }
 
-impl Drop for Service {
+impl Drop for ThreadService {
     fn drop(&mut self) {
         self.end();
         self.keeper.forget(&self.group);
     }
 }
 
-impl Service {
-    fn spawn(&mut self, name: &str, bytes: usize, body: Body) -> Result<(), String> {
+impl ThreadService {
+    fn spawn(&mut self, name: &str, bytes: usize, body: OwnedBody) -> Result<(), String> {
         let is_part = |byte: u8| byte.is_ascii_alphanumeric() || b"_-".contains(&byte);
         if name.is_empty() || name.len() > 64 || !name.bytes().all(is_part) {
             return Err(format!(
@@ -146,7 +146,7 @@ impl Service {
             return Err(format!("no room for the thread `{name}`: there are {LIMIT}, which is the limit"));
         }
         let Some(kind) = self.kind.clone() else { return Err("the module has not begun".into()) };
-        let thread = Thread::new(name);
+        let thread = ModuleThread::new(name);
         let (inlet, outlet_of_thread) = ring(bytes);
         let (inlet_of_thread, outlet) = ring(bytes);
         let life = Life {
@@ -160,7 +160,7 @@ impl Service {
             module: Arc::clone(&self.module),
             kind,
         };
-        let own = Own { thread, life: Some(Box::new(life)), stop: false, inlet, outlet };
+        let own = TickThread { thread, life: Some(Box::new(life)), stop: false, inlet, outlet };
         self.asked.insert(name.into(), own);
         Ok(())
     }
@@ -174,7 +174,7 @@ impl Service {
         }
     }
 
-    fn own(&mut self, name: &str) -> Result<&mut Own, String> {
+    fn own(&mut self, name: &str) -> Result<&mut TickThread, String> {
         let own = self.asked.get_mut(name).or_else(|| self.threads.get_mut(name));
         own.ok_or_else(|| format!("no thread `{name}` was begun"))
     }
@@ -182,9 +182,9 @@ impl Service {
 
 /// # Safety
 /// The context is a service, which the module's tick uses alone, in one call at a time.
-unsafe fn service<'a>(context: *mut ()) -> &'a mut Service {
+unsafe fn service<'a>(context: *mut ()) -> &'a mut ThreadService {
     // SAFETY: passed on to the caller.
-    unsafe { &mut *context.cast::<Service>() }
+    unsafe { &mut *context.cast::<ThreadService>() }
 }
 
 unsafe extern "C" fn spawn(
@@ -196,7 +196,7 @@ unsafe extern "C" fn spawn(
 ) -> i32 {
     // SAFETY: the module gives the body away; its code stays as long as the service or the thread that has it.
     unsafe {
-        let spawned = service(context).spawn(&text(name), bytes, Body::new(body));
+        let spawned = service(context).spawn(&text(name), bytes, OwnedBody::new(body));
         answer(spawned.map(|()| true), DONE, sink)
     }
 }

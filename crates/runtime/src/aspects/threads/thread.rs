@@ -24,14 +24,14 @@ const NEWS: u64 = 2;
 const LOOK: Duration = Duration::from_millis(10);
 
 /// A thread as its module and its keeper see it.
-pub(super) struct Thread {
+pub(super) struct ModuleThread {
     pub name: Arc<str>,
     state: AtomicU32,
     stop: AtomicBool,
     wake: Wake,
 }
 
-impl Thread {
+impl ModuleThread {
     pub fn new(name: &str) -> Arc<Self> {
         Arc::new(Self {
             name: name.into(),
@@ -71,12 +71,12 @@ impl Thread {
 }
 
 /// What a thread does, which is dropped by its own code when it never began.
-pub(super) struct Body(Option<ThreadBody>);
+pub(super) struct OwnedBody(Option<ThreadBody>);
 
 // SAFETY: a body is `Send`, as the module's side demands.
-unsafe impl Send for Body {}
+unsafe impl Send for OwnedBody {}
 
-impl Body {
+impl OwnedBody {
     /// # Safety
     /// The body is not used elsewhere, and its code stays as long as this.
     pub unsafe fn new(body: ThreadBody) -> Self {
@@ -89,7 +89,7 @@ impl Body {
     }
 }
 
-impl Drop for Body {
+impl Drop for OwnedBody {
     fn drop(&mut self) {
         if let Some(body) = self.0.take() {
             // SAFETY: as above.
@@ -100,8 +100,8 @@ impl Drop for Body {
 
 /// All that a thread has. The fields are dropped in this order, so the code goes last.
 pub(super) struct Life {
-    pub thread: Arc<Thread>,
-    pub body: Body,
+    pub thread: Arc<ModuleThread>,
+    pub body: OwnedBody,
     pub inlet: Inlet,
     pub outlet: Outlet,
     pub log: Option<Box<ModuleLog>>,
@@ -114,7 +114,7 @@ pub(super) struct Life {
 
 /// What the calls of a [`Stop`] work on.
 struct Side {
-    thread: Arc<Thread>,
+    thread: Arc<ModuleThread>,
     inlet: Inlet,
     outlet: Outlet,
     log: Option<Box<ModuleLog>>,

@@ -1,8 +1,8 @@
-/// Memory for values of any interface.
+/// Memory that is aligned for values of any interface.
 #[derive(Debug)]
-pub struct Memory(Box<[u128]>);
+pub struct AlignedMemory(Box<[u128]>);
 
-impl Memory {
+impl AlignedMemory {
     /// All zeros.
     pub fn zeroed(bytes: usize) -> Self {
         Self(vec![0; bytes.div_ceil(16).max(1)].into_boxed_slice())
@@ -20,7 +20,7 @@ impl Memory {
         self.0.as_mut_ptr().cast()
     }
 
-    /// As [`bytes_mut`](Memory::bytes_mut), to be read.
+    /// As [`bytes_mut`](AlignedMemory::bytes_mut), to be read.
     #[inline]
     pub fn bytes(&self, count: usize) -> &[u8] {
         let count = count.min(size_of_val(&*self.0));

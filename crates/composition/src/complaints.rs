@@ -1,0 +1,35 @@
+//! What does not fit, with its place in the configuration.
+
+use slate_blackboard::nearest_paths;
+use slate_configuration::{Configuration, Diagnostic, Message, Span};
+
+/// Collects complaints.
+pub struct Complaints<'a> {
+    configuration: &'a Configuration,
+    /// What was found so far.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl<'a> Complaints<'a> {
+    /// None so far.
+    pub fn new(configuration: &'a Configuration) -> Self {
+        Self { configuration, diagnostics: Vec::new() }
+    }
+
+    /// Adds one at a place of the configuration.
+    pub fn add(&mut self, span: Span, message: impl Into<Message>, help: impl Into<String>) {
+        let help: String = help.into();
+        self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
+    }
+}
+
+/// Words for "did you mean".
+pub(crate) fn suggest<'n>(name: &str, names: impl Iterator<Item = &'n str> + Clone) -> String {
+    // A module's name may be the beginning of what was named.
+    let near = nearest_paths(name, '/', names.clone());
+    if near.is_empty() {
+        format!("there are: {}", names.collect::<Vec<_>>().join(", "))
+    } else {
+        format!("did you mean {}?", near.join(" or "))
+    }
+}

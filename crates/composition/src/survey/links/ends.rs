@@ -1,0 +1,33 @@
+//! Both ends of a link, and what messages call them.
+
+use super::sinks::LinkSink;
+use super::wire_name;
+use crate::survey::names::join;
+use crate::survey::{Absent, LinkTarget, Survey};
+use slate_configuration::Configuration;
+
+/// A property, and a field of it.
+pub(super) struct TargetField {
+    pub target: LinkTarget,
+    pub field: String,
+}
+
+/// What a link reads, as messages call it.
+pub(super) fn target_name(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    absent: &[Absent],
+    target: LinkTarget,
+) -> String {
+    match target {
+        LinkTarget::Absent(index) => absent[index].path.clone(),
+        LinkTarget::Remote(index) => survey.remote[index].name(),
+        other => survey.path(configuration, other),
+    }
+}
+
+/// What a link fills, as messages call it.
+pub(super) fn sink_name(survey: &Survey<'_>, sink: &LinkSink) -> String {
+    let module = &survey.modules[sink.module].module.name.value;
+    join(&format!("{module}/{}", wire_name(survey, sink.module, sink.wire)), &sink.field)
+}

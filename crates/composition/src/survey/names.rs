@@ -1,0 +1,54 @@
+//! What the names in a path mean: modules, their ports, and fields.
+
+use slate_blackboard::is_within;
+use slate_module::{Direction, PortDescription};
+
+use super::Surveyed;
+
+/// The module whose name begins the path: the longest.
+pub(super) fn owner<'n>(names: &[&'n str], path: &str) -> Option<&'n str> {
+    let owns = |name: &&&str| path.strip_prefix(**name).is_some_and(|rest| rest.starts_with('/'));
+    names.iter().filter(owns).max_by_key(|name| name.len()).copied()
+}
+
+/// The module whose name begins the path, and the rest of the path: the longest name wins.
+pub(super) fn split_module<'p>(modules: &[Surveyed<'_>], path: &'p str) -> Option<(usize, &'p str)> {
+    let mut end = path.len();
+    while let Some(slash) = path[..end].rfind('/') {
+        if let Some(index) = modules.iter().position(|surveyed| surveyed.module.name.value == path[..slash]) {
+            return Some((index, &path[slash + 1..]));
+        }
+        end = slash;
+    }
+    None
+}
+
+/// The port whose name begins a path in a module, and the rest, which is a field: the longest name wins, as names of ports
+/// may have slashes. Without one, the first name of the path.
+pub(super) fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p str, &'p str) {
+    let names = ports.iter().map(|port| port.name.as_str());
+    let longest = names.filter(|name| is_within(path, name)).map(str::len).max();
+    match longest {
+        Some(length) => (&path[..length], path[length..].trim_start_matches('/')),
+        None => path.split_once('/').unwrap_or((path, "")),
+    }
+}
+
+/// What a path that no port has is called: all of it, where names of ports begin like it.
+pub(super) fn deep_name<'p>(ports: &[PortDescription], first: &'p str, rest: &'p str) -> &'p str {
+    let is_deep = ports.iter().any(|port| port.name != first && is_within(&port.name, first));
+    if is_deep { rest } else { first }
+}
+
+/// A path and the path of a field below it.
+pub(super) fn join(path: &str, field: &str) -> String {
+    if field.is_empty() { path.to_owned() } else { format!("{path}/{field}") }
+}
+
+/// Whether a port is about a service, and not about values.
+pub(super) fn is_service(port: &PortDescription) -> bool {
+    matches!(port.direction, Direction::Aspect | Direction::Provider)
+}
+
+/// What to do about a link to a service.
+pub(super) const SERVICE: &str = "leave the link out: who needs a service finds the one that provides it";

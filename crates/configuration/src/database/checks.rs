@@ -1,0 +1,54 @@
+//! Checks of proposals that others add.
+
+use std::collections::BTreeSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Mutex};
+
+use super::{Change, Configuration, Diagnostic, Report, lock};
+
+/// Finds out whether a configuration can be used.
+pub(super) type Validator = dyn Fn(&Configuration, &[Change]) -> Result<(), Report> + Send + Sync;
+
+/// Finds out which changes of an edited file can't be made before the next start, by their place in the list.
+pub(super) type RestartCheck = dyn Fn(&Configuration, &[Change]) -> BTreeSet<usize> + Send + Sync;
+
+/// The checks of a database, in the order in which they were added.
+#[derive(Default)]
+pub(super) struct Checks {
+    validators: Mutex<Vec<Arc<Validator>>>,
+    restarts: Mutex<Vec<Arc<RestartCheck>>>,
+}
+
+impl Checks {
+    pub(super) fn add_validator(&self, validator: Arc<Validator>) {
+        lock(&self.validators).push(validator);
+    }
+
+    pub(super) fn add_restart_check(&self, check: Arc<RestartCheck>) {
+        lock(&self.restarts).push(check);
+    }
+
+    /// What the validators object to.
+    pub(super) fn validate(&self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
+        let validators = lock(&self.validators).clone();
+        let mut diagnostics = Vec::new();
+        for validator in validators {
+            match catch_unwind(AssertUnwindSafe(|| validator(configuration, changes))) {
+                Ok(Ok(())) => {}
+                Ok(Err(report)) => diagnostics.extend_from_slice(report.diagnostics()),
+                Err(_) => diagnostics.push(Diagnostic::without_place(
+                    "a check of the configuration panicked",
+                    Some("this is a mistake in the program, not in the configuration".into()),
+                )),
+            }
+        }
+        if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics.into()) }
+    }
+
+    /// Those of the changes that wait for the next start.
+    pub(super) fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> Vec<Change> {
+        let checks = lock(&self.restarts).clone();
+        let places: BTreeSet<usize> = checks.iter().flat_map(|check| check(configuration, changes)).collect();
+        places.into_iter().filter_map(|place| changes.get(place).cloned()).collect()
+    }
+}

@@ -1,0 +1,166 @@
+//! A run of the loop: how it ends, and which threads wait for the loop meanwhile.
+
+use std::any::Any;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use super::End;
+
+/// More threads than this don't wait for the loop.
+const SPARES: usize = 2;
+
+/// The run that goes on, and how it ends.
+#[derive(Default)]
+pub struct LoopRun {
+    /// Its number; 0 for none.
+    running: AtomicU64,
+    ending: Mutex<Ending>,
+    changed: Condvar,
+}
+
+/// How far the end of a run is, and which threads wait for the loop.
+#[derive(Default)]
+struct Ending {
+    runs: u64,
+    end: Option<End>,
+    /// Whether no thread holds the token any more.
+    token_down: bool,
+    /// Whether all threads of the run are gone, or lost.
+    over: bool,
+    /// What the observer panicked with.
+    panic: Option<Box<dyn Any + Send>>,
+    /// Whether it was stopped before the first run.
+    stopped_before: bool,
+    /// Threads that wait for the token, and tokens that wait for one of them.
+    spares: usize,
+    tokens: usize,
+}
+
+/// Who gets the loop when it is with a step that does not return.
+pub(super) enum Successor {
+    /// A spare thread, which has been told.
+    Spare,
+    /// A thread that is still to be started.
+    NewThread,
+    /// Nobody, as the run has ended.
+    Nobody,
+}
+
+impl LoopRun {
+    fn ending(&self) -> MutexGuard<'_, Ending> {
+        self.ending.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Begins the next run; who calls it has the token.
+    pub(super) fn begin(&self) {
+        let mut ending = self.ending();
+        let runs = ending.runs + 1;
+        let end = ending.stopped_before.then_some(End::Stopped);
+        *ending = Ending { runs, end, spares: ending.spares, ..Ending::default() };
+        self.running.store(if ending.end.is_none() { runs } else { 0 }, Ordering::Release);
+    }
+
+    /// The number of the run that goes on; 0 for none.
+    pub fn number(&self) -> u64 {
+        self.running.load(Ordering::Acquire)
+    }
+
+    /// Whether that run goes on.
+    pub fn is_in(&self, run: u64) -> bool {
+        self.number() == run
+    }
+
+    /// Whether a run goes on.
+    pub fn is_running(&self) -> bool {
+        self.number() != 0
+    }
+
+    /// Ends the run, unless it has ended already.
+    pub fn finish(&self, end: End) {
+        let mut ending = self.ending();
+        if self.running.swap(0, Ordering::AcqRel) != 0 {
+            ending.end = Some(end);
+        }
+        self.changed.notify_all();
+    }
+
+    /// Ends the run, or the first one when it begins: whoever stops an agent that has just been made means that one.
+    pub fn stop(&self) {
+        let mut ending = self.ending();
+        ending.stopped_before = ending.runs == 0;
+        drop(ending);
+        self.finish(End::Stopped);
+    }
+
+    /// After the end: says that no thread holds the token any more.
+    pub(super) fn put_token_down(&self) {
+        self.ending().token_down = true;
+        self.changed.notify_all();
+    }
+
+    /// Waits until the run has ended and the core is free.
+    pub fn wait(&self) -> End {
+        let waited = self.changed.wait_while(self.ending(), |ending| !ending.token_down);
+        waited.unwrap_or_else(PoisonError::into_inner).end.take().unwrap_or(End::Stopped)
+    }
+
+    /// Sleeps, but not beyond the end of the run.
+    pub fn sleep(&self, duration: Duration) {
+        if self.is_running() {
+            // An error says that a thread panicked while it had the lock, which is no reason to sleep.
+            let _ = self.changed.wait_timeout_while(self.ending(), duration, |_| self.is_running());
+        } else {
+            std::thread::sleep(duration);
+        }
+    }
+
+    /// Sleeps; true when the run is over before that.
+    pub fn is_over_within(&self, duration: Duration) -> bool {
+        let waited = self.changed.wait_timeout_while(self.ending(), duration, |ending| !ending.over);
+        waited.unwrap_or_else(PoisonError::into_inner).0.over
+    }
+
+    /// Keeps what the application's observer panicked with.
+    pub(super) fn keep_panic(&self, panic: Box<dyn Any + Send>) {
+        self.ending().panic = Some(panic);
+    }
+
+    /// Says that all threads of the run are gone, or lost. Returns what its observer panicked with.
+    pub fn close(&self) -> Option<Box<dyn Any + Send>> {
+        let mut ending = self.ending();
+        ending.over = true;
+        self.changed.notify_all();
+        ending.panic.take()
+    }
+
+    /// Gives the token, which is with a step that does not return, to a spare thread if one waits.
+    pub(super) fn pass_token(&self) -> Successor {
+        let mut ending = self.ending();
+        if !self.is_running() {
+            return Successor::Nobody;
+        }
+        if ending.spares <= ending.tokens {
+            return Successor::NewThread;
+        }
+        ending.tokens += 1;
+        self.changed.notify_all();
+        Successor::Spare
+    }
+
+    /// Waits for the loop as a spare thread; false when the run has ended, or enough others wait.
+    pub(super) fn wait_for_token(&self) -> bool {
+        let mut ending = self.ending();
+        if ending.spares >= SPARES || !self.is_running() {
+            return false;
+        }
+        ending.spares += 1;
+        let waits = |ending: &mut Ending| ending.tokens == 0 && self.is_running();
+        let mut ending = self.changed.wait_while(ending, waits).unwrap_or_else(PoisonError::into_inner);
+        ending.spares -= 1;
+        // A token that was given must be taken also when the run ends at that moment.
+        let has_token = ending.tokens > 0;
+        ending.tokens -= usize::from(has_token);
+        has_token
+    }
+}

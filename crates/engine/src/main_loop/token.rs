@@ -1,0 +1,50 @@
+use std::cell::UnsafeCell;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use super::Core;
+
+/// What the loop works on, and who has it: one thread at a time has the token.
+pub(super) struct LoopToken {
+    core: UnsafeCell<Core>,
+    /// [`FREE`] or [`TAKEN`].
+    state: AtomicU32,
+}
+
+const FREE: u32 = 0;
+const TAKEN: u32 = 1;
+
+// SAFETY: the core is used only by the thread that holds the token.
+unsafe impl Sync for LoopToken {}
+
+impl LoopToken {
+    /// A token that is free.
+    pub fn new(core: Core) -> Self {
+        Self { core: UnsafeCell::new(core), state: AtomicU32::new(FREE) }
+    }
+
+    /// The core.
+    ///
+    /// # Safety
+    /// The caller holds the token, or nobody does.
+    #[allow(clippy::mut_from_ref, reason = "the token grants the access")]
+    #[inline]
+    pub unsafe fn core(&self) -> &mut Core {
+        // SAFETY: passed on to the caller.
+        unsafe { &mut *self.core.get() }
+    }
+
+    pub fn try_take(&self) -> bool {
+        self.state.compare_exchange(FREE, TAKEN, Ordering::AcqRel, Ordering::Relaxed).is_ok()
+    }
+
+    /// Takes it as soon as nobody has it, which is soon: a run of the loop is never waited for here.
+    pub fn take(&self) {
+        while !self.try_take() {
+            std::thread::yield_now();
+        }
+    }
+
+    pub fn give_back(&self) {
+        self.state.store(FREE, Ordering::Release);
+    }
+}

@@ -1,0 +1,237 @@
+use slate_blackboard::channel::Latest;
+use slate_blackboard::commit::{CommitWord, pin, pin_both};
+use slate_composition::own::PortName;
+use slate_module::Flags;
+
+use super::{AlignedMemory, Conversions, InputPort, Requirements, Slots};
+
+/// How often a group of inputs is pinned again when its writer is just committing.
+const PIN_TRIES: u32 = 4;
+
+/// Inputs `first..end` that are written by one module and so are pinned together, and with them what it writes of the
+/// sources of others.
+#[derive(Debug)]
+pub struct Group {
+    /// What the module's commits count.
+    pub word: CommitWord,
+    /// Its first input.
+    pub first: u32,
+    /// Behind its last input.
+    pub end: u32,
+    /// Its first source.
+    pub first_source: u32,
+    /// Behind its last source.
+    pub end_source: u32,
+}
+
+/// The inputs of a module, and what fills them.
+#[repr(C)]
+pub struct Inputs {
+    /// In the order of the groups.
+    pub ports: Vec<InputPort>,
+    /// The readers of `ports`, apart from them so that a group can be pinned in one go.
+    pub(super) readers: Vec<Latest>,
+    /// Which inputs are pinned together.
+    pub(super) groups: Vec<Group>,
+    /// What links fill that do not fit as they are.
+    pub(super) conversions: Conversions,
+    /// Whether each input is of another writer and pinned before the step, so that the groups say nothing more.
+    pub(super) reads_apart: bool,
+    /// What is pinned when a cycle begins, and not before the step.
+    pub(super) early: Vec<Group>,
+    /// The inputs without whose value the module does not run.
+    pub(super) requirements: Requirements,
+}
+
+impl Inputs {
+    /// Inputs that no link fills yet.
+    pub fn new(requirements: Requirements) -> Self {
+        Self {
+            ports: Vec::new(),
+            readers: Vec::new(),
+            groups: Vec::new(),
+            conversions: Conversions::default(),
+            reads_apart: false,
+            early: Vec::new(),
+            requirements,
+        }
+    }
+
+    /// Whether some of them are pinned when a cycle begins.
+    pub fn are_early(&self) -> bool {
+        !self.early.is_empty()
+    }
+
+    /// Looks whether each of them is pinned by itself.
+    pub(super) fn look_at_groups(&mut self) {
+        self.reads_apart = self.early.is_empty() && self.groups.iter().all(Group::is_one_reader);
+    }
+
+    /// Whether one that triggers has something new.
+    pub(super) fn have_news(&self) -> bool {
+        self.ports.iter().zip(&self.readers).any(|(input, reader)| input.wakes && reader.has_news())
+    }
+
+    /// Whether what was pinned when the cycle began has not been seen by a step.
+    pub(super) fn have_early_news(&self) -> bool {
+        let readers = self.early.iter().flat_map(|group| group.first as usize..group.end as usize);
+        let mut inputs =
+            readers.filter_map(|at| Some((self.ports.get(at)?, self.readers[at].value()?.stamp())));
+        inputs.any(|(input, stamp)| input.triggers && input.seen != (stamp.sequence, stamp.generation))
+    }
+
+    /// Pins what is to be of the last cycle, before the steps of this one.
+    pub(super) fn pin_early(&mut self) {
+        for group in &self.early {
+            group.pin(&mut self.readers, &mut self.conversions.sources, PIN_TRIES);
+        }
+    }
+
+    /// Pins the newest values.
+    pub(super) fn pin(&mut self) {
+        for group in &self.groups {
+            group.pin(&mut self.readers, &mut self.conversions.sources, PIN_TRIES);
+        }
+    }
+
+    /// As [`pin`](Inputs::pin), for a step that is the loop's only one while it lasts.
+    ///
+    /// # Safety
+    /// As for [`Latest::refresh_in_turn`].
+    #[inline(always)] // Part of every step.
+    pub(super) unsafe fn take_in_turn(&mut self) {
+        // SAFETY: passed on to the caller.
+        unsafe {
+            if self.reads_apart {
+                for reader in &mut self.readers {
+                    reader.refresh_in_turn();
+                }
+            } else {
+                for group in &self.groups {
+                    group.take(&mut self.readers, &mut self.conversions.sources);
+                }
+            }
+        }
+    }
+
+    /// Pins all of each writer together, however often that takes.
+    pub(super) fn pin_first(&mut self, tries: u32) {
+        for group in self.groups.iter().chain(&self.early) {
+            // Values of one writer belong together from the first step on.
+            if group.count() > 1 {
+                group.pin(&mut self.readers, &mut self.conversions.sources, tries);
+            }
+        }
+    }
+
+    /// Pins what was read in turn, as it may be written in any step from now on.
+    pub(super) fn hold(&mut self) {
+        self.readers.iter_mut().for_each(Latest::hold);
+    }
+
+    /// The first required input without a value.
+    pub(super) fn missing(&mut self) -> Option<PortName> {
+        self.requirements.missing(&self.ports, &self.readers)
+    }
+
+    /// Takes what fills inputs over from the sources of links, which else happens only before the step that the module
+    /// waits for.
+    pub(super) fn refresh_sources(&mut self) {
+        for group in &self.groups {
+            let sources = group.first_source as usize..group.end_source as usize;
+            self.conversions.sources[sources].iter_mut().for_each(|source| _ = source.refresh());
+        }
+    }
+
+    /// Shows the values to the next step.
+    #[inline(always)] // Part of every step.
+    pub(super) fn fill(&mut self, slots: &mut Slots, zeros: &AlignedMemory, now: u64) {
+        for (input, reader) in self.ports.iter_mut().zip(&self.readers) {
+            let slot = &mut slots[input.slot as usize];
+            let working = input.writer.as_ref().is_none_or(|health| health.is_working());
+            let mut flags = if working { Flags::ALIVE } else { 0 };
+            match reader.value() {
+                Some(loan) => {
+                    let stamp = loan.stamp();
+                    slot.data = loan.as_ptr().cast_mut();
+                    slot.items.set(loan.items());
+                    slot.stamp = stamp;
+                    let (seen, generation) = input.seen;
+                    if input.seen != (stamp.sequence, stamp.generation) {
+                        flags |= Flags::NEW;
+                        if generation == stamp.generation {
+                            input.missed += stamp.sequence.saturating_sub(seen + 1);
+                        }
+                        input.seen = (stamp.sequence, stamp.generation);
+                    }
+                    let old = input.stale_after.is_some_and(|after| now.saturating_sub(stamp.time) > after);
+                    if old || !working {
+                        flags |= Flags::STALE;
+                    }
+                }
+                None => {
+                    slot.data = zeros.as_ptr().cast_mut();
+                    slot.items.set(0);
+                    flags |= Flags::STALE;
+                }
+            }
+            slot.missed = input.missed;
+            slot.flags.set(flags);
+        }
+    }
+
+    /// Says for others how old the values of the last step are.
+    pub(super) fn show_ages(&self, slots: &Slots, now: u64) {
+        for input in &self.ports {
+            let written = slots[input.slot as usize].stamp.time;
+            input.age.set((input.seen != (0, 0)).then(|| now.saturating_sub(written)));
+        }
+    }
+}
+
+impl Group {
+    fn count(&self) -> u32 {
+        self.end - self.first + self.end_source - self.first_source
+    }
+
+    /// Whether it is an input alone.
+    pub fn is_one_reader(&self) -> bool {
+        self.end - self.first == 1 && self.first_source == self.end_source
+    }
+
+    /// As [`pin`](Group::pin), for a step in whose time no other module of the loop is at work: what one of them writes is
+    /// not pinned. Their last commit is whole.
+    ///
+    /// # Safety
+    /// As for [`Latest::refresh_in_turn`].
+    #[inline]
+    unsafe fn take(&self, readers: &mut [Latest], sources: &mut [Latest]) {
+        let own = &mut readers[self.first as usize..self.end as usize];
+        if self.first_source == self.end_source && own.iter().all(Latest::is_in_turn) {
+            for reader in own {
+                // SAFETY: passed on to the caller.
+                unsafe { reader.refresh_in_turn() };
+            }
+        } else {
+            self.pin(readers, sources, PIN_TRIES);
+        }
+    }
+
+    /// Takes over the newest values, together if there are several. What can't be pinned together stays at the previous
+    /// snapshot, which is consistent too.
+    pub fn pin(&self, readers: &mut [Latest], sources: &mut [Latest], tries: u32) {
+        let readers = &mut readers[self.first as usize..self.end as usize];
+        let sources = &mut sources[self.first_source as usize..self.end_source as usize];
+        match (readers, sources) {
+            ([one], []) | ([], [one]) => {
+                one.refresh();
+            }
+            (several, []) => {
+                pin(&self.word, several, tries);
+            }
+            (readers, sources) => {
+                pin_both(&self.word, readers, sources, tries);
+            }
+        }
+    }
+}

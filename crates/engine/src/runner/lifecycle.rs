@@ -1,0 +1,210 @@
+//! Beginning, end and exchange of a module's instance, and what follows a step that went wrong.
+
+use slate_module::{Level, ModuleKind, Refusal};
+
+use super::status::PANIC_LIMIT;
+use super::wiring::InputWiring;
+use super::{ModuleCondition, Retired, Runner, Shadow, Unwired, Wiring};
+use crate::isolation::Proxy;
+
+impl Runner {
+    /// Goes on with other ports' readers, from the next step on. The module is in no step.
+    pub fn rewire(&mut self, wiring: Wiring) -> Unwired {
+        let Wiring { inputs, sources, groups, early, queues, outboxes, conversions, switch } = wiring;
+        let mut unwired = Unwired::default();
+        let wiring = InputWiring { inputs, sources, groups, early, conversions };
+        self.inputs.rewire(wiring, &mut unwired);
+        self.entries.rewire(queues, outboxes, &mut unwired);
+        if let Some((reader, is_linked)) = switch {
+            unwired.readers.push(self.switch.rewire(reader, is_linked));
+        }
+        self.look_for_company();
+        self.schedule.set_rewired(true);
+        unwired
+    }
+
+    /// A fresh instance with the present parameters.
+    ///
+    /// # Errors
+    /// The module's refusal.
+    pub fn create(&mut self) -> Result<*mut (), Refusal> {
+        self.code.create(self.params.newest())
+    }
+
+    /// As [`create`](Runner::create), in a thread that is not waited for without end.
+    ///
+    /// # Errors
+    /// The module's refusal, or that the call does not return.
+    pub fn create_patiently(&mut self) -> Result<*mut (), Refusal> {
+        self.code.create_patiently(self.params.newest())
+    }
+
+    /// Goes on with other code and its instance; returns the old code and instance. What the old code did wrong is
+    /// forgotten.
+    pub fn exchange(&mut self, kind: ModuleKind, instance: *mut ()) -> Retired {
+        self.status.forget_panics();
+        let mut comes_again = false;
+        if let Some(supervised) = &mut self.supervised {
+            supervised.supervisor.forget();
+            comes_again = supervised.supervisor.is_waiting();
+        }
+        let last_tick = self.schedule.last_tick();
+        if instance.is_null() && !comes_again {
+            // The exchange is taken back, and the old code had failed for good.
+            self.set_condition(ModuleCondition::FAULTED, last_tick);
+        } else if self.condition() == ModuleCondition::FAULTED {
+            self.set_condition(ModuleCondition::WORKING, last_tick);
+        }
+        let old = self.code.exchange(kind, instance);
+        self.services.withdraw(self.code.kind());
+        self.services.begin(self.code.kind());
+        self.show_process(last_tick, true);
+        old
+    }
+
+    /// Gives a module that has not begun yet the state that another instance has saved.
+    ///
+    /// # Errors
+    /// Why it begins afresh: the state doesn't fit, or the call does not return.
+    pub fn restore(&mut self, state: &[u8]) -> Result<(), String> {
+        let fits = self.code.restore(state);
+        if !self.code.has_instance() {
+            match self.create() {
+                Ok(instance) => self.code.set_instance(instance),
+                Err(refusal) => {
+                    self.set_condition(ModuleCondition::FAULTED, 0);
+                    self.log.write(Level::Error, &refusal.0);
+                }
+            }
+        }
+        fits
+    }
+
+    /// From the next step on runs new code beside this one.
+    pub fn begin_shadow(&mut self, shadow: Shadow) {
+        self.shadow = Some(shadow);
+        self.look_for_company();
+    }
+
+    /// A step was given up: its outputs become safe, and nobody calls its services. The step may still look at its inputs,
+    /// so they are held before the loop goes on.
+    pub fn give_up(&mut self, now: u64) {
+        // SAFETY: the loop is in this step, or in one that has pinned what it reads; both are over before it goes on.
+        unsafe { self.set_in_turn(false) };
+        self.set_condition(ModuleCondition::LATE, now);
+        self.publish_safe(now);
+        self.services.suspend(true);
+    }
+
+    /// A late step has returned that code: what it wrote is dropped, and it may run again; with a fresh state if it panicked.
+    pub fn take_back(&mut self, code: i32) {
+        self.services.suspend(false);
+        self.outputs.take_back();
+        self.services.abandon();
+        self.entries.lose_messages(&self.frame.slots);
+        let last_tick = self.schedule.last_tick();
+        // The process of an isolated one says by itself how it ended.
+        if !(0..=2).contains(&code) && self.supervised.is_none() {
+            return self.recover(last_tick);
+        }
+        self.set_condition(ModuleCondition::DEGRADED, last_tick);
+    }
+
+    /// After a panic: safe values, and an instance made anew. That knows of no message, so none is counted; an isolated one
+    /// may also have ended long after its last step was committed.
+    pub(super) fn recover(&mut self, now: u64) {
+        self.services.abandon();
+        // Before anything else, the actuators of an isolated one wait for somebody to arm them.
+        if self.supervised.as_ref().is_some_and(|supervised| !supervised.rearm) {
+            self.outputs.disarm(&self.log, now);
+        }
+        self.status.count_panic(self.frame.number());
+        self.set_condition(ModuleCondition::FAILED, now);
+        self.publish_safe(now);
+        self.retire().end_here();
+        if self.supervised.is_some() {
+            return self.fall(now);
+        }
+        let again = if self.status.panics_too_often() {
+            Err(format!("panicked {PANIC_LIMIT} times in a row; it stays off until its plugin is reloaded"))
+        } else {
+            self.create().map_err(|refusal| refusal.to_string())
+        };
+        match again {
+            Ok(instance) => {
+                self.code.set_instance(instance);
+                self.log.write(Level::Error, "panicked; started anew with a fresh state");
+            }
+            Err(reason) => {
+                self.set_condition(ModuleCondition::FAULTED, now);
+                self.log.write(Level::Error, &reason);
+            }
+        }
+    }
+
+    /// Takes the instance out, so that it ends apart from the ports. Nobody runs it: a late module is never retired.
+    pub fn retire(&mut self) -> Retired {
+        let retired = self.code.retire();
+        self.services.withdraw(self.code.kind());
+        self.services.end();
+        retired
+    }
+
+    /// Whether there is an instance: an isolated one may have ended between two ticks, or may have to be made anew.
+    pub(super) fn is_up(&mut self, now: u64) -> bool {
+        let Some(supervised) = &mut self.supervised else { return true };
+        if !self.code.has_instance() {
+            return supervised.supervisor.take_due(now) && self.rise(now);
+        }
+        // SAFETY: the instances of an isolated module are proxies, and this one is not in use.
+        let alive = unsafe { (*self.code.instance().cast::<Proxy>()).is_alive() };
+        if !alive {
+            self.recover(now);
+        }
+        alive
+    }
+
+    /// After the end of an isolated instance: says how it ended and when there will be another one.
+    fn fall(&mut self, now: u64) {
+        let Some(supervised) = &mut self.supervised else { return };
+        let (text, comes_again) = supervised.fall(now);
+        self.log.write(Level::Error, &text);
+        if !comes_again {
+            self.set_condition(ModuleCondition::FAULTED, now);
+        }
+        self.show_process(now, true);
+    }
+
+    /// Makes another instance in a process of its own.
+    fn rise(&mut self, now: u64) -> bool {
+        if let Some(supervised) = &mut self.supervised {
+            supervised.restarts += 1;
+        }
+        match self.create() {
+            Ok(instance) => {
+                self.code.set_instance(instance);
+                self.log.write(Level::Warn, "started anew in another process, with a fresh state");
+                self.show_process(now, true);
+                true
+            }
+            Err(refusal) => {
+                self.log.write(Level::Error, &format!("it can't be set up again: {refusal}"));
+                self.fall(now);
+                false
+            }
+        }
+    }
+
+    /// Writes `/module/process`, if it is time or it `changed`.
+    pub fn show_process(&mut self, now: u64, changed: bool) {
+        if let Some(supervised) = &mut self.supervised {
+            supervised.show(now, changed);
+        }
+    }
+}
+
+impl Drop for Runner {
+    fn drop(&mut self) {
+        drop(self.retire());
+    }
+}

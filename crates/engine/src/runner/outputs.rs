@@ -1,0 +1,130 @@
+use slate_blackboard::commit::CommitWord;
+use slate_module::{Flags, Level, Priority};
+
+use super::{OutputPort, Slots};
+use crate::digest::Digest;
+use crate::log::ModuleLog;
+
+/// The outputs of a module.
+#[repr(C)]
+pub struct Outputs {
+    /// One for each port.
+    pub ports: Vec<OutputPort>,
+    /// Makes what a step wrote visible at once.
+    commit: CommitWord,
+}
+
+impl Outputs {
+    /// None yet; `commit` counts the commits of the module.
+    pub fn new(commit: CommitWord) -> Self {
+        Self { ports: Vec::new(), commit }
+    }
+
+    /// Shows the next step where it writes.
+    #[inline(always)] // Part of every step.
+    pub(super) fn prepare(&mut self, slots: &mut Slots) {
+        for output in &mut self.ports {
+            let slot = &mut slots[output.slot];
+            let wanted = !output.debug || output.property.is_watched();
+            slot.data = if wanted { output.writer.draft_ptr() } else { std::ptr::null_mut() };
+            slot.items.set(0);
+            slot.flags.set(0);
+            slot.priority.set(0);
+        }
+    }
+
+    /// Publishes what a step wrote.
+    #[inline(always)] // Part of every step.
+    pub(super) fn publish(&mut self, slots: &Slots, now: u64, mut digest: Option<&mut Digest>) {
+        let several = self.ports.len() > 1;
+        if several {
+            self.commit.begin();
+        }
+        let mut is_awaited = false;
+        for output in &mut self.ports {
+            let slot = &slots[output.slot];
+            let set = slot.flags.get() & Flags::SET != 0;
+            if set && !slot.data.is_null() {
+                let items = slot.items.get().min(output.writer.capacity());
+                let bytes = output.writer.bytes(items);
+                // SAFETY: the draft is lent to this runner until it is published, has room for those items, and holds a
+                // value of the interface.
+                let value = unsafe { output.form.canonical(slot.data, bytes, items) };
+                if let Some((actuator, commander)) = &output.actuator {
+                    actuator.offer(*commander, priority(slot.priority.get()), value, now);
+                }
+                if let Some(digest) = digest.as_deref_mut().filter(|_| !output.debug) {
+                    digest.add(output.index, value);
+                }
+                // Only a recorder in lockstep may hold a writer up; its readers then find nothing new.
+                let _ = output.writer.publish(items, now);
+                is_awaited |= !output.wakes.is_empty();
+            } else if let Some((actuator, commander)) = &output.actuator {
+                // A command that is not renewed ends at once.
+                actuator.withdraw(*commander, now);
+            }
+        }
+        if several {
+            self.commit.end();
+        }
+        // Only now, as a reader that wakes up wants all outputs of this tick.
+        for output in self.ports.iter().filter(|_| is_awaited) {
+            if slots[output.slot].flags.get() & Flags::SET != 0 {
+                output.wakes.iter().for_each(|wake| wake.notify(1));
+            }
+        }
+    }
+
+    /// Gives each its safe value, and ends its commands; of a late step, which may still write, with other drafts.
+    pub(super) fn publish_safe(&mut self, is_late: bool, now: u64) {
+        self.commit.begin();
+        for output in &mut self.ports {
+            if let Some((actuator, commander)) = &output.actuator {
+                actuator.withdraw(*commander, now);
+            }
+            if is_late && output.aside.is_none() {
+                output.aside = output.writer.set_aside();
+            }
+            if let Some(safe) = &output.safe
+                && output.writer.write(safe, 0, now).is_ok()
+            {
+                output.wakes.iter().for_each(|wake| wake.notify(1));
+            }
+        }
+        self.commit.end();
+    }
+
+    /// Takes back the drafts of a late step, which has returned.
+    pub(super) fn take_back(&mut self) {
+        self.ports.iter_mut().for_each(|output| output.aside = None);
+    }
+
+    /// Whether they are written in turn with the steps of the loop.
+    ///
+    /// # Safety
+    /// As for [`Writer::set_in_turn`](slate_blackboard::channel::Writer::set_in_turn).
+    pub(super) unsafe fn set_in_turn(&self, in_turn: bool) {
+        for output in &self.ports {
+            // SAFETY: passed on to the caller.
+            unsafe { output.writer.set_in_turn(in_turn) };
+        }
+    }
+
+    /// Lets the actuators wait for somebody to arm them.
+    pub(super) fn disarm(&self, log: &ModuleLog, now: u64) {
+        for (actuator, _) in self.ports.iter().filter_map(|output| output.actuator.as_ref()) {
+            actuator.disarm(now);
+            let name = actuator.name();
+            log.write(Level::Error, &format!("its actuator {name} is disarmed: `slate arm` lets it go on"));
+        }
+    }
+}
+
+/// A priority as it comes from a module.
+pub fn priority(number: u32) -> Priority {
+    match number {
+        3 => Priority::Reflex,
+        2 => Priority::Teleoperation,
+        _ => Priority::Plan,
+    }
+}

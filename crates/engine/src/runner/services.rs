@@ -1,0 +1,81 @@
+use slate_composition::own::PortName;
+use slate_module::{Flags, ModuleKind};
+
+use super::Slots;
+use crate::digest::Digest;
+use crate::service::{AspectPort, HostService, ProviderPort};
+
+/// The services that a module uses and provides.
+#[derive(Default)]
+pub struct ModuleServices {
+    /// Services of other modules.
+    pub aspects: Vec<AspectPort>,
+    /// Services for other modules.
+    pub providers: Vec<ProviderPort>,
+    /// Services of the host.
+    pub host: Vec<Box<dyn HostService>>,
+}
+
+impl ModuleServices {
+    /// Whether it needs services of others or of the host.
+    pub fn are_needed(&self) -> bool {
+        !self.host.is_empty() || !self.aspects.is_empty()
+    }
+
+    /// The first service of another module that it needs and that is not provided.
+    pub fn missing(&mut self, slots: &mut Slots) -> Option<PortName> {
+        let mut missing = None;
+        for aspect in &mut self.aspects {
+            match aspect.table() {
+                Some(table) => slots[aspect.slot].data = table.cast_mut(),
+                None => missing = missing.or(Some(aspect.name)),
+            }
+        }
+        missing
+    }
+
+    /// Before a step.
+    pub fn prepare(&mut self, slots: &Slots, now: u64) {
+        for provider in &self.providers {
+            slots[provider.slot].flags.set(if provider.is_provided() { Flags::SET } else { 0 });
+        }
+        self.host.iter_mut().for_each(|service| service.prepare(now));
+    }
+
+    /// After a step that went as it should.
+    pub fn commit(&mut self, now: u64, mut digest: Option<&mut Digest>) {
+        for service in &mut self.host {
+            service.commit(now, digest.as_deref_mut());
+        }
+    }
+
+    /// After a step that failed: what it asked for does not happen.
+    pub fn abandon(&mut self) {
+        self.host.iter_mut().for_each(|service| service.abandon());
+    }
+
+    /// The module does not work: what it holds of the robot is let go.
+    pub fn rest(&self, now: u64) {
+        self.host.iter().for_each(|service| service.rest(now));
+    }
+
+    /// The module begins with that code, or goes on with it.
+    pub fn begin(&mut self, kind: &ModuleKind) {
+        self.host.iter_mut().for_each(|service| service.begin(kind));
+    }
+
+    /// The module's instance is gone.
+    pub fn end(&mut self) {
+        self.host.iter_mut().for_each(|service| service.end());
+    }
+
+    /// Ends the services that it provides; `kind` comes next.
+    pub fn withdraw(&mut self, kind: &ModuleKind) {
+        self.providers.iter_mut().for_each(|provider| provider.withdraw(kind));
+    }
+
+    /// Keeps the services that it provides from others while it is late, or gives them to them again.
+    pub fn suspend(&self, is_suspended: bool) {
+        self.providers.iter().for_each(|provider| provider.suspend(is_suspended));
+    }
+}

@@ -1,0 +1,136 @@
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use slate_blackboard::channel::Writer;
+use slate_blackboard::interface::View;
+use slate_composition::own::{ModuleCondition, ModuleState, PortName};
+
+use super::{FrozenRunner, Health};
+
+/// After that many panics in a row a module stays off, as starting it again does not help.
+pub(super) const PANIC_LIMIT: u32 = 5;
+/// After that many ticks a panic is no longer of the same row.
+const PANIC_ROW: u64 = 100;
+
+/// The condition of a module, and where it is told.
+#[repr(C)]
+pub struct RunnerStatus {
+    /// Nothing before it was said for the first time.
+    condition: Option<ModuleCondition>,
+    /// How the module is, for others.
+    health: Arc<Health>,
+    /// What is needed when the condition changes.
+    report: Box<StatusReport>,
+}
+
+struct StatusReport {
+    /// Writes `/module/state`.
+    writer: Writer,
+    /// What the module waits for while its condition is `Waiting`.
+    waiting_for: PortName,
+    panics: PanicCounts,
+}
+
+#[derive(Clone, Copy, Default)]
+struct PanicCounts {
+    total: u32,
+    /// Those without many ticks between them.
+    in_a_row: u32,
+    /// The tick of the last one.
+    last: u64,
+}
+
+impl RunnerStatus {
+    /// The status of a module that begins; `writer` is that of `/module/state`.
+    pub fn new(health: Arc<Health>, writer: Writer) -> Self {
+        let (waiting_for, panics) = (PortName::default(), PanicCounts::default());
+        Self { condition: None, health, report: Box::new(StatusReport { writer, waiting_for, panics }) }
+    }
+
+    /// How the module is, for others.
+    #[inline]
+    pub fn health(&self) -> &Arc<Health> {
+        &self.health
+    }
+
+    /// The condition.
+    #[inline]
+    pub fn condition(&self) -> ModuleCondition {
+        self.condition.unwrap_or(ModuleCondition::WORKING)
+    }
+
+    /// Whether that condition was told.
+    #[inline]
+    pub fn is_told(&self, condition: ModuleCondition) -> bool {
+        self.condition == Some(condition)
+    }
+
+    /// Changes the condition, and shows it after so many ticks.
+    pub fn change(&mut self, condition: ModuleCondition, ticks: u64, now: u64) {
+        self.condition = Some(condition);
+        self.health.set(condition);
+        let StatusReport { writer, waiting_for, panics } = &mut *self.report;
+        let waits = condition == ModuleCondition::WAITING;
+        let mut state = ModuleState {
+            ticks,
+            panics: panics.total.into(),
+            condition,
+            waiting_for: if waits { *waiting_for } else { PortName::default() },
+        };
+        // Only a recorder in lockstep may hold a writer up; the condition is then recorded with its next change.
+        let _ = writer.write(View::of(&mut state).bytes(), 0, now);
+    }
+
+    /// Says what the module waits for; its condition is told anew when that is another port.
+    pub fn wait_for(&mut self, port: PortName) {
+        if port != self.report.waiting_for {
+            self.report.waiting_for = port;
+            self.condition = self.condition.filter(|condition| *condition != ModuleCondition::WAITING);
+        }
+    }
+
+    /// Counts a panic in that tick.
+    pub fn count_panic(&mut self, tick: u64) {
+        let panics = &mut self.report.panics;
+        panics.total += 1;
+        self.health.panics.store(panics.total.into(), Ordering::Relaxed);
+        if tick.saturating_sub(panics.last) > PANIC_ROW {
+            panics.in_a_row = 0;
+        }
+        panics.in_a_row += 1;
+        panics.last = tick;
+    }
+
+    /// Whether the module has panicked so often in a row that it stays off.
+    pub fn panics_too_often(&self) -> bool {
+        self.report.panics.in_a_row >= PANIC_LIMIT
+    }
+
+    /// Forgets that the code before panicked.
+    pub fn forget_panics(&mut self) {
+        self.report.panics.in_a_row = 0;
+    }
+
+    /// Writes it into a snapshot.
+    pub(super) fn freeze(&self, frozen: &mut FrozenRunner) {
+        let PanicCounts { total, in_a_row, last } = self.report.panics;
+        frozen.condition = self.condition.map(|condition| condition.0);
+        (frozen.panics, frozen.panics_in_a_row, frozen.last_panic) = (total, in_a_row, last);
+        frozen.misses = self.health.misses.load(Ordering::Relaxed);
+    }
+
+    /// Goes on from a snapshot.
+    pub(super) fn thaw(&mut self, frozen: &FrozenRunner) {
+        self.condition = frozen.condition.map(ModuleCondition);
+        self.health.set(self.condition());
+        let FrozenRunner { panics, panics_in_a_row, last_panic, .. } = *frozen;
+        self.report.panics = PanicCounts { total: panics, in_a_row: panics_in_a_row, last: last_panic };
+        self.health.panics.store(panics.into(), Ordering::Relaxed);
+        self.health.misses.store(frozen.misses, Ordering::Relaxed);
+    }
+
+    /// The writer of `/module/state`.
+    pub(super) fn writer(&mut self) -> &mut Writer {
+        &mut self.report.writer
+    }
+}

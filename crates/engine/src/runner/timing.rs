@@ -1,0 +1,110 @@
+use std::sync::atomic::Ordering;
+
+use serde::{Deserialize, Serialize};
+use slate_blackboard::channel::Writer;
+use slate_blackboard::interface::View;
+use slate_composition::own::ModuleTiming;
+use slate_module::Frame;
+
+use super::{Health, count};
+
+/// `/module/timing` is written this often, nanoseconds.
+const TIMING_PERIOD: u64 = 100_000_000;
+
+/// How long the steps of a module take.
+#[repr(C)]
+pub struct StepTiming {
+    measured: Measured,
+    /// How long a step may take, nanoseconds.
+    deadline: Option<u64>,
+    /// Writes `/module/timing`.
+    writer: Box<Writer>,
+    /// Writes `/module/histogram`; taken by who shows it.
+    histogram: Option<Box<Writer>>,
+}
+
+/// What was measured since `/module/timing` was written last.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+pub struct Measured {
+    written: u64,
+    period: u64,
+    longest: u64,
+    jitter: u64,
+}
+
+impl StepTiming {
+    /// Measures steps that may take so long, and shows it through the writers of `/module/timing` and
+    /// `/module/histogram`.
+    pub fn new(deadline: Option<u64>, writer: Writer, histogram: Writer) -> Self {
+        let (writer, histogram) = (Box::new(writer), Some(Box::new(histogram)));
+        Self { measured: Measured::default(), deadline, writer, histogram }
+    }
+
+    /// Whether every step is timed.
+    pub fn has_deadline(&self) -> bool {
+        self.deadline.is_some()
+    }
+
+    /// The writer of `/module/histogram`, for who shows it.
+    pub fn take_histogram(&mut self) -> Option<Writer> {
+        self.histogram.take().map(|writer| *writer)
+    }
+
+    /// Counts a step, and how many wall-clock nanoseconds it took if that was measured; it stands for so many steps in the
+    /// histogram. Says whether it is time to [show](StepTiming::show) it.
+    #[inline]
+    pub(super) fn count(
+        &mut self,
+        frame: &Frame,
+        health: &Health,
+        duration: Option<u64>,
+        stands_for: u32,
+    ) -> bool {
+        let measured = &mut self.measured;
+        if let Some(duration) = duration {
+            if stands_for > 0 {
+                health.histogram.record(duration, stands_for);
+            }
+            measured.longest = measured.longest.max(duration);
+            if self.deadline.is_some_and(|deadline| duration > deadline) {
+                count(&health.misses);
+            }
+        }
+        let period = frame.elapsed;
+        if frame.number > 2 {
+            measured.jitter = measured.jitter.max(period.abs_diff(measured.period));
+        }
+        measured.period = period;
+        frame.now - measured.written >= TIMING_PERIOD || frame.number == 1
+    }
+
+    /// Writes `/module/timing`.
+    pub(super) fn show(&mut self, frame: &Frame, health: &Health) {
+        let (measured, now) = (&mut self.measured, frame.now);
+        let mut timing = ModuleTiming {
+            ticks: frame.number,
+            period: measured.period,
+            duration: measured.longest,
+            jitter: measured.jitter,
+            misses: health.misses.load(Ordering::Relaxed),
+        };
+        *measured = Measured { written: now, period: measured.period, longest: 0, jitter: 0 };
+        // Only a recorder in lockstep may hold a writer up; the next timing comes soon.
+        let _ = self.writer.write(View::of(&mut timing).bytes(), 0, now);
+    }
+
+    /// What was measured.
+    pub(super) fn freeze(&self) -> Measured {
+        self.measured.clone()
+    }
+
+    /// Goes on from there.
+    pub(super) fn thaw(&mut self, measured: &Measured) {
+        self.measured = measured.clone();
+    }
+
+    /// The writer of `/module/timing`.
+    pub(super) fn writer(&mut self) -> &mut Writer {
+        &mut self.writer
+    }
+}

@@ -1,0 +1,93 @@
+//! Requests of a module that the host carries out later, and what came of them.
+
+use std::collections::BTreeMap;
+use std::sync::mpsc::{Receiver, Sender, channel};
+
+use slate_module::aspect::{ABSENT, PENDING};
+use slate_module::table::{DONE, REFUSED, Sink};
+
+use super::calls::say;
+
+/// How many requests of a module are known.
+const KNOWN: usize = 64;
+
+/// What came of a request: in words what was done, or why it was refused.
+pub(crate) type RequestAnswer = Result<String, String>;
+
+/// The requests of one module, by number.
+pub(super) struct RequestBook<R> {
+    /// What this tick asks for.
+    asked: Vec<(u64, R)>,
+    /// What came of earlier requests; nothing for those that are not done.
+    known: BTreeMap<u64, Option<RequestAnswer>>,
+    last: u64,
+    sender: Sender<(u64, RequestAnswer)>,
+    answers: Receiver<(u64, RequestAnswer)>,
+}
+
+/// Where the answer to one request goes.
+pub(super) struct AnswerSlot {
+    number: u64,
+    sender: Sender<(u64, RequestAnswer)>,
+}
+
+impl AnswerSlot {
+    pub fn give(self, answer: RequestAnswer) {
+        // Who asked may be gone.
+        let _ = self.sender.send((self.number, answer));
+    }
+}
+
+impl<R> RequestBook<R> {
+    pub fn new() -> Self {
+        let (sender, answers) = channel();
+        Self { asked: Vec::new(), known: BTreeMap::new(), last: 0, sender, answers }
+    }
+
+    /// Takes note of a request of this tick; returns its number.
+    pub fn ask(&mut self, request: R) -> u64 {
+        self.last += 1;
+        self.asked.push((self.last, request));
+        self.last
+    }
+
+    /// Takes the answers that came since the tick before.
+    pub fn receive(&mut self) {
+        while let Ok((number, answer)) = self.answers.try_recv() {
+            self.known.entry(number).and_modify(|known| *known = Some(answer));
+        }
+    }
+
+    /// Sends off what the tick has asked for.
+    pub fn commit(&mut self, mut send: impl FnMut(R, AnswerSlot)) {
+        for (number, request) in self.asked.drain(..) {
+            self.known.insert(number, None);
+            if self.known.len() > KNOWN {
+                self.known.pop_first();
+            }
+            send(request, AnswerSlot { number, sender: self.sender.clone() });
+        }
+    }
+
+    /// Forgets what a tick has asked for that failed.
+    pub fn abandon(&mut self) {
+        self.asked.clear();
+    }
+
+    /// Says what came of a request.
+    ///
+    /// # Safety
+    /// The sink is as the module made it, and lives during the call.
+    pub unsafe fn answer(&self, number: u64, sink: *const Sink) -> i32 {
+        let (text, result) = match self.known.get(&number) {
+            Some(Some(Ok(text))) => (text, DONE),
+            Some(Some(Err(reason))) => (reason, REFUSED),
+            Some(None) => return PENDING,
+            None if self.asked.iter().any(|(asked, _)| *asked == number) => return PENDING,
+            None => return ABSENT,
+        };
+        // SAFETY: passed on to the caller.
+        unsafe { say(sink, text) };
+        result
+    }
+}
