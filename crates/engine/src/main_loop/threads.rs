@@ -84,7 +84,7 @@ fn work(shared: &Shared, run: u64, seat: &Seat) {
             let runner = seat.runner();
             let now = shared.clock.now();
             if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
-                if runner.inputs.iter().any(|input| input.writer.is_none()) {
+                if runner.inputs.ports.iter().any(|input| input.writer.is_none()) {
                     expire(shared);
                 }
                 runner.prepare(now);
