@@ -6,11 +6,10 @@ use clap::Args;
 use serde_json::Value;
 
 use crate::connection::AgentOption;
-use crate::endpoint::Role;
 use crate::failure::Failure;
 use crate::output;
-use slate::control::BASE;
 use slate::control::client::{Access, Request};
+use slate::control::{BASE, Role};
 
 #[derive(Debug, Args)]
 pub struct ApiOptions {
@@ -30,7 +29,7 @@ pub struct ApiOptions {
     accept: Option<String>,
 
     /// Whose secret is sent; that of a developer unless given.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = crate::endpoint::role())]
     role: Option<Role>,
 
     /// Where the answer goes, such as a picture.

@@ -12,13 +12,13 @@ use crate::complete::{self, Shell};
 use crate::config::ConfigVerb;
 use crate::connection::AgentOption;
 use crate::doctor::DoctorOptions;
-use crate::endpoint::Role;
 use crate::features::{HELP, VERSION};
 use crate::goal::GoalOptions;
 use crate::graph::GraphOptions;
 use crate::interface::InterfaceVerb;
 use crate::link::{LinkOptions, UnlinkOptions};
 use crate::log::LogOptions;
+use crate::mcp::McpOptions;
 use crate::module::ModuleVerb;
 use crate::new::NewOptions;
 use crate::output::Colour;
@@ -189,14 +189,8 @@ pub enum Verb {
     Console(ConsoleOptions),
     /// Calls an operation of a running agent's HTTP API, or lists them; the secret is found by itself.
     Api(ApiOptions),
-    /// Lets a language model use a running agent over the Model Context Protocol, on stdin and stdout.
-    Mcp {
-        /// What the model may do, whatever it asks for; a stop is always allowed.
-        #[arg(long, value_enum, default_value_t = Role::Viewer)]
-        role: Role,
-        #[command(flatten)]
-        agent: AgentOption,
-    },
+    /// Lets a language model use a running agent over the Model Context Protocol, on stdin and stdout or over HTTP.
+    Mcp(McpOptions),
     /// Sets where a robot of a running agent is to go.
     Goal(GoalOptions),
     /// Drives a robot of a running agent by keys; it stops when none is pressed.

@@ -6,11 +6,10 @@ use clap::Args;
 use serde_json::json;
 
 use crate::connection::AgentOption;
-use crate::endpoint::Role;
 use crate::failure::Failure;
 use crate::output;
-use slate::control::BASE;
 use slate::control::client::Request;
+use slate::control::{BASE, Role};
 
 #[derive(Debug, Args)]
 pub struct ConsoleOptions {
@@ -19,7 +18,7 @@ pub struct ConsoleOptions {
     open: bool,
 
     /// What whoever has the link may do; most of all unless given.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = crate::endpoint::role())]
     role: Option<Role>,
 
     /// Prints the link as JSON.

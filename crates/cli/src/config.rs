@@ -94,12 +94,15 @@ pub fn show_changes(changed: &[Changed]) {
     if changed.is_empty() {
         output::line("nothing changes: all is as it should be");
     }
-    for Changed { path, before, after, default, .. } in changed {
+    for Changed { path, before, after, default, needs_reload, .. } in changed {
         let text = |value: &Option<String>| {
             let default = default.as_ref().map(|default| format!("{default} (default)"));
             value.clone().or(default).unwrap_or_else(|| "none".into())
         };
         output::line(format_args!("{path}: {} -> {}", text(before), text(after)));
+        if let Some(plugin) = needs_reload {
+            crate::module::show_reload(plugin);
+        }
     }
 }
 

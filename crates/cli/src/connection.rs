@@ -7,16 +7,17 @@ use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::control::{Client, ClientError};
+use slate::control::{Client, ClientError, Role};
 use slate::runtime::directory::agents;
 use slate::runtime::sharing::TEAM;
 
 use crate::complete;
-use crate::endpoint::Role;
 use crate::failure::Failure;
 use slate::control::client::Access;
 use slate::control::client::Trouble;
 
+#[cfg(feature = "mcp")]
+use crate::endpoint::place_at;
 use crate::endpoint::{access_at, access_of};
 use crate::watch::now;
 
@@ -52,6 +53,16 @@ impl AgentOption {
             Some(address) => access_at(&address, role),
             None => access_of(self.connect()?.name(), role),
         }
+    }
+
+    /// The agent over HTTP for callers with tokens of their own, and its name when it is one of this computer.
+    #[cfg(feature = "mcp")]
+    pub fn place(&self) -> Result<(Access, Option<String>), Failure> {
+        if let Some(address) = self.address() {
+            return Ok((place_at(&address)?, None));
+        }
+        let name = self.connect()?.name().to_owned();
+        Ok((Access { token: String::new(), ..access_of(&name, None)? }, Some(name)))
     }
 
     /// A file as the agent is told of it, whose folder is another one. One that is reached over HTTP has it in a folder of its own.

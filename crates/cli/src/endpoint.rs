@@ -4,8 +4,10 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use rustix::process::{Pid, test_kill_process};
 use serde::Deserialize;
+use slate::control::Role;
 use slate::runtime::directory::{Lock, folder};
 
 use crate::failure::Failure;
@@ -34,36 +36,10 @@ struct Endpoint {
     certificate: Option<PathBuf>,
 }
 
-/// What somebody may do who asks, from the least to the most.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum Role {
-    /// Looks, and stops the actuators.
-    Viewer,
-    /// Drives, too.
-    Operator,
-    /// Changes the agent, too.
-    Developer,
-}
-
-impl Role {
-    const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Developer];
-
-    /// With its article, as sentences call it.
-    pub fn one(self) -> &'static str {
-        match self {
-            Self::Viewer => "a viewer",
-            Self::Operator => "an operator",
-            Self::Developer => "a developer",
-        }
-    }
-
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Viewer => "viewer",
-            Self::Operator => "operator",
-            Self::Developer => "developer",
-        }
-    }
+/// A role on the command line.
+pub fn role() -> impl TypedValueParser<Value = Role> {
+    let names = Role::ALL.map(|role| PossibleValue::new(role.name()).help(role.doc()));
+    PossibleValuesParser::new(names).try_map(|name| Role::by_name(&name).ok_or("no role"))
 }
 
 impl Endpoint {
@@ -113,19 +89,25 @@ pub fn access_of(agent: &str, role: Option<Role>) -> Result<Access, Failure> {
     Ok(Access { browser, ..endpoint.access(address, role)? })
 }
 
+/// Where the agent at an address is, without a token.
+pub fn place_at(text: &str) -> Result<Access, Failure> {
+    let address = parse(text)?;
+    let known = Endpoint::at(&address).and_then(|endpoint| endpoint.certificate);
+    let browser = address.to_string();
+    Ok(Access { address, browser, token: String::new(), certificate: known.or_else(certificate) })
+}
+
 /// That of the agent at an address. Of one of this computer its certificate is known, and its secret unless one is given.
 pub fn access_at(text: &str, role: Option<Role>) -> Result<Access, Failure> {
-    let address = parse(text)?;
     let given = if role.is_none() { token::given()? } else { None };
-    match (given, Endpoint::at(&address)) {
-        (Some(token), endpoint) => {
-            let known = endpoint.and_then(|endpoint| endpoint.certificate);
-            let browser = address.to_string();
-            Ok(Access { address, browser, token, certificate: known.or_else(certificate) })
-        }
-        (None, Some(endpoint)) => endpoint.access(address, role),
-        (None, None) if role.is_some() => Err(no_token(role)),
-        (None, None) => Err(Trouble::NoToken { address: address.to_string() }.into()),
+    if let Some(token) = given {
+        return Ok(Access { token, ..place_at(text)? });
+    }
+    let address = parse(text)?;
+    match Endpoint::at(&address) {
+        Some(endpoint) => endpoint.access(address, role),
+        None if role.is_some() => Err(no_token(role)),
+        None => Err(Trouble::NoToken { address: address.to_string() }.into()),
     }
 }
 

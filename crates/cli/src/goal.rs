@@ -6,7 +6,7 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::{Map, Value, json};
 use slate::blackboard::is_within;
-use slate::control::{Changed, Client, SetProperty, Watched};
+use slate::control::{Changed, Client, Watched};
 use slate::sim::world::{Bounds, World};
 
 use crate::config::show_changes;
@@ -134,13 +134,12 @@ fn set(client: &mut Client, target: &Target, options: &GoalOptions) -> Result<Ve
         Place::Input(url) => (url, ["x", "y", "theta"]),
         Place::Parameters => (&parameters, ["goal_x", "goal_y", "goal_theta"]),
     };
-    let values = names.into_iter().zip([Some(x), Some(y), heading.as_ref()]);
+    // The goal of an input is a whole; parameters that are not named stay.
+    let usual = (target.has_heading && matches!(target.place, Place::Input(_))).then_some(&0.0);
+    let values = names.into_iter().zip([Some(x), Some(y), heading.as_ref().or(usual)]);
     let value: Map<_, _> =
         values.filter_map(|(name, value)| Some((name.to_owned(), json!(value?)))).collect();
-    match client.set_property(url, value.into())? {
-        SetProperty::Setting(changed) => Ok(changed),
-        SetProperty::Switch(_) => Ok(Vec::new()),
-    }
+    Ok(client.set_property(url, &value.into())?)
 }
 
 /// The only thing that can be set to a goal, of one who is meant.

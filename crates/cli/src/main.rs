@@ -150,7 +150,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Console(options) => browse::console(options),
         Verb::Goal(options) => goal::goal(options),
         Verb::Teleop(options) => teleop::teleop(options),
-        Verb::Mcp { role, agent } => mcp::mcp(*role, agent),
+        Verb::Mcp(options) => mcp::mcp(options),
         Verb::Man { folder } => man::man(folder),
         Verb::Doctor(options) => return doctor::doctor(options),
         Verb::Interface(verb) => return interface::interface(verb),

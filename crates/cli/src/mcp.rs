@@ -3,23 +3,46 @@
 #[cfg(feature = "mcp")]
 mod agent;
 #[cfg(feature = "mcp")]
+mod http;
+#[cfg(feature = "mcp")]
 mod serve;
 #[cfg(feature = "mcp")]
 mod tools;
 
+use std::net::SocketAddr;
+
+use clap::Args;
+use slate::control::Role;
+
 use crate::connection::AgentOption;
-use crate::endpoint::Role;
 use crate::failure::Failure;
 
-/// Serves an agent to a model that may do so much, until stdin ends.
+#[derive(Debug, Args)]
+pub struct McpOptions {
+    /// What the model may do, whatever it asks for and whatever its token allows; a stop is always allowed.
+    #[arg(long, value_parser = crate::endpoint::role(), default_value_t = Role::Viewer)]
+    role: Role,
+
+    /// Serves over HTTP, at 127.0.0.1:7879 unless given, instead of on stdin and stdout; requests need a token of the agent.
+    #[arg(long, value_name = "IP:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:7879")]
+    http: Option<SocketAddr>,
+
+    #[command(flatten)]
+    agent: AgentOption,
+}
+
+/// Serves an agent to a model, until stdin ends, or over HTTP until the program is interrupted.
 #[cfg(feature = "mcp")]
-pub fn mcp(role: Role, agent: &AgentOption) -> Result<bool, Failure> {
-    serve::serve(agent::Reach::new(agent, role)?)
+pub fn mcp(options: &McpOptions) -> Result<bool, Failure> {
+    match options.http {
+        Some(address) => http::serve(&options.agent, options.role, address),
+        None => serve::serve(agent::Reach::new(&options.agent, options.role)?),
+    }
 }
 
 /// Says how to get it.
 #[cfg(not(feature = "mcp"))]
-pub fn mcp(_: Role, _: &AgentOption) -> Result<bool, Failure> {
+pub fn mcp(McpOptions { role: _, http: _, agent: _ }: &McpOptions) -> Result<bool, Failure> {
     let help = "build it with the feature `mcp`: cargo build --release --features mcp".into();
     Err(Failure::Mcp { reason: "this program is built without it".into(), help })
 }

@@ -52,14 +52,19 @@ fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
 }
 
 /// Says how a module was switched.
-pub fn show_switched(name: &str, on: bool, switched: Switched) {
+fn show_switched(name: &str, on: bool, switched: Switched) {
     let (state, already) = (if on { "on" } else { "off" }, if switched.changed { "" } else { " already" });
     output::line(format_args!("{name} is {state}{already}"));
     if let Some(plugin) = switched.needs_reload {
-        output::line(format_args!(
-            "it has failed for good, so it begins when its plugin is reloaded: slate plugin reload {plugin}"
-        ));
+        show_reload(&plugin);
     }
+}
+
+/// Says how a module begins again that has failed for good.
+pub fn show_reload(plugin: &str) {
+    output::line(format_args!(
+        "it has failed for good, so it begins when its plugin is reloaded: slate plugin reload {plugin}"
+    ));
 }
 
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {

@@ -1,7 +1,7 @@
 //! What a running agent knows.
 
 use serde_json::{Value, json};
-use slate::control::{PropertyEntry, SetProperty};
+use slate::control::PropertyEntry;
 use slate::runtime::sharing::TEAM;
 
 use crate::connection::AgentOption;
@@ -81,18 +81,12 @@ pub fn in_a_line(value: &Value) -> String {
 pub fn set(agent: &AgentOption, url: &str, value: &str, json: bool) -> Result<bool, Failure> {
     // What is no JSON is a text, such as the name of a constant.
     let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into()));
-    let changed = agent.connect_to(url)?.set_property(url, value.clone())?;
+    let changed = agent.connect_to(url)?.set_property(url, &value)?;
     if json {
         output::json(&json!({"schema": "slate.set/1", "url": url, "changed": changed}));
         return Ok(true);
     }
-    match changed {
-        SetProperty::Setting(changes) => crate::config::show_changes(&changes),
-        SetProperty::Switch(switched) => {
-            let module = url.rsplit_once("/enabled").map_or(url, |(module, _)| module);
-            crate::module::show_switched(module, value == Value::Bool(true), switched);
-        }
-    }
+    crate::config::show_changes(&changed);
     Ok(true)
 }
 

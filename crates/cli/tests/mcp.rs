@@ -1,9 +1,10 @@
 //! Language models use an agent over the Model Context Protocol, whose own library for Python asks here.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-use std::io::Write;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Value, json};
@@ -42,12 +43,15 @@ fn python() -> PathBuf {
 
 /// What a client finds and is answered that calls tools in a role.
 fn ask(running: &Running, role: &str, calls: &Value) -> Value {
+    let [folder, sockets] = [running.folder(), running.sockets()].map(|path| path.to_str().unwrap());
+    ask_by(&["stdio", env!("CARGO_BIN_EXE_slate"), folder, sockets, role], calls)
+}
+
+fn ask_by(arguments: &[&str], calls: &Value) -> Value {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mcp_client.py");
     let mut client = Command::new(python())
         .arg(script)
-        .arg(env!("CARGO_BIN_EXE_slate"))
-        .args([running.folder(), running.sockets()])
-        .arg(role)
+        .args(arguments)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
@@ -83,7 +87,7 @@ fn a_viewer_over_mcp_looks_and_stops_and_changes_nothing() {
             ["explain", { "code": "S006" }],
             ["read", { "path": "/nothing" }],
             ["read", { "part": "/simulator/r2/truth" }],
-            ["set_value", { "url": SPEED, "value": 0.35 }],
+            ["write", { "path": SPEED, "body": 0.35 }],
             ["drive", { "actuator": "r2/wheels", "command": {} }],
             ["stop", { "reason": "something is in the way" }],
             ["actuators", {}],
@@ -94,7 +98,7 @@ fn a_viewer_over_mcp_looks_and_stops_and_changes_nothing() {
     assert!(
         ["read", "modules", "links", "log", "explain", "stop"].iter().all(|name| tools.contains_key(*name))
     );
-    assert!(["set_value", "drive", "arm", "load", "set"].iter().all(|name| !tools.contains_key(*name)));
+    assert!(["write", "drive", "arm", "load", "set"].iter().all(|name| !tools.contains_key(*name)));
     assert_eq!(tools["read"]["required"], json!(["path"]));
 
     let calls = asked["calls"].as_array().unwrap();
@@ -125,8 +129,8 @@ fn an_operator_over_mcp_drives_and_sets_only_what_is_operable() {
         &running,
         "operator",
         &json!([
-            ["set_value", { "url": "/r2/knowledge/params/goal_x", "value": -0.5 }],
-            ["set_value", { "url": SPEED, "value": 0.35 }],
+            ["write", { "path": "/r2/knowledge/params/goal_x", "body": -0.5 }],
+            ["write", { "path": SPEED, "body": 0.35 }],
             ["set", { "body": [["robots.r2.modules.planner.params.speed", "0.35"]] }],
             ["drive", { "actuator": "r2/wheels", "command": wheels, "seconds": 0.3 }],
             ["leases", {}],
@@ -137,7 +141,7 @@ fn an_operator_over_mcp_drives_and_sets_only_what_is_operable() {
         ]),
     );
     let tools = asked["tools"].as_object().unwrap();
-    assert!(["set_value", "drive", "arm", "reset"].iter().all(|name| tools.contains_key(*name)));
+    assert!(["write", "drive", "arm", "reset"].iter().all(|name| tools.contains_key(*name)));
     assert!(["set", "load", "take", "give_back"].iter().all(|name| !tools.contains_key(*name)));
 
     let calls = asked["calls"].as_array().unwrap();
@@ -160,11 +164,129 @@ fn a_developer_over_mcp_sets_what_the_agent_lets_set() {
     let mut running = Running::new("mcp-developer");
     running.start("exp1", &EXP1);
     let calls = json!([
-        ["set_value", { "url": SPEED, "value": 0.35 }],
-        ["set_value", { "url": SPEED, "value": 99 }],
+        ["write", { "path": SPEED, "body": 0.35 }],
+        ["write", { "path": SPEED, "body": 99 }],
     ]);
     let asked = ask(&running, "developer", &calls);
     done(&asked["calls"][0]);
     refused(&asked["calls"][1], &["99"]);
     assert_eq!(running.read("exp1", SPEED), 0.35);
+}
+
+/// `slate mcp --http`, which ends with this.
+#[cfg(feature = "console")]
+struct Served {
+    process: Child,
+    url: String,
+    tokens: Value,
+}
+
+#[cfg(feature = "console")]
+impl Served {
+    /// That of an agent with a console, for roles up to that one.
+    fn start(running: &Running, role: &str) -> Self {
+        let mut command = running.command(&["mcp", "--http", "127.0.0.1:0", "--role", role]);
+        let mut process = command.stdout(Stdio::piped()).spawn().unwrap();
+        let mut url = String::new();
+        BufReader::new(process.stdout.take().unwrap()).read_line(&mut url).unwrap();
+        let files = std::fs::read_dir(running.sockets().join("slate")).unwrap();
+        let mut files = files.map(|file| file.unwrap().path());
+        let file = files.find(|file| file.extension().is_some_and(|end| end == "console")).unwrap();
+        let tokens: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+        Self { process, url: url.trim().into(), tokens: tokens["tokens"].clone() }
+    }
+
+    fn ask(&self, role: &str, calls: &Value) -> Value {
+        ask_by(&["http", &self.url, self.tokens[role].as_str().unwrap()], calls)
+    }
+
+    /// The head of the answer to a request with these headers.
+    fn head(&self, headers: &str) -> String {
+        let host = self.url.strip_prefix("http://").unwrap().strip_suffix("/mcp").unwrap();
+        let mut stream = TcpStream::connect(host).unwrap();
+        let body = r#"{"jsonrpc":"2.0","id":1,"method":"tools/list"}"#;
+        write!(
+            stream,
+            "POST /mcp HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nContent-Type: application/json\r\nAccept: \
+             application/json, text/event-stream\r\n{headers}Content-Length: {}\r\n\r\n{body}",
+            body.len()
+        )
+        .unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        answer
+    }
+}
+
+#[cfg(feature = "console")]
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.process.kill().unwrap();
+        self.process.wait().unwrap();
+    }
+}
+
+#[cfg(feature = "console")]
+#[test]
+fn mcp_over_http_gives_each_token_its_role() {
+    let mut running = Running::new("mcp-http");
+    running.start("exp1", &[&EXP1[..], &["--set", "console.port=0"]].concat());
+    let served = Served::start(&running, "developer");
+    assert!(served.url.starts_with("http://127.0.0.1:"), "{}", served.url);
+
+    let calls = json!([
+        ["read", { "path": "/simulator/r2/truth" }],
+        ["write", { "path": SPEED, "body": 0.35 }],
+        ["explain", { "code": "S006" }],
+    ]);
+    let viewer = served.ask("viewer", &calls);
+    let tools = viewer["tools"].as_object().unwrap();
+    assert_eq!(viewer["server"], "slate");
+    assert!(["read", "explain", "stop"].iter().all(|name| tools.contains_key(*name)));
+    assert!(["write", "drive", "arm", "load"].iter().all(|name| !tools.contains_key(*name)));
+    assert!(done(&viewer["calls"][0])["value"]["x"].is_f64());
+    refused(&viewer["calls"][1], &["a viewer may not"]);
+    assert_eq!(done(&viewer["calls"][2])["code"], "S006");
+    assert_ne!(running.read("exp1", SPEED), 0.35);
+
+    let wheels = json!({ "left": 0.5, "right": 0.5 });
+    let drive = json!(["drive", { "actuator": "r2/wheels", "command": wheels, "seconds": 0.2 }]);
+    let operator = served.ask("operator", &json!([calls[1], drive, ["stop", { "reason": "enough" }]]));
+    refused(&operator["calls"][0], &["an operator may not"]);
+    assert!(done(&operator["calls"][1])["gate"].is_object());
+    assert_eq!(done(&operator["calls"][2])["stopped"], true);
+    done(&served.ask("developer", &calls)["calls"][1]);
+    assert_eq!(running.read("exp1", SPEED), 0.35);
+
+    let log = running.done(&["log"]);
+    for line in ["viewer at 127.0.0.1:", "developer at 127.0.0.1:", "named \"mcp\": POST /stop is done"] {
+        assert!(log.contains(line), "{line}: {log}");
+    }
+}
+
+#[cfg(feature = "console")]
+#[test]
+fn mcp_over_http_needs_a_token_and_no_browser_page() {
+    let mut running = Running::new("mcp-http-refused");
+    running.start("exp1", &[&EXP1[..], &["--set", "console.port=0"]].concat());
+    let served = Served::start(&running, "viewer");
+    // What a token allows is bounded by the role of the command.
+    let bounded = served.ask("developer", &json!([["write", { "path": SPEED, "body": 0.35 }]]));
+    assert!(!bounded["tools"].as_object().unwrap().contains_key("write"));
+    refused(&bounded["calls"][0], &["a viewer may not"]);
+
+    let token = served.tokens["viewer"].as_str().unwrap();
+    let bearer = format!("Authorization: Bearer {token}\r\n");
+    assert!(served.head(&bearer).starts_with("HTTP/1.1 200"), "{}", served.head(&bearer));
+    for (headers, status) in [
+        (String::new(), "401"),
+        (format!("Authorization: Bearer {}\r\n", &token[1..]), "401"),
+        (format!("Authorization: Basic {token}\r\n"), "401"),
+        (format!("{bearer}Origin: http://evil.example\r\n"), "403"),
+    ] {
+        let answer = served.head(&headers);
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status}")), "{headers}: {answer}");
+        assert!(status != "401" || answer.to_lowercase().contains("www-authenticate: bearer"), "{answer}");
+        assert!(!answer.contains("\"tools\""), "{answer}");
+    }
 }

@@ -166,7 +166,8 @@ fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
     assert!(running.done(&["config", "diff"]).contains("inputs"));
     running.done(&["config", "revert", "robots.r2.modules.planner"]);
     assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.4);
-    assert_eq!(running.done(&["set", "/referee/enabled", "false"]).trim(), "/referee is off");
+    let off = running.done(&["set", "/referee/enabled", "false"]);
+    assert_eq!(off.trim(), "modules.referee.enabled: true -> false");
     assert_eq!(running.read("exp1", "/referee/enabled/value"), false);
     running.done(&["set", "/referee/enabled", "true"]);
 

@@ -1,4 +1,4 @@
-//! Which plugins there are, and what they bring; and what is known of other agents.
+//! Plugins with their kinds of modules, and known properties of other agents.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -19,11 +19,11 @@ pub struct Catalogue {
     pub dormant: BTreeMap<String, String>,
     /// The properties of other agents that are on the board, by what links name.
     pub remote: BTreeMap<RemotePath, RemoteProperty>,
-    /// What is played from a recording.
+    /// Properties that are played from a recording.
     pub played: Arc<[Played]>,
     /// Whether links may lead to other agents.
     pub shares: bool,
-    /// What can carry their values; anything when there is nothing among them.
+    /// Carriers of their values; any carrier when this is empty.
     pub carriers: BTreeSet<String>,
     /// Whether they can be compressed as JPEG.
     pub has_jpeg: bool,
@@ -34,7 +34,7 @@ pub struct Catalogue {
 }
 
 impl Default for Catalogue {
-    /// With nothing in it, and kinds are asked in the thread that wants to know.
+    /// Empty; kinds describe themselves in the calling thread.
     fn default() -> Self {
         Self {
             plugins: Vec::new(),
@@ -57,7 +57,7 @@ pub struct RemoteProperty {
     pub path: String,
     /// Its interface.
     pub descriptor: &'static Descriptor,
-    /// Another one each time that it is put on the board.
+    /// Number of the time that it was put on the board.
     pub epoch: u64,
 }
 
@@ -95,13 +95,13 @@ impl Catalogue {
         loaded.chain(dormant.into_iter().map(|name| format!("{name}\t\t0\n"))).collect()
     }
 
-    /// A plugin comes; what it brings is no longer dormant.
+    /// Adds a plugin; its kinds are no longer dormant.
     pub fn add(&mut self, plugin: Plugin) {
         self.dormant.retain(|_, owner| owner != plugin.name());
         self.plugins.push(plugin);
     }
 
-    /// Another version of a plugin takes the place of the one that is there.
+    /// Replaces a plugin by another version.
     pub fn replace(&mut self, plugin: &Plugin) {
         let place = self.plugins.iter_mut().find(|other| other.name() == plugin.name());
         if let Some(place) = place {
@@ -109,7 +109,7 @@ impl Catalogue {
         }
     }
 
-    /// A plugin goes; its kinds stay known.
+    /// Removes a plugin; its kinds stay known.
     pub fn remove(&mut self, name: &str) {
         self.plugins.retain(|plugin| {
             let stays = plugin.name() != name;

@@ -1,4 +1,4 @@
-//! What does not fit, with its place in the configuration.
+//! Diagnostics with their places in the configuration.
 
 use slate_blackboard::nearest_paths;
 use slate_configuration::{Configuration, Diagnostic, Message, Span};
@@ -6,12 +6,12 @@ use slate_configuration::{Configuration, Diagnostic, Message, Span};
 /// Collects complaints.
 pub struct Complaints<'a> {
     configuration: &'a Configuration,
-    /// What was found so far.
+    /// The diagnostics so far.
     pub diagnostics: Vec<Diagnostic>,
 }
 
 impl<'a> Complaints<'a> {
-    /// None so far.
+    /// Without diagnostics.
     pub fn new(configuration: &'a Configuration) -> Self {
         Self { configuration, diagnostics: Vec::new() }
     }

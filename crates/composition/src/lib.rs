@@ -1,7 +1,7 @@
-//! A configuration and a catalogue of kinds become a checked composition, or a report of everything that does not fit.
+//! Checks a configuration against a catalogue of kinds: a composition, or a report of all that is wrong.
 //!
-//! Nothing is made here: no thread, no property and no agent. So whoever wants to know whether a configuration fits asks
-//! [`check`], and an agent makes what a [`Survey`] says.
+//! It creates no thread, no property and no agent: [`check`] works without one, and an agent creates what a [`Survey`]
+//! lists.
 
 mod catalogue;
 mod complaints;
@@ -26,10 +26,10 @@ pub use survey::{
 };
 pub use wired::{Wired, sends};
 
-/// What a configuration is made of with the kinds of a catalogue; [`Wired`] adds the links that need not be written.
+/// Checks a configuration against the kinds of a catalogue; [`Wired`] adds the links that need not be written.
 ///
 /// # Errors
-/// Everything that does not fit.
+/// All that is wrong.
 ///
 /// ```
 /// use slate_composition::{Catalogue, check};

@@ -1,18 +1,18 @@
-//! The interfaces of what an agent says of itself: of its modules, its loop and its log.
+//! Interfaces of an agent's own properties: states of modules, the loop and the log.
 
 use slate_module::{Text, interface};
 
 /// The name of a port, as `/module/state` shows it.
 pub type PortName = Text<56>;
 
-/// How a module is: `/module/state`, written when it changes.
+/// The condition of a module: `/module/state`, written when it changes.
 #[interface]
 pub struct ModuleState {
     /// Ticks made until then.
     pub ticks: u64,
     /// Panics caught until then.
     pub panics: u64,
-    /// How it is.
+    /// The condition.
     pub condition: ModuleCondition,
     /// The port that it waits for while it is `WAITING`: a required input without a value, or a service.
     pub waiting_for: PortName,
@@ -27,11 +27,11 @@ pub enum ModuleCondition {
     Working,
     /// With less than it wants.
     Degraded,
-    /// It could not do its work in its last tick.
+    /// Its last tick failed.
     Failed,
     /// Its tick has not returned in time.
     Late,
-    /// It panicked too often, or could not be made anew.
+    /// It panicked too often, or could not be created again.
     Faulted,
     /// Its plugin is not loaded.
     Unloaded,
@@ -47,8 +47,8 @@ impl ModuleCondition {
     }
 }
 
-/// How long a module's ticks take: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
-/// so no part of what a run can repeat.
+/// Durations of a module's ticks: `/module/timing`, ten times a second of the agent's time. Measured on the wall clock,
+/// so they differ from run to run.
 #[interface]
 pub struct ModuleTiming {
     /// Ticks made.
@@ -66,38 +66,38 @@ pub struct ModuleTiming {
     pub misses: u64,
 }
 
-/// Durations of something, as a property shows them of a histogram.
+/// Summary of a histogram of durations.
 #[interface]
 #[derive(PartialEq)]
 pub struct TimingHistogram {
-    /// How often.
+    /// Number of durations.
     pub count: u64,
-    /// On average.
+    /// Mean.
     #[unit("ns")]
     pub mean: u64,
-    /// Half of the times at most so long.
+    /// Median.
     #[unit("ns")]
     pub p50: u64,
-    /// 90 of 100 times at most so long.
+    /// 90th percentile.
     #[unit("ns")]
     pub p90: u64,
-    /// 99 of 100 times at most so long.
+    /// 99th percentile.
     #[unit("ns")]
     pub p99: u64,
-    /// 999 of 1000 times at most so long.
+    /// 99.9th percentile.
     #[unit("ns")]
     pub p999: u64,
-    /// Never longer.
+    /// Maximum.
     #[unit("ns")]
     pub max: u64,
 }
 
-/// How the main loop does: `/loop/state`. Durations are those of cycles that were timed, on the wall clock.
+/// The state of the main loop: `/loop/state`. Durations are those of cycles that were timed, on the wall clock.
 #[interface]
 pub struct LoopState {
     /// Cycles begun.
     pub cycles: u64,
-    /// How often cycles were left out, because one before them took too long.
+    /// Cycles skipped because an earlier one took too long.
     pub overruns: u64,
     /// Times of the time source that were refused, as they went back.
     pub refused_times: u64,
@@ -115,39 +115,39 @@ pub struct LogLine {
     /// The agent's time.
     #[unit("ns")]
     pub time: u64,
-    /// How many lines of the same module were dropped right before this one.
+    /// Lines of the same module dropped right before this one.
     pub dropped: u64,
-    /// How important.
+    /// Level.
     pub level: LogLevel,
-    /// Which module, or `agent`.
+    /// The module, or `agent`.
     pub module: Text<64>,
-    /// What happened, with its fields.
+    /// The message, with its fields.
     pub text: Text<512>,
 }
 
-/// How important a line of the log is.
+/// The level of a line of the log.
 #[interface]
 pub enum LogLevel {
-    /// Something is broken.
+    /// A failure.
     Error,
-    /// Something is wrong but the robot goes on.
+    /// A problem; the robot continues.
     Warn,
-    /// What a user wants to know.
+    /// Information for users.
     Info,
-    /// What a developer wants to know.
+    /// Information for developers.
     Debug,
-    /// Everything.
+    /// All details.
     Trace,
 }
 
-/// What became of the lines of the log: `/log/counts`.
+/// Counts of log lines: `/log/counts`.
 #[interface]
 #[derive(PartialEq)]
 pub struct LogCounts {
-    /// Lines that the targets got.
+    /// Lines written to the targets.
     pub written: u64,
     /// Lines dropped because the targets were too slow.
     pub dropped: u64,
-    /// Lines summed up as repetitions.
+    /// Lines counted as repetitions.
     pub suppressed: u64,
 }

@@ -1,4 +1,4 @@
-//! What a module is told when it is set up, and what its links end at.
+//! The setup of a module, and the ends of its links.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 use slate_blackboard::interface::Value;
 use slate_module::{Description, ModuleKind, Refusal, Setup};
 
-/// What a module is told when it is set up, kept for when it is made anew.
+/// The setup of a module, kept for when it is created again.
 #[derive(Clone, Debug)]
 pub struct OwnSetup {
     /// The module's name.
@@ -27,7 +27,7 @@ impl OwnSetup {
     }
 }
 
-/// What a link ends at in its own module.
+/// The end of a link in its module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Wire {
     /// A port, by its place in the description.
@@ -38,10 +38,10 @@ pub enum Wire {
     Params,
 }
 
-/// Asks a kind for its ports and parameters, for so long as steps may take.
+/// Describes a kind: its ports and parameters, within the time of a step.
 pub type Describe = fn(&ModuleKind, &OwnSetup, Duration) -> Result<Description, Refusal>;
 
-/// Asks a kind in this thread, however long it takes.
+/// Describes a kind in the calling thread, without a time limit.
 ///
 /// # Errors
 /// The module's refusal.

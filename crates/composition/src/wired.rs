@@ -13,7 +13,7 @@ use crate::survey::{Survey, Surveyed, infer, needs, survey};
 /// A configuration with the links that types and roles leave no choice of.
 pub struct Wired {
     configuration: Arc<Configuration>,
-    /// What they leave a choice of.
+    /// Ambiguous links.
     ambiguous: Vec<Diagnostic>,
 }
 
@@ -30,7 +30,7 @@ impl Wired {
         &self.configuration
     }
 
-    /// What it is made of.
+    /// The checked composition.
     ///
     /// # Errors
     /// Everything that does not fit or is ambiguous.

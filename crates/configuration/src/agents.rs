@@ -22,7 +22,7 @@ pub(super) struct AgentTables {
     pub(super) wanted: Option<String>,
     /// All of them, and where each is first.
     pub(super) known: BTreeMap<String, Span>,
-    /// What each of them runs.
+    /// The parts of the file that each of them runs.
     pub(super) division: Division,
     /// Whether the wanted one's table says how it is called.
     is_named: bool,
@@ -77,8 +77,8 @@ impl AgentTables {
         Some(table("agent", entry(Value::Table(name))))
     }
 
-    /// What a setting says of the wanted agent; nothing if it is of another one, or wrong. Texts may be missing when they
-    /// are `incomplete`.
+    /// The part of a setting for the wanted agent; nothing if it is for another one, or wrong. Texts may be missing when
+    /// they are `incomplete`.
     pub(super) fn of_wanted(
         &mut self,
         kind: SourceKind,

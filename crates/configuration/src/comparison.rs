@@ -1,6 +1,6 @@
-//! How two numbers are compared, as links and snapshots are told to.
+//! Comparisons of numbers in the conditions of links and snapshots.
 
-/// How two numbers are compared.
+/// A comparison of two numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Comparison {
     /// `<`
@@ -28,7 +28,7 @@ const SIGNS: [(&str, Comparison); 6] = [
 ];
 
 impl Comparison {
-    /// What stands before and behind the sign in a text such as `range < 0.5`; nothing when there is none.
+    /// Splits a text such as `range < 0.5` at its sign; nothing when there is none.
     pub fn split(text: &str) -> Option<(&str, Self, &str)> {
         SIGNS.iter().find_map(|(sign, comparison)| {
             let (before, behind) = text.split_once(sign)?;

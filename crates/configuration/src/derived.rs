@@ -1,5 +1,5 @@
-//! What follows from a configuration beside what is written: modules of plugins that were loaded by hand, and links that
-//! types and roles leave no choice of.
+//! Modules and links of a configuration that are not written: modules of plugins that were loaded by hand, and inferred
+//! links.
 
 use slate_blackboard::is_within;
 

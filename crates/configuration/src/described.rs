@@ -6,14 +6,13 @@ use super::files::Files;
 use super::read::{Main, ReadOutcome, ReadRequest, layers, read};
 use super::{Diagnostic, Options, Report, report};
 
-/// Reads a configuration, and looks for mistakes in what the file says of other agents: whoever starts one of them
-/// may be far away.
+/// Reads a configuration, and checks what the file says of other agents, which may be started on other computers.
 pub(super) fn read_all(main: &Main, options: &Options) -> ReadOutcome {
     let mut read_one = read(&ReadRequest::new(main, options), Files::default());
     let mut said = BTreeSet::new();
     let mut diagnostics: Vec<Diagnostic> = Vec::new();
     let mut add = |report: &Report| {
-        // What stands outside of `agents` is wrong for all of them.
+        // A mistake outside of `agents` is one of all of them.
         let new = report.diagnostics().iter().filter(|diagnostic| said.insert(diagnostic.in_a_line()));
         diagnostics.extend(new.cloned());
     };

@@ -7,7 +7,7 @@ use super::set::first_equals;
 use super::source::{SourceKind, Sources, Span};
 use crate::mistake::{Message, Mistake};
 
-/// One thing that is wrong, where, and what to do about it.
+/// A mistake in a configuration: message, place and help.
 #[derive(Clone, Debug)]
 pub struct Diagnostic {
     message: String,
@@ -63,7 +63,7 @@ impl Diagnostic {
         self.place.as_ref().is_some_and(|place| place.is_written)
     }
 
-    /// What is wrong, behind its place in a text that somebody has written.
+    /// The message, behind its place in a text that somebody has written.
     pub fn placed(&self) -> String {
         match self.place.as_ref().filter(|place| place.is_written) {
             Some(DiagnosticPlace { source, line, column, .. }) => {
@@ -83,7 +83,7 @@ impl Diagnostic {
         (!path.starts_with("links")).then_some(path)
     }
 
-    /// What is wrong.
+    /// The message.
     pub fn message(&self) -> &str {
         &self.message
     }
@@ -93,7 +93,7 @@ impl Diagnostic {
         self.mistake
     }
 
-    /// What to do about it.
+    /// The help.
     pub fn help_text(&self) -> Option<&str> {
         self.help.as_deref()
     }
@@ -155,7 +155,7 @@ impl Report {
         Self { diagnostics }
     }
 
-    /// What is wrong, in the order of the texts.
+    /// The diagnostics, in the order of the texts.
     pub fn diagnostics(&self) -> &[Diagnostic] {
         &self.diagnostics
     }

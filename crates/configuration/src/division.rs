@@ -1,5 +1,5 @@
-//! Which of several agents runs what stands outside of `agents`, so that one file serves robots in one agent and robots
-//! in agents of their own.
+//! Divides what stands outside of `agents` among several agents, so that one file serves robots in one agent and robots in
+//! agents of their own.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,7 +21,7 @@ struct AgentPart {
     called: String,
     /// Where it is described.
     key: Span,
-    /// Robots and modules; nothing when it does not say.
+    /// Robots and modules; nothing without `runs`.
     runs: Option<Vec<Spanned<String>>>,
 }
 
@@ -69,7 +69,7 @@ impl Division {
                 match section {
                     "links" => make_table(&mut entry.value, &|url| side.address(url), problems),
                     "actuators" => make_commands(&mut entry.value, &|url| side.address(url), problems),
-                    // What is no table is told by whoever reads it.
+                    // The reader of the section reports a value that is no table.
                     _ => {}
                 }
             }
@@ -96,7 +96,7 @@ impl Division {
         let key = self.0[agent].key;
         for name in ["share", "agents"] {
             let entry = table.entries.entry(name.into()).or_insert_with(|| empty(key));
-            // What is no table is told by whoever reads it.
+            // The reader of the section reports a value that is no table.
             let Value::Table(inner) = &mut entry.value.value else { return };
             table = inner;
         }
@@ -110,7 +110,7 @@ impl Division {
 struct ScopeNames {
     /// Where each is written first.
     common: BTreeMap<String, Span>,
-    /// Those that the agent's own table brings.
+    /// The names in the agent's own table.
     own: BTreeSet<String>,
 }
 

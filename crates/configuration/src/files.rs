@@ -7,7 +7,7 @@ const LARGEST_FILE: u64 = 16 << 20;
 
 /// The texts of files by the path that names them, each read once.
 ///
-/// Whoever reads a configuration with the files of an earlier one reads what that one read, whatever is on the disk.
+/// A configuration that is read with the files of an earlier one gets the same texts, whatever is on the disk.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Files(BTreeMap<PathBuf, Result<File, Unreadable>>);
 
@@ -37,7 +37,7 @@ impl Files {
         self.0.get(path)?.as_ref().ok()
     }
 
-    /// What stands on the disk now under all paths of both.
+    /// The files on the disk now, of all paths of both.
     pub(super) fn fresh(&self, more: &Self) -> Self {
         Self(self.0.keys().chain(more.0.keys()).map(|path| (path.clone(), read(path))).collect())
     }

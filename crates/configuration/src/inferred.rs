@@ -1,4 +1,4 @@
-//! Links that nobody has written: what types and roles of blocks leave no choice of.
+//! Links that are not written: types and roles of blocks determine them.
 
 use slate_blackboard::Url;
 

@@ -12,7 +12,7 @@ use super::{Configuration, Database, Options, Report};
 /// The layers of a configuration.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Layered {
-    /// What the files and the defaults of the program say, as TOML.
+    /// The settings of the files and the defaults of the program, as TOML.
     pub files: String,
     /// Settings of the command line, `path=value`, later ones last.
     pub sets: Vec<String>,
@@ -21,7 +21,7 @@ pub struct Layered {
 }
 
 impl Configuration {
-    /// What the files say, a line each, but for the settings that `is_left_out`.
+    /// The settings of the files, a line each, without those that `is_left_out`.
     pub fn file_lines(&self, is_left_out: &dyn Fn(&str) -> bool) -> Vec<String> {
         lines(&self.base, &|path| !is_left_out(&render(path)))
     }

@@ -24,9 +24,9 @@ pub(super) struct Layers {
     pub(super) merged: Table,
     /// Whether a text is missing from `merged`, so that what seems to be wrong there may be right.
     pub(super) incomplete: bool,
-    /// What is known of the files before they are read, and all of them after.
+    /// Files that are known already, and after reading all of them.
     pub(super) files: Files,
-    /// What each single setting says.
+    /// The tables of single settings.
     pub(super) flat_sets: Vec<Table>,
     /// The agents that the texts describe, and which of them is wanted.
     pub(super) agents: AgentTables,
@@ -330,7 +330,7 @@ fn beside(table: &mut Table, path: &[String], folder: &Path) {
     }
 }
 
-/// What TOML itself finds wrong, and what to do about it.
+/// The problem of a syntax error, with help.
 fn syntax_problem(error: &TomlError, source: usize, text: &str) -> Problem {
     let range = error.span().unwrap_or(0..0);
     let place = text.get(range.clone()).unwrap_or("").trim();

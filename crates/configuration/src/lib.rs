@@ -1,10 +1,10 @@
-//! What an agent is made of, read from TOML.
+//! The configuration of an agent, read from TOML.
 //!
 //! A configuration comes in layers, of which a later one overrides an earlier one setting by setting: built-in
 //! defaults, included files, the file itself, the host's file, and settings of the command line. It is read as a
 //! whole or not at all: either all of it is right, or a [`Report`] shows everything that is wrong with file, line
-//! and caret. Every value remembers where it is written, so that whoever finds out later that it doesn't fit can
-//! point there too ([`Configuration::diagnostic`]).
+//! and caret. Every value remembers where it is written, so that later checks can
+//! point there, too ([`Configuration::diagnostic`]).
 //!
 //! A file may describe several agents: each has a table `agents.NAME` with what a configuration has, also an `include`,
 //! which goes over what the same file says outside of `agents` for all of them. [`Options::agent`] says which one is read.
@@ -84,16 +84,16 @@ pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
 pub use model::{
-    Actuator, Allowance, Compression, Credentials, Filter, Flight, FlightTrigger, Isolation, Limit, Link,
-    LinkMode, LinkPolicy, LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit,
-    Record, RecordRule, RecordSelection, Share, ShareSecurity, SharedKnowledge, Transport, Wiring,
+    Actuator, Allowance, Compression, Credentials, Filter, Isolation, Limit, Link, LinkMode, LinkPolicy,
+    LinkRate, Log, LogFile, LogTargets, Mission, Module, PluginEntry, RateLimit, Share, ShareSecurity,
+    SharedKnowledge, Transport, Wiring,
 };
 use path::Prefix;
 pub use path::{link_setting, sender_setting};
 pub use printable::{printable, printable_text};
 use problems::Problems;
 use read::Main;
-pub use record::{RATE, period};
+pub use record::{Flight, FlightTrigger, RATE, Record, RecordRule, RecordSelection, period};
 pub use schedule::{Schedule, ScheduleError, ScheduledStage, is_stage_name};
 use source::Sources;
 pub use source::{Origin, SettingSource, SourceKind, Span, Spanned};
@@ -102,7 +102,7 @@ pub use team::{TEAM, is_topic};
 pub use trigger::{SnapshotCondition, SnapshotTrigger};
 pub use value::{Table, TableEntry, Value};
 
-/// What else goes into a configuration, beside its main file.
+/// Layers of a configuration beside its main file.
 #[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Settings of the program, `path=value`, that hold unless a file or the command line says otherwise.
@@ -137,11 +137,11 @@ pub struct Configuration {
     sources: Sources,
     /// Which agent this is, when the files describe several.
     described: Option<Described>,
-    /// What the files say, without the command line and changes at run time.
+    /// Settings of the files, without the command line and changes at run time.
     files: Table,
     /// The same, with what waits for the next start as it was before.
     base: Table,
-    /// What each setting above the files says, in their order.
+    /// Tables of the settings above the files, in their order.
     upper: Vec<(SourceKind, Table)>,
     merged: Table,
     agent: model::Agent,
@@ -149,7 +149,7 @@ pub struct Configuration {
     clock_elsewhere: bool,
     mission: Option<Mission>,
     snapshot: Option<SnapshotTrigger>,
-    record: model::Record,
+    record: Record,
     log: Log,
     share: Option<Share>,
     plugins: Vec<PluginEntry>,
@@ -226,7 +226,7 @@ impl Configuration {
         self.clock_elsewhere
     }
 
-    /// What ends the run.
+    /// The mission, which ends the run.
     pub fn mission(&self) -> Option<&Mission> {
         self.mission.as_ref()
     }
@@ -236,17 +236,17 @@ impl Configuration {
         self.snapshot.as_ref()
     }
 
-    /// What the agent records of itself.
+    /// The recording.
     pub fn record(&self) -> &Record {
         &self.record
     }
 
-    /// What is logged.
+    /// The log.
     pub fn log(&self) -> &Log {
         &self.log
     }
 
-    /// How the agent shares; nothing when it says nothing of it, and then it is found by nobody.
+    /// The sharing; nothing without a section `[share]`, and then no agent finds it.
     pub fn share(&self) -> Option<&Share> {
         self.share.as_ref()
     }
@@ -315,7 +315,7 @@ impl Configuration {
         &self.sources.0
     }
 
-    /// What a link says beside its ends, as it is written.
+    /// The options of a link, as they are written.
     pub fn link_options(&self, link: &Link) -> Vec<(String, String)> {
         let of_sender = sender_setting(&link.to.value, &link.from.value.to_string());
         let is_sender = self.value(&of_sender).is_some();
@@ -386,7 +386,7 @@ impl Configuration {
         self.sources.of(span).text.get(span.start..span.end).unwrap_or_default()
     }
 
-    /// An error at a place of this configuration, found by whoever uses it.
+    /// An error at a place of this configuration, found by its user.
     pub fn diagnostic(&self, span: Span, message: impl Into<Message>, help: Option<String>) -> Diagnostic {
         Diagnostic::at(&self.sources, span, message.into(), help)
     }

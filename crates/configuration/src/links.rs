@@ -8,7 +8,7 @@ use super::source::{Span, Spanned};
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
-/// What a link may say.
+/// Options of a link.
 const KEYS: [&str; 12] = [
     "from",
     "previous",
@@ -68,7 +68,7 @@ impl LinkReader<'_> {
     fn link(&mut self, to: &str, entry: &TableEntry) -> Option<Link> {
         let to = destination(to, entry.key, self.agent);
         match entry.value.as_bool() {
-            // It takes the link of an earlier layer out.
+            // Removes the link of an earlier layer.
             Some(false) => return None,
             Some(true) => {
                 let help = "write the property that it reads, or `false` for no link";
@@ -191,14 +191,14 @@ impl LinkReader<'_> {
     }
 }
 
-/// The path of what a link fills; one in this agent that is written with the agent's name is the same.
+/// The path of the destination of a link; one in this agent that is written with the agent's name is the same.
 fn destination(to: &str, span: Span, agent: &str) -> Spanned<String> {
     let own = to.strip_prefix("slate://").and_then(|rest| rest.strip_prefix(agent)?.strip_prefix('/'));
     Spanned::new(own.unwrap_or(to).into(), span)
 }
 
 impl Link {
-    /// What it fills, as a URL: absolute, and with an agent when it is another one's inbox.
+    /// The destination as a URL: absolute, and with an agent when it is another one's inbox.
     pub fn destination(&self) -> Option<Url> {
         let is_url = self.to.value.starts_with("slate://");
         Url::parse(&if is_url { self.to.value.clone() } else { format!("/{}", self.to.value) }).ok()

@@ -62,7 +62,7 @@ impl LogReader<'_> {
     fn log_targets(&mut self, table: &Table) -> LogTargets {
         let problems = &mut *self.problems;
         problems.unknown_keys(table, "in [log.targets]", &["console", "file", "syslog", "remote"]);
-        // What an earlier layer asked for, a later one switches off with `false`.
+        // `false` in a later layer switches a target of an earlier one off.
         let wanted = |name| {
             let entry = table.entries.get(name)?;
             (entry.value.as_bool() != Some(false)).then_some(entry)

@@ -124,7 +124,7 @@ impl Mistake {
     }
 }
 
-/// What is wrong, in words, and of which kind it is if it has one.
+/// The words of a message, and the kind of the mistake, if it has one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Message {
     /// The words.

@@ -22,7 +22,7 @@ pub struct Module {
     pub enabled: Spanned<bool>,
     /// Whether it runs in a process of its own.
     pub isolated: Spanned<bool>,
-    /// What holds for that process.
+    /// Limits of that process.
     pub isolation: Isolation,
     /// The file in which it remembers its state from run to run; relative to the file that names it.
     pub memory: Option<Spanned<PathBuf>>,
@@ -38,7 +38,7 @@ pub struct Module {
     pub inputs: Table,
 }
 
-/// What holds for the process of an isolated module.
+/// Limits of the process of an isolated module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Isolation {
     /// Bytes that the module may allocate.
@@ -82,17 +82,17 @@ pub struct Link {
     pub stale: Option<Spanned<u64>>,
     /// Which of the values that are written the port gets.
     pub filter: Filter,
-    /// What happens to a queue input that lags; it skips unless said.
+    /// Policy of a queue input that lags; skips by default.
     pub policy: Option<Spanned<LinkPolicy>>,
     /// How many values a queue input gets at once; what its module says unless said.
     pub window: Option<Spanned<u16>>,
-    /// How the values travel.
+    /// Transport between agents.
     pub transport: Transport,
-    /// Who says that it is there.
+    /// Whether it is written or inferred.
     pub wiring: Wiring,
 }
 
-/// Who says that a link is there.
+/// The origin of a link.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Wiring {
     /// The configuration.
@@ -108,40 +108,40 @@ pub enum Wiring {
 /// Which values a link lets through: those that meet all of it.
 #[derive(Clone, Debug, Default)]
 pub struct Filter {
-    /// Every so manieth value that is written.
+    /// Passes each value whose number is a multiple of this.
     pub every: Option<Spanned<u64>>,
     /// A condition on a field, such as `range < 0.5`.
     pub when: Option<Spanned<String>>,
 }
 
-/// What happens to a queue input that the writer has overtaken.
+/// Policy of a queue input that the writer has overtaken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkPolicy {
-    /// It goes on with the oldest value kept; what it lost is counted.
+    /// Continues with the oldest value kept, and counts the lost ones.
     Skip,
-    /// It gets no more.
+    /// Stops reading.
     Evict,
 }
 
-/// How values travel between agents; nothing of it can be said of a link inside of one.
+/// Transport of values between agents; links inside of one have none.
 #[derive(Clone, Debug, Default)]
 pub struct Transport {
-    /// What carries them, such as `local` or `zenoh`.
+    /// The carrier, such as `local` or `zenoh`.
     pub carrier: Option<Spanned<String>>,
-    /// Whether losses are made good.
+    /// Whether lost values are sent again.
     pub mode: Option<Spanned<LinkMode>>,
-    /// When they are sent.
+    /// Rate.
     pub rate: Option<Spanned<LinkRate>>,
-    /// What is between two values that are sent on change at least, nanoseconds.
+    /// Least time between two values that are sent on change, nanoseconds.
     pub interval: Option<Spanned<u64>>,
-    /// Whether they are made smaller.
+    /// Compression.
     pub compression: Option<Spanned<Compression>>,
 }
 
-/// How values are made smaller on their way to another agent.
+/// Compression of values to another agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Compression {
-    /// Not at all.
+    /// No compression.
     None,
     /// Without loss.
     Lossless,
@@ -149,158 +149,38 @@ pub enum Compression {
     Jpeg(u8),
 }
 
-/// Whether losses on the way are made good.
+/// Whether lost values are sent again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkMode {
-    /// They are, which takes time.
+    /// Lost values are sent again.
     Reliable,
-    /// They are counted.
+    /// Lost values are counted.
     BestEffort,
 }
 
-/// When values are sent to another agent.
+/// Rate of values to another agent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkRate {
-    /// When there is a new one.
+    /// Each new value.
     OnChange,
-    /// Once in so many nanoseconds.
+    /// The newest value, with this period in nanoseconds.
     Every(u64),
 }
 
-/// What the agent records of itself.
-#[derive(Clone, Debug)]
-pub struct Record {
-    /// Whether it does from the start.
-    pub enabled: bool,
-    /// The file; `run.mcap` beside the report unless said.
-    pub file: Option<Spanned<PathBuf>>,
-    /// What is recorded.
-    pub selection: RecordSelection,
-    /// Bytes from which a piece of the file is closed, with its checksum.
-    pub chunk: u64,
-    /// Wall-clock nanoseconds after which it is closed even when it is smaller.
-    pub within: u64,
-    /// Bytes that each thread which writes values may be ahead of the file; of large values it may be sixteen, up to
-    /// 32 MiB.
-    pub buffer: u64,
-    /// What is kept in memory of the last seconds.
-    pub flight: Flight,
-}
-
-impl Default for Record {
-    /// Everything, when somebody asks for it.
-    fn default() -> Self {
-        Self {
-            enabled: false,
-            file: None,
-            selection: RecordSelection::default(),
-            chunk: 64 << 10,
-            within: 100_000_000,
-            buffer: 4 << 20,
-            flight: Flight::default(),
-        }
-    }
-}
-
-/// Which values are recorded of which properties.
-#[derive(Clone, Debug)]
-pub struct RecordSelection {
-    /// The properties.
-    pub select: Vec<Pattern>,
-    /// Those of them that are not recorded.
-    pub exclude: Vec<Pattern>,
-    /// Of which of them not every value is; the first rule for a property counts.
-    pub rules: Vec<RecordRule>,
-}
-
-impl Default for RecordSelection {
-    /// Every value of every property.
-    fn default() -> Self {
-        Self { select: Pattern::parse("/**").into_iter().collect(), exclude: Vec::new(), rules: Vec::new() }
-    }
-}
-
-/// Which values of some properties are recorded.
-#[derive(Clone, Debug)]
-pub struct RecordRule {
-    /// The properties.
-    pub select: Vec<Pattern>,
-    /// At most one in so many nanoseconds of the agent's time; 0 is each.
-    pub period: u64,
-    /// Only those that are other ones than the last that was recorded.
-    pub on_change: bool,
-}
-
-/// What an agent keeps in memory of the last seconds, to save it when something has happened.
-#[derive(Clone, Debug)]
-pub struct Flight {
-    /// Whether it does.
-    pub enabled: bool,
-    /// How far back that goes, nanoseconds of the agent's time,
-    pub keep: u64,
-    /// and how many bytes it takes at most.
-    pub memory: u64,
-    /// Properties whose values may have more bytes are left out.
-    pub largest: u64,
-    /// What saves it.
-    pub triggers: Vec<FlightTrigger>,
-    /// Nanoseconds of the agent's time after which the same trigger may save again.
-    pub every: u64,
-    /// How many files of a trigger are kept; the oldest one makes room.
-    pub files: u64,
-}
-
-impl Default for Flight {
-    /// In memory, and on the disk when somebody asks.
-    fn default() -> Self {
-        Self {
-            enabled: true,
-            keep: 60_000_000_000,
-            memory: 64 << 20,
-            largest: 64 << 10,
-            triggers: Vec::new(),
-            every: 10_000_000_000,
-            files: 4,
-        }
-    }
-}
-
-/// What makes an agent save its last seconds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum FlightTrigger {
-    /// A module panicked, does not return, or has failed for good.
-    Fault,
-    /// An actuator was stopped.
-    Stop,
-    /// A reflex took over.
-    Reflex,
-}
-
-impl FlightTrigger {
-    /// All of them, by the names that a configuration has for them.
-    pub const NAMES: [(&str, Self); 3] =
-        [("fault", Self::Fault), ("stop", Self::Stop), ("reflex", Self::Reflex)];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        Self::NAMES[self as usize].0
-    }
-}
-
-/// How the agent shares with others.
+/// Sharing with other agents.
 #[derive(Clone, Debug)]
 pub struct Share {
-    /// Where others find it, such as `local:base`; at least one place.
+    /// Its endpoints, such as `local:base`; at least one.
     pub listen: Vec<Spanned<String>>,
-    /// Where it finds others, by their names; `local:NAME` for those that are not named.
+    /// Endpoints of other agents by name; `local:NAME` for those that are not named.
     pub agents: BTreeMap<String, Spanned<String>>,
-    /// What it shares of its knowledge; nothing when it takes no part in a team.
+    /// Shared knowledge; nothing when it takes no part in a team.
     pub knowledge: Option<SharedKnowledge>,
-    /// How it knows others, and what they may do; nothing when it trusts whoever reaches it.
+    /// Authentication and permissions of others; nothing when it trusts every agent that reaches it.
     pub security: Option<ShareSecurity>,
 }
 
-/// What a robot shares of its knowledge with its team.
+/// The knowledge that a robot shares with its team.
 #[derive(Clone, Debug)]
 pub struct SharedKnowledge {
     /// The properties with what this robot states, by topic.
@@ -313,14 +193,14 @@ pub struct SharedKnowledge {
     pub save: Option<PathBuf>,
 }
 
-/// How an agent knows others, and what they may do.
+/// Authentication and permissions of other agents.
 #[derive(Clone, Debug)]
 pub struct ShareSecurity {
     /// Where it is written.
     pub place: Span,
-    /// What this agent shows others, and what it takes from them.
+    /// Own certificate, and the authority of others.
     pub credentials: Option<Credentials>,
-    /// What each agent may do, by its name; whoever is not in it may do nothing. Nothing when all may do all.
+    /// Permissions by agent; an agent that is not in it has none. Nothing when all agents may do all.
     pub allow: Option<BTreeMap<String, Allowance>>,
 }
 
@@ -331,11 +211,11 @@ pub struct Credentials {
     pub certificate: Spanned<PathBuf>,
     /// The private key that belongs to it.
     pub key: Spanned<PathBuf>,
-    /// The certificates of those who may sign the certificates of agents.
+    /// The certificates of the authorities that sign the certificates of agents.
     pub authority: Spanned<PathBuf>,
 }
 
-/// What another agent may do.
+/// Permissions of another agent.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Allowance {
     /// The properties that it may read.
@@ -357,7 +237,7 @@ pub struct Actuator {
     pub modules: Vec<Spanned<String>>,
     /// Intervals that fields of the command are kept in, by field.
     pub limits: Vec<Limit>,
-    /// How fast fields of the command may change, per second, by field.
+    /// Rate limits of fields of the command, per second.
     pub rate_limits: Vec<RateLimit>,
     /// Age at which a command is no longer followed, nanoseconds.
     pub time_to_live: Spanned<u64>,
@@ -376,7 +256,7 @@ pub struct Limit {
     pub high: f64,
 }
 
-/// How fast a field of a command may change.
+/// Rate limit of a field of a command.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RateLimit {
     /// The field, such as `left`.
@@ -385,21 +265,21 @@ pub struct RateLimit {
     pub per_second: f64,
 }
 
-/// What ends a run.
+/// The end of a run.
 #[derive(Clone, Debug)]
 pub struct Mission {
     /// A property with an outcome field.
     pub outcome: Spanned<Url>,
 }
 
-/// What is logged, and where to.
+/// Levels and targets of the log.
 #[derive(Clone, Debug)]
 pub struct Log {
     /// The level of every module that has none of its own.
     pub level: Spanned<Level>,
     /// Levels of single modules, or of all whose names begin so: where the name is written, the name, and the level.
     pub levels: Vec<(Spanned<String>, Spanned<Level>)>,
-    /// How many lines of one text a module may write in a second; 0 for all.
+    /// Lines of one text that a module may write in a second; 0 for all.
     pub repeat: Spanned<u64>,
     /// Where the log goes.
     pub targets: LogTargets,

@@ -34,7 +34,7 @@ pub(super) enum Main {
 pub(super) struct ReadRequest<'a> {
     pub(super) main: &'a Main,
     pub(super) options: &'a Options,
-    /// What the files say and only the next start can have.
+    /// Changes of edited files that wait for the next start.
     pub(super) waiting: &'a [Change],
     /// Made at run time, later ones last.
     pub(super) changes: &'a [Written<'a>],
@@ -43,18 +43,18 @@ pub(super) struct ReadRequest<'a> {
 }
 
 impl<'a> ReadRequest<'a> {
-    /// What holds at the start.
+    /// A request of the settings at the start.
     pub(super) fn new(main: &'a Main, options: &'a Options) -> Self {
         Self { main, options, waiting: &[], changes: &[], elsewhere: false }
     }
 }
 
-/// What came of reading.
+/// The result of reading.
 pub(super) struct ReadOutcome {
     pub(super) result: Result<Configuration, Report>,
     /// The files that were read, also those that could not be.
     pub(super) files: Files,
-    /// What each of the changes says, when all can be read.
+    /// The tables of the changes, when all can be read.
     pub(super) changes: Vec<Table>,
     /// The other agents that the files describe.
     pub(super) others: Vec<String>,
@@ -100,7 +100,7 @@ pub(super) fn layers(request: &ReadRequest<'_>, files: Files) -> Layers {
     if let Some(host) = &options.host {
         let described = layers.agents.known.clone();
         layers.file(host, None);
-        // It says how things are here, and so brings no agent.
+        // The file of this computer describes no agent.
         let all = std::mem::replace(&mut layers.agents.known, described);
         for (name, span) in all {
             if !layers.agents.known.contains_key(&name) {
@@ -111,7 +111,7 @@ pub(super) fn layers(request: &ReadRequest<'_>, files: Files) -> Layers {
     layers
 }
 
-/// What a configuration is merged from.
+/// The layers below a configuration.
 struct Below {
     files: Table,
     base: Table,

@@ -1,8 +1,9 @@
-//! What an agent records of itself.
+//! `[record]`: recording of the agent.
+
+use std::path::PathBuf;
 
 use slate_blackboard::Pattern;
 
-use super::model::{FlightTrigger, Record, RecordRule};
 use super::problems::Problems;
 use super::source::{Sources, Spanned};
 use super::value::{Table, Value};
@@ -10,6 +11,126 @@ use crate::mistake::Mistake;
 
 const KNOWN: [&str; 9] =
     ["enabled", "file", "select", "exclude", "rules", "chunk", "within", "buffer", "flight"];
+
+/// What the agent records of itself.
+#[derive(Clone, Debug)]
+pub struct Record {
+    /// Whether it does from the start.
+    pub enabled: bool,
+    /// The file; `run.mcap` beside the report unless said.
+    pub file: Option<Spanned<PathBuf>>,
+    /// What is recorded.
+    pub selection: RecordSelection,
+    /// Bytes from which a piece of the file is closed, with its checksum.
+    pub chunk: u64,
+    /// Wall-clock nanoseconds after which it is closed even when it is smaller.
+    pub within: u64,
+    /// Bytes that each thread which writes values may be ahead of the file; of large values it may be sixteen, up to
+    /// 32 MiB.
+    pub buffer: u64,
+    /// What is kept in memory of the last seconds.
+    pub flight: Flight,
+}
+
+impl Default for Record {
+    /// Everything, when somebody asks for it.
+    fn default() -> Self {
+        Self {
+            enabled: false,
+            file: None,
+            selection: RecordSelection::default(),
+            chunk: 64 << 10,
+            within: 100_000_000,
+            buffer: 4 << 20,
+            flight: Flight::default(),
+        }
+    }
+}
+
+/// Which values are recorded of which properties.
+#[derive(Clone, Debug)]
+pub struct RecordSelection {
+    /// The properties.
+    pub select: Vec<Pattern>,
+    /// Those of them that are not recorded.
+    pub exclude: Vec<Pattern>,
+    /// Of which of them not every value is; the first rule for a property counts.
+    pub rules: Vec<RecordRule>,
+}
+
+impl Default for RecordSelection {
+    /// Every value of every property.
+    fn default() -> Self {
+        Self { select: Pattern::parse("/**").into_iter().collect(), exclude: Vec::new(), rules: Vec::new() }
+    }
+}
+
+/// Which values of some properties are recorded.
+#[derive(Clone, Debug)]
+pub struct RecordRule {
+    /// The properties.
+    pub select: Vec<Pattern>,
+    /// At most one in so many nanoseconds of the agent's time; 0 is each.
+    pub period: u64,
+    /// Only those that are other ones than the last that was recorded.
+    pub on_change: bool,
+}
+
+/// What an agent keeps in memory of the last seconds, to save it when something has happened.
+#[derive(Clone, Debug)]
+pub struct Flight {
+    /// Whether it does.
+    pub enabled: bool,
+    /// How far back that goes, nanoseconds of the agent's time,
+    pub keep: u64,
+    /// and how many bytes it takes at most.
+    pub memory: u64,
+    /// Properties whose values may have more bytes are left out.
+    pub largest: u64,
+    /// What saves it.
+    pub triggers: Vec<FlightTrigger>,
+    /// Nanoseconds of the agent's time after which the same trigger may save again.
+    pub every: u64,
+    /// How many files of a trigger are kept; the oldest one makes room.
+    pub files: u64,
+}
+
+impl Default for Flight {
+    /// In memory, and on the disk when somebody asks.
+    fn default() -> Self {
+        Self {
+            enabled: true,
+            keep: 60_000_000_000,
+            memory: 64 << 20,
+            largest: 64 << 10,
+            triggers: Vec::new(),
+            every: 10_000_000_000,
+            files: 4,
+        }
+    }
+}
+
+/// What makes an agent save its last seconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum FlightTrigger {
+    /// A module panicked, does not return, or has failed for good.
+    Fault,
+    /// An actuator was stopped.
+    Stop,
+    /// A reflex took over.
+    Reflex,
+}
+
+impl FlightTrigger {
+    /// All of them, by the names that a configuration has for them.
+    pub const NAMES: [(&str, Self); 3] =
+        [("fault", Self::Fault), ("stop", Self::Stop), ("reflex", Self::Reflex)];
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize].0
+    }
+}
 
 /// Reads `[record]`.
 pub(super) struct RecordReader<'a> {
@@ -87,7 +208,7 @@ impl RecordReader<'_> {
         let known = ["enabled", "keep", "memory", "largest", "trigger", "every", "files"];
         self.problems.unknown_keys(table, "in [record.flight]", &known);
         let flight = &mut record.flight;
-        // Who says something of it wants it, and files of what happens too.
+        // A section enables it, with files of faults and stops.
         flight.enabled = self.problems.flag(table, "enabled").is_none_or(|flag| flag.value);
         flight.triggers = vec![FlightTrigger::Fault, FlightTrigger::Stop];
         flight.keep = self.problems.duration(table, "keep").map_or(flight.keep, |keep| keep.value);
@@ -130,8 +251,7 @@ impl RecordReader<'_> {
 
 const RULE: &str = "write [[record.rules]] with select = \"/**/scan\", and rate = 5.0 or on_change = true";
 
-/// What is said of a wrong rate.
-/// What a rate has to be, in words.
+/// The rule of rates, for messages.
 pub const RATE: &str = "`rate` is from 0.001 to 1e9 values a second";
 
 /// The period of so many values a second, nanoseconds; nothing when no agent is that slow or fast.
@@ -139,9 +259,9 @@ pub fn period(rate: f64) -> Option<u64> {
     (0.001..=1e9).contains(&rate).then(|| (1e9 / rate).round() as u64)
 }
 
-/// What readers of such files take as one piece, and more than any robot needs, bytes.
+/// Largest chunk that readers of such files accept, bytes.
 const LARGEST: u64 = 256 << 20;
 
-/// What the memory of the last seconds may take, bytes.
+/// Limits of the memory of the last seconds, bytes.
 const LEAST_MEMORY: u64 = 1 << 20;
 const MOST_MEMORY: u64 = 16 << 30;

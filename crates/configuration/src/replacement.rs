@@ -34,7 +34,7 @@ pub struct Replacement {
 }
 
 impl Replacement {
-    /// Begins to write what shall be at that path.
+    /// Begins to write the new file of a path.
     ///
     /// # Errors
     /// When the folder can't be written to, somebody else just writes there, or what is there is no regular file.
@@ -58,11 +58,11 @@ impl Replacement {
                 }
                 Err(TryLockError::Error(error)) => return Err(error),
             }
-            // Whoever had it before may have put it in its place since it was opened: then it is whole, and stays so.
+            // Its earlier owner may have put it in its place since it was opened: then it is complete, and stays so.
             if is_at(&file, &part)? {
                 let replacement = Self { path: path.into(), part, file, is_kept: false };
                 if replacement.file.metadata()?.len() > 0 {
-                    // What a process left that was killed.
+                    // Left by a process that was killed.
                     replacement.file.set_len(0)?;
                 }
                 return Ok(replacement);
@@ -70,7 +70,7 @@ impl Replacement {
         }
     }
 
-    /// What is written, such as to give it the permissions of the older file.
+    /// The new file, such as to give it the permissions of the old one.
     pub fn file(&self) -> &File {
         &self.file
     }

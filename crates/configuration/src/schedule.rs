@@ -95,7 +95,7 @@ impl Default for Schedule {
 }
 
 impl Schedule {
-    /// Those stages, in that order.
+    /// A schedule of stages in that order.
     ///
     /// # Errors
     /// When a name can't be one or comes twice, or when not each of the ten stages of modules is in exactly one.

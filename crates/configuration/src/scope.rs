@@ -8,7 +8,7 @@ use super::source::Spanned;
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
-/// What a robot may bring; the same sections stand at the top for the agent itself.
+/// Sections of a robot; the same sections at the top belong to the agent itself.
 pub(super) const SECTIONS: [&str; 3] = ["modules", "links", "actuators"];
 
 /// Moves what stands under `robots` to the top: names get the robot's as a prefix, URLs become absolute.
@@ -101,7 +101,7 @@ fn path_or_url(url: &Url, scope: &str) -> String {
     if url.agent().is_some() { url.to_string() } else { url.path_in(scope) }
 }
 
-/// Makes URLs absolute; what is none stays as written and is reported by whoever reads it.
+/// Makes URLs absolute; an invalid one stays as written, and its reader reports it.
 pub(super) fn in_agent(scope: &str) -> impl Fn(&str) -> Option<String> {
     move |text| {
         let url = Url::parse(text).ok()?;

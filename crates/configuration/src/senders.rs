@@ -1,4 +1,4 @@
-//! Lists of senders and of commands: what a link of an inbox and an actuator name, a table once it is read.
+//! Lists of senders of an inbox, and of commands of an actuator: tables once they are read.
 //!
 //! `"execute/reflexes" = ["a/reflex", "b/reflex"]` becomes `{ "/r2/a/reflex" = true, "/r2/b/reflex" = true }`, so that
 //! lists of several layers unite and `false` removes one of them.
@@ -43,7 +43,7 @@ pub(super) fn make_table(
             table.entries = senders.map(|(name, entry)| (absolute(name), entry)).collect();
         }
         Value::Table(table) => match table.entries.remove("from") {
-            // What is said of a list is said of each.
+            // Options of a list are those of each sender.
             Some(TableEntry { value: Spanned { value: Value::List(items), .. }, .. }) => {
                 let options = Value::Table(std::mem::take(table));
                 let named = items.into_iter().filter_map(|item| {
@@ -94,7 +94,7 @@ pub(super) fn make_commands(
             };
             entry.value = Spanned::new(Value::Table(Table { entries: names.map(named).collect() }), span);
         }
-        // What it is instead is told by whoever reads it.
+        // The reader of the section reports another type.
         _ => {}
     }
 }
@@ -155,7 +155,7 @@ fn merge_link(old: &mut TableEntry, new: TableEntry) {
     };
     if !unites {
         match (&mut old.value.value, new.value.value) {
-            // What else is said of a link, beside its source.
+            // Options of a link, beside its source.
             (Value::Table(before), Value::Table(table)) if !is_of_senders(before) => before.merge(table),
             (_, value) => *old = TableEntry { key: new.key, value: Spanned::new(value, new.value.span) },
         }

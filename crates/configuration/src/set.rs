@@ -101,7 +101,7 @@ pub(super) fn first_equals(text: &str) -> Option<usize> {
     None
 }
 
-/// What a setting says, with the names of robots in those of their modules; nothing if it can't be read.
+/// The flat table of a setting, with the names of robots in those of their modules; nothing if it can't be read.
 pub(super) fn flat(setting: &str) -> Option<Table> {
     let mut problems = Problems::default();
     let table = flatten(parse_set(setting, None, 0, &mut problems)?, &mut problems);

@@ -34,7 +34,7 @@ impl<T> Deref for Spanned<T> {
     }
 }
 
-/// What kind of layer a [`SettingSource`] is.
+/// The layer of a [`SettingSource`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SourceKind {
     /// Built in.
@@ -43,7 +43,7 @@ pub enum SourceKind {
     File,
     /// A setting of the command line.
     Set,
-    /// What holds until the next start, whatever an edited file says.
+    /// A setting that an edited file changes at the next start.
     Waiting,
     /// A change made at run time.
     Change,
@@ -130,7 +130,7 @@ impl SettingSource {
     }
 }
 
-/// Where a value comes from, for people: `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`,
+/// The origin of a value, for people: `exp1.toml:12`, `--set loop.period=10ms`, `change loop.period=10ms`,
 /// `built-in defaults`, `until the next start`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Origin {

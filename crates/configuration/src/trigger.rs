@@ -16,14 +16,14 @@ pub struct SnapshotTrigger {
     pub file: Spanned<PathBuf>,
 }
 
-/// What is looked at: a field that is a number or a truth value (1 or 0), such as `/r2/battery/charge < 0.2`.
+/// A condition on a field that is a number or a truth value (1 or 0), such as `/r2/battery/charge < 0.2`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SnapshotCondition {
     /// The field.
     pub field: Url,
     /// How it is compared.
     pub comparison: Comparison,
-    /// What with, in the field's unit.
+    /// The number that it is compared with, in the field's unit.
     pub number: f64,
 }
 
@@ -31,7 +31,7 @@ impl SnapshotCondition {
     /// Reads `FIELD OPERATOR NUMBER`, where `true` and `false` are numbers too.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The mistake in the text.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (field, comparison, number) = Comparison::split(text).ok_or("it has none of < <= > >= == !=")?;
         let field = Url::parse(field).map_err(|error| error.to_string())?;

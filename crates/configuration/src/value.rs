@@ -5,7 +5,7 @@ use slate_blackboard::interface;
 
 use super::source::{Span, Spanned};
 
-/// A value as it is written; what it must be is decided by who reads it.
+/// A value as it is written; its reader decides on the type.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A truth value.
@@ -38,7 +38,7 @@ pub struct TableEntry {
 }
 
 impl Value {
-    /// What a message calls a value of this type.
+    /// The name of this type in messages.
     pub fn describe(&self) -> &'static str {
         match self {
             Self::Bool(_) => "a truth value",

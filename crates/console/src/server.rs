@@ -19,11 +19,14 @@ use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 
-use slate_control::{Context, Document, Guests, LOOK, Page, Patient, Place, Service};
+use slate_control::{
+    ConnectionEnd, ConnectionSlot, Connections, Context, DescriptorReserve, Dispatcher, Document, LOOK, Page,
+    Patient,
+};
 
 use crate::guard::Guard;
 use crate::pages::Pages;
-use crate::reserve::{BRIEF, Reserve};
+use crate::reserve::{BRIEF, accept_with};
 use crate::settings::Settings;
 use crate::token::{TokenFile, Tokens};
 use secure::Tls;
@@ -81,7 +84,7 @@ pub struct Console {
     addresses: Vec<SocketAddr>,
     link: String,
     file: TokenFile,
-    guests: Arc<Guests>,
+    guests: Arc<Connections>,
     end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
 }
@@ -93,11 +96,11 @@ impl std::fmt::Debug for Console {
 }
 
 /// What connections share.
-pub(crate) struct Hall {
-    pub service: Service,
+pub(crate) struct ConsoleHost {
+    pub dispatcher: Dispatcher,
     pub guard: Guard,
     pages: Pages,
-    guests: Arc<Guests>,
+    guests: Arc<Connections>,
 }
 
 impl Console {
@@ -160,13 +163,13 @@ impl Console {
         let file = tokens.write(agent.board().agent(), port, [&here, &shown], certificate)?;
         let link = format!("{shown}/#token={}", tokens.highest());
         let context = Context::new(agent)?.with_documents(documents).with_operable(settings.operable.clone());
-        let hall = Arc::new(Hall {
-            service: Service::new(Arc::new(context), WORKING, true),
+        let host = Arc::new(ConsoleHost {
+            dispatcher: Dispatcher::new(Arc::new(context), WORKING, true),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
             pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
         });
-        let (guests, end) = (Arc::clone(&hall.guests), Arc::new(Notify::new()));
+        let (guests, end) = (Arc::clone(&host.guests), Arc::new(Notify::new()));
         let ended = Arc::clone(&end);
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -180,7 +183,7 @@ impl Console {
             let _ = rustix::process::nice(10);
             runtime.block_on(async {
                 tokio::task::spawn_blocking(|| {});
-                serve(listeners, tls, hall, &ended).await;
+                serve(listeners, tls, host, &ended).await;
             });
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
@@ -219,38 +222,43 @@ impl Drop for Console {
     }
 }
 
-async fn serve(listeners: Vec<std::net::TcpListener>, tls: Option<Tls>, hall: Arc<Hall>, ended: &Notify) {
+async fn serve(
+    listeners: Vec<std::net::TcpListener>,
+    tls: Option<Tls>,
+    host: Arc<ConsoleHost>,
+    ended: &Notify,
+) {
     for listener in listeners {
         match TcpListener::from_std(listener) {
-            Ok(listener) => drop(tokio::spawn(receive(listener, tls.clone(), Arc::clone(&hall)))),
+            Ok(listener) => drop(tokio::spawn(receive(listener, tls.clone(), Arc::clone(&host)))),
             Err(error) => {
-                hall.service.context().log(Level::Error, &format!("the console does not listen: {error}"))
+                host.dispatcher.context().log(Level::Error, &format!("the console does not listen: {error}"))
             }
         }
     }
     let ends_leases = async {
         loop {
             tokio::time::sleep(LOOK).await;
-            hall.service.context().end_old_leases();
+            host.dispatcher.context().end_old_leases();
         }
     };
     let (ended, ends_leases) = (std::pin::pin!(ended.notified()), std::pin::pin!(ends_leases));
     futures_util::future::select(ended, ends_leases).await;
 }
 
-async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {
-    let mut reserve = Reserve::new();
+async fn receive(listener: TcpListener, tls: Option<Tls>, host: Arc<ConsoleHost>) {
+    let mut reserve = DescriptorReserve::take();
     loop {
         if let Ok((stream, from)) = listener.accept().await {
             reserve.refill();
-            let place = Arc::new(hall.guests.admit());
-            tokio::spawn(greet(stream, from, (tls.clone(), Arc::clone(&hall)), place));
-        } else if hall.guests.dismiss() {
+            let place = Arc::new(host.guests.admit());
+            tokio::spawn(greet(stream, from, (tls.clone(), Arc::clone(&host)), place));
+        } else if host.guests.dismiss() {
             // No descriptor is left, for example, and that of the one that has been idle for the longest is free in a moment.
             tokio::time::sleep(Duration::from_millis(5)).await;
-        } else if let Some((stream, from)) = reserve.accept(&listener).await {
-            let place = Arc::new(hall.guests.admit());
-            let brief = greet(stream, from, (tls.clone(), Arc::clone(&hall)), place);
+        } else if let Some((stream, from)) = accept_with(&mut reserve, &listener).await {
+            let place = Arc::new(host.guests.admit());
+            let brief = greet(stream, from, (tls.clone(), Arc::clone(&host)), place);
             // The next one needs the reserve, too.
             let _ = tokio::time::timeout(BRIEF, brief).await;
             reserve.refill();
@@ -266,19 +274,19 @@ async fn receive(listener: TcpListener, tls: Option<Tls>, hall: Arc<Hall>) {
 async fn greet(
     stream: TcpStream,
     from: SocketAddr,
-    (tls, hall): (Option<Tls>, Arc<Hall>),
-    place: Arc<Place>,
+    (tls, host): (Option<Tls>, Arc<ConsoleHost>),
+    place: Arc<ConnectionSlot>,
 ) {
     // Small answers are not held back.
     let _ = stream.set_nodelay(true);
     let leave = Arc::clone(&place.leave);
-    let closing = Closing(Arc::clone(hall.service.context()), Arc::clone(&place));
+    let closing = ConnectionEnd::new(host.dispatcher.context(), &place);
     let greeted = async move {
         match tls {
-            None => converse(stream, from, hall, place).await,
+            None => converse(stream, from, host, place).await,
             Some(tls) => {
                 if let Ok(Some(stream)) = tokio::time::timeout(REQUEST, tls.accept(stream)).await {
-                    converse(stream, from, hall, place).await;
+                    converse(stream, from, host, place).await;
                 }
             }
         }
@@ -288,23 +296,14 @@ async fn greet(
     drop(closing);
 }
 
-/// Ends what belongs to a connection with it.
-struct Closing(Arc<Context>, Arc<Place>);
-
-impl Drop for Closing {
-    fn drop(&mut self) {
-        self.1.close(&self.0);
-    }
-}
-
-async fn converse<S>(stream: S, from: SocketAddr, hall: Arc<Hall>, place: Arc<Place>)
+async fn converse<S>(stream: S, from: SocketAddr, host: Arc<ConsoleHost>, place: Arc<ConnectionSlot>)
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
     let only_stops = place.only_stops;
     let service = service_fn(move |request| {
-        let (hall, place) = (Arc::clone(&hall), Arc::clone(&place));
-        async move { Ok::<_, std::convert::Infallible>(respond::respond(&hall, &place, from, request).await) }
+        let (host, place) = (Arc::clone(&host), Arc::clone(&place));
+        async move { Ok::<_, std::convert::Infallible>(respond::respond(&host, &place, from, request).await) }
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())

@@ -84,18 +84,18 @@ impl Settings {
     /// Everything that is wrong with it, and addresses that others reach without TLS and tokens.
     pub fn of(configuration: &Configuration) -> Result<Self, Report> {
         let Some(root) = configuration.value(TABLE) else { return Ok(Self::default()) };
-        let mut reader = Reader { configuration, wrong: Vec::new() };
+        let mut reader = SettingsReader { configuration, wrong: Vec::new() };
         let settings = reader.settings(root);
         if reader.wrong.is_empty() { Ok(settings) } else { Err(Report::from(reader.wrong)) }
     }
 }
 
-struct Reader<'c> {
+struct SettingsReader<'c> {
     configuration: &'c Configuration,
     wrong: Vec<Diagnostic>,
 }
 
-impl Reader<'_> {
+impl SettingsReader<'_> {
     fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
         self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
     }
@@ -124,18 +124,7 @@ impl Reader<'_> {
                 self.add(value.span, "`port` takes a number from 0 to 65535", help);
             }
         }
-        if let Some(value) = table.get("addresses") {
-            settings.addresses.clear();
-            for (address, span) in self.texts(table, "addresses", "0.0.0.0") {
-                match address.parse() {
-                    Ok(address) => settings.addresses.push(address),
-                    Err(_) => self.add(span, format!("`{address}` is no IP address"), "such as 192.168.0.7"),
-                }
-            }
-            if settings.addresses.is_empty() && value.as_list().is_some_and(<[_]>::is_empty) {
-                self.add(value.span, "`addresses` names none", "take it away, or write enabled = false");
-            }
-        }
+        self.addresses(table, &mut settings);
         settings.names =
             self.texts(table, "names", "robot.local").into_iter().map(|(name, _)| name).collect();
         for (text, span) in self.texts(table, "operable", "/r2/knowledge/params/goal_x") {
@@ -144,42 +133,60 @@ impl Reader<'_> {
                 Err(error) => self.add(span, error.to_string(), "such as /r2/knowledge/params/goal_x"),
             }
         }
-        for (origin, span) in self.texts(table, "origins", "https://app.foxglove.dev") {
-            let rest = origin.strip_prefix("https://").or(origin.strip_prefix("http://"));
-            if rest.is_none_or(|rest| rest.is_empty() || rest.contains('/')) {
-                let help =
-                    "an origin is a scheme, a host and perhaps a port, such as https://app.foxglove.dev";
-                self.add(span, format!("`{origin}` is no origin"), help);
-            }
-            settings.origins.push(origin);
-        }
+        settings.origins = self.origins(table);
         if let Some(value) = table.get("tokens") {
             settings.tokens = self.tokens(value);
         }
         let mut file = |name: &str| self.file(table, name);
         settings.certificate = file("certificate").zip(file("key"));
         settings.assets = file("assets");
+        self.check_files(table, &settings);
+        self.check_exposure(table, &settings);
+        settings
+    }
+
+    fn addresses(&mut self, table: &Table, settings: &mut Settings) {
+        let Some(value) = table.get("addresses") else { return };
+        settings.addresses.clear();
+        for (address, span) in self.texts(table, "addresses", "0.0.0.0") {
+            match address.parse() {
+                Ok(address) => settings.addresses.push(address),
+                Err(_) => self.add(span, format!("`{address}` is no IP address"), "such as 192.168.0.7"),
+            }
+        }
+        if settings.addresses.is_empty() && value.as_list().is_some_and(<[_]>::is_empty) {
+            self.add(value.span, "`addresses` names none", "take it away, or write enabled = false");
+        }
+    }
+
+    fn origins(&mut self, table: &Table) -> Vec<String> {
+        let texts = self.texts(table, "origins", "https://app.foxglove.dev");
+        for (origin, span) in &texts {
+            let rest = origin.strip_prefix("https://").or(origin.strip_prefix("http://"));
+            if rest.is_none_or(|rest| rest.is_empty() || rest.contains('/')) {
+                let help =
+                    "an origin is a scheme, a host and perhaps a port, such as https://app.foxglove.dev";
+                self.add(*span, format!("`{origin}` is no origin"), help);
+            }
+        }
+        texts.into_iter().map(|(origin, _)| origin).collect()
+    }
+
+    /// A page is in its folder, and a certificate has its key.
+    fn check_files(&mut self, table: &Table, settings: &Settings) {
         if let (Some(assets), Some(value)) = (&settings.assets, table.get("assets"))
             && !assets.join("index.html").is_file()
         {
             let message = format!("{} has no index.html", printable(assets));
-            self.add(
-                value.span,
-                message,
-                "name a folder such as crates/console/web, from where the agent is started",
-            );
+            let help = "name a folder such as crates/console/web, from where the agent is started";
+            self.add(value.span, message, help);
         }
         for (one, other) in [("certificate", "key"), ("key", "certificate")] {
             if let (Some(value), None) = (table.get(one), table.get(other)) {
-                self.add(
-                    value.span,
-                    format!("[console] has `{one}` and no `{other}`"),
-                    "they belong together",
-                );
+                let message = format!("[console] has `{one}` and no `{other}`");
+                self.add(value.span, message, "they belong together");
             }
         }
-        self.check_exposure(table, &settings);
-        settings
     }
 
     /// Who listens to others has to know them, and to be known.

@@ -16,7 +16,7 @@ use crate::problem::Problem;
 use crate::stream::Follow;
 
 /// What comes of a request.
-pub enum Answer {
+pub enum OperationAnswer {
     /// JSON, with what its version is called.
     Json(StatusCode, Json, Option<String>),
     /// Anything, of a kind.
@@ -29,7 +29,7 @@ pub enum Answer {
     Nothing,
 }
 
-impl Answer {
+impl OperationAnswer {
     /// JSON with status 200.
     pub fn json(value: Json) -> Self {
         Self::Json(StatusCode::OK, value, None)
@@ -43,21 +43,21 @@ impl Answer {
 
 /// The body of an answer.
 #[derive(Debug)]
-pub enum Body {
+pub enum ResponseBody {
     /// All of it; nothing when it is empty or was sent.
     Whole(Option<Bytes>),
     /// Pieces as they come.
     Stream(mpsc::Receiver<Bytes>),
 }
 
-impl Body {
+impl ResponseBody {
     /// All of it at once.
     pub fn of(bytes: impl Into<Bytes>) -> Self {
         Self::Whole(Some(bytes.into()).filter(|bytes: &Bytes| !bytes.is_empty()))
     }
 }
 
-impl HttpBody for Body {
+impl HttpBody for ResponseBody {
     type Data = Bytes;
     type Error = Infallible;
 
@@ -101,7 +101,7 @@ const HEADERS: [(&str, &str); 7] = [
 ];
 
 /// An answer with the headers that all have.
-pub fn response(status: StatusCode, kind: &str, body: Body) -> Response<Body> {
+pub fn response(status: StatusCode, kind: &str, body: ResponseBody) -> Response<ResponseBody> {
     let mut response = Response::new(body);
     *response.status_mut() = status;
     let headers = response.headers_mut();
@@ -115,14 +115,14 @@ pub fn response(status: StatusCode, kind: &str, body: Body) -> Response<Body> {
 }
 
 /// An answer of JSON.
-pub fn json_response(status: StatusCode, value: &Json) -> Response<Body> {
-    response(status, "application/json", Body::of(value.to_string()))
+pub fn json_response(status: StatusCode, value: &Json) -> Response<ResponseBody> {
+    response(status, "application/json", ResponseBody::of(value.to_string()))
 }
 
 impl Problem {
     /// The answer that tells it.
-    pub fn response(&self) -> Response<Body> {
-        let body = Body::of(self.json().to_string());
+    pub fn response(&self) -> Response<ResponseBody> {
+        let body = ResponseBody::of(self.json().to_string());
         let mut response = response(self.status, "application/problem+json", body);
         for (name, value) in &self.headers {
             if let Ok(value) = HeaderValue::from_str(value) {
@@ -158,29 +158,29 @@ async fn send(mut file: File, mut left: u64, sender: mpsc::Sender<Bytes>) {
 }
 
 /// An answer that is whole.
-pub fn whole(answer: Answer) -> Response<Body> {
+pub fn whole(answer: OperationAnswer) -> Response<ResponseBody> {
     match answer {
-        Answer::Json(status, value, version) => {
+        OperationAnswer::Json(status, value, version) => {
             let mut response = json_response(status, &value);
             if let Some(version) = version.and_then(|version| HeaderValue::from_str(&version).ok()) {
                 response.headers_mut().insert(hyper::header::ETAG, version);
             }
             response
         }
-        Answer::Bytes(kind, bytes) => response(StatusCode::OK, kind, Body::of(bytes)),
-        Answer::File(file, length) => {
+        OperationAnswer::Bytes(kind, bytes) => response(StatusCode::OK, kind, ResponseBody::of(bytes)),
+        OperationAnswer::File(file, length) => {
             // One piece that waits, and one on its way: who reads slowly is read for slowly.
             let (sender, receiver) = mpsc::channel(1);
             tokio::spawn(send(file, length, sender));
-            let mut response = response(StatusCode::OK, BYTES, Body::Stream(receiver));
+            let mut response = response(StatusCode::OK, BYTES, ResponseBody::Stream(receiver));
             // Whoever gets fewer knows that something is missing.
             response.headers_mut().insert(hyper::header::CONTENT_LENGTH, length.into());
             response
         }
-        Answer::Nothing => json_response(StatusCode::OK, &json!({})),
-        Answer::Follow(follow) => {
+        OperationAnswer::Nothing => json_response(StatusCode::OK, &json!({})),
+        OperationAnswer::Follow(follow) => {
             let (kind, receiver) = follow.begin();
-            response(StatusCode::OK, kind, Body::Stream(receiver))
+            response(StatusCode::OK, kind, ResponseBody::Stream(receiver))
         }
     }
 }

@@ -31,19 +31,19 @@ pub const PATIENCE: Duration = Duration::from_secs(5);
 
 /// The connections of a server.
 #[derive(Default)]
-pub struct Guests {
-    present: Mutex<(u64, BTreeMap<u64, Guest>)>,
+pub struct Connections {
+    present: Mutex<(u64, BTreeMap<u64, PresentConnection>)>,
     /// Whether the agent ends.
     ends: AtomicBool,
 }
 
-impl std::fmt::Debug for Guests {
+impl std::fmt::Debug for Connections {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Guests").field("count", &self.present().1.len()).finish_non_exhaustive()
+        f.debug_struct("Connections").field("count", &self.present().1.len()).finish_non_exhaustive()
     }
 }
 
-struct Guest {
+struct PresentConnection {
     /// Counts what all of them did, at what this one did last.
     last: u64,
     /// Requests that are being answered.
@@ -57,7 +57,7 @@ struct Guest {
     belongings: Arc<Mutex<Belongings>>,
 }
 
-impl Guest {
+impl PresentConnection {
     /// Whether it may be let go for its silence.
     fn is_idle(&self) -> bool {
         let keeps = || self.belongings.lock().unwrap_or_else(PoisonError::into_inner).keep();
@@ -79,8 +79,8 @@ impl Belongings {
 }
 
 /// A connection that is counted as long as this lives.
-pub struct Place {
-    guests: Arc<Guests>,
+pub struct ConnectionSlot {
+    guests: Arc<Connections>,
     number: u64,
     /// Whether all other places are taken, so that it can only stop the actuators.
     pub only_stops: bool,
@@ -89,21 +89,21 @@ pub struct Place {
     belongings: Arc<Mutex<Belongings>>,
 }
 
-impl std::fmt::Debug for Place {
+impl std::fmt::Debug for ConnectionSlot {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Place").field("number", &self.number).finish_non_exhaustive()
+        f.debug_struct("ConnectionSlot").field("number", &self.number).finish_non_exhaustive()
     }
 }
 
-impl Guests {
-    fn present(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, Guest>)> {
+impl Connections {
+    fn present(&self) -> MutexGuard<'_, (u64, BTreeMap<u64, PresentConnection>)> {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Counts one more. When all places are taken by who is at work, there is one for a stop.
-    pub fn admit(self: &Arc<Self>) -> Place {
+    pub fn admit(self: &Arc<Self>) -> ConnectionSlot {
         let mut present = self.present();
-        let of = |guests: &BTreeMap<u64, Guest>, stopping: bool| {
+        let of = |guests: &BTreeMap<u64, PresentConnection>, stopping: bool| {
             guests.values().filter(|guest| guest.only_stops == stopping).count()
         };
         let is_full = of(&present.1, false) >= MOST;
@@ -114,7 +114,7 @@ impl Guests {
         present.0 += 1;
         let number = present.0;
         let (leave, belongings) = (Arc::new(Notify::new()), Arc::default());
-        let guest = Guest {
+        let guest = PresentConnection {
             last: number,
             busy: 0,
             only_stops,
@@ -124,12 +124,12 @@ impl Guests {
             belongings: Arc::clone(&belongings),
         };
         present.1.insert(number, guest);
-        Place { guests: Arc::clone(self), number, only_stops, leave, belongings }
+        ConnectionSlot { guests: Arc::clone(self), number, only_stops, leave, belongings }
     }
 
     /// Lets the connection go that was idle for the longest; false when none is idle.
     pub fn dismiss(&self) -> bool {
-        dismiss(&mut self.present().1, Guest::is_idle)
+        dismiss(&mut self.present().1, PresentConnection::is_idle)
     }
 
     /// How many pages browsers show.
@@ -163,23 +163,26 @@ impl Guests {
     }
 }
 
-fn dismiss(present: &mut BTreeMap<u64, Guest>, may_go: impl Fn(&Guest) -> bool) -> bool {
+fn dismiss(
+    present: &mut BTreeMap<u64, PresentConnection>,
+    may_go: impl Fn(&PresentConnection) -> bool,
+) -> bool {
     let those = present.iter().filter(|(_, guest)| may_go(guest));
     let oldest = those.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number);
     let dismissed = oldest.and_then(|oldest| present.remove(&oldest));
     dismissed.inspect(|guest| guest.leave.notify_one()).is_some()
 }
 
-impl Place {
+impl ConnectionSlot {
     /// Counts as busy until what is returned is dropped.
-    pub fn work(self: &Arc<Self>) -> Work {
+    pub fn work(self: &Arc<Self>) -> BusyConnection {
         let mut present = self.guests.present();
         present.0 += 1;
         let now = present.0;
         if let Some(guest) = present.1.get_mut(&self.number) {
             (guest.last, guest.busy) = (now, guest.busy + 1);
         }
-        Work(Arc::clone(self))
+        BusyConnection(Arc::clone(self))
     }
 
     /// Counts as a WebSocket from now on, perhaps that of a browser's page; false when there are too many.
@@ -196,7 +199,7 @@ impl Place {
     }
 }
 
-impl Place {
+impl ConnectionSlot {
     /// Does something with the trace that this connection records.
     pub(crate) fn with_trace<R>(&self, act: impl FnOnce(&mut ToolTrace) -> R) -> R {
         let mut own = self.belongings();
@@ -221,7 +224,7 @@ impl Place {
     }
 
     /// Ends what belongs to the connection, which is closed.
-    pub fn close(&self, context: &Arc<crate::context::Context>) {
+    fn close(&self, context: &Arc<crate::context::Context>) {
         let Belongings { trace, leases } = std::mem::take(&mut *self.belongings());
         for lease in &leases {
             // It may have ended by itself.
@@ -242,7 +245,32 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+/// Ends what belongs to a connection when this is dropped.
+pub struct ConnectionEnd {
+    context: Arc<crate::context::Context>,
+    slot: Arc<ConnectionSlot>,
+}
+
+impl std::fmt::Debug for ConnectionEnd {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("ConnectionEnd").field("slot", &self.slot).finish_non_exhaustive()
+    }
+}
+
+impl ConnectionEnd {
+    /// That of a connection to an agent.
+    pub fn new(context: &Arc<crate::context::Context>, slot: &Arc<ConnectionSlot>) -> Self {
+        Self { context: Arc::clone(context), slot: Arc::clone(slot) }
+    }
+}
+
+impl Drop for ConnectionEnd {
+    fn drop(&mut self) {
+        self.slot.close(&self.context);
+    }
+}
+
+impl Drop for ConnectionSlot {
     fn drop(&mut self) {
         self.guests.present().1.remove(&self.number);
     }
@@ -250,9 +278,9 @@ impl Drop for Place {
 
 /// A request that is being answered.
 #[derive(Debug)]
-pub struct Work(Arc<Place>);
+pub struct BusyConnection(Arc<ConnectionSlot>);
 
-impl Drop for Work {
+impl Drop for BusyConnection {
     fn drop(&mut self) {
         if let Some(guest) = self.0.guests.present().1.get_mut(&self.0.number) {
             guest.busy -= 1;

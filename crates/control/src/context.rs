@@ -1,6 +1,5 @@
 //! What all requests share.
 
-use std::io::Read;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value as Json;
@@ -11,7 +10,7 @@ use slate_runtime::Agent;
 use slate_runtime::log::Logger;
 
 use crate::agent::AgentControl;
-use crate::lease::Leases;
+use crate::lease::{Leases, random_name};
 
 /// A file that a browser gets without a token, such as a page and what belongs to it.
 #[derive(Clone, Debug)]
@@ -146,11 +145,4 @@ fn operable(agent: &Agent) -> Vec<Pattern> {
     let list = configuration.value("console.operable").and_then(|value| value.as_list());
     let texts = list.unwrap_or_default().iter().filter_map(|item| item.as_str());
     texts.filter_map(|text| Pattern::parse(text).ok()).collect()
-}
-
-/// A name that nobody guesses.
-pub(crate) fn random_name() -> std::io::Result<String> {
-    let mut bytes = [0; 8];
-    std::fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
-    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

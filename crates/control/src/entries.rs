@@ -141,7 +141,7 @@ pub struct SettingEntry {
 }
 
 /// A setting that was changed; values as `--set` takes them.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Changed {
     /// Its path.
     pub path: String,
@@ -155,6 +155,9 @@ pub struct Changed {
     /// Of a link between two interfaces: which is made of which, field by field.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conversion: Option<String>,
+    /// Of a module that is switched on and has failed for good: the plugin with whose reload it begins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub needs_reload: Option<String>,
 }
 
 /// A setting that is not what the files say; values as `--set` takes them.
@@ -267,16 +270,6 @@ pub struct PropertyEntry {
     /// `messages` for all who are linked to it; empty when it is another agent's.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub access: String,
-}
-
-/// What came of setting a property.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum SetProperty {
-    /// A setting of the configuration: what changes.
-    Setting(Vec<Changed>),
-    /// Whether a module is on.
-    Switch(Switched),
 }
 
 /// What a tool watches.

@@ -1,7 +1,7 @@
 //! Controls that somebody has over plain requests: a lease of an actuator, which ends when it is not renewed.
 
 use std::collections::BTreeMap;
-use std::io;
+use std::io::{self, Read};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -26,7 +26,7 @@ struct Lease {
 impl Leases {
     /// A lease of these controls, by its name.
     pub fn begin(&self, controls: Teleoperation) -> io::Result<String> {
-        let name = crate::context::random_name()?;
+        let name = random_name()?;
         self.all().insert(name.clone(), Lease { controls, until: Instant::now() + TERM });
         Ok(name)
     }
@@ -57,4 +57,11 @@ impl Leases {
     fn all(&self) -> MutexGuard<'_, BTreeMap<String, Lease>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// A name that nobody guesses.
+pub(crate) fn random_name() -> std::io::Result<String> {
+    let mut bytes = [0; 8];
+    std::fs::File::open("/dev/urandom")?.read_exact(&mut bytes)?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
 }

@@ -23,6 +23,7 @@ mod answer;
 pub mod client;
 mod connection;
 mod context;
+mod dispatcher;
 mod entries;
 pub mod graph;
 mod lease;
@@ -32,11 +33,11 @@ mod picture;
 mod problem;
 mod query;
 mod repeats;
+mod reserve;
 mod role;
 mod schema;
 mod select;
 mod server;
-mod service;
 mod stream;
 mod text;
 
@@ -44,23 +45,25 @@ pub use agent::{
     AgentControl, Done, LONGEST, PeerEntry, PeerList, ReadEntry, RecordingWish, RejectedEntry, ServedEntry,
     lacking,
 };
-pub use answer::{Answer, Body, json_response, response};
+pub use answer::{OperationAnswer, ResponseBody, json_response, response};
 pub use client::{Client, ClientError};
-pub use connection::{Guests, MOST_SOCKETS, PATIENCE, Patient, Place, Work};
+pub use connection::{
+    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, PATIENCE, Patient,
+};
 pub use context::{Context, Document, Page};
+pub use dispatcher::Dispatcher;
 pub use entries::{
     Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
     ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
-    SetProperty, SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin,
-    Watched,
+    SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin, Watched,
 };
 pub use lease::LOOK;
-pub use operation::{Ask, BASE, Caller, Operation, Pace, Parameter};
+pub use operation::{Ask, BASE, Caller, MatchedOperation, Operation, Pace, Parameter, without_slash};
 pub use problem::Problem;
 pub use query::Query;
+pub use reserve::DescriptorReserve;
 pub use role::Role;
 pub use schema::{complete, of_interface};
 pub use select::Selection;
-pub use server::{OpenError, Server, lowered};
-pub use service::{Found, Service, too_many};
-pub use stream::{Follow, Sample, Watcher, What, apart};
+pub use server::{OpenError, Server, lowered, with_caller_name};
+pub use stream::{Follow, Sample, StreamForm, Watcher, apart};

@@ -8,8 +8,8 @@ use serde_json::Value as Json;
 
 use crate::Role;
 use crate::agent::own_url;
-use crate::answer::Answer;
-use crate::connection::Place;
+use crate::answer::OperationAnswer;
+use crate::connection::ConnectionSlot;
 use crate::context::Context;
 use crate::problem::Problem;
 use crate::query::{Query, decode};
@@ -41,7 +41,122 @@ pub struct Operation {
     /// The other kinds of answers.
     pub kinds: &'static [&'static str],
     /// Carries it out.
-    pub handler: fn(&Arc<Context>, &Ask) -> Result<Answer, Problem>,
+    pub handler: fn(&Arc<Context>, &Ask) -> Result<OperationAnswer, Problem>,
+}
+
+/// An operation before its answer is known.
+pub(crate) struct OperationDraft {
+    method: &'static str,
+    path: &'static str,
+    name: &'static str,
+    role: Role,
+    summary: &'static str,
+    pace: Pace,
+    parameters: &'static [Parameter],
+    body: Option<fn() -> Json>,
+    kinds: &'static [&'static str],
+}
+
+/// The token, where a browser can set no header.
+pub(crate) const TOKEN: Parameter = Parameter {
+    name: "token",
+    doc: "The token, where a browser can set no header.",
+    schema: || serde_json::json!({ "type": "string" }),
+};
+
+impl Operation {
+    /// One that looks; a browser may say its token behind the question mark.
+    pub(crate) const fn get(
+        path: &'static str,
+        name: &'static str,
+        role: Role,
+        summary: &'static str,
+    ) -> OperationDraft {
+        OperationDraft::new("GET", path, name, role, summary).parameters(&[TOKEN])
+    }
+
+    /// One that begins something.
+    pub(crate) const fn post(
+        path: &'static str,
+        name: &'static str,
+        role: Role,
+        summary: &'static str,
+    ) -> OperationDraft {
+        OperationDraft::new("POST", path, name, role, summary)
+    }
+
+    /// One that sets something as a whole.
+    pub(crate) const fn put(
+        path: &'static str,
+        name: &'static str,
+        role: Role,
+        summary: &'static str,
+    ) -> OperationDraft {
+        OperationDraft::new("PUT", path, name, role, summary)
+    }
+
+    /// One that sets parts of something.
+    pub(crate) const fn patch(
+        path: &'static str,
+        name: &'static str,
+        role: Role,
+        summary: &'static str,
+    ) -> OperationDraft {
+        OperationDraft::new("PATCH", path, name, role, summary)
+    }
+
+    /// One that ends something.
+    pub(crate) const fn delete(
+        path: &'static str,
+        name: &'static str,
+        role: Role,
+        summary: &'static str,
+    ) -> OperationDraft {
+        OperationDraft::new("DELETE", path, name, role, summary)
+    }
+}
+
+impl OperationDraft {
+    /// It may take a while, and takes nothing, unless it says so.
+    const fn new(
+        method: &'static str,
+        path: &'static str,
+        name: &'static str,
+        role: Role,
+        summary: &'static str,
+    ) -> Self {
+        Self { method, path, name, role, summary, pace: Pace::Slow, parameters: &[], body: None, kinds: &[] }
+    }
+
+    /// How it is scheduled.
+    pub const fn pace(self, pace: Pace) -> Self {
+        Self { pace, ..self }
+    }
+
+    /// What may stand behind the question mark.
+    pub const fn parameters(self, parameters: &'static [Parameter]) -> Self {
+        Self { parameters, ..self }
+    }
+
+    /// The schema of the body.
+    pub const fn body(self, schema: fn() -> Json) -> Self {
+        Self { body: Some(schema), ..self }
+    }
+
+    /// The kinds of answers beside JSON.
+    pub const fn kinds(self, kinds: &'static [&'static str]) -> Self {
+        Self { kinds, ..self }
+    }
+
+    /// The operation, with the schema of its answer as JSON and what carries it out.
+    pub const fn answers(
+        self,
+        answer: fn() -> Json,
+        handler: fn(&Arc<Context>, &Ask) -> Result<OperationAnswer, Problem>,
+    ) -> Operation {
+        let Self { method, path, name, role, summary, pace, parameters, body, kinds } = self;
+        Operation { method, path, name, summary, role, pace, parameters, body, answer, kinds, handler }
+    }
 }
 
 /// How an operation is scheduled.
@@ -97,7 +212,7 @@ pub struct Caller {
     /// Whether each operation is in the log, also one that only looks.
     pub is_told: bool,
     /// The connection, which traces and some leases end with.
-    pub place: Arc<Place>,
+    pub place: Arc<ConnectionSlot>,
 }
 
 impl std::fmt::Debug for Caller {
@@ -133,10 +248,20 @@ impl Ask {
         self.caller.local.as_deref().map_or_else(|| url.to_owned(), |name| own_url(url, name))
     }
 
+    /// As [`part`](Ask::part), for a path of the blackboard, which may begin with a slash.
+    pub fn board_path(&self, name: &str) -> &str {
+        without_slash(self.part(name))
+    }
+
     /// Whether something is only found out.
     pub fn is_dry(&self) -> Result<bool, Problem> {
         self.query.flag("dry_run")
     }
+}
+
+/// The path of a property, a module or an actuator, without the slash that may stand before it.
+pub fn without_slash(path: &str) -> &str {
+    path.strip_prefix('/').unwrap_or(path)
 }
 
 fn read<T: DeserializeOwned>(body: &Json) -> Result<T, Problem> {
@@ -146,34 +271,46 @@ fn read<T: DeserializeOwned>(body: &Json) -> Result<T, Problem> {
 }
 
 /// The operation of a request, and the parts of its path.
-pub type Found = (&'static Operation, Vec<(&'static str, String)>);
+#[derive(Debug)]
+pub struct MatchedOperation {
+    /// The operation.
+    pub operation: &'static Operation,
+    /// The parts of the path, by the names in braces.
+    pub captured: Vec<(&'static str, String)>,
+}
 
-/// Finds the operation of a request.
-pub fn find(operations: &'static [Operation], method: &str, path: &str) -> Result<Found, Problem> {
-    let rest = path.strip_prefix(BASE).filter(|rest| rest.is_empty() || rest.starts_with('/'));
-    let unknown = || Problem::not_found(format!("there is nothing at {path}"), "see /api/v1/openapi.json");
-    let parts = rest.ok_or_else(unknown)?.split('/').skip(1);
-    let parts = parts.map(decode).collect::<Result<Vec<_>, _>>()?;
-    // What is more special comes first, and what is more general is no other way to say the same.
-    let mut path_found = None;
-    let mut allowed: Vec<&str> = Vec::new();
-    for operation in operations {
-        let Some(captured) = fits(operation.path, &parts) else { continue };
-        if *path_found.get_or_insert(operation.path) != operation.path {
-            continue;
+impl MatchedOperation {
+    /// The operation of a method and a path among those of a table.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn find(table: &'static [Operation], method: &str, path: &str) -> Result<Self, Problem> {
+        let rest = path.strip_prefix(BASE).filter(|rest| rest.is_empty() || rest.starts_with('/'));
+        let unknown =
+            || Problem::not_found(format!("there is nothing at {path}"), "see /api/v1/openapi.json");
+        let parts = rest.ok_or_else(unknown)?.split('/').skip(1);
+        let parts = parts.map(decode).collect::<Result<Vec<_>, _>>()?;
+        // What is more special comes first, and what is more general is no other way to say the same.
+        let mut path_found = None;
+        let mut allowed: Vec<&str> = Vec::new();
+        for operation in table {
+            let Some(captured) = fits(operation.path, &parts) else { continue };
+            if *path_found.get_or_insert(operation.path) != operation.path {
+                continue;
+            }
+            if operation.method == method || (method == "HEAD" && operation.method == "GET") {
+                return Ok(Self { operation, captured });
+            }
+            allowed.push(operation.method);
         }
-        if operation.method == method || (method == "HEAD" && operation.method == "GET") {
-            return Ok((operation, captured));
+        if allowed.is_empty() {
+            return Err(unknown());
         }
-        allowed.push(operation.method);
+        let allowed = allowed.join(", ");
+        let message = format!("{method} is nothing that can be done with {path}");
+        Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, format!("{allowed} can"))
+            .with("allow", allowed))
     }
-    if allowed.is_empty() {
-        return Err(unknown());
-    }
-    let allowed = allowed.join(", ");
-    let message = format!("{method} is nothing that can be done with {path}");
-    Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, format!("{allowed} can"))
-        .with("allow", allowed))
 }
 
 fn fits(template: &'static str, parts: &[String]) -> Option<Vec<(&'static str, String)>> {
@@ -183,9 +320,11 @@ fn fits(template: &'static str, parts: &[String]) -> Option<Vec<(&'static str, S
         let part = parts.get(place)?;
         match name.strip_prefix('{').and_then(|name| name.strip_suffix('}')) {
             Some(name) if place + 1 == names.len() => {
-                let rest = parts[place..].join("/");
-                captured.push((name, rest));
-                return parts[place..].iter().all(|part| !part.is_empty()).then_some(captured);
+                // A path of a property may begin with a slash.
+                let is_slash = parts[place].is_empty() && place + 1 < parts.len();
+                let rest = &parts[place + usize::from(is_slash)..];
+                captured.push((name, rest.join("/")));
+                return rest.iter().all(|part| !part.is_empty()).then_some(captured);
             }
             Some(name) => captured.push((name, part.clone())),
             None if name == part => {}
@@ -205,4 +344,14 @@ pub fn check_query(operation: &Operation, query: &Query) -> Result<(), Problem> 
         false => format!("it takes {}", names.join(", ")),
     };
     Err(Problem::bad(format!("`{other}` is no parameter of this"), help))
+}
+
+/// Refuses a caller whose role is below the needed one.
+pub(crate) fn check_role(needed: Role, role: Role) -> Result<(), Problem> {
+    if role >= needed {
+        return Ok(());
+    }
+    let message = format!("{} may not do this", role.one());
+    let help = format!("ask with the token of {}", needed.one());
+    Err(Problem::new(StatusCode::FORBIDDEN, message, help))
 }

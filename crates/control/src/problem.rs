@@ -63,6 +63,12 @@ impl Problem {
         Self::new(StatusCode::UNPROCESSABLE_ENTITY, detail, help)
     }
 
+    /// There is no place for one more request.
+    pub fn too_many() -> Self {
+        let message = "too many tools are at work with this agent";
+        Self::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
+    }
+
     /// What the agent refuses.
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
         let mistake = refusal.code.as_deref().and_then(Mistake::from_code);

@@ -1,6 +1,6 @@
 use std::fmt;
 
-/// What somebody may do; each role may do what those before it may. A stop is for all of them.
+/// The rights of a caller; each role also has those of the roles before it. A stop is for all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Role {
     /// Looks, and stops the actuators.
@@ -12,12 +12,21 @@ pub enum Role {
 }
 
 impl Role {
-    /// All of them, the least one first.
+    /// All roles, the one with the fewest rights first.
     pub const ALL: [Self; 3] = [Self::Viewer, Self::Operator, Self::Developer];
 
     /// The role of that name.
     pub fn by_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|role| role.name() == name)
+    }
+
+    /// What it allows, in a line.
+    pub fn doc(self) -> &'static str {
+        match self {
+            Self::Viewer => "Looks, and stops the actuators",
+            Self::Operator => "Also drives, sets goals, arms, and resets a stop",
+            Self::Developer => "Also changes parameters, links, modules and plugins",
+        }
     }
 
     /// With its article, as sentences call it.

@@ -18,15 +18,17 @@ use slate_runtime::stop_line::StopLine;
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::Notify;
 
-use crate::answer::Body;
-use crate::connection::{Guests, Patient, Place};
+use crate::answer::ResponseBody;
+use crate::connection::{ConnectionEnd, ConnectionSlot, Connections, Patient};
 use crate::context::{Context, Document};
+use crate::dispatcher::Dispatcher;
 use crate::lease::LOOK;
 use crate::operation::Caller;
+use crate::operations::{is_stop, of_request};
 use crate::problem::Problem;
 use crate::query::Query;
+use crate::reserve::DescriptorReserve;
 use crate::role::Role;
-use crate::service::{Found, Service, too_many};
 
 /// The header by which a caller says for whom it asks.
 pub const CALLER: &str = "slate-caller";
@@ -61,7 +63,7 @@ pub struct Server {
     /// Dropped first, as its socket lies beside that of the entry.
     _stop_line: StopLine,
     entry: AgentSocket,
-    hall: Arc<Hall>,
+    host: Arc<SocketHost>,
     end: Arc<Notify>,
     thread: Option<JoinHandle<()>>,
 }
@@ -72,13 +74,13 @@ impl std::fmt::Debug for Server {
     }
 }
 
-/// What connections share.
-struct Hall {
-    service: Service,
-    guests: Arc<Guests>,
+/// What the connections of the socket share.
+struct SocketHost {
+    dispatcher: Dispatcher,
+    guests: Arc<Connections>,
     /// The name under which the agent is reached.
     name: String,
-    reserve: Mutex<Reserve>,
+    reserve: Mutex<DescriptorReserve>,
 }
 
 impl Server {
@@ -101,11 +103,11 @@ impl Server {
         let composer = agent.composer();
         let stop_line = StopLine::open(entry.socket(), move |reason| composer.stop_actuators(reason))?;
         let context = Arc::new(Context::new(agent)?.with_documents(documents));
-        let hall = Arc::new(Hall {
-            service: Service::new(context, WORKING, false),
+        let host = Arc::new(SocketHost {
+            dispatcher: Dispatcher::new(context, WORKING, false),
             guests: Arc::default(),
             name: entry.name().to_owned(),
-            reserve: Mutex::new(Reserve::take()),
+            reserve: Mutex::new(DescriptorReserve::take()),
         });
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_all()
@@ -115,7 +117,7 @@ impl Server {
             .thread_keep_alive(Duration::from_secs(u64::from(u32::MAX)))
             .build()?;
         let end = Arc::new(Notify::new());
-        let (ended, shared) = (Arc::clone(&end), Arc::clone(&hall));
+        let (ended, shared) = (Arc::clone(&end), Arc::clone(&host));
         let thread = Builder::new().name("remote".into()).spawn(move || {
             runtime.block_on(async move {
                 let Ok(listener) = UnixListener::from_std(listener) else { return };
@@ -127,7 +129,7 @@ impl Server {
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
         })?;
-        Ok(Self { _stop_line: stop_line, entry, hall, end, thread: Some(thread) })
+        Ok(Self { _stop_line: stop_line, entry, host, end, thread: Some(thread) })
     }
 
     /// The name under which the agent is reached.
@@ -143,7 +145,7 @@ impl Server {
 
 impl Drop for Server {
     fn drop(&mut self) {
-        self.hall.guests.end_traces(HEARING);
+        self.host.guests.end_traces(HEARING);
         self.end.notify_one();
         if let Some(thread) = self.thread.take() {
             // It has nothing that panics.
@@ -164,27 +166,27 @@ async fn first_of(
     .await;
 }
 
-async fn serve(listener: UnixListener, hall: Arc<Hall>) {
-    let shared = Arc::clone(&hall);
+async fn serve(listener: UnixListener, host: Arc<SocketHost>) {
+    let shared = Arc::clone(&host);
     let leases = async move {
         loop {
             tokio::time::sleep(LOOK).await;
-            shared.service.context().end_old_leases();
+            shared.dispatcher.context().end_old_leases();
             shared.reserve().refill();
         }
     };
-    let receives = receive(listener, hall);
+    let receives = receive(listener, host);
     first_of(std::pin::pin!(leases), std::pin::pin!(receives)).await;
 }
 
-async fn receive(listener: UnixListener, hall: Arc<Hall>) {
+async fn receive(listener: UnixListener, host: Arc<SocketHost>) {
     loop {
         match listener.accept().await {
-            Ok((stream, _)) => welcome(stream, &hall),
+            Ok((stream, _)) => welcome(stream, &host),
             // No descriptor is left. An idle connection gives its own; else the reserve serves one caller.
             Err(_) => {
-                if !hall.guests.dismiss() {
-                    hall.reserve().give();
+                if !host.guests.dismiss() {
+                    host.reserve().give();
                 }
                 tokio::time::sleep(Duration::from_millis(2)).await;
             }
@@ -192,38 +194,29 @@ async fn receive(listener: UnixListener, hall: Arc<Hall>) {
     }
 }
 
-fn welcome(stream: UnixStream, hall: &Arc<Hall>) {
-    let place = Arc::new(hall.guests.admit());
-    let is_last = hall.reserve().is_given();
-    let hall = Arc::clone(hall);
+fn welcome(stream: UnixStream, host: &Arc<SocketHost>) {
+    let place = Arc::new(host.guests.admit());
+    let is_last = host.reserve().is_given();
+    let host = Arc::clone(host);
     tokio::spawn(async move {
         let leave = Arc::clone(&place.leave);
-        let closing = Closing(Arc::clone(hall.service.context()), Arc::clone(&place));
-        let conversation = converse(stream, hall, place, is_last);
+        let closing = ConnectionEnd::new(host.dispatcher.context(), &place);
+        let conversation = converse(stream, host, place, is_last);
         first_of(std::pin::pin!(conversation), std::pin::pin!(leave.notified())).await;
         drop(closing);
     });
 }
 
-/// Ends what belongs to a connection with it.
-struct Closing(Arc<Context>, Arc<Place>);
-
-impl Drop for Closing {
-    fn drop(&mut self) {
-        self.1.close(&self.0);
-    }
-}
-
-async fn converse(stream: UnixStream, hall: Arc<Hall>, place: Arc<Place>, is_last: bool) {
+async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<ConnectionSlot>, is_last: bool) {
     let is_brief = is_last || place.only_stops;
     let service = service_fn(move |request| {
-        let (hall, place) = (Arc::clone(&hall), Arc::clone(&place));
+        let (host, place) = (Arc::clone(&host), Arc::clone(&place));
         // A stop is carried out as soon as its head is there, whatever becomes of the connection.
-        let stopped = stop(&hall, &place, &request);
+        let stopped = stop(&host, &place, &request);
         async move {
             let answer = match stopped {
                 Some(answer) => answer,
-                None => respond(&hall, &place, request).await,
+                None => respond(&host, &place, request).await,
             };
             Ok::<_, std::convert::Infallible>(answer)
         }
@@ -252,71 +245,71 @@ pub fn lowered(role: Role, headers: &HeaderMap) -> Role {
     role.min(asked)
 }
 
-fn caller(hall: &Hall, place: &Arc<Place>, request: &Request<Incoming>) -> Caller {
-    let who = request.headers().get(CALLER).and_then(|who| who.to_str().ok());
-    let who: String = slate_runtime::printable_text(who.unwrap_or_default()).chars().take(NAME).collect();
+/// A caller for the log, with the name that it gives itself if it gives one, and whether it does. Nothing verifies the name: it is
+/// in quotes and behind what is known, so that it can't be taken for that.
+pub fn with_caller_name(known: String, headers: &HeaderMap) -> (String, bool) {
+    match caller_name(headers) {
+        Some(name) => (format!("{known} named {name:?}"), true),
+        None => (known, false),
+    }
+}
+
+/// The name that a caller gives itself, safe for a line of the log.
+fn caller_name(headers: &HeaderMap) -> Option<String> {
+    let name = headers.get(CALLER)?.to_str().ok()?;
+    let name: String = slate_runtime::printable_text(name).chars().take(NAME).collect();
+    Some(name).filter(|name| !name.is_empty())
+}
+
+fn caller(host: &SocketHost, place: &Arc<ConnectionSlot>, request: &Request<Incoming>) -> Caller {
+    let who = caller_name(request.headers()).unwrap_or_default();
     Caller {
         role: lowered(Role::Developer, request.headers()),
         is_told: !who.is_empty(),
         who,
-        local: Some(hall.name.clone()),
+        local: Some(host.name.clone()),
         place: Arc::clone(place),
     }
 }
 
-fn stop(hall: &Hall, place: &Arc<Place>, request: &Request<Incoming>) -> Option<Response<Body>> {
-    let found = Found::of(request.method().as_str(), request.uri().path()).ok().filter(Found::is_stop)?;
+fn stop(
+    host: &SocketHost,
+    place: &Arc<ConnectionSlot>,
+    request: &Request<Incoming>,
+) -> Option<Response<ResponseBody>> {
+    let found = of_request(request.method().as_str(), request.uri().path()).ok().filter(is_stop)?;
     let query = Query::parse(request.uri().query().unwrap_or_default()).unwrap_or_default();
     query.get("reason")?;
-    Some(hall.service.stop(found, caller(hall, place, request), query, None))
+    Some(host.dispatcher.stop(found, caller(host, place, request), query, None))
 }
 
-async fn respond(hall: &Hall, place: &Arc<Place>, request: Request<Incoming>) -> Response<Body> {
+async fn respond(
+    host: &SocketHost,
+    place: &Arc<ConnectionSlot>,
+    request: Request<Incoming>,
+) -> Response<ResponseBody> {
     let _work = place.work();
-    answer(hall, place, request).await.unwrap_or_else(|problem| problem.response())
+    answer(host, place, request).await.unwrap_or_else(|problem| problem.response())
 }
 
 async fn answer(
-    hall: &Hall,
-    place: &Arc<Place>,
+    host: &SocketHost,
+    place: &Arc<ConnectionSlot>,
     request: Request<Incoming>,
-) -> Result<Response<Body>, Problem> {
-    let caller = caller(hall, place, &request);
+) -> Result<Response<ResponseBody>, Problem> {
+    let caller = caller(host, place, &request);
     let (head, body) = request.into_parts();
     let path = head.uri.path();
     let query = Query::parse(head.uri.query().unwrap_or_default())?;
-    let found = Found::of(head.method.as_str(), path)?;
-    if place.only_stops && !found.is_stop() {
-        return Err(too_many());
+    let found = of_request(head.method.as_str(), path)?;
+    if place.only_stops && !is_stop(&found) {
+        return Err(Problem::too_many());
     }
-    hall.service.answer(found, caller, (path, &head.headers), query, body).await
+    host.dispatcher.answer(found, caller, (path, &head.headers), query, body).await
 }
 
-impl Hall {
-    fn reserve(&self) -> std::sync::MutexGuard<'_, Reserve> {
+impl SocketHost {
+    fn reserve(&self) -> std::sync::MutexGuard<'_, DescriptorReserve> {
         self.reserve.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-/// A descriptor that is kept for a stop when the process has no other one left.
-struct Reserve(Option<std::fs::File>);
-
-impl Reserve {
-    fn take() -> Self {
-        Self(std::fs::File::open("/dev/null").ok())
-    }
-
-    fn give(&mut self) {
-        self.0 = None;
-    }
-
-    fn is_given(&self) -> bool {
-        self.0.is_none()
-    }
-
-    fn refill(&mut self) {
-        if self.is_given() {
-            *self = Self::take();
-        }
     }
 }

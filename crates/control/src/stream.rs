@@ -26,12 +26,12 @@ const SILENCE: Duration = Duration::from_secs(15);
 /// A property that is looked at again and again. It may go, and another one take its path.
 pub struct Watcher {
     path: String,
-    found: Option<Found>,
+    found: Option<FoundProperty>,
     /// The sequence number of the newest value that was taken.
     last: u64,
 }
 
-struct Found {
+struct FoundProperty {
     place: Option<FieldPath>,
     /// Outputs that are computed for who watches are.
     watching: Watching,
@@ -84,7 +84,7 @@ impl Watcher {
             // Another one counts anew.
             self.last = 0;
         }
-        self.found = Some(Found { place, watching: property.watch() });
+        self.found = Some(FoundProperty { place, watching: property.watch() });
         Ok(())
     }
 
@@ -155,11 +155,11 @@ pub struct Follow {
     /// How often it looks.
     pub period: Duration,
     /// In which form.
-    pub what: What,
+    pub what: StreamForm,
 }
 
 /// In which form.
-pub enum What {
+pub enum StreamForm {
     /// Events with values.
     Events {
         /// The part of each value.
@@ -175,8 +175,8 @@ impl Follow {
     /// Begins, and ends when nobody reads any more.
     pub fn begin(self) -> (&'static str, mpsc::Receiver<Bytes>) {
         let kind = match self.what {
-            What::Events { .. } => "text/event-stream",
-            What::Pictures(_) => "multipart/x-mixed-replace; boundary=slate-picture",
+            StreamForm::Events { .. } => "text/event-stream",
+            StreamForm::Pictures(_) => "multipart/x-mixed-replace; boundary=slate-picture",
         };
         // One that waits, and one on its way: who reads slowly gets the newest.
         let (sender, receiver) = mpsc::channel(1);
@@ -197,7 +197,7 @@ impl Follow {
                 quiet += self.period;
                 if quiet >= SILENCE {
                     quiet = Duration::ZERO;
-                    if matches!(self.what, What::Events { .. })
+                    if matches!(self.what, StreamForm::Events { .. })
                         && sender.send(Bytes::from_static(b":\n\n")).await.is_err()
                     {
                         return;
@@ -221,9 +221,9 @@ impl Follow {
 }
 
 /// What there is to be told now.
-fn tell(watcher: &mut Watcher, what: &What) -> Vec<u8> {
+fn tell(watcher: &mut Watcher, what: &StreamForm) -> Vec<u8> {
     match what {
-        What::Events { selection, every } => {
+        StreamForm::Events { selection, every } => {
             let samples = if *every {
                 watcher.take_all()
             } else {
@@ -241,7 +241,7 @@ fn tell(watcher: &mut Watcher, what: &What) -> Vec<u8> {
             });
             events.collect::<String>().into_bytes()
         }
-        What::Pictures(quality) => {
+        StreamForm::Pictures(quality) => {
             let Ok(Some(sample)) = watcher.take() else { return Vec::new() };
             let picture = Picture::of(sample.property.descriptor(), &sample.bytes, sample.items);
             let Some(Ok(jpeg)) = picture.map(|picture| picture.jpeg(*quality)) else { return Vec::new() };

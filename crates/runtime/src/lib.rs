@@ -14,6 +14,8 @@ pub mod recording;
 pub mod sharing;
 pub mod snapshot;
 pub mod stop_line;
+#[cfg(feature = "tls")]
+pub mod tls;
 
 pub use agent::{
     Agent, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options,

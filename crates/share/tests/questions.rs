@@ -12,7 +12,7 @@ use slate_blackboard::interface::Interface;
 use slate_blackboard::wake::Wake;
 use slate_module::encode_interface;
 use slate_share::peers::{Happening, Peer, Want};
-use slate_share::session::{Answer, Application, Event, Identity, Options, SendError, Session};
+use slate_share::session::{Application, DeliveryStatus, Event, Identity, Options, SendError, Session};
 
 /// Another agent that answers as it likes.
 #[derive(Default)]
@@ -152,10 +152,10 @@ fn a_message_is_accepted_once() {
     let ticket = pair.peer.send("a/inbox", 1, 0, &[0; 8]).unwrap();
     pair.steps(5);
     assert_eq!(pair.other.messages, [ticket]);
-    (0..100).for_each(|_| pair.session.answer(ticket, Answer::Accepted));
-    (0..2).for_each(|_| pair.session.answer(ticket, Answer::Done));
+    (0..100).for_each(|_| pair.session.answer(ticket, DeliveryStatus::Accepted));
+    (0..2).for_each(|_| pair.session.answer(ticket, DeliveryStatus::Done));
     pair.steps(20);
-    let answers: Vec<Answer> = pair
+    let answers: Vec<DeliveryStatus> = pair
         .peer
         .happenings()
         .filter_map(|happening| match happening {
@@ -163,7 +163,7 @@ fn a_message_is_accepted_once() {
             _ => None,
         })
         .collect();
-    assert_eq!(answers, [Answer::Accepted, Answer::Done]);
+    assert_eq!(answers, [DeliveryStatus::Accepted, DeliveryStatus::Done]);
 }
 
 #[test]

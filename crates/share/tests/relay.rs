@@ -18,7 +18,7 @@ use slate_blackboard::channel::{Policy, Start};
 use slate_blackboard::interface::{Interface, View};
 use slate_blackboard::message::Mailbox;
 use slate_share::peers::Want;
-use slate_share::session::{Answer, Compression, Options};
+use slate_share::session::{Compression, DeliveryStatus, Options};
 
 /// Of a hundred datagrams so many are lost, and so many come twice.
 const LOST: u64 = 10;
@@ -205,7 +205,7 @@ fn messages_arrive_once_each_and_in_order() {
         };
         let answers: Vec<_> = (0..10).map(send).collect();
         for answer in answers {
-            assert_eq!(answer.recv_timeout(Duration::from_secs(20)), Ok(Answer::Accepted));
+            assert_eq!(answer.recv_timeout(Duration::from_secs(20)), Ok(DeliveryStatus::Accepted));
         }
         assert_eq!(receiver.collect(), 10);
         let values: Vec<_> = receiver.messages().map(|message| u64::from(message.bytes()[0])).collect();

@@ -15,7 +15,7 @@ use slate_runtime::sharing::Unread;
 use slate_share::carrier::Carrier;
 use slate_share::carrier::local::Local;
 use slate_share::peers::{Allowance, Happening, Notice, Rights, Setup, Status, Want};
-use slate_share::session::{Answer, Application, Event, Identity, Limits, Options, Session};
+use slate_share::session::{Application, DeliveryStatus, Event, Identity, Limits, Options, Session};
 
 fn rights(agents: &[(&str, &[&str], &[&str])]) -> Rights {
     let patterns = |texts: &[&str]| texts.iter().map(|text| Pattern::parse(text).unwrap()).collect();
@@ -59,8 +59,8 @@ fn an_agent_may_do_what_is_said_and_nothing_else() {
         let hash = Number::DESCRIPTOR.hash;
         arm.peers.send("base", path, hash, 0, View::of(&mut message).bytes()).unwrap().recv_timeout(limit)
     };
-    assert_eq!(send("drive/commands"), Ok(Answer::Accepted));
-    assert_eq!(send("vault/commands"), Ok(Answer::Denied));
+    assert_eq!(send("drive/commands"), Ok(DeliveryStatus::Accepted));
+    assert_eq!(send("vault/commands"), Ok(DeliveryStatus::Denied));
     // It is not said that it is of the team.
     assert!(!base.peers.tell("arm", b"something"));
     let listed = arm.peers.list("base", "**", true, limit).unwrap();

@@ -1,10 +1,11 @@
 //! The agent, asked for a language model in a role.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use serde_json::{Map, Value, json};
+use slate::control::client::Access;
 use slate::control::operations::{DRIVE, STOP};
 use slate::control::{Client, ClientError, Operation, Role};
 
@@ -20,28 +21,52 @@ const CALLER: &str = "mcp";
 /// A command holds for 150 ms, and is given again in this time.
 const AGAIN: Duration = Duration::from_millis(50);
 
+/// Unused connections that are kept for the next calls.
+const IDLE: usize = 4;
+
+/// The route to an agent.
+enum AgentRoute {
+    /// As the command line says.
+    Option(AgentOption),
+    /// Over HTTP, with the token of a caller.
+    Token(Access),
+}
+
 /// How an agent is reached.
 pub struct Reach {
-    option: AgentOption,
+    route: AgentRoute,
     role: Role,
     /// The name that the agent gives itself.
     name: String,
-    /// The connection of all tools but those that wait for nobody.
-    client: Mutex<Option<Client>>,
+    /// The name under which the agent is reached at this computer, if it is.
+    local: Option<String>,
+    /// Connections that no tool uses at the moment.
+    idle: Mutex<Vec<Client>>,
     /// Nobody listens any more.
     is_over: AtomicBool,
 }
 
 impl Reach {
     /// That of an agent, which has to run.
-    pub fn new(option: &AgentOption, role: crate::endpoint::Role) -> Result<Self, Failure> {
-        let role = Role::by_name(role.name()).unwrap_or(Role::Viewer);
+    pub fn new(option: &AgentOption, role: Role) -> Result<Self, Failure> {
         let mut option = AgentOption { agent: option.said() };
-        let client = connect(&option, role)?;
+        let (client, role) = introduce(option.connect()?, role)?;
         let name = client.name().to_owned();
         // The same agent, also when another one is started beside it.
-        option.agent.get_or_insert_with(|| name.clone());
-        Ok(Self { option, role, name, client: Mutex::new(Some(client)), is_over: AtomicBool::new(false) })
+        let said = option.agent.get_or_insert_with(|| name.clone());
+        let local = Some(said.clone()).filter(|said| !said.contains("://"));
+        Ok(Self::with(AgentRoute::Option(option), role, client, local))
+    }
+
+    /// That of a caller over HTTP, whose token is of a role of the agent; `local` is the agent's name at this computer.
+    pub fn by_token(access: Access, limit: Role, local: Option<String>) -> Result<Self, Failure> {
+        let (client, role) = introduce(Client::at(&access)?, limit)?;
+        Ok(Self::with(AgentRoute::Token(access), role, client, local))
+    }
+
+    fn with(route: AgentRoute, role: Role, client: Client, local: Option<String>) -> Self {
+        let name = client.name().to_owned();
+        Self { route, role, name, local, idle: Mutex::new(vec![client]), is_over: AtomicBool::new(false) }
     }
 
     /// What the model may do.
@@ -57,6 +82,11 @@ impl Reach {
     /// Ends what is under way.
     pub fn end(&self) {
         self.is_over.store(true, Ordering::Release);
+        self.idle().clear();
+    }
+
+    fn idle(&self) -> MutexGuard<'_, Vec<Client>> {
+        self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Does what a tool is for; else says why not.
@@ -81,21 +111,29 @@ impl Reach {
     }
 
     fn connect(&self) -> Result<Client, String> {
-        connect(&self.option, self.role).map_err(|failure| failure.to_string())
+        let connected = match &self.route {
+            AgentRoute::Option(option) => option.connect(),
+            AgentRoute::Token(access) => Client::at(access).map_err(Failure::from),
+        };
+        let introduced = connected.and_then(|client| introduce(client, self.role));
+        introduced.map(|(client, _)| client).map_err(|failure| failure.to_string())
     }
 
     fn carry_out(&self, operation: &Operation, arguments: &Map<String, Value>) -> Result<Value, String> {
         let (path, body) = request(operation, &self.name, arguments)?;
-        let mut held = self.client.lock().unwrap_or_else(PoisonError::into_inner);
-        let mut client = match held.take() {
+        let idle = self.idle().pop();
+        let mut client = match idle {
             Some(client) => client,
             None => self.connect()?,
         };
         let done: Result<Value, ClientError> = client.call(operation.method, &path, body.as_ref());
         // Whoever was lost is looked for again, as the agent may have been started again.
-        if matches!(done, Ok(_) | Err(ClientError::Refused(_))) {
-            *held = Some(client);
+        let mut idle = self.idle();
+        let is_kept = idle.len() < IDLE && !self.is_over.load(Ordering::Acquire);
+        if is_kept && matches!(done, Ok(_) | Err(ClientError::Refused(_))) {
+            idle.push(client);
         }
+        drop(idle);
         done.map_err(|error| self.said(error))
     }
 
@@ -112,8 +150,7 @@ impl Reach {
             Err(trouble) => trouble,
         };
         // An agent that answers nobody has a line for it.
-        let is_here = self.option.agent.as_ref().filter(|agent| !agent.contains("://"));
-        match is_here.map(|agent| Client::stop_at_once(agent, &reason)) {
+        match self.local.as_ref().map(|agent| Client::stop_at_once(agent, &reason)) {
             Some(Ok(())) => Ok(stopped),
             _ => Err(trouble),
         }
@@ -156,23 +193,27 @@ impl Reach {
         add("code", refusal.code.as_deref().unwrap_or_default());
         add("report", refusal.report.as_deref().unwrap_or_default());
         if self.role < Role::Developer {
-            add("role", &format!("{} asks, as `slate mcp --role` says", self.role.one()));
+            let says = match self.route {
+                AgentRoute::Option(_) => "`slate mcp --role` says",
+                AgentRoute::Token(_) => "its token and `slate mcp --role` say",
+            };
+            add("role", &format!("{} asks, as {says}", self.role.one()));
         }
         text
     }
 }
 
-fn connect(option: &AgentOption, role: Role) -> Result<Client, Failure> {
-    let mut client = option.connect()?;
+/// A connection whose calls are those of a model that may do so much at most, and the role that the agent takes it for.
+fn introduce(mut client: Client, limit: Role) -> Result<(Client, Role), Failure> {
     client.on_behalf_of(CALLER);
-    client.in_role(role);
+    client.in_role(limit);
     let agent: Value = client.call("GET", "/agent", None)?;
     let taken_for = agent.get("role").and_then(Value::as_str).and_then(Role::by_name);
-    match taken_for.is_some_and(|own| own <= role) {
-        true => Ok(client),
+    match taken_for.filter(|own| *own <= limit) {
+        Some(role) => Ok((client, role)),
         // An agent of another version would let the model do all.
-        false => Err(Failure::Mcp {
-            reason: format!("the agent does not know the role of a model, {role}"),
+        None => Err(Failure::Mcp {
+            reason: format!("the agent does not know the role of a model, {limit}"),
             help: "start the agent by this version of slate".into(),
         }),
     }

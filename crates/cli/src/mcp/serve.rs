@@ -34,7 +34,8 @@ pub fn serve(reach: Reach) -> Result<bool, Failure> {
     done.map(|_| true)
 }
 
-struct ModelServer(Arc<Reach>);
+/// The server that a model talks to.
+pub(super) struct ModelServer(pub Arc<Reach>);
 
 impl ServerHandler for ModelServer {
     fn get_info(&self) -> ServerConfig {

@@ -4,7 +4,7 @@ use super::number::Number;
 use super::place::{FieldPlace, NoField};
 use slate_configuration::Comparison;
 
-/// Which values a link lets through.
+/// The filter of a link.
 #[derive(Clone, Debug, Default)]
 pub struct Filter {
     every: u64,

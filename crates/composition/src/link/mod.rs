@@ -1,5 +1,5 @@
-//! What becomes of a value on its way from a property to a port of another type, or to a part of one: it is converted
-//! where that is exact, and refused before anything runs where it is not.
+//! Conversion of a value from a property to a port of another type, or to a part of one. Inexact conversions are refused
+//! before anything runs.
 
 mod filter;
 mod number;

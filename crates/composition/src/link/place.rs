@@ -13,10 +13,10 @@ pub struct FieldPlace {
     pub(super) tail: Option<usize>,
 }
 
-/// There is no such field.
+/// A missing field.
 #[derive(Debug, PartialEq, Eq)]
 pub struct NoField {
-    /// What does not fit.
+    /// What is wrong.
     pub message: String,
     /// What to do about it.
     pub help: String,
@@ -68,7 +68,7 @@ impl FieldPlace {
                 None => return Err(missing(format!("at most {capacity} items"))),
             },
             Kind::Tail(item) => {
-                // What no memory could hold is never there.
+                // An offset beyond all memory is never reached.
                 match index.and_then(|index| {
                     Some((index, index.checked_mul(item.size())?.checked_add(self.offset)?))
                 }) {

@@ -4,7 +4,7 @@ use super::FieldPlace;
 use super::number::Number;
 use super::unit::{Factor, factor};
 
-/// How a place of one value becomes a place of another; made when links are checked, and run without allocating.
+/// Converts a field of one value to a field of another; made when links are checked, and run without allocating.
 #[derive(Clone, Debug)]
 pub struct Program {
     from: FieldPlace,
@@ -31,7 +31,7 @@ enum ConversionStep {
 }
 
 impl Program {
-    /// Finds the way, or says why there is none that is exact.
+    /// Finds an exact conversion, or says why there is none.
     pub fn new(from: &FieldPlace, to: &FieldPlace) -> Result<Self, String> {
         let mut steps = Vec::new();
         convert(ValuePart::of(from), ValuePart::of(to), &mut steps)?;

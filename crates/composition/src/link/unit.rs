@@ -23,14 +23,14 @@ struct Measure {
     below: u128,
 }
 
-/// How a number in one unit becomes one in another.
+/// The factor between two units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Factor {
-    /// It is multiplied by this.
+    /// A whole number.
     Whole(u64),
     /// The units count the same, but the factor is no whole number.
     Fraction,
-    /// They count different things, as far as is known.
+    /// The units have different bases, or are not known.
     None,
 }
 
@@ -68,7 +68,7 @@ fn measure(text: &str) -> Option<Measure> {
     Some(measure)
 }
 
-/// What a symbol counts, and how many of the smallest units it is.
+/// The base of a symbol, and its size in the smallest units.
 fn symbol(text: &str) -> Option<(&'static str, u128)> {
     if let Some((_, seconds)) = TIMES.iter().find(|(symbol, _)| *symbol == text) {
         return Some(("s", seconds * 10_u128.pow(ONE)));

@@ -1,4 +1,4 @@
-//! Who provides what modules need.
+//! Services that modules need, and their providers.
 
 use std::collections::BTreeMap;
 

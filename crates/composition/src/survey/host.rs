@@ -1,4 +1,4 @@
-//! What the agent says of itself, beside its modules: it can be linked like any output.
+//! Properties of the agent itself, which can be linked like any output.
 
 use slate_blackboard::interface::{Descriptor, Interface};
 
@@ -15,7 +15,7 @@ pub enum Host {
     LoopHistogram,
     /// The last lines of the log.
     LogTail,
-    /// What became of all lines.
+    /// Counts of log lines.
     LogCounts,
 }
 
@@ -43,7 +43,7 @@ impl Host {
         }
     }
 
-    /// That of a path, and the field that the path leads to.
+    /// Returns the property at the beginning of a path, and the rest as the field.
     pub fn of(path: &str) -> Option<(Self, &str)> {
         Self::ALL.into_iter().find_map(|host| {
             let rest = path.strip_prefix(host.path())?;

@@ -1,8 +1,8 @@
-//! Links that need not be written: what the types and roles of a robot's blocks leave no choice of.
+//! Links that need not be written: types and roles of a robot's blocks determine them.
 //!
 //! An input of a block looks for outputs of its own robot's scope, and a block that meets the world also for those that a
 //! simulator or driver outside offers for the robot of that name, whose type and role are its own. One is linked, several are an
-//! error, and none is no link.
+//! error, and without one there is no link.
 
 use slate_module::{Description, Direction, PortDescription};
 
@@ -11,8 +11,8 @@ use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Link, Mistake};
 
-/// What a simulator offers for judges and reports, and not for the robot.
-const JUDGES: [&str; 2] = ["truth", "clearance"];
+/// Outputs of a simulator for referees and reports, not for the robot.
+const FOR_REFEREES: [&str; 2] = ["truth", "clearance"];
 
 /// A block of MAPE-K, as its ports show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ pub fn infer<'a>(
     if !configuration.modules().iter().any(|module| !scope(&module.name.value).is_empty()) {
         return fresh;
     }
-    // What is wrong with modules is said when they are surveyed.
+    // Mistakes in modules are reported when they are surveyed.
     let mut unsaid = Complaints::new(configuration);
     let known = configuration.modules().iter().filter(|module| !catalogue.is_dormant(&module.kind.value));
     let modules: Vec<_> = known
@@ -143,7 +143,7 @@ fn candidates(
         let is_own = scope(name) == robot && *name != surveyed.module.name.value;
         let offers = |port: &&PortDescription| {
             let sensor = port.name.strip_prefix(robot).and_then(|rest| rest.strip_prefix('/'));
-            sensor.is_some_and(|sensor| !JUDGES.contains(&sensor))
+            sensor.is_some_and(|sensor| !FOR_REFEREES.contains(&sensor))
         };
         let ports = other.description.ports.iter().filter(fits);
         let ports =

@@ -1,4 +1,4 @@
-//! Which ports are joined, and what becomes of values on the way.
+//! Joins ports as the links say, and finds the conversion of each value.
 
 mod ends;
 mod fit;

@@ -1,11 +1,11 @@
-//! Ports that lead nowhere and should: no mistake that keeps an agent from running, and yet a robot stands still by it.
+//! Ports that should lead somewhere and do not: the agent runs, and its robot stands still.
 
 use slate_module::{Direction, PortDescription};
 
 use super::{LinkTarget, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
-/// What is to be warned of.
+/// Warnings of ports and actuators that lead nowhere.
 pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for (module, surveyed) in survey.modules.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What configuration asks for, checked against what the plugins offer; nothing is made here.
+//! The configuration checked against the kinds of the catalogue; creates nothing.
 
 mod aspects;
 mod host;
@@ -38,7 +38,7 @@ pub const RESERVED: [&str; 5] = ["params", "enabled", "state", "timing", "histog
 /// Another one that isolated modules have.
 const RESERVED_WHEN_ISOLATED: &str = "process";
 
-/// A module that will be made.
+/// A module of the composition.
 pub struct Surveyed<'a> {
     /// As configured.
     pub module: &'a Module,
@@ -48,13 +48,13 @@ pub struct Surveyed<'a> {
     pub description: Description,
     /// The stage that runs it.
     pub stage: Stage,
-    /// What makes it tick.
+    /// Its trigger.
     pub trigger: Trigger,
     /// How long a tick may take, nanoseconds.
     pub deadline: Option<u64>,
     /// The bytes of its parameters.
     pub params: Vec<u8>,
-    /// What it receives when it is set up.
+    /// Its setup.
     pub setup: OwnSetup,
     /// Values of unlinked inputs, by port.
     pub inputs: BTreeMap<usize, Vec<u8>>,
@@ -67,13 +67,13 @@ pub struct Joint<'a> {
     pub link: &'a Link,
     /// The module and the port that the link belongs to.
     pub port: (usize, Wire),
-    /// What it leads to, through the links of other inputs.
+    /// Its target, through the links of other inputs.
     pub target: LinkTarget,
     /// The field of the target that it reads; empty for the whole.
     pub from: String,
     /// The field of the port that it fills; empty for the whole.
     pub field: String,
-    /// What becomes of the value.
+    /// Conversion of the value.
     pub way: Way,
     /// The values that it lets pass; all without one.
     pub filter: Option<Arc<Filter>>,
@@ -81,7 +81,7 @@ pub struct Joint<'a> {
     pub delayed: bool,
 }
 
-/// What becomes of a value on its way.
+/// Conversion of a value on its way.
 #[derive(Clone, Debug)]
 pub enum Way {
     /// The port reads the property itself.
@@ -92,7 +92,7 @@ pub enum Way {
     Pending(Arc<FieldPlace>),
 }
 
-/// What a link leads to.
+/// The target of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LinkTarget {
     /// A port of a module.
@@ -111,12 +111,12 @@ pub enum LinkTarget {
     Played(usize),
 }
 
-/// What a link to another agent leads to.
+/// The target of a link to another agent.
 #[derive(Clone, Debug)]
 pub struct Remote {
     /// The path in the other agent.
     pub path: RemotePath,
-    /// What stands for it on the board, if anything does.
+    /// Its mirror on the board, if there is one.
     pub property: Option<RemoteProperty>,
 }
 
@@ -133,7 +133,7 @@ impl Remote {
 /// A link to another agent that does not fit what is there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Misfit {
-    /// What does not fit.
+    /// What is wrong.
     pub message: String,
     /// What to do about it.
     pub help: String,
@@ -146,11 +146,11 @@ pub enum Implied {
     Params,
     /// Its switch.
     Enabled,
-    /// How it is.
+    /// Its condition.
     State,
-    /// How long its ticks take.
+    /// Durations of its last ticks.
     Timing,
-    /// How long its ticks took, of all.
+    /// Histogram of the durations of its ticks.
     Histogram,
 }
 
@@ -183,25 +183,25 @@ pub struct Absent {
     pub module: String,
 }
 
-/// Everything that will be made.
+/// A composition: all that an agent creates.
 pub struct Survey<'a> {
     /// The modules, in the order of the configuration.
     pub modules: Vec<Surveyed<'a>>,
     /// The links between them.
     pub joints: Vec<Joint<'a>>,
-    /// What links lead to that is not there.
+    /// Targets of links whose modules are not loaded.
     pub absent: Vec<Absent>,
-    /// What links lead to of other agents.
+    /// Targets of links in other agents.
     pub remote: Vec<Remote>,
-    /// What is played from a recording.
+    /// Properties that are played from a recording.
     pub played: Arc<[Played]>,
-    /// What can carry values of other agents; anything when there is nothing among them.
+    /// Carriers of values of other agents; any carrier when this is empty.
     pub carriers: BTreeSet<String>,
     /// Whether they can be compressed as JPEG.
     pub has_jpeg: bool,
     /// The links to other agents that don't fit what is there, by what they fill; they wait until it is another.
     pub misfits: BTreeMap<String, Misfit>,
-    /// Who provides a service to a port: a port of another module, or the host.
+    /// The provider of the service of each port: a port of another module, or the host.
     pub services: BTreeMap<(usize, usize), Option<(usize, usize)>>,
     /// Per stage, levels of modules.
     pub order: Vec<Vec<Vec<usize>>>,
@@ -209,7 +209,7 @@ pub struct Survey<'a> {
     pub listeners: BTreeMap<String, Vec<&'a str>>,
 }
 
-/// What a link comes to: what decides whether a port can go on as it is when links change.
+/// A resolved link; a port whose links resolve to the same stays untouched when links change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lead {
     /// The path of the property, and the field of it that is read.
@@ -226,7 +226,7 @@ pub struct Lead {
     delayed: bool,
     stale: Option<u64>,
     said: [Option<String>; 4],
-    /// What the rest of the port is set to, if links fill parts of it.
+    /// Value of the rest of the port, if links fill parts of it.
     value: Option<Vec<u8>>,
 }
 
@@ -298,7 +298,7 @@ impl<'a> Survey<'a> {
         self.joints.iter().any(|joint| joint.port == port)
     }
 
-    /// Finds out who reads what.
+    /// Collects the readers of each path.
     fn listen(&mut self, configuration: &'a Configuration) {
         let mut listeners: BTreeMap<String, Vec<&'a str>> = BTreeMap::new();
         for joint in &self.joints {
@@ -330,7 +330,7 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// What a configuration is made of with the kinds of a catalogue, and what does not fit.
+/// Checks a configuration against the kinds of a catalogue; complaints get all that is wrong.
 pub fn survey<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,

@@ -14,10 +14,10 @@ use crate::complaints::{Complaints, suggest};
 use crate::parameters;
 use slate_configuration::{Configuration, Mistake, Module};
 
-/// Where the agent tells of itself.
+/// Names of the agent's own properties.
 const OWN: [(&str, &str); 3] = [("loop", "the main loop"), ("log", "the log"), ("record", "the recording")];
 
-/// What a module of the configuration is with the kind that it is of; nothing after a complaint.
+/// A module of the configuration with its kind; nothing after a complaint.
 pub(super) fn survey_module<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
@@ -37,7 +37,7 @@ pub(super) fn survey_module<'a>(
         return None;
     };
     let (setup, description) = described(configuration, module, (kind, catalogue), complaints)?;
-    // What is wrong with a value is no reason not to judge the links.
+    // A wrong value does not keep the links from being checked.
     let params = parameters::bytes(&description, &module.params, complaints);
     let inputs = inputs(module, &description, complaints);
     let trigger = trigger(module, &description, complaints)?;
@@ -54,7 +54,7 @@ pub(super) fn survey_module<'a>(
     })
 }
 
-/// What a module receives when it is set up, and its ports and parameters.
+/// The setup of a module, and its ports and parameters.
 fn described<'a>(
     configuration: &'a Configuration,
     module: &'a Module,
@@ -119,7 +119,7 @@ fn inputs<'a>(
     inputs
 }
 
-/// What makes the module tick, as it is configured or as the module says.
+/// The configured trigger of a module, or its own.
 fn trigger<'a>(
     module: &'a Module,
     description: &Description,

@@ -1,4 +1,4 @@
-//! What the names in a path mean: modules, their ports, and fields.
+//! Names in a path: modules, their ports, and fields.
 
 use slate_blackboard::is_within;
 use slate_module::{Direction, PortDescription};
@@ -34,7 +34,7 @@ pub(super) fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p s
     }
 }
 
-/// What a path that no port has is called: all of it, where names of ports begin like it.
+/// The name of a missing port in messages: the whole path, where names of ports begin like it.
 pub(super) fn deep_name<'p>(ports: &[PortDescription], first: &'p str, rest: &'p str) -> &'p str {
     let is_deep = ports.iter().any(|port| port.name != first && is_within(&port.name, first));
     if is_deep { rest } else { first }
@@ -50,5 +50,5 @@ pub(super) fn is_service(port: &PortDescription) -> bool {
     matches!(port.direction, Direction::Aspect | Direction::Provider)
 }
 
-/// What to do about a link to a service.
+/// Help for a link to a service.
 pub(super) const SERVICE: &str = "leave the link out: who needs a service finds the one that provides it";

@@ -9,7 +9,7 @@ use crate::complaints::Complaints;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
 
-/// The levels of modules in each stage; what reads itself in a circle is complained of.
+/// The levels of modules in each stage; what reads itself in a circle is reported.
 pub(super) fn survey_order(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -32,11 +32,11 @@ pub(super) fn survey_order(
                 && modules[module].description.ports[port].direction == Direction::Input
                 && !joints.iter().any(|other| other.port == (module, Wire::Port(port)))
             {
-                // It is set, and not written by a step.
+                // An input without a link is set, and no step writes it.
                 continue;
             }
             for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
-                // What a module gets from itself, or from the gate that it commands, is always from before its tick.
+                // A value from the module itself, or from the gate that it commands, is always from before its tick.
                 let unordered =
                     sends || joint.link.previous || matches!(joint.target, LinkTarget::Command(_));
                 if own != target || !unordered {

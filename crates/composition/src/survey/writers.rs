@@ -1,11 +1,11 @@
-//! Who writes what a link leads to.
+//! The writers of the target of a link.
 
 use slate_configuration::Configuration;
 
 use super::names::split_module;
 use super::{LinkTarget, Surveyed};
 
-/// The modules that write what a link leads to.
+/// The modules that write the target of a link.
 pub(super) fn writers(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
@@ -22,7 +22,7 @@ pub(super) fn writers(
             };
             ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
         }
-        // What tells of a module, or is set in it, is of no moment of a cycle.
+        // State and settings of a module are written at no particular moment of a cycle.
         LinkTarget::Implied(..)
         | LinkTarget::Absent(_)
         | LinkTarget::Remote(_)

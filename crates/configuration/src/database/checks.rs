@@ -1,4 +1,4 @@
-//! Checks of proposals that others add.
+//! Checks of proposals, added by users of the database.
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -28,7 +28,7 @@ impl Checks {
         lock(&self.restarts).push(check);
     }
 
-    /// What the validators object to.
+    /// Collects the objections of the validators.
     pub(super) fn validate(&self, configuration: &Configuration, changes: &[Change]) -> Result<(), Report> {
         let validators = lock(&self.validators).clone();
         let mut diagnostics = Vec::new();
@@ -45,7 +45,7 @@ impl Checks {
         if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics.into()) }
     }
 
-    /// Those of the changes that wait for the next start.
+    /// The changes that wait for the next start.
     pub(super) fn waiting(&self, configuration: &Configuration, changes: &[Change]) -> Vec<Change> {
         let checks = lock(&self.restarts).clone();
         let places: BTreeSet<usize> = checks.iter().flat_map(|check| check(configuration, changes)).collect();

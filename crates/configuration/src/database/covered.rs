@@ -1,7 +1,7 @@
 use super::super::compare::ValuePair;
 use super::*;
 
-/// What an edit says of settings that the session has changed.
+/// Edits of settings that the session has changed.
 pub(super) fn by_session(
     session: &ChangeSession,
     before: &Configuration,

@@ -8,7 +8,7 @@ use super::{Change, Database, Prefix, lock};
 
 type Handler = dyn FnMut(&Database, &[Change]) + Send;
 
-/// Who wants to know of changes, and the changes that they don't know of yet.
+/// Handlers of changes, and the changes that they have not received yet.
 #[derive(Default)]
 pub(super) struct Handlers {
     subscribers: Mutex<Vec<Arc<HandlerSubscriber>>>,

@@ -57,7 +57,7 @@ fn stands(configuration: &Configuration, path: &[String]) -> Option<usize> {
         let value = table.get(names.next()?)?;
         match &value.value {
             Value::Table(inner) if !names.as_slice().is_empty() => table = inner,
-            // What overrides a whole table must stand in the last file that adds to it.
+            // An override of a whole table must stand in the last file that adds to it.
             Value::Table(inner) => {
                 let mut last = value.span;
                 leaves(inner, &[], &mut |_, leaf| last = later(configuration, last, leaf.span));

@@ -44,7 +44,7 @@ pub use watch::{Edit, Watch};
 /// made since, which are called the session.
 ///
 /// A change is first a [`Proposal`], which is read and checked like a configuration at the start; so either all of
-/// it is good, or nothing happens. Whoever cares for a part of the settings [subscribes](Self::subscribe) to it,
+/// it is good, or nothing happens. Users of a part of the settings [subscribe](Self::subscribe) to it,
 /// [`save`](Self::save) writes the session into the files, and [`watch`](Self::watch) takes over files that were
 /// edited. Clones are handles of the same database.
 ///
@@ -73,7 +73,7 @@ struct SharedDatabase {
     main: Main,
     options: Options,
     state: Mutex<DatabaseState>,
-    /// Held by whoever changes the state, also while a file is written; taken before `state`.
+    /// Held during a change of the state, also while a file is written; taken before `state`.
     turn: Mutex<()>,
     checks: Checks,
     handlers: Arc<Handlers>,
@@ -85,9 +85,9 @@ struct DatabaseState {
     session: ChangeSession,
     /// The files as they were read.
     files: Files,
-    /// What they say and only the next start can have.
+    /// Changes in them that wait for the next start.
     waiting: Vec<Change>,
-    /// What they were edited to where something else was set at run time.
+    /// Edits of settings that were changed at run time.
     covered: Vec<Change>,
     /// Counts the changes of the state, so that a proposal can tell whether it was overtaken.
     generation: u64,
@@ -98,9 +98,9 @@ struct DatabaseState {
 pub struct Difference {
     /// Its path, as `--set` takes it.
     pub path: String,
-    /// What the files (or the built-in defaults) say, if they do.
+    /// The value of the files or the built-in defaults, if there is one.
     pub file: Option<Value>,
-    /// What holds; nothing if another setting took its place, such as `on` that of `every`.
+    /// The present value; nothing if another setting took its place, such as `on` that of `every`.
     pub present: Option<Value>,
     /// Where that comes from.
     pub origin: Option<Origin>,
@@ -109,7 +109,7 @@ pub struct Difference {
 /// Splits `path=value` as `--set` does, and checks that both can be read.
 ///
 /// # Errors
-/// What can't be read, with a caret.
+/// The part that can't be read, with a caret.
 pub fn parse_change(text: &str) -> Result<(String, String), Report> {
     let mut problems = Problems::default();
     let split = parse_set(text, None, 0, &mut problems).and_then(|_| first_equals(text));
@@ -226,13 +226,13 @@ impl Database {
         }
     }
 
-    /// What edited files say and only the next start can have: `before` holds until then, `after` from there on.
+    /// Changes of edited files that wait for the next start: `before` holds until then, `after` from there on.
     pub fn waiting(&self) -> Vec<Change> {
         lock(&self.shared.state).waiting.clone()
     }
 
-    /// What edited files say otherwise than was set at run time: `before` holds, `after` is in the files. It is nothing
-    /// any more once it is set again, or taken back.
+    /// Edits of settings that were changed at run time: `before` holds, `after` is in the files. Setting one again, or
+    /// taking it back, removes it from this list.
     pub fn covered(&self) -> Vec<Change> {
         lock(&self.shared.state).covered.clone()
     }
@@ -243,8 +243,8 @@ impl Database {
         self.shared.checks.add_validator(validator.into());
     }
 
-    /// Adds who knows which changes of an edited file have to wait for the next start, by their places in the list.
-    /// Those keep their values, and the rest of the edit is taken over. A change that is made by [`set`](Self::set)
+    /// Adds a check that returns the changes of an edited file that have to wait for the next start, by their places in
+    /// the list. These settings keep their values, and the rest of the edit is taken over. A change that is made by [`set`](Self::set)
     /// does not wait: it holds at once or is refused.
     pub fn wait_with(
         &self,

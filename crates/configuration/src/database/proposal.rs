@@ -20,7 +20,7 @@ pub struct Proposal {
 
 /// The files that a proposal is read from.
 pub(super) enum ProposalFiles {
-    /// Those of the state.
+    /// The files of the state.
     Known(Files),
     /// Others, of which some settings may have to wait.
     Edited(Files),
@@ -32,17 +32,17 @@ impl Proposal {
         &self.configuration
     }
 
-    /// What changes, in the order of the paths.
+    /// The changes, in the order of the paths.
     pub fn changes(&self) -> &[Change] {
         &self.changes
     }
 
-    /// What edited files say and only the next start can have, as [`Database::waiting`] once this is committed.
+    /// Changes of edited files that wait for the next start, as [`Database::waiting`] once this is committed.
     pub fn waiting(&self) -> &[Change] {
         &self.waiting
     }
 
-    /// What edited files say of settings that were changed at run time, as [`Database::covered`] once this is committed.
+    /// Edits of settings that were changed at run time, as [`Database::covered`] once this is committed.
     pub fn covered(&self) -> &[Change] {
         &self.covered
     }
@@ -72,7 +72,7 @@ impl Proposal {
     /// is done if it was overtaken.
     ///
     /// # Errors
-    /// Those of `work`; nothing is changed then.
+    /// The error of `work`; nothing is changed then.
     pub fn apply_after<E>(
         self,
         work: impl FnOnce(&Configuration) -> Result<(), E>,
@@ -220,7 +220,7 @@ impl Database {
         self.proposal(state, &[], ProposalFiles::Edited(now)).0.err()
     }
 
-    /// What comes of changes on top of a state, and the files that were read for it.
+    /// Reads changes on top of a state; also returns the files that were read.
     pub(super) fn proposal(
         &self,
         state: DatabaseState,

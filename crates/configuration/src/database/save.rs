@@ -48,7 +48,7 @@ impl Database {
     }
 
     fn save_or_look(&self, to: SaveTo, only_looks: bool) -> Result<Vec<PathBuf>, Report> {
-        // What would be saved is not what the edited files will say once they are mended.
+        // The edited files will have another content once they are mended.
         if let Some(refused) = self.refused_edit() {
             let first = Diagnostic::without_place(
                 "nothing is saved: a file was edited and is refused, so that what it said before goes on",
@@ -166,7 +166,7 @@ impl Database {
         read.collect()
     }
 
-    /// What holds once the files are written: the same, with as little of the session as that takes.
+    /// The state once the files are written: the same settings, with as few of the session as that takes.
     fn reread(&self, state: &DatabaseState, files: Files) -> Result<DatabaseState, Report> {
         let SharedDatabase { main, options, .. } = &*self.shared;
         let before = &state.configuration;
@@ -178,7 +178,7 @@ impl Database {
             read(&ReadRequest { waiting: &state.waiting, ..ReadRequest::new(main, options) }, files)
                 .result_and_files()?;
         let mut session = state.session.clone();
-        // What the command line sets otherwise stays changed.
+        // Changes of settings of the command line stay.
         session.0.retain(|change| {
             let value = |configuration: &Configuration| {
                 configuration.merged.entry(&change.path).map(|entry| entry.value.value.clone())
@@ -226,7 +226,7 @@ impl ReadOutcome {
     }
 }
 
-/// What is gone with a setting because a table of the session took the place of the one that it stood in.
+/// The path that is gone because a table of the session replaced the one that the setting stood in.
 fn replaced<'a>(configuration: &Configuration, path: &'a [String]) -> Option<&'a [String]> {
     let depth = (1..path.len()).rev().find(|depth| configuration.merged.entry(&path[..*depth]).is_some())?;
     let table = &configuration.merged.entry(&path[..depth])?.value;

@@ -6,7 +6,7 @@ use super::super::value::{Table, Value};
 #[derive(Clone, Debug, Default)]
 pub(super) struct ChangeSession(pub(super) Vec<SessionChange>);
 
-/// What one setting was changed to; its value is a table only if that is empty.
+/// A changed setting; its value is a table only if that is empty.
 #[derive(Clone, Debug)]
 pub(super) struct SessionChange {
     pub(super) path: Vec<String>,

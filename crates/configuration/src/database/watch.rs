@@ -9,14 +9,14 @@ use super::*;
 /// How often files are looked at. Two looks that agree make an edit, so that no half-written file is read.
 const PERIOD: Duration = Duration::from_millis(250);
 
-/// What became of edited files.
+/// The effects of edited files.
 #[derive(Clone, Debug, Default)]
 pub struct Edit {
-    /// What holds now.
+    /// The changes that hold now.
     pub changes: Vec<Change>,
-    /// What they say and only the next start can have, also since earlier edits.
+    /// Changes that wait for the next start, also of earlier edits.
     pub waiting: Vec<Change>,
-    /// What they say of settings that were changed at run time, which hold, also since earlier edits.
+    /// Edits of settings that were changed at run time and still hold, also earlier ones.
     pub covered: Vec<Change>,
 }
 
@@ -72,7 +72,7 @@ impl fmt::Debug for Watch {
 
 struct FileWatcher {
     database: Database,
-    /// What stood on the disk at the last look, if it was new.
+    /// The files at the last look, if they were new.
     seen: Option<Files>,
     refused: Option<Refused>,
 }
@@ -80,9 +80,9 @@ struct FileWatcher {
 /// An edit that is wrong.
 struct Refused {
     files: Files,
-    /// What it was wrong for: it may be right after another change.
+    /// The generation that it was wrong for: it may be right after another change.
     generation: u64,
-    /// What is wrong, to be told once.
+    /// The report, to be told once.
     report: String,
 }
 
@@ -94,7 +94,7 @@ impl FileWatcher {
             state.files.fresh(self.refused.as_ref().map_or(&Files::default(), |refused| &refused.files));
         if state.files.hold_in(&now) {
             self.seen = None;
-            // What was wrong is mended.
+            // The mistake is mended.
             let state = self.database.state();
             let as_before =
                 || Ok(Edit { changes: Vec::new(), waiting: state.waiting, covered: state.covered });

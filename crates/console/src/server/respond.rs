@@ -10,11 +10,13 @@ use hyper::header::{
 };
 use hyper::{Method, Request, Response, StatusCode};
 use serde_json::json;
+use slate_control::operations::{is_stop, of_request};
 use slate_control::{
-    BASE, Body, Caller, Found, Place, Problem, Query, json_response, lowered, response, too_many,
+    BASE, Caller, ConnectionSlot, Problem, Query, ResponseBody, json_response, lowered, response,
+    with_caller_name,
 };
 
-use super::Hall;
+use super::ConsoleHost;
 use crate::socket;
 
 /// What whoever asks says by `Prefer` to be told of a refusal as of anything else that comes of a request: with status 200, and
@@ -28,15 +30,15 @@ const VERDICTS: [StatusCode; 3] =
 
 /// Answers a request.
 pub(super) async fn respond(
-    hall: &Arc<Hall>,
-    place: &Arc<Place>,
+    host: &Arc<ConsoleHost>,
+    place: &Arc<ConnectionSlot>,
     from: SocketAddr,
     request: Request<Incoming>,
-) -> Response<Body> {
+) -> Response<ResponseBody> {
     let _work = place.work();
     let is_get = *request.method() == Method::GET;
     let prefers_verdict = text(request.headers(), "prefer").is_some_and(|wish| wish.contains(VERDICT));
-    match answer(hall, place, from, request).await {
+    match answer(host, place, from, request).await {
         Ok(response) => response,
         Err(problem) => {
             let mut response = problem.response();
@@ -54,59 +56,64 @@ pub(super) async fn respond(
 }
 
 async fn answer(
-    hall: &Arc<Hall>,
-    place: &Arc<Place>,
+    host: &Arc<ConsoleHost>,
+    place: &Arc<ConnectionSlot>,
     from: SocketAddr,
     request: Request<Incoming>,
-) -> Result<Response<Body>, Problem> {
-    let is_stop =
-        || Found::of(request.method().as_str(), request.uri().path()).is_ok_and(|found| found.is_stop());
-    if place.only_stops && !is_stop() {
-        return Err(too_many());
+) -> Result<Response<ResponseBody>, Problem> {
+    let asks_for_stop =
+        || of_request(request.method().as_str(), request.uri().path()).is_ok_and(|found| is_stop(&found));
+    if place.only_stops && !asks_for_stop() {
+        return Err(Problem::too_many());
     }
     let is_socket = request.headers().contains_key(UPGRADE);
-    hall.guard.check_place(request.uri(), request.headers(), is_socket)?;
+    host.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {
-        return socket::open(hall.service.context(), &hall.guard, place, from, request);
+        return socket::open(host.dispatcher.context(), &host.guard, place, from, request);
     }
     let (head, body) = request.into_parts();
     let path = head.uri.path();
-    if let Some(answer) = page(hall, &head.method, path, &head.headers) {
+    if let Some(answer) = page(host, &head.method, path, &head.headers) {
         return Ok(answer);
     }
     let mut query = Query::parse(head.uri.query().unwrap_or_default())?;
-    let role = lowered(hall.guard.role(&head.method, &head.headers, &mut query)?, &head.headers);
-    let found = Found::of(head.method.as_str(), path)?;
+    let role = lowered(host.guard.role(&head.method, &head.headers, &mut query)?, &head.headers);
+    let found = of_request(head.method.as_str(), path)?;
     // A stop waits for nobody, and is never too much.
-    if !found.is_stop() {
-        hall.guard.check_rate()?;
+    if !is_stop(&found) {
+        host.guard.check_rate()?;
     }
-    let who = format!("{role} at {from}");
-    let caller = Caller { role, who, local: None, is_told: false, place: Arc::clone(place) };
-    hall.service.answer(found, caller, (path, &head.headers), query, body).await
+    let (who, is_told) = with_caller_name(format!("{role} at {from}"), &head.headers);
+    let caller = Caller { role, who, local: None, is_told, place: Arc::clone(place) };
+    host.dispatcher.answer(found, caller, (path, &head.headers), query, body).await
 }
 
 /// What is shown without a token: pages, and where the rest is.
-fn page(hall: &Hall, method: &Method, path: &str, headers: &HeaderMap) -> Option<Response<Body>> {
+fn page(
+    host: &ConsoleHost,
+    method: &Method,
+    path: &str,
+    headers: &HeaderMap,
+) -> Option<Response<ResponseBody>> {
     if *method != Method::GET && *method != Method::HEAD {
         return None;
     }
     // A browser wants a page, a program wants to know where the rest is.
     let wants_index =
         path == "/" && !text(headers, ACCEPT.as_str()).unwrap_or_default().contains("text/html");
-    let page = if wants_index { None } else { hall.pages.find(path) };
+    let page = if wants_index { None } else { host.pages.find(path) };
     let Some(page) = page else {
         let index = json!({ "api": BASE, "openapi": format!("{BASE}/openapi.json") });
         return (path == "/").then(|| json_response(StatusCode::OK, &index));
     };
-    let small = if takes_gzip(headers) { hall.pages.smaller(&page) } else { None };
+    let small = if takes_gzip(headers) { host.pages.smaller(&page) } else { None };
     let form = if small.is_some() { "-gzip" } else { "" };
     let version = format!("\"{:08x}-{:x}{form}\"", crc32fast::hash(&page.content), page.content.len());
     let is_known = text(headers, IF_NONE_MATCH.as_str()).is_some_and(|known| known.contains(&version));
     let is_small = small.is_some();
     let mut answer = match is_known {
-        true => response(StatusCode::NOT_MODIFIED, &page.kind, Body::Whole(None)),
-        false => response(StatusCode::OK, &page.kind, Body::of(small.unwrap_or(page.content))),
+        true => response(StatusCode::NOT_MODIFIED, &page.kind, ResponseBody::Whole(None)),
+        false => response(StatusCode::OK, &page.kind, ResponseBody::of(small.unwrap_or(page.content))),
     };
     answer.headers_mut().insert(VARY, HeaderValue::from_static("accept-encoding"));
     if is_small && !is_known {

@@ -35,7 +35,7 @@ const VALUE: u8 = 1;
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase", deny_unknown_fields)]
-enum Request {
+enum LiveRequest {
     Subscribe(Vec<Wish>),
     Unsubscribe(Vec<u32>),
 }
@@ -49,7 +49,7 @@ struct Wish {
     #[serde(default = "rate")]
     rate: f64,
     #[serde(default)]
-    form: Form,
+    form: LiveForm,
     /// Whether each value that is kept is wanted, and not only the newest.
     #[serde(default)]
     every: bool,
@@ -65,17 +65,17 @@ fn rate() -> f64 {
 
 #[derive(Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Form {
+enum LiveForm {
     #[default]
     Json,
     Binary,
 }
 
-struct Subscription {
+struct LiveSubscription {
     watcher: Watcher,
     period: Duration,
     due: Instant,
-    form: Form,
+    form: LiveForm,
     every: bool,
     selection: Selection,
 }
@@ -123,8 +123,12 @@ async fn say_all(sink: &mut Sink, texts: Vec<Json>) -> bool {
 }
 
 /// Does what is asked; what is to be said of it.
-fn take(context: &Arc<Context>, subscriptions: &mut BTreeMap<u32, Subscription>, text: &str) -> Vec<Json> {
-    let request: Request = match serde_json::from_str(text) {
+fn take(
+    context: &Arc<Context>,
+    subscriptions: &mut BTreeMap<u32, LiveSubscription>,
+    text: &str,
+) -> Vec<Json> {
+    let request: LiveRequest = match serde_json::from_str(text) {
         Ok(request) => request,
         Err(error) => {
             let help = "such as {\"subscribe\": [{\"id\": 1, \"url\": \"/module/property\"}]}";
@@ -133,11 +137,11 @@ fn take(context: &Arc<Context>, subscriptions: &mut BTreeMap<u32, Subscription>,
         }
     };
     match request {
-        Request::Unsubscribe(ids) => {
+        LiveRequest::Unsubscribe(ids) => {
             ids.iter().for_each(|id| drop(subscriptions.remove(id)));
             Vec::new()
         }
-        Request::Subscribe(wishes) => wishes
+        LiveRequest::Subscribe(wishes) => wishes
             .into_iter()
             .map(|wish| {
                 let id = wish.id;
@@ -156,7 +160,7 @@ fn take(context: &Arc<Context>, subscriptions: &mut BTreeMap<u32, Subscription>,
     }
 }
 
-fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(Subscription, Json), Problem> {
+fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(LiveSubscription, Json), Problem> {
     let url =
         Url::parse(&wish.url).map_err(|error| Problem::bad(error.to_string(), "such as /module/property"))?;
     if url.agent().is_some_and(|agent| agent != context.name()) {
@@ -185,13 +189,13 @@ fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(Subscription, Json),
     });
     let period = Duration::from_secs_f64(1.0 / wish.rate);
     let (form, every) = (wish.form, wish.every);
-    Ok((Subscription { watcher, period, due: Instant::now(), form, every, selection }, told))
+    Ok((LiveSubscription { watcher, period, due: Instant::now(), form, every, selection }, told))
 }
 
 /// Tells what is new and due; false when the client is gone.
 async fn tell(
     context: &Arc<Context>,
-    subscriptions: &mut BTreeMap<u32, Subscription>,
+    subscriptions: &mut BTreeMap<u32, LiveSubscription>,
     sink: &mut Sink,
 ) -> bool {
     let now = Instant::now();
@@ -229,7 +233,7 @@ enum Encoded {
     Bytes(Vec<u8>),
 }
 
-fn encode(id: u32, subscription: &mut Subscription) -> Vec<Encoded> {
+fn encode(id: u32, subscription: &mut LiveSubscription) -> Vec<Encoded> {
     let watcher = &mut subscription.watcher;
     let samples = if subscription.every {
         watcher.take_all()
@@ -237,7 +241,7 @@ fn encode(id: u32, subscription: &mut Subscription) -> Vec<Encoded> {
         watcher.take().map(|sample| sample.into_iter().collect())
     };
     let one = |sample: Sample| match subscription.form {
-        Form::Binary => {
+        LiveForm::Binary => {
             let mut bytes = vec![VALUE];
             bytes.extend(id.to_le_bytes());
             bytes.extend(sample.stamp.time.to_le_bytes());
@@ -245,7 +249,7 @@ fn encode(id: u32, subscription: &mut Subscription) -> Vec<Encoded> {
             bytes.extend(sample.bytes);
             Encoded::Bytes(bytes)
         }
-        Form::Json => {
+        LiveForm::Json => {
             let (sequence, time) = (sample.stamp.sequence, sample.stamp.time);
             let text = match subscription.selection.of(&sample.json()) {
                 Ok(value) => json!({ "id": id, "sequence": sequence, "time": time, "value": value }),

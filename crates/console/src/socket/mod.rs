@@ -24,7 +24,9 @@ use tokio_tungstenite::tungstenite::protocol::{Role as Side, WebSocketConfig};
 use tokio_tungstenite::tungstenite::{Bytes, Message};
 
 use crate::guard::{Guard, TOKEN_PROTOCOL, protocols};
-use slate_control::{BASE, Body, Caller, Context, Place, Problem, Query, Role, response};
+use slate_control::{
+    BASE, Caller, ConnectionSlot, Context, Problem, Query, ResponseBody, Role, response, with_caller_name,
+};
 
 /// The longest message of a client, bytes.
 const MESSAGE: usize = 64 << 10;
@@ -79,7 +81,7 @@ impl Listener {
 
 /// Which socket it is.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum SocketKind {
     Live,
     Teleoperation,
     Foxglove,
@@ -88,7 +90,7 @@ enum Kind {
 /// The subprotocol of our own sockets.
 const SLATE: &str = "slate.v1";
 
-impl Kind {
+impl SocketKind {
     /// Which socket is at a path, for who speaks these protocols.
     fn of(path: &str, offered: &[String]) -> Option<Self> {
         let speaks_foxglove = offered.iter().any(|protocol| foxglove::PROTOCOLS.contains(&protocol.as_str()));
@@ -117,7 +119,7 @@ struct Visitor {
     /// Who it is, for the log.
     who: String,
     /// It counts as long as this lives.
-    place: Arc<Place>,
+    place: Arc<ConnectionSlot>,
 }
 
 impl Visitor {
@@ -132,14 +134,14 @@ impl Visitor {
 pub(crate) fn open<B>(
     context: &Arc<Context>,
     guard: &Guard,
-    place: &Arc<Place>,
+    place: &Arc<ConnectionSlot>,
     from: SocketAddr,
     mut request: Request<B>,
-) -> Result<Response<Body>, Problem> {
+) -> Result<Response<ResponseBody>, Problem> {
     let path = request.uri().path().to_owned();
     let headers = request.headers();
     let offered = protocols(headers);
-    let kind = Kind::of(&path, &offered).ok_or_else(|| {
+    let kind = SocketKind::of(&path, &offered).ok_or_else(|| {
         let help = format!("there are {BASE}/live, {BASE}/teleoperation and /foxglove");
         Problem::not_found(format!("there is no WebSocket at {path}"), help)
     })?;
@@ -149,11 +151,11 @@ pub(crate) fn open<B>(
     guard.check_rate()?;
     let mine: Vec<_> = offered.iter().filter(|protocol| !protocol.starts_with(TOKEN_PROTOCOL)).collect();
     let chosen = kind.protocols().iter().find(|known| mine.iter().any(|protocol| protocol == *known));
-    if chosen.is_none() && !(mine.is_empty() && kind != Kind::Foxglove) {
+    if chosen.is_none() && !(mine.is_empty() && kind != SocketKind::Foxglove) {
         let message = format!("none of the subprotocols is known here: {}", offered.len());
         return Err(Problem::bad(message, format!("offer {}", kind.protocols().join(" or "))));
     }
-    if kind == Kind::Teleoperation && role < Role::Operator {
+    if kind == SocketKind::Teleoperation && role < Role::Operator {
         let message = format!("{} may not drive", role.one());
         return Err(Problem::new(StatusCode::FORBIDDEN, message, "ask with the token of an operator"));
     }
@@ -162,11 +164,12 @@ pub(crate) fn open<B>(
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "close one").with("retry-after", "5")
     };
     // Only browsers say which page they come from.
-    let is_page = kind == Kind::Live && headers.contains_key(ORIGIN);
+    let is_page = kind == SocketKind::Live && headers.contains_key(ORIGIN);
     if !place.becomes_socket(is_page) {
         return Err(full());
     }
-    let mut answer = response(StatusCode::SWITCHING_PROTOCOLS, "", Body::Whole(None));
+    let (who, _) = with_caller_name(format!("{role} at {from}"), headers);
+    let mut answer = response(StatusCode::SWITCHING_PROTOCOLS, "", ResponseBody::Whole(None));
     let accepted = derive_accept_key(key.as_bytes());
     let answered = answer.headers_mut();
     answered.insert(CONNECTION, HeaderValue::from_static("Upgrade"));
@@ -181,7 +184,7 @@ pub(crate) fn open<B>(
     let upgrade = hyper::upgrade::on(&mut request);
     let left = Arc::clone(&place.leave);
     let place = Arc::clone(place);
-    let visitor = Visitor { context: Arc::clone(context), role, who: format!("{role} at {from}"), place };
+    let visitor = Visitor { context: Arc::clone(context), role, who, place };
     tokio::spawn(async move {
         let Ok(upgraded) = upgrade.await else { return };
         let visit = visit(kind, visitor, upgraded);
@@ -213,7 +216,7 @@ fn key<'h>(method: &Method, headers: &'h HeaderMap) -> Result<&'h str, Problem> 
     Ok(key)
 }
 
-async fn visit(kind: Kind, visitor: Visitor, upgraded: Upgraded) {
+async fn visit(kind: SocketKind, visitor: Visitor, upgraded: Upgraded) {
     let mut settings = WebSocketConfig::default();
     settings.max_message_size = Some(MESSAGE);
     settings.max_frame_size = Some(MESSAGE);
@@ -222,17 +225,17 @@ async fn visit(kind: Kind, visitor: Visitor, upgraded: Upgraded) {
     let stream = WebSocketStream::from_raw_socket(TokioIo::new(upgraded), Side::Server, Some(settings)).await;
     let (sink, stream) = stream.split();
     let listener = Listener { stream, count: (0.0, Instant::now()) };
-    if kind != Kind::Live {
+    if kind != SocketKind::Live {
         visitor.context.log(Level::Info, &format!("{} has come to {}", visitor.who, kind.name()));
     }
     match kind {
-        Kind::Live => live::visit(visitor, sink, listener).await,
-        Kind::Teleoperation => teleoperation::visit(visitor, sink, listener).await,
-        Kind::Foxglove => foxglove::visit(visitor, sink, listener).await,
+        SocketKind::Live => live::visit(visitor, sink, listener).await,
+        SocketKind::Teleoperation => teleoperation::visit(visitor, sink, listener).await,
+        SocketKind::Foxglove => foxglove::visit(visitor, sink, listener).await,
     }
 }
 
-impl Kind {
+impl SocketKind {
     fn name(self) -> &'static str {
         match self {
             Self::Live => "the live values",

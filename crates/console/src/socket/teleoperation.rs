@@ -13,11 +13,11 @@ use slate_runtime::{ControlsError, Mistake, Teleoperation};
 
 use super::{Listener, Said, Sink, Visitor, say};
 use slate_control::operations::gate;
-use slate_control::{self as schema, Problem};
+use slate_control::{self as schema, Problem, without_slash};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Request {
+struct DriveRequest {
     #[serde(default)]
     take: Option<String>,
     #[serde(default)]
@@ -65,13 +65,13 @@ fn take(
         context.agent.settle();
         return Ok(json!({ "stopped": true, "sequence": sequence }));
     }
-    let request = Request::deserialize(said).map_err(ununderstood)?;
+    let request = DriveRequest::deserialize(said).map_err(ununderstood)?;
     let sequence = request.sequence;
     let wrong = |problem| (sequence, problem);
     if let Some(name) = request.take {
         // Nobody has two.
         *controls = None;
-        let taken = context.agent.composer().take_controls(&name, &visitor.who);
+        let taken = context.agent.composer().take_controls(without_slash(&name), &visitor.who);
         let taken = taken.map_err(|error| {
             wrong(match error {
                 ControlsError::Unknown { .. } => {

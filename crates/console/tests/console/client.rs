@@ -38,13 +38,6 @@ impl Reply {
         serde_json::from_slice(&self.body).unwrap()
     }
 
-    /// The body of an answer with that status.
-    #[track_caller]
-    pub fn json_of(&self, status: u16) -> Json {
-        assert_eq!(self.status, status, "{}", self.text());
-        serde_json::from_slice(&self.body).unwrap()
-    }
-
     /// Why it is not done, in a form that all such answers have.
     #[track_caller]
     pub fn problem(&self, status: u16) -> String {

@@ -49,14 +49,36 @@ fn values_are_set_by_url_by_operators_or_developers() {
         ("/driver/goal", json!({ "x": 0.0, "y": 0.0 }), Role::Operator),
         ("/sensor/params/step", json!(2.0), Role::Developer),
         ("/sensor/enabled", json!(true), Role::Developer),
-        ("/nothing", json!(1), Role::Developer),
+        ("/nothing", json!(1), Role::Operator),
     ] {
         for role in Role::ALL {
-            let body = json!({ "url": url, "value": value });
-            let reply = run.client(role.name()).send("PUT", "/value", Some(&body));
+            let path = run.at(url.trim_start_matches('/'));
+            let reply = run.client(role.name()).send("PUT", &path, Some(&value));
             assert_eq!(reply.status == 403, role < least, "{role}: {url}: {}", reply.text());
         }
     }
+}
+
+#[test]
+fn a_named_caller_is_in_the_log_beside_its_role() {
+    let run = Running::start("remote-caller");
+    let access = Access {
+        address: format!("http://{}", run.address()).parse().unwrap(),
+        browser: String::new(),
+        token: run.token("viewer"),
+        certificate: None,
+    };
+    let mut client = Client::at(&access).unwrap();
+    client.modules().unwrap();
+    client.on_behalf_of("model\" developer at 10.0.0.1: PUT /api/v1/value is done");
+    client.links().unwrap();
+    assert!(client.arm(None).is_err());
+    let log = || run.get("/log").text();
+    run.wait_for("the calls in the log", || log().contains("POST /api/v1/arm is refused with 403"));
+    let log = run.get("/log").json().to_string();
+    let line = r#"named \\\"model\\\\\\\" developer at 10.0.0.1: PUT /api/v1/value is done\\\": GET /api/v1/links is done"#;
+    assert!(log.replace('\\', "").contains(&line.replace('\\', "")), "{log}");
+    assert!(log.contains("viewer at 127.0.0.1:") && !log.contains("/modules"), "{log}");
 }
 
 #[test]

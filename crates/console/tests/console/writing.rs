@@ -57,24 +57,6 @@ fn an_operator_sets_the_parameters_that_the_configuration_gives_operators_and_no
     let told = run.get("/parameters").json();
     let operable = told.as_array().unwrap().iter().filter(|own| own["operable"] == true);
     assert_eq!(operable.map(|own| own["name"].clone()).collect::<Vec<_>>(), [json!("step")]);
-    // By its URL it is the same.
-    let set = |url: &str, value: Json| {
-        let reply = operator.send("PUT", "/value", Some(&json!({ "url": url, "value": value })));
-        match reply.status {
-            200 => "set".to_owned(),
-            _ => reply.json_of(403)["detail"].as_str().unwrap().to_owned(),
-        }
-    };
-    assert_eq!(set("/sensor/params/step", json!(4.0)), "set");
-    assert_eq!(set("/sensor/params", json!({ "step": 4.5 })), "set");
-    for (url, value) in [
-        ("/sensor/params/label", json!("mine")),
-        ("/sensor/params", json!({ "step": 1.0, "label": "mine" })),
-        ("/sensor/enabled", json!(false)),
-    ] {
-        assert_eq!(set(url, value), "an operator may not do this");
-    }
-    assert_eq!(run.get(&format!("{step}?bare")).json(), json!(4.5));
 }
 
 #[test]

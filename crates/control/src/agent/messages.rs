@@ -8,8 +8,8 @@ use slate_blackboard::interface::{self, Descriptor, Value};
 use slate_blackboard::message::Status;
 use slate_blackboard::{BoardError, Carrier, Property};
 
-use super::properties::KNOWN;
-use super::{AgentControl, Done, refusal, result};
+use super::properties::PropertyDirectory;
+use super::refusal::{Done, KNOWN, refusal, result};
 use crate::entries::Refusal;
 use slate_runtime::{Message, Mistake};
 
@@ -31,18 +31,29 @@ pub fn lacking(descriptor: &Descriptor, names: impl Fn(&str) -> bool) -> Vec<&'s
     fields.filter(|name| *name != "reserved" && !names(name)).collect()
 }
 
-impl AgentControl {
+/// Sends messages to the mailboxes of an agent.
+#[derive(Clone)]
+pub(crate) struct MessageSender {
+    properties: PropertyDirectory,
+}
+
+impl MessageSender {
+    /// That of an agent.
+    pub fn new(properties: &PropertyDirectory) -> Self {
+        Self { properties: properties.clone() }
+    }
+
     /// The number of the newest line of the log.
-    pub fn log_end(&self) -> u64 {
-        let tail = self.composer.board().find(TAIL).ok();
+    fn log_end(&self) -> u64 {
+        let tail = self.properties.board().find(TAIL).ok();
         tail.and_then(|(property, _)| Some(property.channel()?.published())).unwrap_or(0)
     }
 
     /// Why a module has refused a message: in its own words, what it has warned of since the log had `log_end` lines, as a
     /// code says little.
-    pub fn refused_message(&self, property: &Property, code: u16, log_end: u64) -> Refusal {
+    fn refused_message(&self, property: &Property, code: u16, log_end: u64) -> Refusal {
         let path = property.path();
-        let modules = self.composer.modules().into_iter().map(|module| module.name);
+        let modules = self.properties.composer().modules().into_iter().map(|module| module.name);
         let owns = |name: &String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         let owner = modules.filter(owns).max_by_key(String::len);
         match owner.and_then(|module| self.warning(&module, log_end)) {
@@ -58,8 +69,8 @@ impl AgentControl {
     /// The last line after that number in which a module warns.
     fn warning(&self, module: &str, after: u64) -> Option<String> {
         // What it says in a step is still on its way.
-        self.composer.flush_log(WRITTEN);
-        let kept = self.composer.board().history(TAIL).ok()?;
+        self.properties.composer().flush_log(WRITTEN);
+        let kept = self.properties.board().history(TAIL).ok()?;
         let text = |line: &Value, name: &str| line.get(name).and_then(Value::as_str).map(str::to_owned);
         let warns = |line: &Value| {
             let is_warning = text(line, "level").is_some_and(|level| level == "WARN" || level == "ERROR");
@@ -71,14 +82,14 @@ impl AgentControl {
 
     /// Sends a message to a property that takes them, and tells what becomes of it within a second: `done` or `accepted`; when
     /// it is only found out whether it would be taken, `fits`.
-    pub(crate) fn send(&self, url: &str, value: &Json, dry_run: bool) -> Done {
-        if self.elsewhere(url).is_some() {
+    pub fn send(&self, url: &str, value: &Json, dry_run: bool) -> Done {
+        if self.properties.remote.of(url).is_some() {
             let message = Mistake::OtherAgent.of(format!("{url} is of another agent"));
             return Err(refusal(message, "ask that agent itself, with --agent"));
         }
-        let path = self.path_of(url)?;
+        let path = self.properties.path_of(url)?;
         let unknown = |error: BoardError| refusal(Message::from(&error), KNOWN);
-        let (property, field) = self.composer.board().find(&path).map_err(unknown)?;
+        let (property, field) = self.properties.board().find(&path).map_err(unknown)?;
         let Carrier::Mailbox(mailbox) = property.carrier() else {
             let message = Mistake::Value.of(format!("/{} takes no messages", property.path()));
             return Err(refusal(
@@ -112,7 +123,7 @@ impl AgentControl {
         let full = |reason: String| refusal(reason, "wait for the module that takes them");
         let log_end = self.log_end();
         let mut sender = mailbox.sender().map_err(|error| full(error.to_string()))?;
-        let sent = sender.send(&bytes[..shape.bytes(items)], items, self.composer.now());
+        let sent = sender.send(&bytes[..shape.bytes(items)], items, self.properties.composer().now());
         let ticket = sent.map_err(|error| full(error.to_string()))?;
         let mut waited = Duration::ZERO;
         loop {

@@ -1,10 +1,11 @@
 //! The agent as its operations see it.
 
-mod elsewhere;
 mod messages;
 mod own;
 mod peers;
 mod properties;
+mod refusal;
+mod remote;
 mod settings;
 mod trace;
 mod values;
@@ -12,26 +13,30 @@ mod values;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
-use slate_blackboard::{BoardError, Url, interface};
-use slate_runtime::configuration::{Configuration, Database, Diagnostic, Report};
+use slate_blackboard::{Url, interface};
+use slate_runtime::configuration::{Configuration, Database};
 use slate_runtime::playback::Order;
-use slate_runtime::recording::{self, RecordingControl, RecordingRefusal};
-use slate_runtime::snapshot::{Snapshot, SnapshotError};
-use slate_runtime::{
-    Agent, Composer, ControlsError, ControlsHolder, Loaded, Message, Mistake, NewLink, PluginError, Reload,
-};
+use slate_runtime::recording::{self, RecordingControl};
+use slate_runtime::snapshot::Snapshot;
+use slate_runtime::{Agent, Composer, ControlsHolder, Loaded, Mistake, NewLink, Reload};
 
 use crate::entries::{
-    Changed, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal,
-    Reloaded, SnapshotEntry, Switched, UnloadedPlugin,
+    HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, ModuleEntry, PluginEntry, Refusal, Reloaded,
+    SnapshotEntry, Switched, UnloadedPlugin,
 };
 
+use messages::MessageSender;
 pub use messages::lacking;
 pub(crate) use own::own_url;
 pub use peers::{PeerEntry, PeerList, ReadEntry, RejectedEntry, ServedEntry};
-pub(crate) use properties::KNOWN;
+use properties::PropertyDirectory;
+pub use refusal::Done;
+pub(crate) use refusal::{KNOWN, absolute, no_playback, no_recorder, refusal};
+use refusal::{result, unknown};
+use settings::ConfigurationControl;
 pub(crate) use trace::ToolTrace;
 pub use values::LONGEST;
+use values::ValueWatch;
 
 /// What is to be recorded.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -56,7 +61,14 @@ pub struct RecordingWish {
 #[derive(Clone)]
 pub struct AgentControl {
     composer: Composer,
-    database: Option<Database>,
+    /// Its configuration.
+    pub(crate) settings: ConfigurationControl,
+    /// Its properties, and those of other agents.
+    pub(crate) properties: PropertyDirectory,
+    /// Messages to its mailboxes.
+    pub(crate) messages: MessageSender,
+    /// Values as they come.
+    pub(crate) values: ValueWatch,
 }
 
 impl std::fmt::Debug for AgentControl {
@@ -65,44 +77,23 @@ impl std::fmt::Debug for AgentControl {
     }
 }
 
-/// What comes of a call.
-pub type Done = Result<serde_json::Value, Refusal>;
-
 impl AgentControl {
     /// That of an agent, which it keeps.
     pub fn new(agent: &Agent) -> Self {
-        Self { composer: agent.composer(), database: agent.database().cloned() }
+        let composer = agent.composer();
+        let properties = PropertyDirectory::new(&composer);
+        Self {
+            settings: ConfigurationControl::new(&composer, agent.database().cloned()),
+            messages: MessageSender::new(&properties),
+            values: ValueWatch::new(&properties),
+            properties,
+            composer,
+        }
     }
 
     /// What changes the agent.
     pub fn composer(&self) -> &Composer {
         &self.composer
-    }
-
-    /// Where its configuration is changed; none when it was loaded without one.
-    pub fn settings(&self) -> Option<&Database> {
-        self.database.as_ref()
-    }
-
-    /// Changes settings if `holds` still says so right before; it is asked again when somebody
-    /// else was faster.
-    ///
-    /// # Errors
-    /// What `holds` says, or that the changes don't fit.
-    pub fn set_if<E: From<Refusal>>(
-        &self,
-        changes: &[(String, String)],
-        holds: impl Fn() -> Result<(), E>,
-    ) -> Result<Vec<Changed>, E> {
-        loop {
-            let proposal = self.proposal(changes).map_err(E::from)?;
-            holds()?;
-            if let Some(changed) = proposal.apply() {
-                self.composer.say_changes("a tool has changed", &changed);
-                self.composer.settle_changes();
-                return Ok(self.changed(changed));
-            }
-        }
     }
 
     /// Waits until all changes so far are in the recording, whatever becomes of this process.
@@ -142,10 +133,10 @@ impl AgentControl {
         let changes = if dry_run { composer.check_link(&link) } else { composer.link(&link) };
         let changes = changes.map_err(Refusal::from)?;
         match dry_run {
-            true => self.check_remote(&link)?,
+            true => self.properties.remote.check_link(&link)?,
             false => self.composer.say_changes("a tool has linked", &changes),
         }
-        let mut changed = self.changed(changes);
+        let mut changed = self.settings.changed(changes);
         if let Some(first) = changed.first_mut() {
             first.conversion = self.conversion(to, from);
         }
@@ -163,7 +154,7 @@ impl AgentControl {
         if !dry_run {
             self.composer.say_changes("a tool has unlinked", &changes);
         }
-        result(self.changed(changes))
+        result(self.settings.changed(changes))
     }
 
     /// The links.
@@ -187,11 +178,6 @@ impl AgentControl {
         result(peers::peers(&self.composer))
     }
 
-    /// What is wrong with files that were edited and are refused.
-    pub(crate) fn refused_edit(&self) -> Done {
-        result(self.database()?.refused_edit().map(Refusal::from))
-    }
-
     /// Takes a snapshot.
     pub(crate) fn save_snapshot(&self, file: &Path) -> Done {
         snapshot(&self.composer.save_snapshot(absolute(file)?)?)
@@ -200,7 +186,7 @@ impl AgentControl {
     /// Goes on from a snapshot.
     pub(crate) fn load_snapshot(&self, file: &Path) -> Done {
         let read = Snapshot::read(absolute(file)?)?;
-        self.composer.restore(&read, self.database.as_ref())?;
+        self.composer.restore(&read, self.settings.database.as_ref())?;
         snapshot(&read)
     }
 
@@ -257,7 +243,7 @@ impl AgentControl {
     fn conversion(&self, to: &str, from: &str) -> Option<String> {
         let path = Url::parse(to).ok()?.path_in("");
         let input = self.composer.port(&path)?.descriptor;
-        let (property, field) = self.composer.board().find(&self.path_of(from).ok()?).ok()?;
+        let (property, field) = self.composer.board().find(&self.properties.path_of(from).ok()?).ok()?;
         let source = property.descriptor();
         let is_other = field.is_empty() && source.hash != input.hash;
         is_other.then(|| format!("{} of {}, field by field", input.name, source.name))
@@ -336,7 +322,7 @@ impl AgentControl {
     }
 
     /// Switches a module on or off.
-    pub(crate) fn enable(&self, name: &str, on: bool) -> Done {
+    pub(crate) fn enable(&self, name: &str, on: bool) -> Result<Switched, Refusal> {
         let known = |database: &&Database| {
             database.current().modules().iter().any(|module| module.name.value == name)
         };
@@ -363,11 +349,11 @@ impl AgentControl {
                 let help = format!("reload its plugin: slate plugin reload {}", module.plugin);
                 return Err(refusal(message, &help));
             }
-            return result(Switched { changed: false, needs_reload: None });
+            return Ok(Switched { changed: false, needs_reload: None });
         }
-        match self.database.as_ref().filter(known) {
+        match self.settings.database.as_ref().filter(known) {
             Some(database) => {
-                let path = format!("modules.{}.enabled", toml_edit::Key::new(name).display_repr());
+                let path = enabled(name);
                 // Back to what the files say is no change that is to be saved.
                 let is_on = |configuration: &Configuration| {
                     let mut modules = configuration.modules().iter();
@@ -382,8 +368,13 @@ impl AgentControl {
             None => self.composer.enable(name, on)?,
         }
         self.composer.say(&format!("a tool has switched {name} {}", if on { "on" } else { "off" }));
-        result(Switched { changed: true, needs_reload: has_failed.then(|| module.plugin.clone()) })
+        Ok(Switched { changed: true, needs_reload: has_failed.then(|| module.plugin.clone()) })
     }
+}
+
+/// The setting that switches a module.
+pub(crate) fn enabled(module: &str) -> String {
+    format!("modules.{}.enabled", toml_edit::Key::new(module).display_repr())
 }
 
 fn loaded(loaded: Loaded) -> Done {
@@ -404,112 +395,4 @@ fn reloaded(reload: Reload) -> Done {
 fn snapshot(snapshot: &Snapshot) -> Done {
     let agent = snapshot.agent().into();
     result(SnapshotEntry { agent, time: snapshot.time(), cycle: snapshot.cycle() })
-}
-
-fn result(value: impl Serialize) -> Done {
-    serde_json::to_value(value)
-        .map_err(|error| refusal(format!("the answer can't be written: {error}"), "ask for less of it"))
-}
-
-/// The agent's own folder is not that of the tool.
-pub(crate) fn absolute(file: &Path) -> Result<&Path, Refusal> {
-    if file.is_absolute() {
-        return Ok(file);
-    }
-    Err(refusal(format!("{} is a relative path", slate_runtime::printable(file)), "give its absolute path"))
-}
-
-pub(crate) fn no_playback() -> Refusal {
-    refusal("the agent plays no recording", "start one that does: slate replay FILE; or name it with --agent")
-}
-
-pub(crate) fn no_recorder() -> Refusal {
-    let help = "`slate run` has one; a program gives its agent one with `Options::recording`";
-    refusal("this agent has nothing that records", help)
-}
-
-pub(crate) fn refusal(message: impl Into<Message>, help: &str) -> Refusal {
-    let Message { text, mistake } = message.into();
-    Refusal { message: text, help: help.into(), code: code(mistake), report: None }
-}
-
-fn code(mistake: Option<Mistake>) -> Option<String> {
-    mistake.map(|mistake| mistake.code().to_owned())
-}
-
-/// There is nothing of that name; `help` is for when there is nothing like it either.
-fn unknown(what: &str, name: &str, names: &[String], help: &str) -> Refusal {
-    let near = slate_blackboard::nearest_names(name, names.iter().map(String::as_str)).join(" or ");
-    let help = if near.is_empty() { help.into() } else { format!("did you mean {near}?") };
-    refusal(Mistake::Name.of(format!("no {what} is called `{name}`")), &help)
-}
-
-impl From<Report> for Refusal {
-    fn from(report: Report) -> Self {
-        let diagnostics = report.diagnostics();
-        // Of several, each has its help beside it.
-        let line = |one: &Diagnostic| match one.help_text() {
-            Some(help) => format!("{} ({help})", one.placed()),
-            None => one.placed(),
-        };
-        let (message, help) = match diagnostics {
-            [one] => (one.placed(), one.help_text().unwrap_or_default().to_owned()),
-            several => (several.iter().map(line).collect::<Vec<_>>().join("\n"), String::new()),
-        };
-        let is_written = diagnostics.iter().any(Diagnostic::is_written);
-        let report_text = is_written.then(|| report.render(false));
-        Self { message, help, code: code(report.mistake()), report: report_text }
-    }
-}
-
-impl From<PluginError> for Refusal {
-    fn from(error: PluginError) -> Self {
-        match error {
-            PluginError::Unfit(report) => report.into(),
-            other => {
-                let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
-                let message = Message { text: other.to_string(), mistake: other.mistake() };
-                refusal(message, &help.unwrap_or_default())
-            }
-        }
-    }
-}
-
-impl From<ControlsError> for Refusal {
-    fn from(error: ControlsError) -> Self {
-        let (mistake, help) = match &error {
-            ControlsError::Unknown { .. } => (Mistake::Name, "name one of them"),
-            ControlsError::Taken { .. } => {
-                (Mistake::Held, "wait until they are given back; `slate api GET /leases` shows who has which")
-            }
-        };
-        refusal(mistake.of(error.to_string()), help)
-    }
-}
-
-impl From<RecordingRefusal> for Refusal {
-    fn from(refused: RecordingRefusal) -> Self {
-        refusal(refused.message, &refused.help)
-    }
-}
-
-impl From<SnapshotError> for Refusal {
-    fn from(error: SnapshotError) -> Self {
-        match error {
-            SnapshotError::Configuration(report) => report.into(),
-            other => {
-                let help = miette::Diagnostic::help(&other).map(|help| help.to_string());
-                refusal(other.to_string(), &help.unwrap_or_default())
-            }
-        }
-    }
-}
-
-impl From<BoardError> for Refusal {
-    fn from(error: BoardError) -> Self {
-        refusal(
-            Message::from(&error),
-            "name a module of the agent; one that a link switches can't be switched by hand",
-        )
-    }
 }

@@ -2,26 +2,47 @@
 
 use std::sync::Arc;
 
-use slate_blackboard::interface;
-use slate_blackboard::{Access, BoardError, Pattern, Property, Stamp, Url};
+use slate_blackboard::{Access, Board, BoardError, Pattern, Property, Url};
 use slate_module::Direction;
 
-use super::elsewhere;
-use super::{AgentControl, Done, refusal, result};
-use crate::entries::{PropertyEntry, Reading, Refusal};
+use super::refusal::{Done, KNOWN, reading, refusal, result};
+use super::remote::{self, RemoteAgents};
+use crate::entries::{PropertyEntry, Refusal};
+use slate_runtime::Composer;
 use slate_runtime::sharing::{RemotePath, TEAM};
 use slate_runtime::{Message, Mistake};
 
-pub(crate) const KNOWN: &str = "`slate list` shows the properties; ports, params, enabled, state and timing of modules are below their names";
+/// The properties of an agent, and through it those of others.
+#[derive(Clone)]
+pub(crate) struct PropertyDirectory {
+    composer: Composer,
+    /// Other agents.
+    pub remote: RemoteAgents,
+}
 
-impl AgentControl {
+impl PropertyDirectory {
+    /// That of an agent.
+    pub fn new(composer: &Composer) -> Self {
+        Self { composer: composer.clone(), remote: RemoteAgents::new(composer) }
+    }
+
+    /// The agent.
+    pub fn composer(&self) -> &Composer {
+        &self.composer
+    }
+
+    /// The blackboard.
+    pub fn board(&self) -> &Board {
+        self.composer.board()
+    }
+
     /// The properties that a pattern matches, of this agent or another one; all of this one without it.
-    pub(crate) fn properties(&self, pattern: Option<&str>) -> Result<Vec<PropertyEntry>, Refusal> {
-        if let Some((agent, pattern)) = pattern.and_then(|pattern| self.elsewhere(pattern)) {
-            return self.remote_properties(agent, pattern);
+    pub fn list(&self, pattern: Option<&str>) -> Result<Vec<PropertyEntry>, Refusal> {
+        if let Some((agent, pattern)) = pattern.and_then(|pattern| self.remote.of(pattern)) {
+            return self.remote.list(agent, pattern);
         }
         // That of this agent or the team as a whole URL.
-        let here = |pattern: &str| match elsewhere::split(pattern) {
+        let here = |pattern: &str| match remote::split(pattern) {
             Some((agent, path)) if agent == TEAM => place(agent, path),
             Some((_, path)) => path.to_owned(),
             None => pattern.to_owned(),
@@ -36,7 +57,7 @@ impl AgentControl {
             doc: property.doc().to_string(),
             access: self.access(property).into(),
         };
-        let properties = self.composer.board().properties();
+        let properties = self.board().properties();
         let wanted = properties
             .iter()
             .filter(|property| pattern.as_ref().is_none_or(|pattern| pattern.matches(property.path())));
@@ -59,7 +80,7 @@ impl AgentControl {
     }
 
     /// Whether an input takes every value of what it is linked to, and nothing else.
-    pub(super) fn is_queue(&self, path: &str) -> bool {
+    fn is_queue(&self, path: &str) -> bool {
         self.composer.port(path).is_some_and(|port| port.direction == Direction::Queue)
     }
 
@@ -71,10 +92,10 @@ impl AgentControl {
         let below = |property: &Arc<Property>| {
             property.path().strip_prefix(&beginning).is_some_and(|rest| rest.starts_with('/'))
         };
-        if names.is_empty() || self.composer.board().properties().iter().any(below) {
+        if names.is_empty() || self.board().properties().iter().any(below) {
             return Ok(());
         }
-        let unknown = self.composer.board().find(&beginning).err();
+        let unknown = self.board().find(&beginning).err();
         unknown.map_or(Ok(()), |error| Err(refusal(Message::from(&error), KNOWN)))
     }
 
@@ -84,29 +105,29 @@ impl AgentControl {
         let path = url.path_in("");
         if url.agent() == Some(TEAM) {
             let path = place(TEAM, &path);
-            return self.composer.board().find(&path).map(|_| path).map_err(unknown);
+            return self.board().find(&path).map(|_| path).map_err(unknown);
         }
-        self.composer.board().resolve(url).map(|_| path).map_err(unknown)
+        self.board().resolve(url).map(|_| path).map_err(unknown)
     }
 
-    pub(crate) fn read(&self, url: &str) -> Done {
+    pub fn read(&self, url: &str) -> Done {
         parse(url)?;
-        if let Some((agent, path)) = self.elsewhere(url) {
-            return self.remote_read(agent, path);
+        if let Some((agent, path)) = self.remote.of(url) {
+            return self.remote.read(agent, path);
         }
-        let read = self.composer.board().read(&self.value_path(url)?);
+        let read = self.board().read(&self.value_path(url)?);
         result(read.map_err(|error| refusal(Message::from(&error), KNOWN))?.map(reading))
     }
 
     /// The path here of a URL, which leads to something.
-    pub(crate) fn path_of(&self, url: &str) -> Result<String, Refusal> {
+    pub fn path_of(&self, url: &str) -> Result<String, Refusal> {
         self.path(&parse(url)?)
     }
 
     /// The path here of a URL, which leads to what has values.
-    pub(crate) fn value_path(&self, url: &str) -> Result<String, Refusal> {
+    pub fn value_path(&self, url: &str) -> Result<String, Refusal> {
         let path = self.path_of(url)?;
-        if let Some((property, _)) = self.composer.board().get(&path)
+        if let Some((property, _)) = self.board().get(&path)
             && property.access() == Access::Messages
         {
             let message =
@@ -124,9 +145,4 @@ fn parse(url: &str) -> Result<Url, Refusal> {
 /// The path on the board.
 fn place(agent: &str, path: &str) -> String {
     RemotePath { agent: agent.into(), path: path.into() }.place()
-}
-
-pub(super) fn reading((value, stamp): (interface::Value, Stamp)) -> Reading {
-    let value = serde_json::to_value(value).unwrap_or_default();
-    Reading { value, sequence: stamp.sequence, time: stamp.time }
 }

@@ -2,19 +2,54 @@
 
 use slate_blackboard::{interface, nearest_paths};
 
-use super::{AgentControl, Done, refusal, result};
+use super::refusal::{Done, refusal, result};
 use crate::entries::{Changed, Different, Refusal, Saved, SettingEntry};
-use slate_runtime::Mistake;
 use slate_runtime::configuration::{Change, Database, Proposal, SaveTo, Value};
+use slate_runtime::{Composer, Mistake};
 
-impl AgentControl {
-    pub(super) fn database(&self) -> Result<&Database, Refusal> {
+/// The configuration of an agent, which may change while it runs.
+#[derive(Clone)]
+pub(crate) struct ConfigurationControl {
+    composer: Composer,
+    /// None when the agent was loaded without one.
+    pub database: Option<Database>,
+}
+
+impl ConfigurationControl {
+    /// That of an agent.
+    pub fn new(composer: &Composer, database: Option<Database>) -> Self {
+        Self { composer: composer.clone(), database }
+    }
+
+    /// Changes settings if `holds` still says so right before; it is asked again when somebody
+    /// else was faster.
+    ///
+    /// # Errors
+    /// What `holds` says, or that the changes don't fit.
+    pub fn set_if<E: From<Refusal>>(
+        &self,
+        changes: &[(String, String)],
+        holds: impl Fn() -> Result<(), E>,
+    ) -> Result<Vec<Changed>, E> {
+        loop {
+            let proposal = self.proposal(changes).map_err(E::from)?;
+            holds()?;
+            if let Some(changed) = proposal.apply() {
+                self.composer.say_changes("a tool has changed", &changed);
+                self.composer.settle_changes();
+                return Ok(self.changed(changed));
+            }
+        }
+    }
+
+    fn database(&self) -> Result<&Database, Refusal> {
         self.database.as_ref().ok_or_else(|| {
             refusal("the configuration of this agent can't change while it runs", "load it with a database")
         })
     }
 
-    pub(crate) fn settings_at(&self, path: &str) -> Done {
+    /// The settings at a path and below it.
+    pub fn at(&self, path: &str) -> Done {
         let entry = |setting: slate_runtime::configuration::Setting| {
             let value = serde_json::to_value(interface::Value::from(&setting.value)).unwrap_or_default();
             let (text, origin) = (setting.value.to_string(), setting.origin.to_string());
@@ -27,7 +62,8 @@ impl AgentControl {
         result(settings)
     }
 
-    pub(crate) fn set(&self, changes: &[(String, String)], dry_run: bool) -> Done {
+    /// Makes changes, all or none, or only finds out whether they fit.
+    pub fn set(&self, changes: &[(String, String)], dry_run: bool) -> Done {
         if dry_run {
             return result(self.changed(self.proposal(changes)?.changes().to_vec()));
         }
@@ -35,7 +71,7 @@ impl AgentControl {
     }
 
     /// Changes that can be made.
-    pub(super) fn proposal(&self, changes: &[(String, String)]) -> Result<Proposal, Refusal> {
+    fn proposal(&self, changes: &[(String, String)]) -> Result<Proposal, Refusal> {
         let database = self.database()?;
         let proposal = database.propose(changes).and_then(|proposal| self.composer.judged(proposal));
         proposal.map_err(|report| match self.loaded_by_hand(database, changes) {
@@ -49,7 +85,8 @@ impl AgentControl {
         })
     }
 
-    pub(crate) fn revert(&self, path: &str) -> Done {
+    /// Takes back what was changed at run time, at a path and below it.
+    pub fn revert(&self, path: &str) -> Done {
         let database = self.database()?;
         let is_known = !database.get(path)?.is_empty();
         let changed = self.composer.commit(|| database.revert(path))?;
@@ -60,13 +97,15 @@ impl AgentControl {
         result(self.changed(changed))
     }
 
-    pub(super) fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
+    /// Changes as tools are told of them.
+    pub fn changed(&self, changes: Vec<Change>) -> Vec<Changed> {
         let changed = |change: Change| Changed {
             default: self.composer.default_at(&change.path),
             path: change.path,
             before: text(change.before),
             after: text(change.after),
             conversion: None,
+            needs_reload: None,
         };
         changes.into_iter().map(changed).collect()
     }
@@ -83,9 +122,14 @@ impl AgentControl {
         modules.filter(|module| !is_known(module)).find(is_named)
     }
 
+    /// What is wrong with files that were edited and are refused.
+    pub fn refused_edit(&self) -> Done {
+        result(self.database()?.refused_edit().map(Refusal::from))
+    }
+
     /// What holds and is not what the files say. What says the same in other words, as the default of a module does, is no
     /// difference.
-    pub(crate) fn differences(&self) -> Done {
+    pub fn differences(&self) -> Done {
         let different = self.database()?.diff().into_iter().map(|difference| Different {
             default: self.composer.default_at(&difference.path),
             path: difference.path,
@@ -100,7 +144,8 @@ impl AgentControl {
         result(different.filter(differs).collect::<Vec<_>>())
     }
 
-    pub(crate) fn save(&self, to: SaveTo, dry_run: bool) -> Done {
+    /// Writes what was changed at run time into the files.
+    pub fn save(&self, to: SaveTo, dry_run: bool) -> Done {
         if dry_run {
             return result(Saved { files: self.database()?.saved_files(to)? });
         }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use slate_module::Level;
 
-use super::refusal;
+use super::refusal::refusal;
 use crate::entries::{Refusal, TraceEntry, TrackEntry};
 use slate_runtime::Composer;
 use slate_runtime::replacement::Replacement;

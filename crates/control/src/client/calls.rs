@@ -13,8 +13,8 @@ use super::{Client, ClientError, coded};
 use crate::agent::{PeerList, RecordingWish};
 use crate::entries::{
     Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugins, Measured, ModuleEntry, News,
-    PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SetProperty,
-    SettingEntry, SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, Watched,
+    PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved, SettingEntry,
+    SnapshotEntry, Switched, TraceEntry, UnloadedPlugin, Watched,
 };
 use crate::graph::DrawnGraph;
 
@@ -360,9 +360,11 @@ impl Client {
         self.call("POST", "/measure", Some(&json!({ "urls": urls, "time": millis(time) })))
     }
 
-    /// Sets a parameter, an input without a link, or a field of one, or whether a module is on.
-    pub fn set_property(&mut self, url: &str, value: Json) -> Done<SetProperty> {
-        self.call("PUT", "/value", Some(&json!({ "url": url, "value": value })))
+    /// Sets a parameter, an input without a link, or a field of one, or whether a module is on. Fields that an object does not
+    /// name stay as they are.
+    pub fn set_property(&mut self, url: &str, value: &Json) -> Done<Vec<Changed>> {
+        let method = if value.is_object() { "PATCH" } else { "PUT" };
+        self.call(method, &format!("/slate/{}", place(&self.agent, url)), Some(value))
     }
 
     /// All values that a property keeps, or a field of them, the oldest first: of a queue the last ones.

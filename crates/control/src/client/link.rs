@@ -31,7 +31,7 @@ const LONGEST: usize = 1 << 28;
 const ALERT: u8 = 0x15;
 
 /// A connection and the thread's own runtime, which runs while an answer is waited for.
-pub(super) struct Link {
+pub(super) struct ClientLink {
     runtime: Runtime,
     sender: SendRequest<Full<Bytes>>,
     host: String,
@@ -41,9 +41,9 @@ pub(super) struct Link {
     first: Arc<Mutex<Vec<u8>>>,
 }
 
-impl std::fmt::Debug for Link {
+impl std::fmt::Debug for ClientLink {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Link").field("host", &self.host).finish_non_exhaustive()
+        f.debug_struct("ClientLink").field("host", &self.host).finish_non_exhaustive()
     }
 }
 
@@ -60,7 +60,7 @@ pub(super) enum Broken {
     Lost(Error),
 }
 
-impl Link {
+impl ClientLink {
     /// Over the socket of an agent.
     pub fn unix(stream: std::os::unix::net::UnixStream) -> Result<Self> {
         stream.set_nonblocking(true)?;
@@ -153,7 +153,7 @@ impl Link {
         answered.map_err(|_| Broken::Late)?.map_err(|error| self.broken(&error))
     }
 
-    /// As [`ask`](Link::ask), with all of the answer, as JSON.
+    /// As [`ask`](ClientLink::ask), with all of the answer, as JSON.
     pub fn whole(
         &mut self,
         request: &Request<'_>,

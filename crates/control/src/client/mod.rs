@@ -22,7 +22,7 @@ use crate::entries::Refusal;
 use crate::operation::BASE;
 use crate::operations::API;
 pub use address::Address;
-use link::{Broken, Link, closed};
+use link::{Broken, ClientLink, closed};
 pub use trouble::Trouble;
 
 /// How long an agent may take for its first answer.
@@ -66,23 +66,23 @@ pub struct Response {
     /// The status of HTTP.
     pub status: u16,
     /// The body, as it comes.
-    pub body: Body,
+    pub body: BodyReader,
 }
 
 /// The body of an answer.
-pub struct Body {
-    link: Link,
+pub struct BodyReader {
+    link: ClientLink,
     incoming: hyper::body::Incoming,
     piece: Bytes,
 }
 
-impl std::fmt::Debug for Body {
+impl std::fmt::Debug for BodyReader {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Body").finish_non_exhaustive()
+        f.debug_struct("BodyReader").finish_non_exhaustive()
     }
 }
 
-impl Read for Body {
+impl Read for BodyReader {
     fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
         if self.piece.is_empty() {
             match self.link.next_piece(&mut self.incoming)? {
@@ -153,10 +153,13 @@ impl Access {
     /// # Errors
     /// When the agent is not reached.
     pub fn ask(&self, request: &Request<'_>) -> Result<Response, Trouble> {
-        let mut link = Link::tcp(self)?;
+        let mut link = ClientLink::tcp(self)?;
         let response = link.ask(request, ANSWER).map_err(|broken| self.trouble(broken))?;
         let status = response.status().as_u16();
-        Ok(Response { status, body: Body { link, incoming: response.into_body(), piece: Bytes::new() } })
+        Ok(Response {
+            status,
+            body: BodyReader { link, incoming: response.into_body(), piece: Bytes::new() },
+        })
     }
 
     /// As [`ask`](Access::ask), and returns all of the answer, which is JSON.
@@ -247,7 +250,7 @@ pub struct Client {
     /// The name that the agent gives itself.
     agent: String,
     is_local: bool,
-    link: Link,
+    link: ClientLink,
     /// How it is reached again when an idle connection was closed.
     access: Option<Access>,
     /// The controls that it has.
@@ -274,7 +277,7 @@ impl Client {
             name: access.address.to_string(),
             agent: String::new(),
             is_local: false,
-            link: Link::tcp(access)?,
+            link: ClientLink::tcp(access)?,
             access: Some(access.clone()),
             lease: None,
         };
@@ -313,7 +316,7 @@ impl Client {
             }
             _ => lost(error),
         })?;
-        let link = Link::unix(stream).map_err(lost)?;
+        let link = ClientLink::unix(stream).map_err(lost)?;
         Ok(Self { name: name.into(), agent: name.into(), is_local: true, link, access: None, lease: None })
     }
 
@@ -374,7 +377,7 @@ impl Client {
         let mut asked = self.link.whole(&request, within);
         if let (Err(Broken::Unsent), Some(access)) = (&asked, &self.access) {
             // An agent closes a connection that is idle for long.
-            let mut link = Link::tcp(access).map_err(|trouble| {
+            let mut link = ClientLink::tcp(access).map_err(|trouble| {
                 self.broken(Broken::Lost(std::io::Error::other(trouble.to_string())), within)
             })?;
             link.ask_like(&self.link);

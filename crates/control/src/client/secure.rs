@@ -4,12 +4,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use rustls::client::WebPkiServerVerifier;
-use rustls::client::danger::{HandshakeSignatureValid, ServerCertVerified, ServerCertVerifier};
 use rustls::crypto::CryptoProvider;
 use rustls::pki_types::pem::PemObject;
-use rustls::pki_types::{CertificateDer, ServerName, UnixTime};
-use rustls::{CertificateError, ClientConfig, DigitallySignedStruct, RootCertStore, SignatureScheme};
+use rustls::pki_types::{CertificateDer, ServerName};
+use rustls::{CertificateError, ClientConfig, RootCertStore};
+use slate_runtime::tls::ServerVerifier;
 use tokio::net::TcpStream;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
@@ -48,9 +47,7 @@ fn trouble(address: &Address, error: &std::io::Error) -> Trouble {
         Some(Error::InvalidMessage(_)) => Trouble::NoTls { address },
         Some(Error::InvalidCertificate(reason)) => {
             let reason = match reason {
-                CertificateError::UnknownIssuer | CertificateError::BadSignature => {
-                    "nobody who is trusted has signed it".into()
-                }
+                CertificateError::UnknownIssuer => "nobody who is trusted has signed it".into(),
                 CertificateError::Expired | CertificateError::ExpiredContext { .. } => {
                     "it has expired".into()
                 }
@@ -69,7 +66,7 @@ fn trouble(address: &Address, error: &std::io::Error) -> Trouble {
 }
 
 fn settings(certificate: Option<&Path>) -> Result<ClientConfig, Trouble> {
-    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let provider: Arc<CryptoProvider> = Arc::new(rustls::crypto::ring::default_provider());
     let (path, named) = match certificate {
         Some(path) => (path.to_owned(), read(path)?),
         None => system()?,
@@ -84,14 +81,13 @@ fn settings(certificate: Option<&Path>) -> Result<ClientConfig, Trouble> {
     if good == 0 {
         return Err(unusable(&"it has no certificate that could be trusted"));
     }
-    let web = WebPkiServerVerifier::builder_with_provider(Arc::new(roots), Arc::clone(&provider)).build();
-    let web = web.map_err(|error| unusable(&error))?;
     let known = if certificate.is_some() { named } else { Vec::new() };
-    let settings = ClientConfig::builder_with_provider(provider as Arc<CryptoProvider>)
+    let verifier = ServerVerifier::of_host(Arc::new(roots), Arc::clone(&provider), known);
+    let settings = ClientConfig::builder_with_provider(provider)
         .with_protocol_versions(&[&rustls::version::TLS13])
         .map_err(|error| unusable(&error))?
         .dangerous()
-        .with_custom_certificate_verifier(Arc::new(Known { known, web }))
+        .with_custom_certificate_verifier(Arc::new(verifier))
         .with_no_client_auth();
     Ok(settings)
 }
@@ -119,62 +115,4 @@ fn system() -> Result<(PathBuf, Vec<CertificateDer<'static>>), Trouble> {
         return Err(Trouble::Certificate { path: SYSTEM[0].into(), reason: reason.into() });
     };
     read(&path).map(|found| (path, found))
-}
-
-/// Trusts what authorities have signed, and certificates that somebody has given by themselves: one that signs itself is
-/// nobody's authority, and whoever shows it has its key.
-#[derive(Debug)]
-struct Known {
-    known: Vec<CertificateDer<'static>>,
-    web: Arc<WebPkiServerVerifier>,
-}
-
-impl ServerCertVerifier for Known {
-    fn verify_server_cert(
-        &self,
-        certificate: &CertificateDer<'_>,
-        between: &[CertificateDer<'_>],
-        name: &ServerName<'_>,
-        stapled: &[u8],
-        now: UnixTime,
-    ) -> Result<ServerCertVerified, rustls::Error> {
-        use CertificateError::{
-            InvalidPurpose, InvalidPurposeContext, NotValidForName, NotValidForNameContext, Other,
-            UnknownIssuer,
-        };
-        match self.web.verify_server_cert(certificate, between, name, stapled, now) {
-            // Dates hold for it too.
-            Err(rustls::Error::InvalidCertificate(
-                UnknownIssuer
-                | NotValidForName
-                | NotValidForNameContext { .. }
-                | InvalidPurpose
-                | InvalidPurposeContext { .. }
-                | Other(_),
-            )) if self.known.iter().any(|known| known == certificate) => Ok(ServerCertVerified::assertion()),
-            verified => verified,
-        }
-    }
-
-    fn verify_tls12_signature(
-        &self,
-        _: &[u8],
-        _: &CertificateDer<'_>,
-        _: &DigitallySignedStruct,
-    ) -> Result<HandshakeSignatureValid, rustls::Error> {
-        Err(rustls::PeerIncompatible::Tls12NotOffered.into())
-    }
-
-    fn verify_tls13_signature(
-        &self,
-        message: &[u8],
-        certificate: &CertificateDer<'_>,
-        signed: &DigitallySignedStruct,
-    ) -> Result<HandshakeSignatureValid, rustls::Error> {
-        self.web.verify_tls13_signature(message, certificate, signed)
-    }
-
-    fn supported_verify_schemes(&self) -> Vec<SignatureScheme> {
-        self.web.supported_verify_schemes()
-    }
 }

@@ -8,37 +8,32 @@ use serde_json::{Value as Json, json};
 use super::{TOKEN, shape};
 use crate::Role;
 use crate::agent::AgentControl;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::graph::{DrawnGraph, GraphLink, ModuleGraph};
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Ask, Operation, Parameter};
 use crate::problem::Problem;
 
 /// The largest drawing, pixels.
 const MOST: f64 = 20_000.0;
 
-pub(super) const READ: Operation = Operation {
-    method: "GET",
-    path: "/graph",
-    name: "graph",
-    summary: "Modules, gates and links, with the positions of a drawing",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[
-        Parameter {
-            name: "hide",
-            doc: "Words; a module is left out if its name contains one of them.",
-            schema: shape::text,
-        },
-        Parameter { name: "width", doc: "Available width, pixels.", schema: length },
-        Parameter { name: "height", doc: "Available height, pixels.", schema: length },
-        TOKEN,
-    ],
-    body: None,
-    answer: drawing,
-    kinds: &[],
-    handler: read,
-};
+pub(super) const READ: Operation = Operation::get(
+    "/graph",
+    "graph",
+    Role::Viewer,
+    "Modules, gates and links, with the positions of a drawing",
+)
+.parameters(&[
+    Parameter {
+        name: "hide",
+        doc: "Words; a module is left out if its name contains one of them.",
+        schema: shape::text,
+    },
+    Parameter { name: "width", doc: "Available width, pixels.", schema: length },
+    Parameter { name: "height", doc: "Available height, pixels.", schema: length },
+    TOKEN,
+])
+.answers(drawing, read);
 
 fn length() -> Json {
     json!({ "type": "number", "minimum": 0, "maximum": MOST })
@@ -89,20 +84,20 @@ fn drawing() -> Json {
     ])
 }
 
-fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn read(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let length = |name| ask.query.number(name, 0.0, MOST).map(Option::unwrap_or_default);
     let available = (length("width")?, length("height")?);
     let mut graph = graph(&context.agent);
     let hidden = ask.query.get("hide").unwrap_or_default();
     graph.hide(|name| hidden.split_whitespace().any(|word| name.contains(word)));
-    Ok(Answer::json(json!(DrawnGraph::new(&graph, available))))
+    Ok(OperationAnswer::json(json!(DrawnGraph::new(&graph, available))))
 }
 
 fn graph(agent: &AgentControl) -> ModuleGraph {
     let composer = agent.composer();
     let modules = composer.modules().into_iter();
     let links = composer.links().into_iter();
-    let configuration = agent.settings().map(|settings| settings.current());
+    let configuration = agent.settings.database.as_ref().map(|database| database.current());
     let configured = configuration.iter().flat_map(|configuration| configuration.actuators());
     let mut commands: BTreeMap<&str, Vec<String>> = configured
         .map(|actuator| {

@@ -12,9 +12,9 @@ use slate_runtime::recording::{History, HistoryWish, Left, RecordingRefusal};
 use super::values::{SELECTION, own_path, url};
 use super::{TOKEN, shape};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Ask, Operation, Parameter};
 use crate::problem::Problem;
 use crate::select::Selection;
 
@@ -25,16 +25,14 @@ const MOST: u64 = 10_000;
 /// An answer has no more bytes of values than this, unless a single one has.
 const LARGEST: usize = 8 << 20;
 
-pub(super) const READ: Operation = Operation {
-    method: "GET",
-    path: "/history/{agent}/{path}",
-    name: "history",
-    summary: "The values that a property had between two times, from the last seconds that are in memory, or from the recording \
-              that is played. Where the answer would have more than 8 MiB, `left_out` says how many values are not in it, and `next` is \
-              the `from` to go on with",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[
+pub(super) const READ: Operation = Operation::get(
+    "/history/{agent}/{path}",
+    "history",
+    Role::Viewer,
+    "The values that a property had between two times, from the last seconds that are in memory, \
+     or from the recording that is played. Where the answer would have more than 8 MiB, \
+     `left_out` says how many values are not in it, and `next` is the `from` to go on with",
+).parameters(&[
         Parameter {
             name: "from",
             doc: "The earliest time, of the agent; 0 unless given. The `next` of an answer goes on where that ends.",
@@ -49,9 +47,7 @@ pub(super) const READ: Operation = Operation {
         SELECTION[0],
         SELECTION[1],
         TOKEN,
-    ],
-    body: None,
-    answer: || {
+    ]).answers(|| {
         shape::object(&[
             ("values", shape::list(shape::reading())),
             ("count", shape::count()),
@@ -60,10 +56,7 @@ pub(super) const READ: Operation = Operation {
             ("left_out", shape::count()),
             ("next", shape::optional(place())),
         ])
-    },
-    kinds: &[],
-    handler: read,
-};
+    }, read);
 
 /// A time, and where several values may have it the sequence number of the first of them that is meant.
 fn place() -> Json {
@@ -83,7 +76,7 @@ fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
     })
 }
 
-fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn read(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let (from, sequence) = ask.query.get("from").map(parse_place).transpose()?.unwrap_or_default();
     let to = ask.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);
@@ -137,7 +130,7 @@ fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     let rest =
         json!({ "count": count, "from": from, "to": to, "left_out": left_out, "next": next }).to_string();
     let body = [&b"{\"values\":["[..], &told, b"],", &rest.as_bytes()[1..]].concat();
-    Ok(Answer::Bytes("application/json", body))
+    Ok(OperationAnswer::Bytes("application/json", body))
 }
 
 /// Why a value can't be told.

@@ -8,11 +8,11 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde_json::{Map, Value as Json, json};
 
-use super::{TOKEN, shape};
+use super::shape;
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Ask, Operation};
 use crate::problem::Problem;
 
 /// The folder of a project with what belongs to the console's page.
@@ -24,53 +24,36 @@ pub fn is_plain(name: &str) -> bool {
     !name.is_empty() && !name.starts_with('.') && name.bytes().all(known)
 }
 
-pub(super) const LIST: Operation = Operation {
-    method: "GET",
-    path: "/layouts",
-    name: "layouts",
-    summary: "The layouts of the page that the project has, by their names",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || json!({ "type": "object" }),
-    kinds: &[],
-    handler: list,
-};
+pub(super) const LIST: Operation = Operation::get(
+    "/layouts",
+    "layouts",
+    Role::Viewer,
+    "The layouts of the page that the project has, by their names",
+)
+.answers(|| json!({ "type": "object" }), list);
 
-pub(super) const SAVE: Operation = Operation {
-    method: "PUT",
-    path: "/layouts/{layout}",
-    name: "save_layout",
-    summary: "Writes a layout into the project, as console/layouts/NAME.json where the agent was started",
-    role: Role::Developer,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: Some(|| {
-        json!({
-            "type": "object",
-            "properties": { "title": shape::text(), "columns": { "type": "array", "minItems": 1 } },
-            "required": ["title", "columns"],
-        })
-    }),
-    answer: || shape::object(&[("file", shape::text())]),
-    kinds: &[],
-    handler: save,
-};
+pub(super) const SAVE: Operation = Operation::put(
+    "/layouts/{layout}",
+    "save_layout",
+    Role::Developer,
+    "Writes a layout into the project, as console/layouts/NAME.json where the agent was started",
+)
+.body(|| {
+    json!({
+        "type": "object",
+        "properties": { "title": shape::text(), "columns": { "type": "array", "minItems": 1 } },
+        "required": ["title", "columns"],
+    })
+})
+.answers(|| shape::object(&[("file", shape::text())]), save);
 
-pub(super) const REMOVE: Operation = Operation {
-    method: "DELETE",
-    path: "/layouts/{layout}",
-    name: "remove_layout",
-    summary: "Removes a layout of the project",
-    role: Role::Developer,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: None,
-    answer: || json!({ "type": "object", "maxProperties": 0 }),
-    kinds: &[],
-    handler: remove,
-};
+pub(super) const REMOVE: Operation = Operation::delete(
+    "/layouts/{layout}",
+    "remove_layout",
+    Role::Developer,
+    "Removes a layout of the project",
+)
+.answers(|| json!({ "type": "object", "maxProperties": 0 }), remove);
 
 /// The longest layout, bytes; nobody has as many panels.
 const LONGEST: u64 = 64 << 10;
@@ -82,7 +65,7 @@ fn folder() -> PathBuf {
     PathBuf::from(PROJECT).join("layouts")
 }
 
-pub(super) fn list(_: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+pub(super) fn list(_: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries
         .filter_map(|entry| {
@@ -99,7 +82,7 @@ pub(super) fn list(_: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
         Some((name, serde_json::from_slice(&fs::read(file).ok()?).ok()?))
     };
     let layouts: Map<String, Json> = names.into_iter().filter_map(read).collect();
-    Ok(Answer::json(Json::Object(layouts)))
+    Ok(OperationAnswer::json(Json::Object(layouts)))
 }
 
 /// The file of a layout.
@@ -117,7 +100,7 @@ fn unwritable(error: &std::io::Error) -> Problem {
     Problem::new(StatusCode::CONFLICT, message, "start the agent in a folder that it may write to")
 }
 
-pub(super) fn save(_: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn save(_: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let file = file(ask)?;
     let layout: Map<String, Json> = ask.body()?;
     let is_fit = layout.get("title").is_some_and(Json::is_string)
@@ -134,12 +117,12 @@ pub(super) fn save(_: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
         ));
     }
     fs::create_dir_all(folder()).and_then(|()| fs::write(&file, text)).map_err(|error| unwritable(&error))?;
-    Ok(Answer::json(json!({ "file": file })))
+    Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-pub(super) fn remove(_: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn remove(_: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     match fs::remove_file(file(ask)?) {
-        Ok(()) => Ok(Answer::Nothing),
+        Ok(()) => Ok(OperationAnswer::Nothing),
         Err(error) if error.kind() == ErrorKind::NotFound => {
             let message = format!("there is no layout `{}`", ask.part("layout"));
             Err(Problem::not_found(message, "GET /api/v1/layouts lists them"))

@@ -8,38 +8,26 @@ use serde_json::json;
 use slate_blackboard::interface::Value;
 use slate_runtime::{ControlsError, Teleoperation};
 
-use super::{TOKEN, gate, shape, told};
+use super::{gate, shape, told};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::lease::TERM;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Ask, Operation, Pace, without_slash};
 use crate::problem::Problem;
 use crate::schema;
 
-pub(super) const LIST: Operation = Operation {
-    method: "GET",
-    path: "/leases",
-    name: "leases",
-    summary: "The actuators, and who has the controls of each",
-    role: Role::Viewer,
-    pace: Pace::Prompt,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || shape::list(shape::holder()),
-    kinds: &[],
-    handler: |context, _| told(context.agent.holders()),
-};
+pub(super) const LIST: Operation =
+    Operation::get("/leases", "leases", Role::Viewer, "The actuators, and who has the controls of each")
+        .pace(Pace::Prompt)
+        .answers(|| shape::list(shape::holder()), |context, _| told(context.agent.holders()));
 
-pub(super) const TAKE: Operation = Operation {
-    method: "POST",
-    path: "/leases",
-    name: "take",
-    summary: "Takes the controls of an actuator, which nobody else has then",
-    role: Role::Operator,
-    pace: Pace::Prompt,
-    parameters: &[],
-    body: Some(|| {
+pub(super) const TAKE: Operation = Operation::post(
+    "/leases",
+    "take",
+    Role::Operator,
+    "Takes the controls of an actuator, which nobody else has then",
+).pace(Pace::Prompt).body(|| {
         json!({
             "type": "object",
             "required": ["actuator"],
@@ -50,41 +38,25 @@ pub(super) const TAKE: Operation = Operation {
             },
             "additionalProperties": false,
         })
-    }),
-    answer: shape::lease,
-    kinds: &[],
-    handler: take,
-};
+    }).answers(shape::lease, take);
 
-pub(super) const DRIVE: Operation = Operation {
-    method: "PUT",
-    path: "/leases/{lease}",
-    name: super::DRIVE,
-    summary: "Renews a lease of controls, which holds for 5 s, and commands the actuator for 150 ms",
-    role: Role::Operator,
-    pace: Pace::Prompt,
-    parameters: &[],
-    body: Some(shape::drive),
-    answer: || {
-        shape::object(&[("actuator", shape::text()), ("gate", shape::anything()), ("time", shape::count())])
-    },
-    kinds: &[],
-    handler: renew,
-};
+pub(super) const DRIVE: Operation = Operation::put(
+    "/leases/{lease}",
+    super::DRIVE,
+    Role::Operator,
+    "Renews a lease of controls, which holds for 5 s, and commands the actuator for 150 ms",
+)
+.pace(Pace::Prompt)
+.body(shape::drive)
+.answers(
+    || shape::object(&[("actuator", shape::text()), ("gate", shape::anything()), ("time", shape::count())]),
+    renew,
+);
 
-pub(super) const GIVE_BACK: Operation = Operation {
-    method: "DELETE",
-    path: "/leases/{lease}",
-    name: "give_back",
-    summary: "Gives the controls back",
-    role: Role::Operator,
-    pace: Pace::Prompt,
-    parameters: &[],
-    body: None,
-    answer: || json!({ "type": "object", "maxProperties": 0 }),
-    kinds: &[],
-    handler: give_back,
-};
+pub(super) const GIVE_BACK: Operation =
+    Operation::delete("/leases/{lease}", "give_back", Role::Operator, "Gives the controls back")
+        .pace(Pace::Prompt)
+        .answers(|| json!({ "type": "object", "maxProperties": 0 }), give_back);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -110,9 +82,10 @@ fn holder(asked: &Ask, who: &str) -> String {
     }
 }
 
-fn take(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+fn take(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
     let Take { actuator, who, bound } = asked.body()?;
-    let taken = context.agent.composer().take_controls(&actuator, &holder(asked, &who));
+    let actuator = without_slash(&actuator);
+    let taken = context.agent.composer().take_controls(actuator, &holder(asked, &who));
     let taken = taken.map_err(|error| {
         let status = match error {
             ControlsError::Unknown { .. } => StatusCode::NOT_FOUND,
@@ -128,7 +101,7 @@ fn take(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
     if bound {
         asked.caller.place.bind_lease(&lease);
     }
-    Ok(Answer::json(json!({
+    Ok(OperationAnswer::json(json!({
         "lease": lease,
         "actuator": actuator,
         "term_ms": TERM.as_millis() as u64,
@@ -146,7 +119,7 @@ struct Renew {
     release: bool,
 }
 
-pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
     let Renew { command, release } = asked.body_or_default()?;
     if command.is_some() && release {
         return Err(Problem::bad("a command and its end in one", "say one of `command` and `release`"));
@@ -164,12 +137,14 @@ pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Probl
         Ok(controls.actuator().to_owned())
     });
     let actuator = done.ok_or_else(unknown)??;
-    Ok(Answer::json(json!({ "actuator": actuator, "gate": gate(context, &actuator), "time": context.now() })))
+    Ok(OperationAnswer::json(
+        json!({ "actuator": actuator, "gate": gate(context, &actuator), "time": context.now() }),
+    ))
 }
 
-pub(super) fn give_back(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+pub(super) fn give_back(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
     match context.leases.end(asked.part("lease")) {
-        true => Ok(Answer::Nothing),
+        true => Ok(OperationAnswer::Nothing),
         false => Err(unknown()),
     }
 }

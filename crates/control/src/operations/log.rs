@@ -11,58 +11,49 @@ use slate_module::Level;
 
 use super::{TOKEN, shape};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Ask, Operation, Parameter, without_slash};
 use crate::problem::Problem;
 use crate::select::Selection;
-use crate::stream::{Follow, Watcher, What};
+use crate::stream::{Follow, StreamForm, Watcher};
 
-pub(super) const LINES: Operation = Operation {
-    method: "GET",
-    path: "/log",
-    name: "log",
-    summary: "The last lines of the log, or those that come as a stream of events",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[
-        Parameter {
-            name: "format",
-            doc: "`events` for a stream.",
-            schema: || json!({ "enum": ["json", "events"] }),
-        },
-        Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
-        Parameter {
-            name: "level",
-            doc: "Only those of that importance or more.",
-            schema: || json!({ "enum": ["error", "warn", "info", "debug", "trace"] }),
-        },
-        Parameter {
-            name: "module",
-            doc: "Only those of a module, or of all whose names begin so.",
-            schema: shape::text,
-        },
-        TOKEN,
-    ],
-    body: None,
-    answer: || shape::list(shape::line()),
-    kinds: &["text/event-stream"],
-    handler: lines,
-};
+pub(super) const LINES: Operation = Operation::get(
+    "/log",
+    "log",
+    Role::Viewer,
+    "The last lines of the log, or those that come as a stream of events",
+)
+.parameters(&[
+    Parameter {
+        name: "format",
+        doc: "`events` for a stream.",
+        schema: || json!({ "enum": ["json", "events"] }),
+    },
+    Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
+    Parameter {
+        name: "level",
+        doc: "Only those of that importance or more.",
+        schema: || json!({ "enum": ["error", "warn", "info", "debug", "trace"] }),
+    },
+    Parameter {
+        name: "module",
+        doc: "Only those of a module, or of all whose names begin so.",
+        schema: shape::text,
+    },
+    TOKEN,
+])
+.kinds(&["text/event-stream"])
+.answers(|| shape::list(shape::line()), lines);
 
-pub(super) const NOTE: Operation = Operation {
-    method: "POST",
-    path: "/log",
-    name: "note",
-    summary: "Writes a line into the log, such as of something that is to be found again in the recording",
-    role: Role::Operator,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: Some(|| shape::object(&[("text", json!({ "type": "string", "minLength": 1, "maxLength": 256 }))])),
-    answer: || json!({ "type": "object", "maxProperties": 0 }),
-    kinds: &[],
-    handler: note,
-};
+pub(super) const NOTE: Operation = Operation::post(
+    "/log",
+    "note",
+    Role::Operator,
+    "Writes a line into the log, such as of something that is to be found again in the recording",
+)
+.body(|| shape::object(&[("text", json!({ "type": "string", "minLength": 1, "maxLength": 256 }))]))
+.answers(|| json!({ "type": "object", "maxProperties": 0 }), note);
 
 /// Where the last lines are.
 const TAIL: &str = "log/tail";
@@ -70,7 +61,7 @@ const TAIL: &str = "log/tail";
 /// The levels, the most important one first.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
-pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let after = ask.query.count("after", u64::MAX)?.or(ask.last_event).unwrap_or(0);
     let rank = |level: &str| LEVELS.iter().position(|known| level.eq_ignore_ascii_case(known));
     let least = ask.query.get("level").map(|level| {
@@ -78,7 +69,7 @@ pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
         rank(level).ok_or_else(|| Problem::bad(format!("`level` is `{level}`"), help))
     });
     let least = least.transpose()?.unwrap_or(LEVELS.len());
-    let module = ask.query.get("module");
+    let module = ask.query.get("module").map(without_slash);
     let events = match ask.query.get("format") {
         None => ask.accept.contains("text/event-stream"),
         Some("events") => true,
@@ -93,9 +84,9 @@ pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
             return Err(Problem::bad("a stream of the log has all lines", help));
         }
         let watcher = Watcher::new(context, TAIL, after)?;
-        let what = What::Events { selection: Selection::Whole, every: true };
+        let what = StreamForm::Events { selection: Selection::Whole, every: true };
         let period = Duration::from_millis(100);
-        return Ok(Answer::Follow(Follow { context: Arc::clone(context), watcher, period, what }));
+        return Ok(OperationAnswer::Follow(Follow { context: Arc::clone(context), watcher, period, what }));
     }
     let is_wanted = |line: &Json| {
         let level = line["level"].as_str().and_then(rank).unwrap_or(0);
@@ -105,7 +96,7 @@ pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
         level <= least && module.is_none_or(of_module)
     };
     let kept = context.board().history(TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
-    Ok(Answer::json(kept.map(line).filter(is_wanted).collect()))
+    Ok(OperationAnswer::json(kept.map(line).filter(is_wanted).collect()))
 }
 
 /// The longest text that somebody may write, bytes.
@@ -117,14 +108,14 @@ struct Note {
     text: String,
 }
 
-pub(super) fn note(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn note(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let Note { text } = ask.body()?;
     if text.trim().is_empty() || text.len() > LONGEST || text.chars().any(char::is_control) {
         let help = format!("it is one line of 1 to {LONGEST} bytes");
         return Err(Problem::unfit("this is no line for the log", help));
     }
     context.log(Level::Info, &format!("{}: {text}", ask.caller.who));
-    Ok(Answer::Nothing)
+    Ok(OperationAnswer::Nothing)
 }
 
 fn line((value, stamp): (Value, Stamp)) -> Json {

@@ -35,13 +35,12 @@ use serde_json::{Value as Json, json};
 use slate_runtime::Mistake;
 
 use crate::agent::Done;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::entries::Refusal;
-use crate::operation::{Ask, Caller, Operation, Parameter};
+use crate::operation::{Ask, Caller, MatchedOperation, Operation, Parameter, TOKEN, check_role};
 use crate::problem::Problem;
 use crate::query::Query;
-use crate::service::check_role;
 
 /// The version of the operations; another one is another language.
 pub const API: u64 = 1;
@@ -49,17 +48,11 @@ pub const API: u64 = 1;
 /// The name of the operation that waits for nobody.
 pub const STOP: &str = "stop";
 
-/// The name of the operation whose role depends on what is set.
-pub(crate) const SET_VALUE: &str = "set_value";
-
 /// The name of the operation that somebody who drives calls again and again.
 pub const DRIVE: &str = "drive";
 
 const DRY_RUN: Parameter =
     Parameter { name: "dry_run", doc: "Only finds out whether it can be done.", schema: shape::flag };
-
-const TOKEN: Parameter =
-    Parameter { name: "token", doc: "The token, where a browser can set no header.", schema: shape::text };
 
 /// All of them. What is more special stands before what is more general.
 pub const OPERATIONS: &[Operation] = &[
@@ -70,7 +63,6 @@ pub const OPERATIONS: &[Operation] = &[
     tree::INTERFACES,
     tree::INTERFACE,
     values::READ,
-    write::SET_VALUE,
     write::PUT,
     write::PATCH,
     write::SEND,
@@ -142,60 +134,51 @@ pub const OPERATIONS: &[Operation] = &[
     tree::DOCUMENT,
 ];
 
+/// The operation of a request.
+///
+/// # Errors
+/// When there is none of that method and path.
+pub fn of_request(method: &str, path: &str) -> Result<MatchedOperation, Problem> {
+    MatchedOperation::find(OPERATIONS, method, path)
+}
+
+/// Whether an operation is the stop, which waits for nothing.
+pub fn is_stop(found: &MatchedOperation) -> bool {
+    found.operation.name == STOP
+}
+
 /// The operation of that name.
 pub fn by_name(name: &str) -> Option<&'static Operation> {
     OPERATIONS.iter().find(|operation| operation.name == name)
 }
 
-/// Carries out an operation without parts of a path, for a caller that speaks another protocol.
+/// Carries out an operation for a caller that speaks another protocol; `path` is of a property of this agent, for operations on
+/// one.
 ///
 /// # Errors
 /// When there is none of that name, the caller may not do it, or it can't be done.
-pub fn carry_out(context: &Arc<Context>, caller: &Caller, name: &str, body: Json) -> Result<Answer, Problem> {
+pub fn carry_out(
+    context: &Arc<Context>,
+    caller: &Caller,
+    name: &str,
+    path: &str,
+    body: Json,
+) -> Result<OperationAnswer, Problem> {
     let unknown = || Problem::not_found(format!("no operation is called `{name}`"), "GET /api/v1 lists them");
     let operation = by_name(name).ok_or_else(unknown)?;
     check_role(operation.role, caller.role)?;
-    let answer = (operation.handler)(context, &spoken(context, caller, "", &body));
-    context.agent.settle();
-    answer
-}
-
-/// Sets what the host sets, for a caller that speaks another protocol.
-///
-/// # Errors
-/// When it can't be set to that.
-pub fn put_value(
-    context: &Arc<Context>,
-    caller: &Caller,
-    path: &str,
-    value: &Json,
-) -> Result<Answer, Problem> {
-    write::put(context, &spoken(context, caller, path, value))
-}
-
-/// Sends a message, for a caller that speaks another protocol.
-///
-/// # Errors
-/// When it is not taken.
-pub fn send_value(
-    context: &Arc<Context>,
-    caller: &Caller,
-    path: &str,
-    value: &Json,
-) -> Result<Answer, Problem> {
-    write::send(context, &spoken(context, caller, path, value))
-}
-
-fn spoken(context: &Context, caller: &Caller, path: &str, value: &Json) -> Ask {
-    Ask {
+    let ask = Ask {
         caller: caller.clone(),
         captured: vec![("agent", context.name().to_owned()), ("path", path.to_owned())],
         query: Query::default(),
         accept: String::new(),
         if_match: None,
         last_event: None,
-        body: Some(value.clone()),
-    }
+        body: Some(body),
+    };
+    let answer = (operation.handler)(context, &ask);
+    context.agent.settle();
+    answer
 }
 
 /// The state of a gate.
@@ -205,13 +188,13 @@ pub fn gate(context: &Context, actuator: &str) -> Json {
 }
 
 /// What the agent has done.
-fn told(done: Done) -> Result<Answer, Problem> {
-    Ok(Answer::json(done?))
+fn told(done: Done) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(done?))
 }
 
 /// As [`told`], where a refusal says that it can't be done now, or that there is nothing of that name.
-fn conflict(done: Done) -> Result<Answer, Problem> {
-    done.map(Answer::json).map_err(in_conflict)
+fn conflict(done: Done) -> Result<OperationAnswer, Problem> {
+    done.map(OperationAnswer::json).map_err(in_conflict)
 }
 
 fn in_conflict(refusal: Refusal) -> Problem {
@@ -219,9 +202,9 @@ fn in_conflict(refusal: Refusal) -> Problem {
 }
 
 /// As [`conflict`], of what the path names: there may be nothing of that name.
-fn named(done: Done) -> Result<Answer, Problem> {
+fn named(done: Done) -> Result<OperationAnswer, Problem> {
     let is_unknown = |refusal: &Refusal| refusal.code.as_deref() == Some(Mistake::Name.code());
-    done.map(Answer::json).map_err(|refusal| match is_unknown(&refusal) {
+    done.map(OperationAnswer::json).map_err(|refusal| match is_unknown(&refusal) {
         true => Problem::refused(StatusCode::NOT_FOUND, refusal),
         false => in_conflict(refusal),
     })

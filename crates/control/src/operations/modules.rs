@@ -6,67 +6,47 @@ use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_module::Parameter;
 
-use super::{TOKEN, named, shape, told};
+use super::{named, shape, told};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::operation::{Ask, Operation, Pace};
 use crate::problem::Problem;
 
-pub(super) const LIST: Operation = Operation {
-    method: "GET",
-    path: "/modules",
-    name: "modules",
-    summary: "The modules, and how they are",
-    role: Role::Viewer,
-    pace: Pace::Prompt,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || shape::list(shape::module()),
-    kinds: &[],
-    handler: |context, _| told(context.agent.modules()),
-};
+pub(super) const LIST: Operation =
+    Operation::get("/modules", "modules", Role::Viewer, "The modules, and how they are")
+        .pace(Pace::Prompt)
+        .answers(|| shape::list(shape::module()), |context, _| told(context.agent.modules()));
 
-pub(super) const SWITCH: Operation = Operation {
-    method: "PUT",
-    path: "/modules/{module}",
-    name: "switch",
-    summary: "Switches a module on or off",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: Some(|| shape::object(&[("enabled", shape::flag())])),
-    answer: || shape::object(&[("changed", shape::flag()), ("needs_reload", shape::optional(shape::text()))]),
-    kinds: &[],
-    handler: switch,
-};
+pub(super) const SWITCH: Operation =
+    Operation::put("/modules/{module}", "switch", Role::Developer, "Switches a module on or off")
+        .pace(Pace::Change)
+        .body(|| shape::object(&[("enabled", shape::flag())]))
+        .answers(
+            || shape::object(&[("changed", shape::flag()), ("needs_reload", shape::optional(shape::text()))]),
+            switch,
+        );
 
-pub(super) const PARAMETERS: Operation = Operation {
-    method: "GET",
-    path: "/parameters",
-    name: "parameters",
-    summary: "The parameters of all modules, with their defaults and ranges, and whether an operator may set them",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || shape::list(shape::parameter()),
-    kinds: &[],
-    handler: parameters,
-};
+pub(super) const PARAMETERS: Operation = Operation::get(
+    "/parameters",
+    "parameters",
+    Role::Viewer,
+    "The parameters of all modules, with their defaults and ranges, and whether an operator may set them",
+)
+.answers(|| shape::list(shape::parameter()), parameters);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Switch {
+struct SwitchRequest {
     enabled: bool,
 }
 
-pub(super) fn switch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    let switch: Switch = ask.body()?;
-    named(context.agent.enable(ask.part("module"), switch.enabled))
+pub(super) fn switch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+    let switch: SwitchRequest = ask.body()?;
+    named(context.agent.enable(ask.board_path("module"), switch.enabled).map(|switched| json!(switched)))
 }
 
-pub(super) fn parameters(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+pub(super) fn parameters(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let composer = context.agent.composer();
     let of_module = |name: String| {
         let parameters = composer.parameters(&name).into_iter();
@@ -78,5 +58,5 @@ pub(super) fn parameters(context: &Arc<Context>, _: &Ask) -> Result<Answer, Prob
         })
     };
     let all = composer.modules().into_iter().flat_map(|module| of_module(module.name));
-    Ok(Answer::json(all.collect()))
+    Ok(OperationAnswer::json(all.collect()))
 }

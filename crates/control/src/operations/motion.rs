@@ -6,75 +6,51 @@ use hyper::StatusCode;
 use serde::Deserialize;
 use serde_json::json;
 
-use super::{TOKEN, shape};
+use super::shape;
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Ask, Operation, Pace, Parameter, without_slash};
 use crate::problem::Problem;
 
-pub(super) const ACTUATORS: Operation = Operation {
-    method: "GET",
-    path: "/actuators",
-    name: "actuators",
-    summary: "The actuators, how their gates stand, and what they get",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || shape::list(shape::actuator()),
-    kinds: &[],
-    handler: actuators,
-};
+pub(super) const ACTUATORS: Operation = Operation::get(
+    "/actuators",
+    "actuators",
+    Role::Viewer,
+    "The actuators, how their gates stand, and what they get",
+)
+.answers(|| shape::list(shape::actuator()), actuators);
 
-pub(super) const STOP: Operation = Operation {
-    method: "POST",
-    path: "/stop",
-    name: super::STOP,
-    summary: "Stops all actuators until `reset` and `arm`; it is no emergency stop",
-    role: Role::Viewer,
-    pace: Pace::Prompt,
-    parameters: &[Parameter { name: "reason", doc: "Why; it is kept and shown.", schema: shape::text }],
-    body: Some(
-        || json!({ "description": "Such as {\"reason\": \"...\"}; nothing that comes with it is a reason not to stop." }),
-    ),
-    answer: || shape::object(&[("stopped", shape::list(shape::text()))]),
-    kinds: &[],
-    handler: stop,
-};
+pub(super) const STOP: Operation = Operation::post(
+    "/stop",
+    super::STOP,
+    Role::Viewer,
+    "Stops all actuators until `reset` and `arm`; it is no emergency stop",
+)
+.pace(Pace::Prompt)
+.parameters(&[Parameter { name: "reason", doc: "Why; it is kept and shown.", schema: shape::text }])
+.body(|| json!({ "description": "Such as {\"reason\": \"...\"}; nothing in it is a reason not to stop." }))
+.answers(|| shape::object(&[("stopped", shape::list(shape::text()))]), stop);
 
-pub(super) const RESET: Operation = Operation {
-    method: "POST",
-    path: "/reset",
-    name: "reset",
-    summary: "Ends a stop; nothing moves before the actuators are armed",
-    role: Role::Operator,
-    pace: Pace::Prompt,
-    parameters: &[],
-    body: None,
-    answer: || shape::object(&[("was_stopped", shape::flag())]),
-    kinds: &[],
-    handler: reset,
-};
+pub(super) const RESET: Operation = Operation::post(
+    "/reset",
+    "reset",
+    Role::Operator,
+    "Ends a stop; nothing moves before the actuators are armed",
+)
+.pace(Pace::Prompt)
+.answers(|| shape::object(&[("was_stopped", shape::flag())]), reset);
 
-pub(super) const ARM: Operation = Operation {
-    method: "POST",
-    path: "/arm",
-    name: "arm",
-    summary: "Lets commands through to the actuators, or to one",
-    role: Role::Operator,
-    pace: Pace::Prompt,
-    parameters: &[],
-    body: Some(|| {
-        let actuator = shape::optional(shape::text());
-        json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
-    }),
-    answer: || json!({ "type": "object", "maxProperties": 0 }),
-    kinds: &[],
-    handler: arm,
-};
+pub(super) const ARM: Operation =
+    Operation::post("/arm", "arm", Role::Operator, "Lets commands through to the actuators, or to one")
+        .pace(Pace::Prompt)
+        .body(|| {
+            let actuator = shape::optional(shape::text());
+            json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
+        })
+        .answers(|| json!({ "type": "object", "maxProperties": 0 }), arm);
 
-pub(super) fn actuators(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+pub(super) fn actuators(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let newest = |path: String| {
         let read = context.board().read(&path).ok().flatten();
         read.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
@@ -89,31 +65,31 @@ pub(super) fn actuators(context: &Arc<Context>, _: &Ask) -> Result<Answer, Probl
             "stopped": stopped,
         })
     };
-    Ok(Answer::json(context.agent.composer().actuators().into_iter().map(entry).collect()))
+    Ok(OperationAnswer::json(context.agent.composer().actuators().into_iter().map(entry).collect()))
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Stop {
+struct StopRequest {
     #[serde(default)]
     reason: String,
 }
 
 /// Stops at once, for a reason that may stand in the query or in the body.
-pub(crate) fn stop(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+pub(crate) fn stop(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
     // What comes with it is no reason not to stop.
-    let stop: Stop = asked.body_or_default().unwrap_or_default();
+    let stop: StopRequest = asked.body_or_default().unwrap_or_default();
     let reason = [stop.reason.as_str(), asked.query.get("reason").unwrap_or_default()]
         .into_iter()
         .find(|reason| !reason.is_empty())
         .map_or_else(|| format!("by the {}", asked.caller.who), str::to_owned);
     context.agent.stop(&reason);
     let stopped: Vec<_> = context.agent.composer().actuators().into_iter().map(|(name, _)| name).collect();
-    Ok(Answer::json(json!({ "stopped": stopped })))
+    Ok(OperationAnswer::json(json!({ "stopped": stopped })))
 }
 
-fn reset(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
-    Ok(Answer::json(json!({ "was_stopped": context.agent.reset() })))
+fn reset(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(json!({ "was_stopped": context.agent.reset() })))
 }
 
 #[derive(Default, Deserialize)]
@@ -123,14 +99,14 @@ struct Arm {
     actuator: Option<String>,
 }
 
-fn arm(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+fn arm(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
     let arm: Arm = asked.body_or_default()?;
-    let is_unknown =
-        |name: &String| context.agent.composer().actuators().iter().all(|(known, _)| known != name);
-    let status = match arm.actuator.as_ref().is_some_and(is_unknown) {
+    let actuator = arm.actuator.as_deref().map(without_slash);
+    let is_unknown = |name: &str| context.agent.composer().actuators().iter().all(|(known, _)| known != name);
+    let status = match actuator.is_some_and(is_unknown) {
         true => StatusCode::UNPROCESSABLE_ENTITY,
         false => StatusCode::CONFLICT,
     };
-    let armed = context.agent.arm(arm.actuator.as_deref());
-    armed.map(|()| Answer::Nothing).map_err(|refusal| Problem::refused(status, refusal))
+    let armed = context.agent.arm(actuator);
+    armed.map(|()| OperationAnswer::Nothing).map_err(|refusal| Problem::refused(status, refusal))
 }

@@ -5,39 +5,18 @@ use std::sync::Arc;
 use serde_json::{Map, Value as Json, json};
 use slate_blackboard::{Access, Property};
 
-use super::{OPERATIONS, TOKEN, shape, sockets};
+use super::{OPERATIONS, shape, sockets};
 use crate::Role;
-use crate::answer::{Answer, BYTES};
+use crate::answer::{BYTES, OperationAnswer};
 use crate::context::Context;
-use crate::operation::{BASE, Operation, Pace};
+use crate::operation::{BASE, Operation};
 
-pub(super) const INDEX: Operation = Operation {
-    method: "GET",
-    path: "",
-    name: "index",
-    summary: "What there is",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: shape::anything,
-    kinds: &[],
-    handler: |_, _| Ok(Answer::json(index(OPERATIONS))),
-};
+pub(super) const INDEX: Operation = Operation::get("", "index", Role::Viewer, "What there is")
+    .answers(shape::anything, |_, _| Ok(OperationAnswer::json(index(OPERATIONS))));
 
-pub(super) const DOCUMENT: Operation = Operation {
-    method: "GET",
-    path: "/openapi.json",
-    name: "openapi",
-    summary: "This document",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: shape::anything,
-    kinds: &[],
-    handler: |context, _| Ok(Answer::json(document(OPERATIONS, context))),
-};
+pub(super) const DOCUMENT: Operation =
+    Operation::get("/openapi.json", "openapi", Role::Viewer, "This document")
+        .answers(shape::anything, |context, _| Ok(OperationAnswer::json(document(OPERATIONS, context))));
 
 /// The paths, each with what can be done there.
 pub(super) fn index(operations: &[Operation]) -> Json {

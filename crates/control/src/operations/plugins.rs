@@ -5,124 +5,84 @@ use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 
-use super::{Named, TOKEN, conflict, file_shape, named, shape, told};
+use super::{Named, conflict, file_shape, named, shape, told};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::operation::{Ask, Operation, Pace};
 use crate::problem::Problem;
 
-pub(super) const LIST: Operation = Operation {
-    method: "GET",
-    path: "/plugins",
-    name: "plugins",
-    summary: "The plugins that are loaded, and those that are known",
-    role: Role::Viewer,
-    pace: Pace::Prompt,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || shape::list(shape::plugin()),
-    kinds: &[],
-    handler: |context, _| told(context.agent.plugins()),
-};
+pub(super) const LIST: Operation = Operation::get(
+    "/plugins",
+    "plugins",
+    Role::Viewer,
+    "The plugins that are loaded, and those that are known",
+)
+.pace(Pace::Prompt)
+.answers(|| shape::list(shape::plugin()), |context, _| told(context.agent.plugins()));
 
-pub(super) const LOAD: Operation = Operation {
-    method: "PUT",
-    path: "/plugins/{plugin}",
-    name: "load",
-    summary: "Loads a plugin, or a list of plugins, of the configuration",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: None,
-    answer: loaded,
-    kinds: &[],
-    handler: load,
-};
+pub(super) const LOAD: Operation = Operation::put(
+    "/plugins/{plugin}",
+    "load",
+    Role::Developer,
+    "Loads a plugin, or a list of plugins, of the configuration",
+)
+.pace(Pace::Change)
+.answers(loaded, load);
 
-pub(super) const UNLOAD: Operation = Operation {
-    method: "DELETE",
-    path: "/plugins/{plugin}",
-    name: "unload",
-    summary: "Unloads a plugin, or those of a list",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: None,
-    answer: unloaded,
-    kinds: &[],
-    handler: unload,
-};
+pub(super) const UNLOAD: Operation =
+    Operation::delete("/plugins/{plugin}", "unload", Role::Developer, "Unloads a plugin, or those of a list")
+        .pace(Pace::Change)
+        .answers(unloaded, unload);
 
-pub(super) const RELOAD: Operation = Operation {
-    method: "POST",
-    path: "/plugins/{plugin}/reload",
-    name: "reload",
-    summary: "Exchanges the code of a plugin by what its library has now",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: Some(file_shape),
-    answer: reloaded,
-    kinds: &[],
-    handler: reload,
-};
+pub(super) const RELOAD: Operation = Operation::post(
+    "/plugins/{plugin}/reload",
+    "reload",
+    Role::Developer,
+    "Exchanges the code of a plugin by what its library has now",
+)
+.pace(Pace::Change)
+.body(file_shape)
+.answers(reloaded, reload);
 
-pub(super) const LOAD_LIBRARY: Operation = Operation {
-    method: "POST",
-    path: "/plugins",
-    name: "load_library",
-    summary: "Loads a library, at the computer of the agent alone",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: Some(file_shape),
-    answer: loaded,
-    kinds: &[],
-    handler: load_library,
-};
+pub(super) const LOAD_LIBRARY: Operation = Operation::post(
+    "/plugins",
+    "load_library",
+    Role::Developer,
+    "Loads a library, at the computer of the agent alone",
+)
+.pace(Pace::Change)
+.body(file_shape)
+.answers(loaded, load_library);
 
-pub(super) const SHADOW: Operation = Operation {
-    method: "PUT",
-    path: "/plugins/{plugin}/shadow",
-    name: "shadow",
-    summary: "Runs new code beside that of a plugin, at the computer of the agent alone; its outputs are compared and discarded",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: Some(file_shape),
-    answer: || shape::list(shape::list(shape::text())),
-    kinds: &[],
-    handler: shadow,
-};
+pub(super) const SHADOW: Operation = Operation::put(
+    "/plugins/{plugin}/shadow",
+    "shadow",
+    Role::Developer,
+    "Runs new code beside that of a plugin, at the computer of the agent alone; its outputs are \
+     compared and discarded",
+)
+.pace(Pace::Change)
+.body(file_shape)
+.answers(|| shape::list(shape::list(shape::text())), shadow);
 
-pub(super) const END_SHADOW: Operation = Operation {
-    method: "DELETE",
-    path: "/plugins/{plugin}/shadow",
-    name: "end_shadow",
-    summary: "Ends the new code beside a plugin",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: None,
-    answer: || json!({ "type": "null" }),
-    kinds: &[],
-    handler: |context, ask| named(context.agent.end_shadow(ask.part("plugin"))),
-};
+pub(super) const END_SHADOW: Operation = Operation::delete(
+    "/plugins/{plugin}/shadow",
+    "end_shadow",
+    Role::Developer,
+    "Ends the new code beside a plugin",
+)
+.pace(Pace::Change)
+.answers(|| json!({ "type": "null" }), |context, ask| named(context.agent.end_shadow(ask.part("plugin"))));
 
-pub(super) const PROMOTE: Operation = Operation {
-    method: "POST",
-    path: "/plugins/{plugin}/promote",
-    name: "promote",
-    summary: "Replaces the code of a plugin by the new code beside it",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: None,
-    answer: reloaded,
-    kinds: &[],
-    handler: |context, ask| named(context.agent.promote(ask.part("plugin"))),
-};
+pub(super) const PROMOTE: Operation = Operation::post(
+    "/plugins/{plugin}/promote",
+    "promote",
+    Role::Developer,
+    "Replaces the code of a plugin by the new code beside it",
+)
+.pace(Pace::Change)
+.answers(reloaded, |context, ask| named(context.agent.promote(ask.part("plugin"))));
 
 fn loaded() -> Json {
     let plugin = shape::object(&[("name", shape::text()), ("file", shape::optional(shape::text()))]);
@@ -156,23 +116,23 @@ fn library(ask: &Ask) -> Result<PathBuf, Problem> {
     }
 }
 
-fn load(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn load(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     named(context.agent.load(Some(ask.part("plugin")), None))
 }
 
-fn load_library(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn load_library(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     conflict(context.agent.load(None, Some(&library(ask)?)))
 }
 
-fn unload(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn unload(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     named(context.agent.unload(ask.part("plugin")))
 }
 
-fn reload(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn reload(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let file = ask.body.as_ref().map(|_| library(ask)).transpose()?;
     named(context.agent.reload(ask.part("plugin"), file.as_deref()))
 }
 
-fn shadow(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn shadow(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     named(context.agent.shadow(ask.part("plugin"), &library(ask)?))
 }

@@ -8,24 +8,22 @@ use hyper::StatusCode;
 use serde_json::{Value as Json, json};
 use slate_runtime::recording::RecordingStatus;
 
-use super::{TOKEN, conflict, in_conflict, local_file, shape};
+use super::{conflict, in_conflict, local_file, shape};
 use crate::Role;
 use crate::agent::RecordingWish;
-use crate::answer::{Answer, BYTES};
+use crate::answer::{BYTES, OperationAnswer};
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Ask, Operation};
 use crate::problem::Problem;
 
-pub(super) const LIST: Operation = Operation {
-    method: "GET",
-    path: "/recordings",
-    name: "recordings",
-    summary: "What is being recorded, and the recordings in the folder of the report",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || {
+pub(super) const LIST: Operation = Operation::get(
+    "/recordings",
+    "recordings",
+    Role::Viewer,
+    "What is being recorded, and the recordings in the folder of the report",
+)
+.answers(
+    || {
         shape::object(&[
             ("recordings", shape::list(entry_shape())),
             ("flight", shape::optional(flight_shape())),
@@ -33,19 +31,15 @@ pub(super) const LIST: Operation = Operation {
             ("can_record", shape::flag()),
         ])
     },
-    kinds: &[],
-    handler: list,
-};
+    list,
+);
 
-pub(super) const START: Operation = Operation {
-    method: "POST",
-    path: "/recordings/{recording}",
-    name: "start_recording",
-    summary: "Begins to record, into a file of that name in the folder of the report, which is not there yet",
-    role: Role::Operator,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: Some(|| {
+pub(super) const START: Operation = Operation::post(
+    "/recordings/{recording}",
+    "start_recording",
+    Role::Operator,
+    "Begins to record, into a file of that name in the folder of the report, which is not there yet",
+).body(|| {
         let patterns = || shape::list(shape::text());
         json!({
             "type": "object",
@@ -57,50 +51,32 @@ pub(super) const START: Operation = Operation {
             },
             "additionalProperties": false,
         })
-    }),
-    answer: || shape::object(&[("file", shape::text())]),
-    kinds: &[],
-    handler: start,
-};
+    }).answers(|| shape::object(&[("file", shape::text())]), start);
 
-pub(super) const END_ONLY: Operation = Operation {
-    method: "DELETE",
-    path: "/recordings",
-    name: "stop_only_recording",
-    summary: "Ends the recording, if it is the only one",
-    role: Role::Operator,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: None,
-    answer: entry_shape,
-    kinds: &[],
-    handler: |context, _| conflict(context.agent.stop_recording(None)),
-};
+pub(super) const END_ONLY: Operation = Operation::delete(
+    "/recordings",
+    "stop_only_recording",
+    Role::Operator,
+    "Ends the recording, if it is the only one",
+)
+.answers(entry_shape, |context, _| conflict(context.agent.stop_recording(None)));
 
-pub(super) const END: Operation = Operation {
-    method: "POST",
-    path: "/recordings/{recording}/stop",
-    name: "stop_recording",
-    summary: "Ends a recording; its file is whole then",
-    role: Role::Operator,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: None,
-    answer: entry_shape,
-    kinds: &[],
-    handler: stop,
-};
+pub(super) const END: Operation = Operation::post(
+    "/recordings/{recording}/stop",
+    "stop_recording",
+    Role::Operator,
+    "Ends a recording; its file is whole then",
+)
+.answers(entry_shape, stop);
 
-pub(super) const FLIGHT: Operation = Operation {
-    method: "POST",
-    path: "/recordings/{recording}/snapshot",
-    name: "save_flight",
-    summary: "Saves the last seconds, which are always in memory, into a file that is not there yet",
-    role: Role::Operator,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: None,
-    answer: || {
+pub(super) const FLIGHT: Operation = Operation::post(
+    "/recordings/{recording}/snapshot",
+    "save_flight",
+    Role::Operator,
+    "Saves the last seconds, which are always in memory, into a file that is not there yet",
+)
+.answers(
+    || {
         shape::object(&[
             ("file", shape::text()),
             ("from", shape::count()),
@@ -109,23 +85,17 @@ pub(super) const FLIGHT: Operation = Operation {
             ("bytes", shape::count()),
         ])
     },
-    kinds: &[],
-    handler: snapshot,
-};
+    snapshot,
+);
 
-pub(super) const FETCH: Operation = Operation {
-    method: "GET",
-    path: "/recordings/{recording}",
-    name: "fetch_recording",
-    summary: "The file of a recording that has ended",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: shape::anything,
-    kinds: &[BYTES],
-    handler: fetch,
-};
+pub(super) const FETCH: Operation = Operation::get(
+    "/recordings/{recording}",
+    "fetch_recording",
+    Role::Viewer,
+    "The file of a recording that has ended",
+)
+.kinds(&[BYTES])
+.answers(shape::anything, fetch);
 
 fn entry_shape() -> Json {
     json!({
@@ -208,7 +178,7 @@ pub(super) fn new_file(context: &Context, ask: &Ask, name: &str, kind: &str) -> 
     Ok(file)
 }
 
-fn list(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+fn list(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let status = recorder(context);
     let can_record = status.is_some();
     let RecordingStatus { recordings, flight, folder } = status.unwrap_or_default();
@@ -223,23 +193,23 @@ fn list(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
     files.sort_unstable();
     let file = |(name, bytes)| json!({ "name": name, "bytes": bytes });
     let files: Vec<_> = files.into_iter().map(file).collect();
-    Ok(Answer::json(
+    Ok(OperationAnswer::json(
         json!({ "recordings": recordings, "flight": flight, "files": files, "can_record": can_record }),
     ))
 }
 
-fn start(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn start(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let wish: RecordingWish = ask.body_or_default()?;
     let file = new_file(context, ask, ask.part("recording"), KIND)?;
     context.agent.start_recording(&file, &wish).map_err(in_conflict)?;
-    Ok(Answer::json(json!({ "file": file })))
+    Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-fn stop(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn stop(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     conflict(context.agent.stop_recording(Some(&file(context, ask, ask.part("recording"), KIND)?)))
 }
 
-fn fetch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn fetch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let name = ask.part("recording");
     let path = file(context, ask, name, KIND)?;
     if recorded(context).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
@@ -253,9 +223,9 @@ fn fetch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
         Problem::not_found(message, "GET /api/v1/recordings lists them")
     };
     let (file, length) = opened.map_err(missing)?;
-    Ok(Answer::File(file, length))
+    Ok(OperationAnswer::File(file, length))
 }
 
-fn snapshot(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn snapshot(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     conflict(context.agent.save_flight(&new_file(context, ask, ask.part("recording"), KIND)?))
 }

@@ -9,85 +9,60 @@ use slate_runtime::configuration::SaveTo;
 
 use super::{DRY_RUN, TOKEN, shape, told};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::operation::{Ask, Operation, Pace, Parameter};
 use crate::problem::Problem;
 use crate::text::{Texts, texts};
 
-pub(super) const LIST: Operation = Operation {
-    method: "GET",
-    path: "/settings",
-    name: "settings",
-    summary: "The settings at a path and below it, and where each is written",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[
-        Parameter { name: "path", doc: "As --set takes it; all unless given.", schema: shape::text },
-        TOKEN,
-    ],
-    body: None,
-    answer: || shape::list(shape::setting()),
-    kinds: &[],
-    handler: list,
-};
+pub(super) const LIST: Operation = Operation::get(
+    "/settings",
+    "settings",
+    Role::Viewer,
+    "The settings at a path and below it, and where each is written",
+)
+.parameters(&[
+    Parameter { name: "path", doc: "As --set takes it; all unless given.", schema: shape::text },
+    TOKEN,
+])
+.answers(|| shape::list(shape::setting()), list);
 
-pub(super) const SET: Operation = Operation {
-    method: "PATCH",
-    path: "/settings",
-    name: "set",
-    summary: "Changes settings, all or none, by their paths",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[DRY_RUN],
-    body: Some(|| texts("Paths of settings and their values; at least one.")),
-    answer: || shape::list(shape::changed()),
-    kinds: &[],
-    handler: set,
-};
+pub(super) const SET: Operation =
+    Operation::patch("/settings", "set", Role::Developer, "Changes settings, all or none, by their paths")
+        .pace(Pace::Change)
+        .parameters(&[DRY_RUN])
+        .body(|| texts("Paths of settings and their values; at least one."))
+        .answers(|| shape::list(shape::changed()), set);
 
-pub(super) const REVERT: Operation = Operation {
-    method: "DELETE",
-    path: "/settings",
-    name: "revert",
-    summary: "Takes back what was changed at run time and not saved",
-    role: Role::Developer,
-    pace: Pace::Slow,
-    parameters: &[Parameter {
-        name: "path",
-        doc: "That and what is below it; all unless given.",
-        schema: shape::text,
-    }],
-    body: None,
-    answer: || shape::list(shape::changed()),
-    kinds: &[],
-    handler: revert,
-};
+pub(super) const REVERT: Operation = Operation::delete(
+    "/settings",
+    "revert",
+    Role::Developer,
+    "Takes back what was changed at run time and not saved",
+)
+.parameters(&[Parameter {
+    name: "path",
+    doc: "That and what is below it; all unless given.",
+    schema: shape::text,
+}])
+.answers(|| shape::list(shape::changed()), revert);
 
-pub(super) const DIFFERENCES: Operation = Operation {
-    method: "GET",
-    path: "/settings/differences",
-    name: "differences",
-    summary: "What holds and is not what the files say",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || shape::list(shape::different()),
-    kinds: &[],
-    handler: |context, _| told(context.agent.differences()),
-};
+pub(super) const DIFFERENCES: Operation = Operation::get(
+    "/settings/differences",
+    "differences",
+    Role::Viewer,
+    "What holds and is not what the files say",
+)
+.answers(|| shape::list(shape::different()), |context, _| told(context.agent.settings.differences()));
 
-pub(super) const REFUSED: Operation = Operation {
-    method: "GET",
-    path: "/settings/refused",
-    name: "refused_edit",
-    summary: "What is wrong with files that were edited and are refused; null when nothing is",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || {
+pub(super) const REFUSED: Operation = Operation::get(
+    "/settings/refused",
+    "refused_edit",
+    Role::Viewer,
+    "What is wrong with files that were edited and are refused; null when nothing is",
+)
+.answers(
+    || {
         shape::optional(json!({
             "type": "object",
             "properties": {
@@ -100,51 +75,43 @@ pub(super) const REFUSED: Operation = Operation {
             "additionalProperties": false,
         }))
     },
-    kinds: &[],
-    handler: |context, _| told(context.agent.refused_edit()),
-};
+    |context, _| told(context.agent.settings.refused_edit()),
+);
 
-pub(super) const SAVE: Operation = Operation {
-    method: "POST",
-    path: "/settings/save",
-    name: "save",
-    summary: "Writes what was changed at run time into the files, with their comments kept",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[DRY_RUN],
-    body: Some(
+pub(super) const SAVE: Operation = Operation::post(
+    "/settings/save",
+    "save",
+    Role::Developer,
+    "Writes what was changed at run time into the files, with their comments kept",
+).pace(Pace::Change).parameters(&[DRY_RUN]).body(
         || json!({ "type": "object", "properties": { "to": { "enum": ["origin", "host"] } }, "additionalProperties": false }),
-    ),
-    answer: || shape::object(&[("files", shape::list(shape::text()))]),
-    kinds: &[],
-    handler: save,
-};
+    ).answers(|| shape::object(&[("files", shape::list(shape::text()))]), save);
 
-pub(super) fn list(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
-    let found = context.agent.settings_at(asked.query.get("path").unwrap_or_default());
-    found.map(Answer::json).map_err(|refusal| Problem::refused(StatusCode::NOT_FOUND, refusal))
+pub(super) fn list(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+    let found = context.agent.settings.at(asked.query.get("path").unwrap_or_default());
+    found.map(OperationAnswer::json).map_err(|refusal| Problem::refused(StatusCode::NOT_FOUND, refusal))
 }
 
-fn set(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
+fn set(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
     let changes = asked.body::<Texts>()?.texts()?;
     if changes.is_empty() {
         return Err(Problem::unfit("there is nothing to be set", "send paths and values"));
     }
-    told(context.agent.set(&changes, asked.is_dry()?))
+    told(context.agent.settings.set(&changes, asked.is_dry()?))
 }
 
-fn revert(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
-    told(context.agent.revert(asked.query.get("path").unwrap_or_default()))
+fn revert(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+    told(context.agent.settings.revert(asked.query.get("path").unwrap_or_default()))
 }
 
 #[derive(Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Save {
+struct SaveRequest {
     #[serde(default)]
     to: SaveTo,
 }
 
-pub(super) fn save(context: &Arc<Context>, asked: &Ask) -> Result<Answer, Problem> {
-    let save: Save = asked.body_or_default()?;
-    told(context.agent.save(save.to, asked.is_dry()?))
+pub(super) fn save(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+    let save: SaveRequest = asked.body_or_default()?;
+    told(context.agent.settings.save(save.to, asked.is_dry()?))
 }

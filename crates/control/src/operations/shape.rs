@@ -100,6 +100,7 @@ pub(super) fn changed() -> Json {
             "after": optional(text()),
             "default": optional(text()),
             "conversion": text(),
+            "needs_reload": text(),
         },
         "required": ["path"],
         "additionalProperties": false,

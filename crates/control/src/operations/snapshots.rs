@@ -10,50 +10,39 @@ use serde_json::json;
 use super::{conflict, in_conflict, local_file, shape};
 use crate::Role;
 use crate::agent::{Done, absolute};
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::operation::{Ask, Operation, Pace};
 use crate::problem::Problem;
 
-pub(super) const LOAD: Operation = Operation {
-    method: "POST",
-    path: "/snapshots/{snapshot}/load",
-    name: "load_snapshot",
-    summary: "Goes on from a snapshot",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: None,
-    answer: shape::snapshot,
-    kinds: &[],
-    handler: load,
-};
+pub(super) const LOAD: Operation = Operation::post(
+    "/snapshots/{snapshot}/load",
+    "load_snapshot",
+    Role::Developer,
+    "Goes on from a snapshot",
+)
+.pace(Pace::Change)
+.answers(shape::snapshot, load);
 
-pub(super) const SAVE: Operation = Operation {
-    method: "POST",
-    path: "/snapshots/{snapshot}",
-    name: "save_snapshot",
-    summary: "Takes a snapshot, into the folder `snapshots` where the agent was started",
-    role: Role::Developer,
-    pace: Pace::Change,
-    parameters: &[],
-    body: None,
-    answer: shape::snapshot,
-    kinds: &[],
-    handler: save,
-};
+pub(super) const SAVE: Operation = Operation::post(
+    "/snapshots/{snapshot}",
+    "save_snapshot",
+    Role::Developer,
+    "Takes a snapshot, into the folder `snapshots` where the agent was started",
+)
+.pace(Pace::Change)
+.answers(shape::snapshot, save);
 
-pub(super) const VALUES: Operation = Operation {
-    method: "POST",
-    path: "/snapshots/{snapshot}/values",
-    name: "save_values",
-    summary: "Writes the newest values of another agent's properties, such as slate://robot/**, into a file of JSON beside the \
-              snapshots",
-    role: Role::Developer,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: Some(|| shape::object(&[("url", shape::text())])),
-    answer: || {
+pub(super) const VALUES: Operation = Operation::post(
+    "/snapshots/{snapshot}/values",
+    "save_values",
+    Role::Developer,
+    "Writes the newest values of another agent's properties, such as slate://robot/**, into a \
+     file of JSON beside the snapshots",
+)
+.body(|| shape::object(&[("url", shape::text())]))
+.answers(
+    || {
         shape::object(&[
             ("agent", shape::text()),
             ("properties", shape::count()),
@@ -61,9 +50,8 @@ pub(super) const VALUES: Operation = Operation {
             ("untold", shape::count()),
         ])
     },
-    kinds: &[],
-    handler: values,
-};
+    values,
+);
 
 /// How the files of snapshots end.
 const KIND: &str = "snapshot";
@@ -91,12 +79,12 @@ fn file(ask: &Ask, kind: &str) -> Result<PathBuf, Problem> {
     Ok(folder.join(format!("{name}.{kind}")))
 }
 
-fn save(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn save(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let file = file(ask, KIND)?;
     placed(context.agent.save_snapshot(&file), &file)
 }
 
-fn load(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn load(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let file = file(ask, KIND)?;
     if ask.caller.local.is_none() && !file.is_file() {
         let message = format!("there is no snapshot `{}`", ask.part("snapshot"));
@@ -111,14 +99,14 @@ struct Values {
     url: String,
 }
 
-fn values(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn values(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let Values { url } = ask.body()?;
-    conflict(context.agent.remote_snapshot(&url, absolute(&file(ask, "json")?)?))
+    conflict(context.agent.properties.remote.snapshot(&url, absolute(&file(ask, "json")?)?))
 }
 
-fn placed(done: Done, file: &Path) -> Result<Answer, Problem> {
+fn placed(done: Done, file: &Path) -> Result<OperationAnswer, Problem> {
     done.map_err(in_conflict).map(|mut entry| {
         entry["file"] = json!(file);
-        Answer::json(entry)
+        OperationAnswer::json(entry)
     })
 }

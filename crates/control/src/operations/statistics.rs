@@ -5,23 +5,21 @@ use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 
-use super::{TOKEN, shape};
+use super::shape;
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Ask, Operation};
 use crate::problem::Problem;
 
-pub(super) const STATISTICS: Operation = Operation {
-    method: "GET",
-    path: "/statistics",
-    name: "statistics",
-    summary: "How often each module runs, how long it takes, and what it misses",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || {
+pub(super) const STATISTICS: Operation = Operation::get(
+    "/statistics",
+    "statistics",
+    Role::Viewer,
+    "How often each module runs, how long it takes, and what it misses",
+)
+.answers(
+    || {
         shape::object(&[
             ("time", shape::count()),
             ("modules", shape::list(shape::anything())),
@@ -29,37 +27,17 @@ pub(super) const STATISTICS: Operation = Operation {
             ("log", shape::anything()),
         ])
     },
-    kinds: &[],
-    handler: statistics,
-};
+    statistics,
+);
 
-pub(super) const METRICS: Operation = Operation {
-    method: "GET",
-    path: "/metrics",
-    name: "metrics",
-    summary: "The same for Prometheus",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: shape::text,
-    kinds: &["text/plain"],
-    handler: metrics,
-};
+pub(super) const METRICS: Operation =
+    Operation::get("/metrics", "metrics", Role::Viewer, "The same for Prometheus")
+        .kinds(&["text/plain"])
+        .answers(shape::text, metrics);
 
-pub(super) const RECORDING: Operation = Operation {
-    method: "GET",
-    path: "/recording",
-    name: "recording",
-    summary: "What the agent records of itself",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: shape::anything,
-    kinds: &[],
-    handler: recording,
-};
+pub(super) const RECORDING: Operation =
+    Operation::get("/recording", "recording", Role::Viewer, "What the agent records of itself")
+        .answers(shape::anything, recording);
 
 /// A value on the blackboard; null when there is none.
 fn newest(context: &Context, path: &str) -> Json {
@@ -67,7 +45,7 @@ fn newest(context: &Context, path: &str) -> Json {
     read.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
 }
 
-pub(super) fn statistics(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+pub(super) fn statistics(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let modules = context.agent.composer().modules().into_iter().map(|module| {
         json!({
             "timing": newest(context, &format!("{}/timing", module.name)),
@@ -79,7 +57,7 @@ pub(super) fn statistics(context: &Arc<Context>, _: &Ask) -> Result<Answer, Prob
             "panics": module.panics,
         })
     });
-    Ok(Answer::json(json!({
+    Ok(OperationAnswer::json(json!({
         "time": context.now(),
         "modules": modules.collect::<Vec<_>>(),
         "loop": { "state": newest(context, "loop/state"), "histogram": newest(context, "loop/histogram") },
@@ -87,11 +65,11 @@ pub(super) fn statistics(context: &Arc<Context>, _: &Ask) -> Result<Answer, Prob
     })))
 }
 
-pub(super) fn recording(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
-    Ok(Answer::json(newest(context, "record/state")))
+pub(super) fn recording(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(newest(context, "record/state")))
 }
 
-pub(super) fn metrics(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+pub(super) fn metrics(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let mut text = String::new();
     let modules = context.agent.composer().modules();
     // Nothing is wrong with writing into a text.
@@ -122,5 +100,5 @@ pub(super) fn metrics(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem
         let _ =
             writeln!(text, "slate_actuator_stopped{{actuator=\"{name}\"}} {}", u8::from(reason.is_some()));
     }
-    Ok(Answer::Bytes("text/plain; version=0.0.4; charset=utf-8", text.into_bytes()))
+    Ok(OperationAnswer::Bytes("text/plain; version=0.0.4; charset=utf-8", text.into_bytes()))
 }

@@ -6,27 +6,23 @@ use std::sync::Arc;
 
 use serde_json::{Value as Json, json};
 
-use super::{TOKEN, shape};
+use super::shape;
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Ask, Operation};
 use crate::problem::Problem;
 
 /// Where the threads of this process are.
 const THREADS: &str = "/proc/self/task";
 
-pub(super) const READ: Operation = Operation {
-    method: "GET",
-    path: "/threads",
-    name: "threads",
-    summary: "What each thread of the agent has taken of the processors, and how long it was ready and had to wait for one; empty \
-              where the system does not tell",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || {
+pub(super) const READ: Operation = Operation::get(
+    "/threads",
+    "threads",
+    Role::Viewer,
+    "What each thread of the agent has taken of the processors, and how long it was ready and had \
+     to wait for one; empty where the system does not tell",
+).answers(|| {
         shape::list(shape::object(&[
             ("id", shape::count()),
             ("name", shape::text()),
@@ -34,23 +30,20 @@ pub(super) const READ: Operation = Operation {
             ("busy", json!({ "type": "integer", "minimum": 0, "description": "How long it ran, ns." })),
             (
                 "waited",
-                json!({ "type": "integer", "minimum": 0, "description": "How long it was ready and did not run, ns." }),
+                json!({ "type": "integer", "minimum": 0, "description": "How long it waited while ready, ns." }),
             ),
             (
                 "turns",
                 json!({ "type": "integer", "minimum": 0, "description": "How often it was given a processor." }),
             ),
         ]))
-    },
-    kinds: &[],
-    handler: read,
-};
+    }, read);
 
-fn read(_: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+fn read(_: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let folders = fs::read_dir(THREADS).into_iter().flatten().flatten();
     let mut threads: Vec<_> = folders.filter_map(|folder| thread(&folder.path())).collect();
     threads.sort_by_key(|(id, _)| *id);
-    Ok(Answer::json(threads.into_iter().map(|(_, thread)| thread).collect()))
+    Ok(OperationAnswer::json(threads.into_iter().map(|(_, thread)| thread).collect()))
 }
 
 /// What is told of a thread; nothing of one that has just ended.

@@ -8,55 +8,38 @@ use serde_json::{Value as Json, json};
 use super::{Named, file_shape, in_conflict, recordings, shape};
 use crate::Role;
 use crate::agent::absolute;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::entries::TraceEntry;
 use crate::operation::{Ask, Operation, Pace};
 use crate::problem::Problem;
-use crate::service::too_many;
 
-pub(super) const RECORD: Operation = Operation {
-    method: "POST",
-    path: "/trace",
-    name: "record_trace",
-    summary: "Begins to record what runs when, into a file that Perfetto opens; it is discarded if this connection closes \
-              before the end",
-    role: Role::Developer,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: Some(file_shape),
-    answer: || json!({ "type": "object", "maxProperties": 0 }),
-    kinds: &[],
-    handler: record,
-};
+pub(super) const RECORD: Operation = Operation::post(
+    "/trace",
+    "record_trace",
+    Role::Developer,
+    "Begins to record what runs when, into a file that Perfetto opens; it is discarded if this \
+     connection closes before the end",
+)
+.body(file_shape)
+.answers(|| json!({ "type": "object", "maxProperties": 0 }), record);
 
-pub(super) const PROGRESS: Operation = Operation {
-    method: "GET",
-    path: "/trace",
-    name: "trace_progress",
-    summary: "The trace that this connection records",
-    role: Role::Developer,
-    pace: Pace::Prompt,
-    parameters: &[],
-    body: None,
-    answer: entry,
-    kinds: &[],
-    handler: |_, ask| answer(ask.caller.place.with_trace(|trace| trace.progress()).map_err(in_conflict)?),
-};
+pub(super) const PROGRESS: Operation =
+    Operation::get("/trace", "trace_progress", Role::Developer, "The trace that this connection records")
+        .pace(Pace::Prompt)
+        .parameters(&[])
+        .answers(entry, |_, ask| {
+            answer(ask.caller.place.with_trace(|trace| trace.progress()).map_err(in_conflict)?)
+        });
 
-pub(super) const END: Operation = Operation {
-    method: "DELETE",
-    path: "/trace",
-    name: "end_trace",
-    summary: "Ends the trace that this connection records; its file exists then",
-    role: Role::Developer,
-    pace: Pace::Prompt,
-    parameters: &[],
-    body: None,
-    answer: entry,
-    kinds: &[],
-    handler: |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?),
-};
+pub(super) const END: Operation = Operation::delete(
+    "/trace",
+    "end_trace",
+    Role::Developer,
+    "Ends the trace that this connection records; its file exists then",
+)
+.pace(Pace::Prompt)
+.answers(entry, |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?));
 
 /// How many connections may record at once.
 const MOST: usize = 32;
@@ -73,14 +56,14 @@ fn entry() -> Json {
     ])
 }
 
-fn answer(entry: TraceEntry) -> Result<Answer, Problem> {
-    Ok(Answer::json(json!(entry)))
+fn answer(entry: TraceEntry) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(json!(entry)))
 }
 
-fn record(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn record(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let Named { file } = ask.body()?;
     if ask.caller.place.traces() >= MOST {
-        return Err(too_many());
+        return Err(Problem::too_many());
     }
     let file = match ask.caller.local {
         Some(_) => absolute(&file).map_err(in_conflict)?.to_owned(),
@@ -88,5 +71,5 @@ fn record(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
     };
     let begun = ask.caller.place.with_trace(|trace| trace.record(context.agent.composer(), &file));
     begun.map_err(in_conflict)?;
-    Ok(Answer::Nothing)
+    Ok(OperationAnswer::Nothing)
 }

@@ -11,7 +11,7 @@ use slate_runtime::Mistake;
 
 use super::{API, TOKEN, shape};
 use crate::Role;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::operation::{Ask, Operation, Pace, Parameter};
 use crate::problem::Problem;
@@ -23,100 +23,50 @@ const PATTERN: Parameter = Parameter {
     schema: shape::text,
 };
 
-pub(super) const AGENT: Operation = Operation {
-    method: "GET",
-    path: "/agent",
-    name: "agent",
-    summary: "The agent, and what the caller may do",
-    role: Role::Viewer,
-    pace: Pace::Prompt,
-    parameters: &[TOKEN],
-    body: None,
-    answer: shape::agent,
-    kinds: &[],
-    handler: agent,
-};
+pub(super) const AGENT: Operation =
+    Operation::get("/agent", "agent", Role::Viewer, "The agent, and what the caller may do")
+        .pace(Pace::Prompt)
+        .answers(shape::agent, agent);
 
-pub(super) const PROPERTIES: Operation = Operation {
-    method: "GET",
-    path: "/properties",
-    name: "properties",
-    summary: "The properties, in the order of their paths",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[
-        PATTERN,
-        Parameter { name: "values", doc: "With values of at most 4 KiB.", schema: shape::flag },
-        TOKEN,
-    ],
-    body: None,
-    answer: || shape::list(shape::property()),
-    kinds: &[],
-    handler: properties,
-};
+pub(super) const PROPERTIES: Operation =
+    Operation::get("/properties", "properties", Role::Viewer, "The properties, in the order of their paths")
+        .parameters(&[
+            PATTERN,
+            Parameter { name: "values", doc: "With values of at most 4 KiB.", schema: shape::flag },
+            TOKEN,
+        ])
+        .answers(|| shape::list(shape::property()), properties);
 
-pub(super) const INTERFACES: Operation = Operation {
-    method: "GET",
-    path: "/interfaces",
-    name: "interfaces",
-    summary: "What values are made of, by their names",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || json!({ "type": "object", "additionalProperties": { "type": "object" } }),
-    kinds: &[],
-    handler: interfaces,
-};
+pub(super) const INTERFACES: Operation =
+    Operation::get("/interfaces", "interfaces", Role::Viewer, "What values are made of, by their names")
+        .answers(|| json!({ "type": "object", "additionalProperties": { "type": "object" } }), interfaces);
 
-pub(super) const INTERFACE: Operation = Operation {
-    method: "GET",
-    path: "/interfaces/{interface}",
-    name: "interface",
-    summary: "What values of an interface are made of, as JSON Schema",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || json!({ "type": "object" }),
-    kinds: &[],
-    handler: interface,
-};
+pub(super) const INTERFACE: Operation = Operation::get(
+    "/interfaces/{interface}",
+    "interface",
+    Role::Viewer,
+    "What values of an interface are made of, as JSON Schema",
+)
+.answers(|| json!({ "type": "object" }), interface);
 
-pub(super) const DOCUMENTS: Operation = Operation {
-    method: "GET",
-    path: "/documents",
-    name: "documents",
-    summary: "What the program tells beside the blackboard, such as the world of a simulator: names",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: || shape::list(shape::text()),
-    kinds: &[],
-    handler: documents,
-};
+pub(super) const DOCUMENTS: Operation = Operation::get(
+    "/documents",
+    "documents",
+    Role::Viewer,
+    "What the program tells beside the blackboard, such as the world of a simulator: names",
+)
+.answers(|| shape::list(shape::text()), documents);
 
-pub(super) const DOCUMENT: Operation = Operation {
-    method: "GET",
-    path: "/documents/{document}",
-    name: "document",
-    summary: "One of these",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[TOKEN],
-    body: None,
-    answer: shape::anything,
-    kinds: &[],
-    handler: document,
-};
+pub(super) const DOCUMENT: Operation =
+    Operation::get("/documents/{document}", "document", Role::Viewer, "One of these")
+        .answers(shape::anything, document);
 
 /// The largest value that a list has, bytes.
 const SMALL: usize = 4096;
 
-pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let stopped = context.agent.composer().actuators().into_iter().find_map(|(_, reason)| reason);
-    Ok(Answer::json(json!({
+    Ok(OperationAnswer::json(json!({
         "api": API,
         "name": context.name(),
         "version": env!("CARGO_PKG_VERSION"),
@@ -128,19 +78,19 @@ pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
     })))
 }
 
-pub(super) fn properties(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn properties(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let pattern = ask.query.get("pattern").map(|pattern| ask.own_url(pattern));
     let values = ask.query.flag("values")?;
-    let found = context.agent.properties(pattern.as_deref()).map_err(|refusal| {
+    let found = context.agent.properties.list(pattern.as_deref()).map_err(|refusal| {
         let is_unknown = refusal.code.as_deref() == Some(Mistake::Name.code());
         Problem::refused(if is_unknown { StatusCode::NOT_FOUND } else { StatusCode::BAD_REQUEST }, refusal)
     })?;
-    let is_elsewhere = pattern.is_some_and(|pattern| context.agent.is_elsewhere(&pattern));
+    let is_elsewhere = pattern.is_some_and(|pattern| context.agent.properties.remote.of(&pattern).is_some());
     if is_elsewhere {
-        return Ok(Answer::json(json!(found)));
+        return Ok(OperationAnswer::json(json!(found)));
     }
     let found = found.iter().filter_map(|found| context.board().get(&found.path));
-    Ok(Answer::json(found.map(|(property, _)| entry(context, &property, values)).collect()))
+    Ok(OperationAnswer::json(found.map(|(property, _)| entry(context, &property, values)).collect()))
 }
 
 fn entry(context: &Context, property: &Property, values: bool) -> Json {
@@ -150,7 +100,7 @@ fn entry(context: &Context, property: &Property, values: bool) -> Json {
         "url": format!("slate://{}/{}", context.name(), property.path()),
         "interface": property.descriptor().name,
         "doc": property.doc(),
-        "access": context.agent.access(property),
+        "access": context.agent.properties.access(property),
         "sequence": channel.map_or(0, |channel| channel.published()),
         "readers": property.readers(),
     });
@@ -174,12 +124,12 @@ fn known(context: &Context) -> BTreeMap<&'static str, &'static Descriptor> {
     known
 }
 
-pub(super) fn interfaces(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
+pub(super) fn interfaces(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     let schemas = known(context).into_iter().map(|(name, of)| (name.to_owned(), schema::of_interface(of)));
-    Ok(Answer::json(Json::Object(schemas.collect())))
+    Ok(OperationAnswer::json(Json::Object(schemas.collect())))
 }
 
-pub(super) fn interface(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn interface(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let name = ask.part("interface");
     let known = known(context);
     let descriptor = known.get(name).ok_or_else(|| {
@@ -190,17 +140,17 @@ pub(super) fn interface(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Pro
         };
         Problem::not_found(format!("no property has the interface `{name}`"), help)
     })?;
-    Ok(Answer::json(schema::of_interface(descriptor)))
+    Ok(OperationAnswer::json(schema::of_interface(descriptor)))
 }
 
-pub(super) fn documents(context: &Arc<Context>, _: &Ask) -> Result<Answer, Problem> {
-    Ok(Answer::json(context.documents.iter().map(|document| json!(document.name)).collect()))
+pub(super) fn documents(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(context.documents.iter().map(|document| json!(document.name)).collect()))
 }
 
-pub(super) fn document(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn document(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let name = ask.part("document");
     let found = context.documents.iter().find(|document| document.name == name);
     let unknown =
         || Problem::not_found(format!("no document is called `{name}`"), "GET /api/v1/documents lists them");
-    Ok(Answer::json((found.ok_or_else(unknown)?.read)()))
+    Ok(OperationAnswer::json((found.ok_or_else(unknown)?.read)()))
 }

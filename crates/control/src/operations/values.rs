@@ -12,13 +12,13 @@ use slate_runtime::{Message, Mistake};
 use super::{TOKEN, shape};
 use crate::Role;
 use crate::agent::{KNOWN, refusal};
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::operation::{Ask, Operation, Pace, Parameter};
 use crate::picture::{Picture, is_picture};
 use crate::problem::Problem;
 use crate::select::Selection;
-use crate::stream::{Follow, Watcher, What};
+use crate::stream::{Follow, StreamForm, Watcher};
 
 const FORMAT: Parameter = Parameter {
     name: "format",
@@ -31,66 +31,62 @@ pub(super) const SELECTION: [Parameter; 2] = [
     Parameter { name: "select", doc: "Parts of the value, by JSONPath; a list.", schema: shape::text },
 ];
 
-pub(super) const READ: Operation = Operation {
-    method: "GET",
-    path: "/slate/{agent}/{path}",
-    name: "read",
-    summary: "The newest value of slate://agent/path, or a stream of its values",
-    role: Role::Viewer,
-    pace: Pace::Prompt,
-    parameters: &[
-        FORMAT,
-        SELECTION[0],
-        SELECTION[1],
-        Parameter { name: "bare", doc: "The value alone, without sequence and time.", schema: shape::flag },
-        Parameter {
-            name: "rate",
-            doc: "How often a stream looks for news, in Hz; 10 unless given.",
-            schema: || json!({ "type": "number", "minimum": 0.01, "maximum": 100 }),
-        },
-        Parameter {
-            name: "every",
-            doc: "A stream has each value that is kept, and not only the newest.",
-            schema: shape::flag,
-        },
-        Parameter {
-            name: "quality",
-            doc: "The quality of JPEG; 80 unless given.",
-            schema: || json!({ "type": "integer", "minimum": 1, "maximum": 100 }),
-        },
-        TOKEN,
-    ],
-    body: None,
-    answer: shape::reading,
-    kinds: &["text/plain", "image/png", "image/jpeg", "multipart/x-mixed-replace", "text/event-stream"],
-    handler: read,
-};
+pub(super) const READ: Operation = Operation::get(
+    "/slate/{agent}/{path}",
+    "read",
+    Role::Viewer,
+    "The newest value of slate://agent/path, or a stream of its values",
+)
+.pace(Pace::Prompt)
+.parameters(&[
+    FORMAT,
+    SELECTION[0],
+    SELECTION[1],
+    Parameter { name: "bare", doc: "The value alone, without sequence and time.", schema: shape::flag },
+    Parameter {
+        name: "rate",
+        doc: "How often a stream looks for news, in Hz; 10 unless given.",
+        schema: || json!({ "type": "number", "minimum": 0.01, "maximum": 100 }),
+    },
+    Parameter {
+        name: "every",
+        doc: "A stream has each value that is kept, and not only the newest.",
+        schema: shape::flag,
+    },
+    Parameter {
+        name: "quality",
+        doc: "The quality of JPEG; 80 unless given.",
+        schema: || json!({ "type": "integer", "minimum": 1, "maximum": 100 }),
+    },
+    TOKEN,
+])
+.kinds(&["text/plain", "image/png", "image/jpeg", "multipart/x-mixed-replace", "text/event-stream"])
+.answers(shape::reading, read);
 
-pub(super) const QUEUE: Operation = Operation {
-    method: "GET",
-    path: "/queues/{agent}/{path}",
-    name: "queue",
-    summary: "The values that a property keeps, the oldest first",
-    role: Role::Viewer,
-    pace: Pace::Prompt,
-    parameters: &[
-        SELECTION[0],
-        SELECTION[1],
-        Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
-        Parameter { name: "limit", doc: "At most so many; 1000 unless given.", schema: shape::count },
-        TOKEN,
-    ],
-    body: None,
-    answer: || {
+pub(super) const QUEUE: Operation = Operation::get(
+    "/queues/{agent}/{path}",
+    "queue",
+    Role::Viewer,
+    "The values that a property keeps, the oldest first",
+)
+.pace(Pace::Prompt)
+.parameters(&[
+    SELECTION[0],
+    SELECTION[1],
+    Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
+    Parameter { name: "limit", doc: "At most so many; 1000 unless given.", schema: shape::count },
+    TOKEN,
+])
+.answers(
+    || {
         shape::object(&[
             ("values", shape::list(shape::reading())),
             ("next", shape::count()),
             ("lost", shape::count()),
         ])
     },
-    kinds: &[],
-    handler: queue,
-};
+    queue,
+);
 
 /// How often a stream looks for news when nothing else is said, Hz.
 const RATE: f64 = 10.0;
@@ -101,7 +97,7 @@ const MOST: u64 = 100_000;
 
 /// What may be asked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
+enum ValueForm {
     Json,
     Text,
     Png,
@@ -110,7 +106,7 @@ enum Form {
     Events,
 }
 
-impl Form {
+impl ValueForm {
     const ALL: [(Self, &'static str, &'static str); 6] = [
         (Self::Json, "json", "application/json"),
         (Self::Text, "text", "text/plain"),
@@ -148,7 +144,7 @@ impl Form {
 
 /// The URL that a path means.
 pub(super) fn url(ask: &Ask) -> Result<Url, Problem> {
-    let text = format!("slate://{}/{}", ask.part("agent"), ask.part("path"));
+    let text = format!("slate://{}/{}", ask.part("agent"), ask.board_path("path"));
     Url::parse(&ask.own_url(&text)).map_err(|error| {
         let help = "such as /api/v1/slate/exp1/r2/planner/state";
         match ask.caller.local {
@@ -173,7 +169,7 @@ fn unknown(error: BoardError) -> Problem {
     Problem::refused(status, refusal(Message::from(&error), KNOWN))
 }
 
-pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let url = url(ask)?;
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let bare = ask.query.flag("bare")?;
@@ -184,8 +180,8 @@ pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
         quality => quality.map_or(80, |quality| quality as u8),
     };
     let Some(path) = own_path(context, &url) else {
-        return match Form::of(ask, false)? {
-            Form::Json | Form::Text => elsewhere(context, ask, &url, &selection, bare),
+        return match ValueForm::of(ask, false)? {
+            ValueForm::Json | ValueForm::Text => elsewhere(context, ask, &url, &selection, bare),
             _ => Err(Problem::unfit(
                 "a stream or a picture is of this agent's properties",
                 "ask the other agent",
@@ -198,18 +194,18 @@ pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
         return Err(Problem::unfit(message, KNOWN).of(Mistake::Messages));
     }
     let picture = is_picture(property.descriptor()) && field.is_empty();
-    let form = Form::of(ask, picture)?;
-    if matches!(form, Form::Png | Form::Jpeg | Form::Mjpeg) && !picture {
+    let form = ValueForm::of(ask, picture)?;
+    if matches!(form, ValueForm::Png | ValueForm::Jpeg | ValueForm::Mjpeg) && !picture {
         let message = format!("/{path} is {}, and no image", property.descriptor().name);
         return Err(Problem::new(StatusCode::NOT_ACCEPTABLE, message, "ask for application/json"));
     }
     let follow = |what| {
         let watcher = Watcher::new(context, &path, ask.last_event.unwrap_or(0))?;
         let period = Duration::from_secs_f64(1.0 / rate);
-        Ok(Answer::Follow(Follow { context: Arc::clone(context), watcher, period, what }))
+        Ok(OperationAnswer::Follow(Follow { context: Arc::clone(context), watcher, period, what }))
     };
     match form {
-        Form::Json | Form::Text => {
+        ValueForm::Json | ValueForm::Text => {
             let newest = context.board().read(&path).map_err(unknown)?;
             let (value, sequence, time) = match newest {
                 Some((value, stamp)) => {
@@ -219,19 +215,19 @@ pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
             };
             tell(&selection.of(&value)?, sequence, time, form, bare)
         }
-        Form::Png | Form::Jpeg => {
+        ValueForm::Png | ValueForm::Jpeg => {
             let nothing = || Problem::not_found(format!("there is no picture at /{path} yet"), "wait for it");
             let (bytes, items, _) = property.newest()?.ok_or_else(nothing)?;
             let wrong = || Problem::unfit(format!("the image at /{path} says more than it holds"), "");
             let picture = Picture::of(property.descriptor(), &bytes, items).ok_or_else(wrong)?;
-            if form == Form::Png {
-                return Ok(Answer::Bytes("image/png", picture.png()));
+            if form == ValueForm::Png {
+                return Ok(OperationAnswer::Bytes("image/png", picture.png()));
             }
             let jpeg = picture.jpeg(quality).map_err(|reason| Problem::unfit(reason, "ask for image/png"))?;
-            Ok(Answer::Bytes("image/jpeg", jpeg))
+            Ok(OperationAnswer::Bytes("image/jpeg", jpeg))
         }
-        Form::Mjpeg => follow(What::Pictures(quality)),
-        Form::Events => follow(What::Events { selection, every }),
+        ValueForm::Mjpeg => follow(StreamForm::Pictures(quality)),
+        ValueForm::Events => follow(StreamForm::Events { selection, every }),
     }
 }
 
@@ -242,8 +238,8 @@ fn elsewhere(
     url: &Url,
     selection: &Selection,
     bare: bool,
-) -> Result<Answer, Problem> {
-    let read = context.agent.read(&url.to_string());
+) -> Result<OperationAnswer, Problem> {
+    let read = context.agent.properties.read(&url.to_string());
     let read = read.map_err(|refusal| match ask.caller.local {
         // A tool tells an agent that is not there from a name that nothing has.
         Some(_) if refusal.code.is_none() => Problem::refused(StatusCode::CONFLICT, refusal),
@@ -251,22 +247,28 @@ fn elsewhere(
     })?;
     let reading: Option<Reading> = serde_json::from_value(read).unwrap_or_default();
     let reading = reading.unwrap_or(Reading { value: Json::Null, sequence: 0, time: 0 });
-    let form = Form::of(ask, false)?;
+    let form = ValueForm::of(ask, false)?;
     tell(&selection.of(&reading.value)?, reading.sequence, reading.time, form, bare)
 }
 
-fn tell(value: &Json, sequence: u64, time: u64, form: Form, bare: bool) -> Result<Answer, Problem> {
-    if form == Form::Text {
+fn tell(
+    value: &Json,
+    sequence: u64,
+    time: u64,
+    form: ValueForm,
+    bare: bool,
+) -> Result<OperationAnswer, Problem> {
+    if form == ValueForm::Text {
         let text = match value {
             Json::String(text) => text.clone(),
             other => other.to_string(),
         };
-        return Ok(Answer::text(format!("{text}\n")));
+        return Ok(OperationAnswer::text(format!("{text}\n")));
     }
     let version = Some(version(sequence));
     let body =
         if bare { value.clone() } else { json!({ "value": value, "sequence": sequence, "time": time }) };
-    Ok(Answer::Json(StatusCode::OK, body, version))
+    Ok(OperationAnswer::Json(StatusCode::OK, body, version))
 }
 
 /// What a version of a value is called.
@@ -274,7 +276,7 @@ pub(super) fn version(sequence: u64) -> String {
     format!("\"{sequence}\"")
 }
 
-pub(super) fn queue(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn queue(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let after = ask.query.count("after", u64::MAX)?.unwrap_or(0);
     let limit = ask.query.count("limit", MOST)?.unwrap_or(LIMIT);
@@ -293,5 +295,5 @@ pub(super) fn queue(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem
         values.push(json!({ "value": value, "sequence": stamp.sequence, "time": stamp.time }));
         next = stamp.sequence;
     }
-    Ok(Answer::json(json!({ "values": values, "next": next, "lost": lost })))
+    Ok(OperationAnswer::json(json!({ "values": values, "next": next, "lost": lost })))
 }

@@ -9,21 +9,19 @@ use serde_json::json;
 use super::{shape, told};
 use crate::Role;
 use crate::agent::LONGEST;
-use crate::answer::Answer;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::entries::Watched;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Ask, Operation};
 use crate::problem::Problem;
 
-pub(super) const WATCH: Operation = Operation {
-    method: "POST",
-    path: "/watch",
-    name: "watch",
-    summary: "The values of several properties that are newer than those already seen; waits for the first one",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: Some(|| {
+pub(super) const WATCH: Operation = Operation::post(
+    "/watch",
+    "watch",
+    Role::Viewer,
+    "The values of several properties that are newer than those already seen; waits for the first \
+     one",
+).body(|| {
         let watched = json!({
             "type": "object",
             "required": ["url"],
@@ -41,34 +39,25 @@ pub(super) const WATCH: Operation = Operation {
             },
             "additionalProperties": false,
         })
-    }),
-    answer: || {
+    }).answers(|| {
         shape::list(shape::object(&[
             ("of", shape::count()),
             ("missed", shape::count()),
             ("readings", shape::list(shape::reading())),
         ]))
-    },
-    kinds: &[],
-    handler: watch,
-};
+    }, watch);
 
-pub(super) const MEASURE: Operation = Operation {
-    method: "POST",
-    path: "/measure",
-    name: "measure",
-    summary: "The rates, intervals and sizes of the values of several properties, measured for a while",
-    role: Role::Viewer,
-    pace: Pace::Slow,
-    parameters: &[],
-    body: Some(|| {
-        let urls = json!({ "type": "array", "items": shape::text(), "minItems": 1, "maxItems": 1000 });
-        shape::object(&[("urls", urls), ("time", wait("How long to measure, ms."))])
-    }),
-    answer: || shape::list(measured()),
-    kinds: &[],
-    handler: measure,
-};
+pub(super) const MEASURE: Operation = Operation::post(
+    "/measure",
+    "measure",
+    Role::Viewer,
+    "The rates, intervals and sizes of the values of several properties, measured for a while",
+)
+.body(|| {
+    let urls = json!({ "type": "array", "items": shape::text(), "minItems": 1, "maxItems": 1000 });
+    shape::object(&[("urls", urls), ("time", wait("How long to measure, ms."))])
+})
+.answers(|| shape::list(measured()), measure);
 
 fn wait(doc: &str) -> serde_json::Value {
     json!({ "type": "integer", "minimum": 0, "maximum": LONGEST.as_millis() as u64, "description": doc })
@@ -103,27 +92,27 @@ fn measured() -> serde_json::Value {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Watch {
+struct WatchRequest {
     of: Vec<Watched>,
     #[serde(default)]
     within: u64,
 }
 
-fn watch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    let Watch { mut of, within } = ask.body()?;
+fn watch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+    let WatchRequest { mut of, within } = ask.body()?;
     of.iter_mut().for_each(|watched| watched.url = ask.own_url(&watched.url));
-    told(context.agent.watch(&of, Duration::from_millis(within)))
+    told(context.agent.values.watch(&of, Duration::from_millis(within)))
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Measure {
+struct MeasureRequest {
     urls: Vec<String>,
     time: u64,
 }
 
-fn measure(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    let Measure { urls, time } = ask.body()?;
+fn measure(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+    let MeasureRequest { urls, time } = ask.body()?;
     let urls: Vec<_> = urls.iter().map(|url| ask.own_url(url)).collect();
-    told(context.agent.measure(&urls, Duration::from_millis(time)))
+    told(context.agent.values.measure(&urls, Duration::from_millis(time)))
 }

@@ -3,91 +3,63 @@
 use std::sync::Arc;
 
 use hyper::StatusCode;
-use serde::Deserialize;
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Value, edit};
-use slate_blackboard::{Access, BoardError, Property, Url, is_within};
+use slate_blackboard::{Access, BoardError, Property, is_within};
 use slate_runtime::Mistake;
 
 use super::values::{own_path, url, version};
 use super::{DRY_RUN, shape, told};
 use crate::Role;
-use crate::answer::Answer;
+use crate::agent::enabled;
+use crate::answer::OperationAnswer;
 use crate::context::Context;
+use crate::entries::Changed;
 use crate::operation::{Ask, Operation, Pace};
 use crate::problem::Problem;
 use crate::schema::complete;
-use crate::service::check_role;
 use crate::text::{quoted, toml};
 
-pub(super) const SET_VALUE: Operation = Operation {
-    method: "PUT",
-    path: "/value",
-    name: super::SET_VALUE,
-    summary: "Sets a parameter, an input without a link, a field of one, or whether a module is enabled, by its URL",
-    role: Role::Operator,
-    pace: Pace::Change,
-    parameters: &[],
-    body: Some(|| shape::object(&[("url", shape::text()), ("value", shape::anything())])),
-    answer: || {
-        let switched =
-            shape::object(&[("changed", shape::flag()), ("needs_reload", shape::optional(shape::text()))]);
-        json!({ "anyOf": [shape::list(shape::changed()), switched] })
-    },
-    kinds: &[],
-    handler: set_value,
-};
+pub(super) const PUT: Operation = Operation::put(
+    "/slate/{agent}/{path}",
+    "write",
+    Role::Operator,
+    "Sets a parameter, an input without a link, or whether a module is enabled; or a field of them",
+)
+.pace(Pace::Change)
+.parameters(&[DRY_RUN])
+.body(shape::anything)
+.answers(|| shape::list(shape::changed()), put);
 
-pub(super) const PUT: Operation = Operation {
-    method: "PUT",
-    path: "/slate/{agent}/{path}",
-    name: "write",
-    summary: "Sets a parameter, an input without a link, or whether a module is enabled; or a field of them",
-    role: Role::Operator,
-    pace: Pace::Change,
-    parameters: &[DRY_RUN],
-    body: Some(shape::anything),
-    answer: || shape::list(shape::changed()),
-    kinds: &[],
-    handler: put,
-};
+pub(super) const PATCH: Operation = Operation::patch(
+    "/slate/{agent}/{path}",
+    "patch",
+    Role::Operator,
+    "Sets fields, and leaves the others as they are",
+)
+.pace(Pace::Change)
+.parameters(&[DRY_RUN])
+.body(|| json!({ "type": "object", "minProperties": 1 }))
+.answers(|| shape::list(shape::changed()), patch);
 
-pub(super) const PATCH: Operation = Operation {
-    method: "PATCH",
-    path: "/slate/{agent}/{path}",
-    name: "patch",
-    summary: "Sets fields, and leaves the others as they are",
-    role: Role::Operator,
-    pace: Pace::Change,
-    parameters: &[DRY_RUN],
-    body: Some(|| json!({ "type": "object", "minProperties": 1 })),
-    answer: || shape::list(shape::changed()),
-    kinds: &[],
-    handler: patch,
-};
-
-pub(super) const SEND: Operation = Operation {
-    method: "POST",
-    path: "/slate/{agent}/{path}",
-    name: "send",
-    summary: "Sends a message to a property that takes them; waits up to a second for what becomes of it",
-    role: Role::Operator,
-    pace: Pace::Slow,
-    parameters: &[DRY_RUN],
-    body: Some(shape::anything),
-    answer: || shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]),
-    kinds: &[],
-    handler: send,
-};
+pub(super) const SEND: Operation = Operation::post(
+    "/slate/{agent}/{path}",
+    "send",
+    Role::Operator,
+    "Sends a message to a property that takes them; waits up to a second for what becomes of it",
+)
+.parameters(&[DRY_RUN])
+.body(shape::anything)
+.answers(|| shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]), send);
 
 /// What can be set.
-struct Target {
+struct WriteTarget {
     property: Arc<Property>,
     module: String,
-    what: What,
+    what: WriteKind,
 }
 
-enum What {
+enum WriteKind {
     Enabled,
     /// The setting of the whole, and the fields behind it.
     Setting {
@@ -97,10 +69,10 @@ enum What {
     },
 }
 
-pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn put(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let target = target(context, ask, &body)?;
-    if let What::Setting { fields, .. } = &target.what
+    if let WriteKind::Setting { fields, .. } = &target.what
         && fields.is_empty()
     {
         // What is put is the whole.
@@ -114,24 +86,26 @@ pub(super) fn put(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> 
     set(context, ask, &target, &body)
 }
 
-pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     if body.as_object().is_none_or(serde_json::Map::is_empty) {
         return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
     }
     let target = target(context, ask, &body)?;
-    if let (What::Enabled, Some(value)) = (&target.what, body.get("value")) {
+    if let (WriteKind::Enabled, Some(value)) = (&target.what, body.get("value")) {
         return set(context, ask, &target, &value.clone());
     }
     set(context, ask, &target, &body)
 }
 
 /// What a path leads to, if it can be set to that by who asks.
-fn target(context: &Context, ask: &Ask, body: &Json) -> Result<Target, Problem> {
+fn target(context: &Context, ask: &Ask, body: &Json) -> Result<WriteTarget, Problem> {
     let url = url(ask)?;
     let other = || {
-        Problem::not_found(format!("{url} is of another agent"), "ask that agent: nobody else changes it")
-            .of(Mistake::OtherAgent)
+        let message = format!("{url} is of another agent, and only that one changes it");
+        let help =
+            format!("ask that agent itself: slate set {url} --agent {}", url.agent().unwrap_or_default());
+        Problem::not_found(message, help).of(Mistake::OtherAgent)
     };
     let path = own_path(context, &url).ok_or_else(other)?;
     let (property, field) = context.board().find(&path)?;
@@ -140,63 +114,56 @@ fn target(context: &Context, ask: &Ask, body: &Json) -> Result<Target, Problem> 
     };
     let own = property.path().to_owned();
     if !is_within(&path, &own) {
-        let help = "take the link away first: DELETE /api/v1/links/INPUT";
-        return not_allowed(Mistake::Linked, format!("/{path} is linked to /{own}"), help, "GET");
+        let message = format!("/{path} is linked, from /{own}");
+        let help = format!("take the link away first: slate unlink {path}, or DELETE /api/v1/links/{path}");
+        return not_allowed(Mistake::Linked, message, &help, "GET");
     }
+    let Some(module) = module_of(context, &own) else {
+        let message = format!("/{own} is the host's own, which writes it");
+        let help = "settings of the host are changed by `slate config set` and PATCH /api/v1/settings";
+        return not_allowed(Mistake::OneWriter, message, help, "GET");
+    };
     match property.access() {
-        Access::Setting if context.agent.access(&property) == "queue" => {
-            let help = "link it: PUT /api/v1/links/INPUT";
-            return not_allowed(
-                Mistake::OneWriter,
-                format!("/{own} is a queue, which takes the values of its link alone"),
-                help,
-                "GET",
-            );
+        Access::Setting if context.agent.properties.access(&property) == "queue" => {
+            let message = format!("/{own} is a queue, which takes the values of its link alone");
+            let help = format!("link it: slate link {own} PROPERTY, or PUT /api/v1/links/{own}");
+            return not_allowed(Mistake::OneWriter, message, &help, "GET");
         }
         Access::Setting => {}
         Access::Output => {
-            return not_allowed(
-                Mistake::OneWriter,
-                format!("/{own} is written by its module"),
-                "link to it, or read it",
-                "GET",
+            let message = format!("/{own} is written by module `{module}`, and a property has one writer");
+            let help = format!(
+                "set what the module works with: `slate list '/{module}/*'` shows its inputs and params; or link its \
+                 readers to another property: slate link"
             );
+            return not_allowed(Mistake::OneWriter, message, &help, "GET");
         }
         Access::Messages => {
-            return not_allowed(
-                Mistake::Messages,
-                format!("/{own} takes messages"),
-                "send one with POST",
-                "POST",
-            );
+            let message = format!("/{own} takes messages of modules that are linked to it");
+            let help = "send one: slate send, or POST; or link the output of a module to it: slate link";
+            return not_allowed(Mistake::Messages, message, help, "POST");
         }
     }
-    let Some(module) = module_of(context, &own) else {
-        return not_allowed(
-            Mistake::OneWriter,
-            format!("/{own} is set by the agent itself"),
-            "read it",
-            "GET",
-        );
-    };
     let port = &own[module.len() + 1..];
     let key = quoted(&module);
     let fields: Vec<_> = field.split('/').filter(|field| !field.is_empty()).map(ToOwned::to_owned).collect();
     let what = match port {
-        "enabled" => What::Enabled,
-        "params" => What::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
-        port => What::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false },
+        "enabled" => WriteKind::Enabled,
+        "params" => WriteKind::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
+        port => {
+            WriteKind::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false }
+        }
     };
     let is_for_operators = match what {
-        What::Enabled => false,
-        What::Setting { is_parameter, .. } => !is_parameter || context.is_operable(&path, body),
+        WriteKind::Enabled => false,
+        WriteKind::Setting { is_parameter, .. } => !is_parameter || context.is_operable(&path, body),
     };
     if !is_for_operators && ask.caller.role < Role::Developer {
         let message = format!("{} may not change parameters", ask.caller.role.one());
         let help = "ask with the token of a developer, or let `console.operable` have what operators set";
         return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
     }
-    Ok(Target { property, module, what })
+    Ok(WriteTarget { property, module, what })
 }
 
 /// The module that has a property.
@@ -205,23 +172,34 @@ fn module_of(context: &Context, path: &str) -> Option<String> {
     modules.filter(|module| path.starts_with(&format!("{module}/"))).max_by_key(String::len)
 }
 
-fn set(context: &Arc<Context>, asked: &Ask, target: &Target, body: &Json) -> Result<Answer, Problem> {
+fn set(
+    context: &Arc<Context>,
+    asked: &Ask,
+    target: &WriteTarget,
+    body: &Json,
+) -> Result<OperationAnswer, Problem> {
     let dry = asked.is_dry()?;
     // One at a time, so that of two who have seen one version only the first one changes it.
     let _turn = context.turn();
     let holds = || check_version(asked, &target.property);
     let (path, fields, is_parameter) = match &target.what {
-        What::Setting { path, fields, is_parameter } => (path, fields, *is_parameter),
-        What::Enabled => {
+        WriteKind::Setting { path, fields, is_parameter } => (path, fields, *is_parameter),
+        WriteKind::Enabled => {
             let wrong = || Problem::unfit("`enabled` is true or false", "send true or false");
             let on = body.as_bool().ok_or_else(wrong)?;
             holds()?;
             if dry {
-                return Ok(Answer::json(json!([])));
+                return Ok(OperationAnswer::json(json!([])));
             }
-            context.agent.enable(&target.module, on)?;
-            let path = format!("modules.{}.enabled", quoted(&target.module));
-            return Ok(Answer::json(json!([{ "path": path, "before": null, "after": on.to_string() }])));
+            let switched = context.agent.enable(&target.module, on)?;
+            let changed = switched.changed.then(|| Changed {
+                path: enabled(&target.module),
+                before: Some((!on).to_string()),
+                after: Some(on.to_string()),
+                needs_reload: switched.needs_reload,
+                ..Changed::default()
+            });
+            return Ok(OperationAnswer::json(json!(Vec::from_iter(changed))));
         }
     };
     check_value(target, fields, body)?;
@@ -239,14 +217,14 @@ fn set(context: &Arc<Context>, asked: &Ask, target: &Target, body: &Json) -> Res
     };
     if dry {
         holds()?;
-        return told(context.agent.set(&changes, true));
+        return told(context.agent.settings.set(&changes, true));
     }
-    let changed = context.agent.set_if(&changes, holds)?;
-    Ok(Answer::json(serde_json::to_value(changed).unwrap_or_default()))
+    let changed = context.agent.settings.set_if(&changes, holds)?;
+    Ok(OperationAnswer::json(serde_json::to_value(changed).unwrap_or_default()))
 }
 
 /// Refuses what is no value of the interface, in words of the interface.
-fn check_value(target: &Target, fields: &[String], body: &Json) -> Result<(), Problem> {
+fn check_value(target: &WriteTarget, fields: &[String], body: &Json) -> Result<(), Problem> {
     let descriptor = target.property.descriptor();
     let (mut bytes, items) = present(&target.property)?;
     let wrong = |error| BoardError::Access { url: format!("/{}", target.property.path()), error };
@@ -255,7 +233,7 @@ fn check_value(target: &Target, fields: &[String], body: &Json) -> Result<(), Pr
 }
 
 /// The value as it would be, as JSON.
-fn whole(target: &Target, fields: &[String], body: &Json) -> Result<Json, Problem> {
+fn whole(target: &WriteTarget, fields: &[String], body: &Json) -> Result<Json, Problem> {
     let descriptor = target.property.descriptor();
     let (mut bytes, items) = present(&target.property)?;
     let wrong = |error| BoardError::Access { url: format!("/{}", target.property.path()), error };
@@ -304,7 +282,7 @@ fn check_version(ask: &Ask, property: &Property) -> Result<(), Problem> {
     Err(Problem::new(StatusCode::PRECONDITION_FAILED, message, "read it again").with("etag", present))
 }
 
-pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
+fn send(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let dry = ask.is_dry()?;
     let url = url(ask)?;
@@ -320,7 +298,7 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
             return Err(problem.of(Mistake::Value).with("allow", "GET, PUT, PATCH"));
         }
     }
-    let sent = context.agent.send(&url.to_string(), &body, dry);
+    let sent = context.agent.messages.send(&url.to_string(), &body, dry);
     let status = sent.map_err(|refusal| {
         let status = match refusal.code.as_deref().and_then(Mistake::from_code) {
             Some(Mistake::OtherAgent) => StatusCode::NOT_FOUND,
@@ -329,34 +307,5 @@ pub(super) fn send(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem>
         };
         Problem::refused(status, refusal)
     })?;
-    Ok(Answer::json(json!({ "status": status })))
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct SetValue {
-    url: String,
-    value: Json,
-}
-
-fn set_value(context: &Arc<Context>, ask: &Ask) -> Result<Answer, Problem> {
-    // Who may set nothing is told so, also where the body says not what.
-    let SetValue { url, value } =
-        ask.body().or_else(|problem| check_role(Role::Operator, ask.caller.role).and(Err(problem)))?;
-    let url = ask.own_url(&url);
-    let needed = if is_for_operators(context, &url, &value) { Role::Operator } else { Role::Developer };
-    check_role(needed, ask.caller.role)?;
-    told(context.agent.set_property(&url, &value))
-}
-
-/// Whether the value at a URL is an operator's to set: an input of a module here, as goals are inputs, or a parameter that the
-/// configuration gives operators.
-fn is_for_operators(context: &Context, url: &str, value: &Json) -> bool {
-    let Some(path) = Url::parse(url).ok().and_then(|url| own_path(context, &url)) else { return false };
-    let Some(module) = module_of(context, &path) else { return false };
-    match path[module.len() + 1..].split('/').next() {
-        Some("enabled") => false,
-        Some("params") => context.is_operable(&path, value),
-        _ => true,
-    }
+    Ok(OperationAnswer::json(json!({ "status": status })))
 }

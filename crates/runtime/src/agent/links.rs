@@ -126,7 +126,7 @@ impl<'c> LinkEditor<'c> {
     /// The links that the agent has, by their destinations.
     pub fn links(&self) -> Vec<LinkStatus> {
         let composition = self.agent.composition();
-        let gauge = |link: &Link| composition.assembly.ground.gauges.get(&link.to.value);
+        let gauge = |link: &Link| composition.assembly.resources.gauges.get(&link.to.value);
         let unmade = composition.unmade();
         let misfits = &composition.assembly.misfits;
         let trouble = |link: &Link| {
@@ -138,7 +138,7 @@ impl<'c> LinkEditor<'c> {
         let status = |link: &Link| LinkStatus {
             queue: gauge(link)
                 .map(|gauge| (gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed))),
-            age: composition.assembly.ground.ages.get(&link.to.value).and_then(|age| age.get()),
+            age: composition.assembly.resources.ages.get(&link.to.value).and_then(|age| age.get()),
             evicted: gauge(link).is_some_and(|gauge| gauge.evicted.load(Ordering::Relaxed)),
             options: composition.configuration.link_options(link),
             inferred: link.is_inferred(),

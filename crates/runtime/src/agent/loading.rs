@@ -7,14 +7,14 @@ use slate_blackboard::Board;
 use slate_module::Plugin;
 
 use super::assembly::Assembly;
-use super::build::Ground;
+use super::build::HostResources;
 use super::composition::Composition;
 use super::handle::AgentHandle;
-use super::memory::Memories;
+use super::memories::Memories;
 use super::plugins::{self, PluginError, PluginLoader, host_catalogue};
+use super::remote_links::{self, RemoteLinks};
 use super::remotes::Remotes;
 use super::settings::FollowedSettings;
-use super::sharing::{self, RemoteLinks};
 use super::snapshot::SnapshotWatch;
 use super::{Agent, Mode, Options, logging, playing};
 use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
@@ -114,12 +114,12 @@ impl Agent {
         let changes = SettingsControl::new(lockstep);
         let means = means(&shared, &threads, &control, &changes);
         let arenas = Arenas::new(options.isolation_program);
-        let ground = Ground::new(means, hang, lockstep, options.mode, options.stop, arenas);
+        let resources = HostResources::new(means, hang, lockstep, options.mode, options.stop, arenas);
         let mut catalogue = host_catalogue(options.sharing.as_deref());
         catalogue.played = Arc::clone(&played);
         let remotes = Remotes::new(options.sharing);
         let configured = Arc::new(configuration.clone());
-        let assembly = Assembly::new(ground);
+        let assembly = Assembly::new(resources);
         let mut composition = Composition::new(configured, catalogue, assembly, remotes, options.armed);
         composition.plugins.known = options.known_libraries.map(KnownLibraries::at);
         let handle = AgentHandle::new(Arc::clone(&shared), composition, options.recording);
@@ -129,7 +129,7 @@ impl Agent {
         logging::show(&shared.logger, &shared.board)?;
         let restored = PluginLoader::new(&handle).start(plugins, &states)?;
         memories.check(configuration, &restored, |module| {
-            handle.composition().assembly.present.contains_key(module)
+            handle.composition().assembly.modules.contains_key(module)
         })?;
         if let Some(playback) = options.playback {
             playing::begin(playback, &played, configuration, &handle, &shared)?;
@@ -142,7 +142,7 @@ impl Agent {
         }
         let remote = RemoteLinks::new(&handle);
         remote.check_facts(configuration)?;
-        remote.share().map_err(|error| sharing::refused(configuration, error))?;
+        remote.share().map_err(|error| remote_links::refused(configuration, error))?;
         Ok(Self { handle, hang, threads, memories, settings: None })
     }
 

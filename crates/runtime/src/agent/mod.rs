@@ -10,16 +10,16 @@ mod links;
 mod loading;
 mod logging;
 mod looping;
-mod memory;
+mod memories;
 mod modules;
 mod options;
 mod playing;
 mod plugins;
+mod remote_links;
 mod remotes;
 mod requests;
 mod running;
 mod settings;
-mod sharing;
 mod snapshot;
 mod teleoperation;
 
@@ -42,12 +42,12 @@ pub use handle::{ModuleStatus, PluginStatus};
 pub use links::{LinkStatus, NewLink, RemoteEnd};
 pub use loading::{StartError, catalogue};
 pub use looping::SystemClock;
-use memory::Memories;
+use memories::Memories;
 pub use options::{Mode, Options};
 pub use plugins::{Loaded, PluginError, Reload};
+use remote_links::RemoteLinks;
 pub use running::Stopper;
 use settings::FollowedSettings;
-use sharing::RemoteLinks;
 use snapshot::SnapshotRestorer;
 pub use teleoperation::{ControlsError, ControlsHolder, Teleoperation};
 
@@ -118,13 +118,13 @@ impl Agent {
 
     /// The names of the modules.
     pub fn modules(&self) -> Vec<String> {
-        self.handle.composition().assembly.present.keys().cloned().collect()
+        self.handle.composition().assembly.modules.keys().cloned().collect()
     }
 
     /// How often a module has ticked, missed its deadline and panicked.
     pub fn counts(&self, module: &str) -> Option<(u64, u64, u64)> {
         let composition = self.handle.composition();
-        let seat = &composition.assembly.present.get(module)?.seat;
+        let seat = &composition.assembly.modules.get(module)?.seat;
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Some((seat.ticks(), load(&seat.health.misses), load(&seat.health.panics)))
     }

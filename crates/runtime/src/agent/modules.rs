@@ -31,7 +31,7 @@ impl<'c> ModuleAccess<'c> {
         self.agent
             .composition()
             .assembly
-            .present
+            .modules
             .get(module)
             .map(|seat| seat.description.parameters.clone())
             .unwrap_or_default()
@@ -43,7 +43,7 @@ impl<'c> ModuleAccess<'c> {
         let of = |name: &String| path.strip_prefix(name.as_str())?.strip_prefix('/');
         let (port, seat) = composition
             .assembly
-            .present
+            .modules
             .iter()
             .filter_map(|(name, seat)| Some((of(name)?, seat)))
             .min_by_key(|(port, _)| port.len())?;

@@ -58,10 +58,10 @@ fn conditions(played: &[Played], agent: &AgentHandle, shared: &Shared) -> Vec<Pl
     let mut composition = agent.composition();
     let mut conditions = Vec::new();
     for module in modules {
-        if composition.assembly.present.contains_key(module) {
+        if composition.assembly.modules.contains_key(module) {
             continue;
         }
-        let health = composition.assembly.ground.post(module).health;
+        let health = composition.assembly.resources.signals(module).health;
         health.begin();
         let state = shared.board.get(&format!("{module}/state")).map(|(state, _)| state);
         // Those of earlier versions have the condition at the same place.

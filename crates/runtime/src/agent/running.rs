@@ -101,7 +101,7 @@ impl Agent {
     /// agent in which a recording is played and no module runs: to modules time never goes back. False, and nothing is
     /// changed, on the system's clock and where modules run.
     pub fn jump(&mut self, time: u64) -> bool {
-        let is_empty = self.handle.composition().assembly.present.is_empty();
+        let is_empty = self.handle.composition().assembly.modules.is_empty();
         if !self.handle.shared.lockstep || !is_empty {
             return false;
         }

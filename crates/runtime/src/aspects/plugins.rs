@@ -1,4 +1,4 @@
-//! The aspect [`Plugins`](aspect::Plugins): a module asks, and a thread of the host changes the agent.
+//! The aspect [`Plugins`]: a module asks, and a thread of the host changes the agent.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};

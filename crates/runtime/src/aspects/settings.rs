@@ -1,4 +1,4 @@
-//! The aspect [`Settings`](aspect::Settings): a module asks, and the host changes the configuration between two cycles.
+//! The aspect [`Settings`]: a module asks, and the host changes the configuration between two cycles.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};

@@ -11,9 +11,9 @@ use slate_runtime::directory::agents;
 use slate_runtime::sharing::{RemotePath, Site, Standing, Want};
 
 use super::outbox::Outbox;
-use super::reading::Reading;
+use super::reading::RemoteReading;
 use super::subscriptions::Subscriptions;
-use super::{CHANGE, NEWS, Post, Wants, Warning};
+use super::{CHANGE, NEWS, SharingPost, Wants, Warning};
 use crate::peers::{Peers, locked};
 
 /// How often it is looked at what has not come yet, and at the rest.
@@ -29,7 +29,7 @@ const ANSWERS: Duration = Duration::from_millis(2);
 pub(super) struct Bridge {
     subscriptions: Subscriptions,
     site: Site,
-    readings: BTreeMap<RemotePath, Reading>,
+    readings: BTreeMap<RemotePath, RemoteReading>,
     outboxes: BTreeMap<RemotePath, Outbox>,
     /// Which endpoint each agent is dialled at, or why it can't be.
     dialled: BTreeMap<String, Result<String, String>>,
@@ -54,7 +54,7 @@ impl Bridge {
         }
     }
 
-    pub fn run(&mut self, post: &Post) {
+    pub fn run(&mut self, post: &SharingPost) {
         let mut looked = 0;
         while !post.ended.load(Ordering::Acquire) {
             let wants = locked(&post.wants).take();
@@ -63,7 +63,7 @@ impl Bridge {
                 looked = 0;
             }
             let now = (self.site.steady)();
-            let settled = self.readings.values().all(Reading::is_settled);
+            let settled = self.readings.values().all(RemoteReading::is_settled);
             let pause = if settled { SELDOM } else { SOON };
             if now.saturating_sub(looked) >= pause.as_nanos() as u64 || looked == 0 {
                 looked = now.max(1);
@@ -116,7 +116,7 @@ impl Bridge {
                     self.outboxes.entry(path.clone()).or_insert_with(|| Outbox::new(path));
                 }
                 Want::Values { .. } => {
-                    self.readings.entry(path.clone()).or_insert_with(|| Reading::new(path, want));
+                    self.readings.entry(path.clone()).or_insert_with(|| RemoteReading::new(path, want));
                 }
             }
         }

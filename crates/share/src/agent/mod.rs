@@ -26,7 +26,7 @@ use slate_runtime::sharing::{About, Inspection, RemotePath, Sharing, SharingErro
 use crate::carrier::{Carrier, CarrierError};
 use crate::peers::{Happening, KnownCarriers, Notice, Peers, Rights, Setup, locked};
 use crate::session::{Identity, Limits};
-use crate::team::{Inbox, News, Team};
+use crate::team::{Team, TeamInbox, TeamNews};
 use bridge::Bridge;
 use inspector::Inspector;
 
@@ -43,21 +43,21 @@ pub struct AgentSharing {
     pub limits: Limits,
     /// Carriers beside `local`, by the beginnings of their endpoints.
     pub carriers: BTreeMap<String, Arc<dyn Carrier>>,
-    running: Option<Running>,
+    running: Option<RunningSharing>,
     inspector: Option<Arc<Inspector>>,
 }
 
 type Carriers = BTreeMap<String, Arc<dyn Carrier>>;
 
 /// The thread that does it.
-struct Running {
-    post: Arc<Post>,
+struct RunningSharing {
+    post: Arc<SharingPost>,
     thread: Option<JoinHandle<()>>,
     team: Option<Team>,
 }
 
 /// What the thread is told.
-struct Post {
+struct SharingPost {
     wake: Arc<Wake>,
     wants: Mutex<Option<Wants>>,
     ended: AtomicBool,
@@ -76,42 +76,8 @@ impl std::fmt::Debug for AgentSharing {
 
 impl Sharing for AgentSharing {
     fn start(&mut self, site: Site) -> Result<(), SharingError> {
-        let inbox = site.knowledge.as_ref().map(|_| Arc::new(Inbox::default()));
-        let notice: Notice = {
-            let wake = Arc::clone(&site.wake);
-            let inbox = inbox.clone();
-            let (host, rights) = (site.host.clone(), rights(&site));
-            Arc::new(move |agent, happening| {
-                if let Some(inbox) = &inbox {
-                    match happening {
-                        Happening::Connected { .. } if rights.has_team(agent) => {
-                            inbox.put(News::Connected(agent.into()));
-                        }
-                        Happening::Disconnected { .. } => inbox.put(News::Disconnected(agent.into())),
-                        Happening::Told { bytes } => inbox.put(News::Told(agent.into(), bytes.clone())),
-                        _ => {}
-                    }
-                }
-                match happening {
-                    Happening::Rejected { reason } => {
-                        host.log(Level::Warn, &format!("rejected: {reason}"));
-                    }
-                    Happening::Told { .. } => {}
-                    other => {
-                        match other {
-                            Happening::Connected { .. } => {
-                                host.log(Level::Info, &format!("agent `{agent}` is connected"));
-                            }
-                            Happening::Disconnected { reason } => {
-                                host.log(Level::Info, &format!("agent `{agent}` is gone: {reason}"));
-                            }
-                            _ => {}
-                        }
-                        wake.notify(CHANGE);
-                    }
-                }
-            })
-        };
+        let inbox = site.knowledge.as_ref().map(|_| Arc::new(TeamInbox::default()));
+        let notice = notice(&site, inbox.clone());
         let instance = instance();
         let (carriers, warning) = self.carriers(&site)?;
         let identity = Identity { agent: site.board.agent().into(), instance };
@@ -131,19 +97,12 @@ impl Sharing for AgentSharing {
             help: help(&error),
             about: About::Listen(error.endpoint().into()),
         })?;
-        for (agent, endpoint) in &site.agents {
-            let fits = peers.check(endpoint).map_err(|error| SharingError {
-                message: error.to_string(),
-                help: None,
-                about: About::Agent(agent.clone()),
-            });
-            fits?;
-        }
+        check_agents(&peers, &site)?;
         let peers = Arc::new(peers);
         self.inspector = Some(Arc::new(Inspector::new(&peers, site.agents.clone())));
         let notifier = peers.notifier();
         site.host.after_tick(Box::new(move || notifier.notify()));
-        let post = Arc::new(Post {
+        let post = Arc::new(SharingPost {
             wake: Arc::clone(&site.wake),
             wants: Mutex::default(),
             ended: AtomicBool::new(false),
@@ -160,7 +119,7 @@ impl Sharing for AgentSharing {
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("sharing".into()).spawn(move || bridge.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);
-        self.running = Some(Running { post, thread, team });
+        self.running = Some(RunningSharing { post, thread, team });
         Ok(())
     }
 
@@ -265,6 +224,49 @@ impl AgentSharing {
     }
 }
 
+/// Tells the log, the team and the thread what happens between this agent and others.
+fn notice(site: &Site, inbox: Option<Arc<TeamInbox>>) -> Notice {
+    let (wake, host, rights) = (Arc::clone(&site.wake), site.host.clone(), rights(site));
+    Arc::new(move |agent, happening| {
+        if let Some(inbox) = &inbox {
+            match happening {
+                Happening::Connected { .. } if rights.has_team(agent) => {
+                    inbox.put(TeamNews::Connected(agent.into()));
+                }
+                Happening::Disconnected { .. } => inbox.put(TeamNews::Disconnected(agent.into())),
+                Happening::Told { bytes } => inbox.put(TeamNews::Told(agent.into(), bytes.clone())),
+                _ => {}
+            }
+        }
+        match happening {
+            Happening::Told { .. } => return,
+            Happening::Rejected { reason } => {
+                return host.log(Level::Warn, &format!("rejected: {reason}"));
+            }
+            Happening::Connected { .. } => {
+                host.log(Level::Info, &format!("agent `{agent}` is connected"));
+            }
+            Happening::Disconnected { reason } => {
+                host.log(Level::Info, &format!("agent `{agent}` is gone: {reason}"));
+            }
+            _ => {}
+        }
+        wake.notify(CHANGE);
+    })
+}
+
+/// Whether the other agents can be dialled, as far as that can be told before.
+fn check_agents(peers: &Peers, site: &Site) -> Result<(), SharingError> {
+    for (agent, endpoint) in &site.agents {
+        peers.check(endpoint).map_err(|error| SharingError {
+            message: error.to_string(),
+            help: None,
+            about: About::Agent(agent.clone()),
+        })?;
+    }
+    Ok(())
+}
+
 /// What others may do.
 fn rights(site: &Site) -> Rights {
     let allow = site.security.as_ref().and_then(|security| security.allow.clone());
@@ -276,7 +278,7 @@ fn help(error: &CarrierError) -> Option<String> {
         .then(|| "another agent may have that name, or the endpoint is in use".into())
 }
 
-impl Drop for Running {
+impl Drop for RunningSharing {
     fn drop(&mut self) {
         self.team = None;
         self.post.ended.store(true, Ordering::Release);

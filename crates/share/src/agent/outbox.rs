@@ -7,7 +7,7 @@ use slate_blackboard::message::{ABANDONED, Answer as Reply, Receiver};
 use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing};
 
 use crate::peers::Peers;
-use crate::session::Answer;
+use crate::session::DeliveryStatus;
 
 /// How long the answers to messages are waited for, nanoseconds. Those that come later wait behind them.
 const PATIENCE: u64 = 1_000_000_000;
@@ -17,7 +17,7 @@ pub(super) struct Outbox {
     /// Takes what modules send.
     receiver: Option<(u64, Receiver)>,
     /// Messages that are under way, by their places.
-    open: Vec<(usize, Answers<Answer>)>,
+    open: Vec<(usize, Answers<DeliveryStatus>)>,
     since: u64,
     /// Why the last message was not delivered.
     trouble: Option<String>,
@@ -80,22 +80,22 @@ impl Outbox {
         self.open.retain(|(place, answers)| {
             let reply = loop {
                 match answers.try_recv() {
-                    Ok(Answer::Accepted) => *trouble = None,
-                    Ok(Answer::Done) => break Reply::Done,
-                    Ok(Answer::Refused(code)) => break Reply::Refused(code),
-                    Ok(Answer::NoMailbox) => {
+                    Ok(DeliveryStatus::Accepted) => *trouble = None,
+                    Ok(DeliveryStatus::Done) => break Reply::Done,
+                    Ok(DeliveryStatus::Refused(code)) => break Reply::Refused(code),
+                    Ok(DeliveryStatus::NoMailbox) => {
                         *trouble =
                             Some(format!("agent `{}` has no such mailbox at /{}", path.agent, path.path));
                         break Reply::Refused(ABANDONED);
                     }
-                    Ok(Answer::Denied) => {
+                    Ok(DeliveryStatus::Denied) => {
                         *trouble = Some(format!(
                             "agent `{}` does not allow this agent to send messages to /{}",
                             path.agent, path.path
                         ));
                         break Reply::Refused(ABANDONED);
                     }
-                    Ok(Answer::Full | Answer::Vanished) | Err(TryRecvError::Disconnected) => {
+                    Ok(DeliveryStatus::Full | DeliveryStatus::Vanished) | Err(TryRecvError::Disconnected) => {
                         break Reply::Refused(ABANDONED);
                     }
                     Err(TryRecvError::Empty) if late => break Reply::Refused(ABANDONED),

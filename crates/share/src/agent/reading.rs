@@ -10,7 +10,7 @@ use crate::session::{Compression, Content, Mode, Options};
 /// How long it waits after a refusal, nanoseconds.
 const AGAIN: u64 = 1_000_000_000;
 
-pub(super) struct Reading {
+pub(super) struct RemoteReading {
     path: RemotePath,
     pub want: Wanted,
     /// What is subscribed to: the path, or the beginning of it.
@@ -25,7 +25,7 @@ pub(super) struct Reading {
     settled: bool,
 }
 
-impl Reading {
+impl RemoteReading {
     pub fn new(path: RemotePath, want: Wanted) -> Self {
         Self {
             property: path.path.clone(),

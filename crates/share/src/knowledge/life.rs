@@ -15,7 +15,7 @@ pub(crate) struct Life {
     pub floor: u64,
     /// All earlier lives of the origin are void.
     pub closes: bool,
-    entries: BTreeMap<u64, Entry>,
+    entries: BTreeMap<u64, LifeEntry>,
     keys: BTreeMap<Arc<[u8]>, u64>,
     bytes: usize,
     retractions: usize,
@@ -23,22 +23,22 @@ pub(crate) struct Life {
 
 /// The last word of a life about a key.
 #[derive(Clone, Debug)]
-pub(crate) struct Entry {
+pub(crate) struct LifeEntry {
     pub key: Arc<[u8]>,
     pub time: u64,
     pub order: u64,
     /// Nothing when it was retracted.
-    pub body: Option<Body>,
+    pub body: Option<StatementBody>,
 }
 
 #[derive(Clone, Debug)]
-pub(crate) struct Body {
+pub(crate) struct StatementBody {
     pub schema: u64,
     pub certainty: f64,
     pub value: Box<[u8]>,
 }
 
-impl Entry {
+impl LifeEntry {
     /// What it counts for.
     pub fn bytes(&self) -> usize {
         FACT_BYTES + self.key.len() + self.body.as_ref().map_or(0, |body| body.value.len())
@@ -76,19 +76,19 @@ impl Life {
     }
 
     /// The last word about the key, with its number.
-    pub fn entry(&self, key: &[u8]) -> Option<(u64, &Entry)> {
+    pub fn entry(&self, key: &[u8]) -> Option<(u64, &LifeEntry)> {
         let sequence = *self.keys.get(key)?;
         self.entries.get(&sequence).map(|entry| (sequence, entry))
     }
 
     /// What was stated after that number, in order.
-    pub fn after(&self, sequence: u64) -> impl Iterator<Item = (u64, &Entry)> {
+    pub fn after(&self, sequence: u64) -> impl Iterator<Item = (u64, &LifeEntry)> {
         let range = (Bound::Excluded(sequence), Bound::Unbounded);
         self.entries.range(range).map(|(sequence, entry)| (*sequence, entry))
     }
 
     /// Takes a statement in the place of an earlier one about the same key.
-    pub fn insert(&mut self, sequence: u64, entry: Entry) {
+    pub fn insert(&mut self, sequence: u64, entry: LifeEntry) {
         match self.keys.get_mut(&*entry.key) {
             Some(known) if *known >= sequence => return,
             Some(known) => {
@@ -104,7 +104,7 @@ impl Life {
         self.entries.insert(sequence, entry);
     }
 
-    fn forget_entry(&mut self, sequence: u64) -> Option<Entry> {
+    fn forget_entry(&mut self, sequence: u64) -> Option<LifeEntry> {
         let entry = self.entries.remove(&sequence)?;
         self.bytes -= entry.bytes();
         self.retractions -= usize::from(entry.body.is_none());
@@ -132,7 +132,7 @@ impl Life {
     }
 
     /// Whether the life has room for the entry.
-    pub fn has_room(&self, entry: &Entry, limits: &Limits) -> bool {
+    pub fn has_room(&self, entry: &LifeEntry, limits: &Limits) -> bool {
         let earlier = self.entry(&entry.key).map(|(_, earlier)| earlier.bytes());
         let facts = self.len() + usize::from(earlier.is_none());
         let bytes = self.bytes + entry.bytes() - earlier.unwrap_or_default();

@@ -7,9 +7,9 @@ use crate::carrier::local::Local;
 use crate::carrier::{Carrier, CarrierError};
 
 /// The carriers of an agent: its own, and those that are built in.
-pub(crate) struct Carriers(BTreeMap<String, Arc<dyn Carrier>>);
+pub(crate) struct KnownCarriers(BTreeMap<String, Arc<dyn Carrier>>);
 
-impl Carriers {
+impl KnownCarriers {
     /// Those that the agent gives go before those that are built in.
     pub fn new(mut own: BTreeMap<String, Arc<dyn Carrier>>) -> Self {
         own.entry("local".into()).or_insert_with(|| Arc::new(Local));

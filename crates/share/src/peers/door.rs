@@ -7,8 +7,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::handle::Common;
-use super::line::locked;
+use super::context::{PeerContext, impostor, locked};
+use super::lines::LineTable;
 use crate::carrier::{CarrierError, Link};
 use crate::session::{Application, Event, Identity, Session, refusal};
 
@@ -22,16 +22,16 @@ const OF_ONE: usize = 8;
 /// Those who are about to greet, the oldest first. When there are too many, the oldest is let go: those who say nothing make
 /// room for those who do.
 #[derive(Debug, Default)]
-struct Pending(Mutex<Vec<Caller>>);
+struct Pending(Mutex<Vec<PendingLink>>);
 
 /// Which machine it is of, where that may be another one; and its link.
-type Caller = (Option<String>, Arc<dyn Link>);
+type PendingLink = (Option<String>, Arc<dyn Link>);
 
 impl Pending {
     fn enter(&self, link: &Arc<dyn Link>) {
         let from = link.origin().map(|origin| network(&origin));
         let mut pending = locked(&self.0);
-        let of_it = |(other, _): &Caller| from.is_some() && *other == from;
+        let of_it = |(other, _): &PendingLink| from.is_some() && *other == from;
         let oldest = if pending.iter().filter(|other| of_it(other)).count() >= OF_ONE {
             pending.iter().position(of_it)
         } else {
@@ -64,13 +64,13 @@ fn network(origin: &str) -> String {
 }
 
 /// Listens at an endpoint, in a thread of its own.
-pub(super) fn open_door(common: &Arc<Common>, endpoint: &str) -> Result<JoinHandle<()>, CarrierError> {
-    let listener = common.carrier(endpoint)?.listen(endpoint)?;
+pub(super) fn open_door(lines: &Arc<LineTable>, endpoint: &str) -> Result<JoinHandle<()>, CarrierError> {
+    let listener = lines.context.carrier(endpoint)?.listen(endpoint)?;
     let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
-    let shared = Arc::clone(common);
-    let door = Arc::new(Door { endpoint: endpoint.into(), pending: Pending::default() });
+    let shared = Arc::clone(lines);
+    let door = Arc::new(AgentDoor { endpoint: endpoint.into(), pending: Pending::default() });
     let accept = move || {
-        while !shared.ended.load(Ordering::Acquire) {
+        while !shared.context.ended.load(Ordering::Acquire) {
             match listener.accept(Duration::from_millis(100)) {
                 Ok(Some(link)) => let_in(&shared, &door, link),
                 Ok(None) => {}
@@ -82,15 +82,15 @@ pub(super) fn open_door(common: &Arc<Common>, endpoint: &str) -> Result<JoinHand
     thread::Builder::new().name("sharing".into()).spawn(accept).map_err(system)
 }
 
-struct Door {
+struct AgentDoor {
     endpoint: String,
     pending: Pending,
 }
 
 /// Waits for the greeting in a thread of its own, so that nobody who comes later waits for it.
-fn let_in(common: &Arc<Common>, door: &Arc<Door>, link: Arc<dyn Link>) {
+fn let_in(lines: &Arc<LineTable>, door: &Arc<AgentDoor>, link: Arc<dyn Link>) {
     door.pending.enter(&link);
-    let (shared, at, came) = (Arc::clone(common), Arc::clone(door), Arc::clone(&link));
+    let (shared, at, came) = (Arc::clone(lines), Arc::clone(door), Arc::clone(&link));
     let greet = move || greet(&shared, &at, &came);
     if thread::Builder::new().name("greeting".into()).spawn(greet).is_err() {
         door.pending.leave(&link);
@@ -112,7 +112,8 @@ fn first(link: &dyn Link, packet: &mut [u8]) -> io::Result<Option<usize>> {
     }
 }
 
-fn greet(common: &Arc<Common>, door: &Door, link: &Arc<dyn Link>) {
+fn greet(lines: &Arc<LineTable>, door: &AgentDoor, link: &Arc<dyn Link>) {
+    let context = &lines.context;
     let mut packet = vec![0; link.largest() + 1];
     let length = first(link.as_ref(), &mut packet);
     let from = |who: Option<&str>| match (who, link.origin()) {
@@ -122,7 +123,7 @@ fn greet(common: &Arc<Common>, door: &Door, link: &Arc<dyn Link>) {
     };
     let refuse = |reason: &str| {
         // Some have proven who they are, whatever else they say.
-        common.rejected("", &from(link.authenticated()), reason);
+        context.rejected("", &from(link.authenticated()), reason);
         link.close();
     };
     let had_time = door.pending.leave(link);
@@ -135,9 +136,10 @@ fn greet(common: &Arc<Common>, door: &Door, link: &Arc<dyn Link>) {
         Err(_) => return link.close(),
     };
     let packet = &packet[..length];
-    let Some(identity) = Session::greeting(packet).filter(|identity| identity.agent != common.identity.agent)
+    let Some(identity) =
+        Session::greeting(packet).filter(|identity| identity.agent != context.identity.agent)
     else {
-        let (reason, answer) = answer_to_stranger(common, packet);
+        let (reason, answer) = answer_to_stranger(context, packet);
         if let Some(answer) = answer {
             // Whoever does not read it learns from the link's end that it is not wanted.
             let _ = link.send(&answer);
@@ -146,11 +148,11 @@ fn greet(common: &Arc<Common>, door: &Door, link: &Arc<dyn Link>) {
     };
     let agent = &identity.agent;
     let denied = impostor(link.as_ref(), agent)
-        .or_else(|| common.rights.of(&common.identity.agent, agent).err())
-        .map_or_else(|| admit(common, link, &identity, packet), |reason| Err(Some(reason)));
+        .or_else(|| context.rights.of(&context.identity.agent, agent).err())
+        .map_or_else(|| admit(lines, link, &identity, packet), |reason| Err(Some(reason)));
     if let Err(reason) = denied {
         if let Some(reason) = reason {
-            common.rejected(agent, &from(Some(agent)), &reason);
+            context.rejected(agent, &from(Some(agent)), &reason);
             // As above.
             let _ = link.send(&refusal(&reason));
         }
@@ -160,29 +162,23 @@ fn greet(common: &Arc<Common>, door: &Door, link: &Arc<dyn Link>) {
 
 /// Hands the link to the line of that agent; else why not, where that is anything that it has to know.
 fn admit(
-    common: &Arc<Common>,
+    lines: &Arc<LineTable>,
     link: &Arc<dyn Link>,
     identity: &Identity,
     packet: &[u8],
 ) -> Result<(), Option<String>> {
-    let line = common.line_to(&identity.agent).map_err(|error| Some(error.to_string()))?;
-    line.adopt(common, Arc::clone(link), identity.instance, packet)
-}
-
-/// Why whoever is at the other end is not that agent, if something proves that.
-pub(super) fn impostor(link: &dyn Link, agent: &str) -> Option<String> {
-    let name = link.authenticated().filter(|name| *name != agent)?;
-    Some(format!("the certificate there is that of agent `{name}`, and not of agent `{agent}`"))
+    let line = lines.line_to(&identity.agent).map_err(|error| Some(error.to_string()))?;
+    line.adopt(&lines.context, Arc::clone(link), identity.instance, packet)
 }
 
 /// Why an agent of another version, or of this one's name, or whoever else, is not let in; and what it is told.
-fn answer_to_stranger(common: &Common, packet: &[u8]) -> (String, Option<Vec<u8>>) {
-    let mut session = Session::new(common.identity.clone(), None, common.limits());
-    let (now, mut answer) = (common.now(), Vec::new());
-    session.receive(now, packet, &mut Nothing);
+fn answer_to_stranger(context: &PeerContext, packet: &[u8]) -> (String, Option<Vec<u8>>) {
+    let mut session = Session::new(context.identity.clone(), None, context.limits);
+    let (now, mut answer) = (context.now(), Vec::new());
+    session.receive(now, packet, &mut NoApplication);
     match session.refused().map(ToOwned::to_owned) {
         Some(reason) => {
-            let answers = session.outgoing(now, packet.len(), &mut answer, &mut Nothing);
+            let answers = session.outgoing(now, packet.len(), &mut answer, &mut NoApplication);
             (reason, answers.then_some(answer))
         }
         None => ("what came is no greeting".into(), None),
@@ -190,8 +186,8 @@ fn answer_to_stranger(common: &Common, packet: &[u8]) -> (String, Option<Vec<u8>
 }
 
 /// Serves nothing and takes nothing.
-struct Nothing;
+struct NoApplication;
 
-impl Application for Nothing {
+impl Application for NoApplication {
     fn event(&mut self, _: Event) {}
 }

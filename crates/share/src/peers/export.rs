@@ -22,7 +22,7 @@ pub(super) struct Export {
     pub path: String,
     pub options: Options,
     seen: Option<Seen>,
-    pub source: Option<Source>,
+    pub source: Option<ExportSource>,
     /// Why it waits.
     pub waiting: String,
     wake: Arc<Wake>,
@@ -30,17 +30,17 @@ pub(super) struct Export {
 
 /// The property that a subscription found.
 #[derive(Debug)]
-pub(super) struct Source {
+pub(super) struct ExportSource {
     /// Debug outputs are computed while somebody reads them.
     watching: Watching,
-    reader: Reader,
+    reader: ExportReader,
     /// Values up to this number were seen before.
     after: u64,
     wake: Arc<Wake>,
 }
 
 #[derive(Debug)]
-enum Reader {
+enum ExportReader {
     Newest(Latest),
     Every {
         reader: QueueReader,
@@ -97,11 +97,11 @@ impl Export {
                     channel.queue(Policy::Skip, Start::Oldest).map_err(|error| self.no_reader(error))?;
                 published = channel.published();
                 kept = published.saturating_sub(reader.lag());
-                Reader::Every { reader, place: 0 }
+                ExportReader::Every { reader, place: 0 }
             }
             Content::Newest => {
                 (published, kept) = (channel.published(), 0);
-                channel.latest().map_or(Reader::Probe { sequence: 0 }, Reader::Newest)
+                channel.latest().map_or(ExportReader::Probe { sequence: 0 }, ExportReader::Newest)
             }
         };
         let goes_on = |seen: &Seen| seen.instance == instance && seen.sequence <= published;
@@ -120,7 +120,7 @@ impl Export {
             property.add_listener(Arc::clone(&self.wake));
         }
         let wake = Arc::clone(&self.wake);
-        self.source = Some(Source { watching: property.watch(), reader, after, wake });
+        self.source = Some(ExportSource { watching: property.watch(), reader, after, wake });
         Ok(offer)
     }
 
@@ -141,16 +141,16 @@ impl Export {
     }
 }
 
-impl Source {
+impl ExportSource {
     pub fn property(&self) -> &Arc<Property> {
         self.watching.property()
     }
 
     pub fn has_news(&self) -> bool {
         match &self.reader {
-            Reader::Newest(latest) => latest.has_news(),
-            Reader::Every { reader, place } => *place < reader.len() || reader.lag() > 0,
-            Reader::Probe { sequence } => {
+            ExportReader::Newest(latest) => latest.has_news(),
+            ExportReader::Every { reader, place } => *place < reader.len() || reader.lag() > 0,
+            ExportReader::Probe { sequence } => {
                 self.property().channel().is_some_and(|channel| channel.published() > *sequence)
             }
         }
@@ -159,7 +159,7 @@ impl Source {
     /// How many values wait to be sent.
     pub fn lag(&self) -> u64 {
         match &self.reader {
-            Reader::Every { reader, place } => reader.lag() + (reader.len() - place) as u64,
+            ExportReader::Every { reader, place } => reader.lag() + (reader.len() - place) as u64,
             _ => u64::from(self.has_news()),
         }
     }
@@ -188,11 +188,11 @@ impl Source {
         };
         let mut lent = |loan: Loan<'_>| write(loan.bytes(), loan.items(), loan.stamp());
         match &mut self.reader {
-            Reader::Newest(latest) => {
+            ExportReader::Newest(latest) => {
                 latest.refresh();
                 latest.value().and_then(lent)
             }
-            Reader::Every { reader, place } => loop {
+            ExportReader::Every { reader, place } => loop {
                 if *place == reader.len() {
                     *place = 0;
                     // It skips what is gone, which shows in the numbers of the values.
@@ -206,7 +206,7 @@ impl Source {
                     return sample;
                 }
             },
-            Reader::Probe { sequence } => {
+            ExportReader::Probe { sequence } => {
                 let (bytes, items, stamp) = self.watching.property().newest().ok()??;
                 *sequence = stamp.sequence;
                 write(&bytes, items, stamp)
@@ -215,7 +215,7 @@ impl Source {
     }
 }
 
-impl Drop for Source {
+impl Drop for ExportSource {
     fn drop(&mut self) {
         self.property().remove_listener(&self.wake);
     }

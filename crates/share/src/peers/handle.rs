@@ -1,29 +1,23 @@
 use std::collections::BTreeMap;
 use std::fmt;
-use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::sync::{Arc, Mutex};
-use std::thread::{self, JoinHandle};
+use std::thread::JoinHandle;
 use std::time::Duration;
 
 use slate_blackboard::Board;
 use slate_blackboard::wake::Wake;
 
-use super::carriers::Carriers;
+use super::carriers::KnownCarriers;
+use super::context::{Clock, Notice, PeerContext, locked};
 use super::door::open_door;
-use super::line::{Line, locked};
+use super::line::PeerLine;
+use super::lines::{LineTable, ServedLine, end_idle};
 use super::refusals::Refusals;
-use super::{Happening, Peer, RemoteProperty, Rights, Status, Want};
+use super::{RemoteProperty, Rights, Status, Want};
 use crate::carrier::{Carrier, CarrierError};
-use crate::session::{Answer, Identity, Limits, SendError};
-
-/// This agent's clock, nanoseconds. It goes on steadily.
-pub type Clock = Arc<dyn Fn() -> u64 + Send + Sync>;
-
-/// Is told what happens between this agent and another one, by its name, in one of the threads of that, which goes on
-/// when this returns.
-pub type Notice = Arc<dyn Fn(&str, &Happening) + Send + Sync>;
+use crate::session::{DeliveryStatus, Identity, Limits, SendError};
 
 /// How an agent shares.
 #[derive(Clone)]
@@ -83,147 +77,15 @@ impl fmt::Debug for Setup {
     }
 }
 
-/// What all threads use.
-pub(super) struct Common {
-    pub board: Arc<Board>,
-    pub identity: Identity,
-    clock: Clock,
-    time: Option<Clock>,
-    limits: Limits,
-    pub rights: Rights,
-    carriers: Carriers,
-    pub poll: Option<u64>,
-    pub updated: Option<Arc<Wake>>,
-    pub notice: Option<Notice>,
-    lines: Mutex<Lines>,
-    refusals: Mutex<Refusals>,
-    /// Whether somebody wanted to wake the threads that send and did not wait for the lock.
-    missed: AtomicBool,
-    pub ended: AtomicBool,
-}
-
-type Lines = BTreeMap<String, Served>;
-
-struct Served {
-    line: Arc<Line>,
-    sends: JoinHandle<()>,
-    receives: JoinHandle<()>,
-}
-
-/// How many other agents there may be.
-const AGENTS: usize = 256;
-
-impl Common {
-    pub fn now(&self) -> u64 {
-        (self.clock)()
-    }
-
-    /// What the clock of the values shows more than the agent's, nanoseconds.
-    pub fn lead(&self) -> i64 {
-        let lead = |time: &Clock| time().cast_signed().wrapping_sub(self.now().cast_signed());
-        self.time.as_ref().map_or(0, lead)
-    }
-
-    pub fn limits(&self) -> Limits {
-        self.limits
-    }
-
-    pub fn carrier(&self, endpoint: &str) -> Result<&Arc<dyn Carrier>, CarrierError> {
-        self.carriers.of(endpoint)
-    }
-
-    /// Shows and tells that somebody may not come in.
-    pub fn rejected(&self, agent: &str, from: &str, reason: &str) {
-        let line = locked(&self.refusals).note(self.now(), from, reason);
-        if let (Some(reason), Some(notice)) = (line, &self.notice) {
-            notice(agent, &Happening::Rejected { reason });
-        }
-    }
-
-    /// Looks at the lines, or changes them.
-    fn with_lines<T>(&self, call: impl FnOnce(&mut Lines) -> T) -> T {
-        let result = call(&mut locked(&self.lines));
-        if self.missed.load(Ordering::SeqCst) {
-            self.notify();
-        }
-        result
-    }
-
-    /// Wakes the threads that send, without waiting: if somebody holds the lock, that one does it.
-    fn notify(&self) {
-        self.missed.store(true, Ordering::SeqCst);
-        // Who does not get the lock here has said so before its owner gives it back and looks.
-        if let Ok(lines) = self.lines.try_lock() {
-            self.missed.store(false, Ordering::SeqCst);
-            lines.values().for_each(|served| served.line.wake.notify(1));
-        }
-    }
-
-    pub fn line(&self, agent: &str) -> Option<Arc<Line>> {
-        self.with_lines(|lines| lines.get(agent).map(|served| Arc::clone(&served.line)))
-    }
-
-    /// The line to an agent, which is made if there is none.
-    pub fn line_to(self: &Arc<Self>, agent: &str) -> io::Result<Arc<Line>> {
-        self.with_lines(|lines| self.line_in(lines, agent, |_| ()))
-    }
-
-    /// Ends the lines that nobody would miss; their threads end by themselves.
-    pub fn end_idle(&self) {
-        self.with_lines(|lines| drop(end_idle(lines, self.now())));
-    }
-
-    /// The line to an agent, to which `how` says where it is dialled: a new one knows that before it shows how it is.
-    fn line_in(
-        self: &Arc<Self>,
-        lines: &mut Lines,
-        agent: &str,
-        how: impl FnOnce(&Line),
-    ) -> io::Result<Arc<Line>> {
-        if let Some(served) = lines.get(agent) {
-            how(&served.line);
-            return Ok(Arc::clone(&served.line));
-        }
-        // Tools come and go, each under a name of its own.
-        drop(end_idle(lines, self.now()));
-        if self.ended.load(Ordering::Acquire) {
-            return Err(io::Error::other("the agent ends"));
-        }
-        if lines.len() >= AGENTS {
-            return Err(io::Error::other(format!("no more than {AGENTS} agents are connected")));
-        }
-        let wake = Arc::new(Wake::new());
-        let allowance = self.rights.of(&self.identity.agent, agent).map_err(io::Error::other)?.cloned();
-        let peer = Peer::new(&self.board, self.identity.clone(), agent, self.limits, &wake).allow(allowance);
-        let line = Arc::new(Line::new(peer, wake));
-        how(&line);
-        let start = |name: &str, run: fn(&Line, &Self)| {
-            let (common, line) = (Arc::clone(self), Arc::clone(&line));
-            thread::Builder::new().name(format!("{name} {agent}")).spawn(move || run(&line, &common))
-        };
-        let sends = start("to", Line::send)?;
-        let receives = start("from", Line::receive).inspect_err(|_| line.end())?;
-        let served = Served { line: Arc::clone(&line), sends, receives };
-        lines.insert(agent.into(), served);
-        Ok(line)
-    }
-}
-
-/// Ends the lines that nobody would miss, and takes them out.
-fn end_idle(lines: &mut Lines, now: u64) -> Vec<Served> {
-    let idle = lines.extract_if(.., |_, served| served.line.is_idle(now)).map(|(_, served)| served);
-    idle.inspect(|served| served.line.end()).collect()
-}
-
 /// The other agents of an agent. Dropping this ends the connections, and takes the mirrors off the board.
 pub struct Peers {
-    common: Arc<Common>,
+    lines: Arc<LineTable>,
     doors: Vec<JoinHandle<()>>,
 }
 
 impl fmt::Debug for Peers {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Peers").field("identity", &self.common.identity).finish_non_exhaustive()
+        f.debug_struct("Peers").field("identity", &self.lines.context.identity).finish_non_exhaustive()
     }
 }
 
@@ -274,7 +136,7 @@ fn because(reason: &str) -> String {
 
 /// Wakes the threads that send, so that what was written goes out at once. Whoever calls it waits for nobody.
 #[derive(Clone)]
-pub struct Notifier(Arc<Common>);
+pub struct Notifier(Arc<LineTable>);
 
 impl Notifier {
     /// Values were written: to be called at the end of a tick, not for each value.
@@ -295,26 +157,24 @@ impl Peers {
     /// # Errors
     /// When an endpoint can't be listened at.
     pub fn start(board: &Arc<Board>, setup: Setup) -> Result<Self, CarrierError> {
-        let common = Arc::new(Common {
+        let context = PeerContext {
             board: Arc::clone(board),
             identity: setup.identity,
             clock: setup.clock,
             time: setup.time,
             limits: setup.limits,
             rights: setup.rights,
-            carriers: Carriers::new(setup.carriers),
+            carriers: KnownCarriers::new(setup.carriers),
             poll: setup.poll,
             updated: setup.updated,
             notice: setup.notice,
-            lines: Mutex::default(),
             refusals: Mutex::new(Refusals::new(board)),
-            missed: AtomicBool::new(false),
             ended: AtomicBool::new(false),
-        });
+        };
         // If one can't be opened, dropping this closes those before.
-        let mut peers = Self { common, doors: Vec::new() };
+        let mut peers = Self { lines: Arc::new(LineTable::new(context)), doors: Vec::new() };
         for endpoint in &setup.listen {
-            let door = open_door(&peers.common, endpoint)?;
+            let door = open_door(&peers.lines, endpoint)?;
             peers.doors.push(door);
         }
         Ok(peers)
@@ -325,7 +185,7 @@ impl Peers {
     /// # Errors
     /// When it makes no sense, or is refused whoever is there.
     pub fn check(&self, endpoint: &str) -> Result<(), CarrierError> {
-        self.common.carrier(endpoint)?.check(endpoint)
+        self.lines.context.carrier(endpoint)?.check(endpoint)
     }
 
     /// Dials another agent, and again whenever it is gone.
@@ -342,28 +202,28 @@ impl Peers {
     /// # Errors
     /// As those of [`connect`](Peers::connect).
     pub fn visit(&self, agent: &str, endpoint: &str) -> Result<(), CarrierError> {
-        self.dial(agent, endpoint, |line| line.visit(endpoint, self.common.now()))
+        self.dial(agent, endpoint, |line| line.visit(endpoint, self.lines.context.now()))
     }
 
-    fn dial(&self, agent: &str, endpoint: &str, how: impl FnOnce(&Line)) -> Result<(), CarrierError> {
-        self.common.carrier(endpoint)?;
-        self.common
-            .rights
-            .of(&self.common.identity.agent, agent)
+    fn dial(&self, agent: &str, endpoint: &str, how: impl FnOnce(&PeerLine)) -> Result<(), CarrierError> {
+        self.lines.context.carrier(endpoint)?;
+        let rights = &self.lines.context.rights;
+        rights
+            .of(&self.lines.context.identity.agent, agent)
             .map_err(|reason| CarrierError::Unsafe { endpoint: endpoint.into(), reason })?;
         let system = |error| CarrierError::System { endpoint: endpoint.into(), error };
         // Within the lock, as a line that dials nobody is idle.
-        self.common.with_lines(|lines| self.common.line_in(lines, agent, how)).map(drop).map_err(system)
+        self.lines.with_lines(|lines| self.lines.line_in(lines, agent, how)).map(drop).map_err(system)
     }
 
     /// Dials another agent no longer. If it is there, it stays connected for as long as one of the two needs that. If it is
     /// not, and nothing of it is subscribed to, it is not known any more.
     pub fn forget(&self, agent: &str) {
-        let ended = self.common.with_lines(|lines| {
+        let ended = self.lines.with_lines(|lines| {
             if let Some(served) = lines.get(agent) {
                 served.line.dial_at(None);
             }
-            end_idle(lines, self.common.now())
+            end_idle(lines, self.lines.context.now())
         });
         // It takes what it shows off the board, before another one of that name comes; the other may be dialling.
         ended.into_iter().for_each(|served| drop(served.sends.join()));
@@ -371,22 +231,22 @@ impl Peers {
 
     /// The other agents that are known, whether or not they are there.
     pub fn agents(&self) -> Vec<String> {
-        self.common.with_lines(|lines| lines.keys().cloned().collect())
+        self.lines.with_lines(|lines| lines.keys().cloned().collect())
     }
 
     /// Whether another agent is dialled whenever it is not there.
     pub fn is_dialled(&self, agent: &str) -> bool {
-        self.common.line(agent).is_some_and(|line| line.is_dialled())
+        self.lines.line(agent).is_some_and(|line| line.is_dialled())
     }
 
     /// Whether another agent is there.
     pub fn is_connected(&self, agent: &str) -> bool {
-        self.common.line(agent).is_some_and(|line| locked(&line.peer).session().other().is_some())
+        self.lines.line(agent).is_some_and(|line| locked(&line.peer).session().other().is_some())
     }
 
     /// Why another agent went away or was not let in; empty when that is not known.
     pub fn reason(&self, agent: &str) -> String {
-        self.common.line(agent).map_or_else(String::new, |line| line.reason())
+        self.lines.line(agent).map_or_else(String::new, |line| line.reason())
     }
 
     /// Reads a property of another agent, which may come later; its mirror is at `agents/<agent>/<path>`.
@@ -402,7 +262,7 @@ impl Peers {
 
     /// Ends what [`subscribe`](Peers::subscribe) began.
     pub fn unsubscribe(&self, agent: &str, id: u32) {
-        if let Some(line) = self.common.line(agent) {
+        if let Some(line) = self.lines.line(agent) {
             locked(&line.peer).unsubscribe(id);
             line.wake.notify(1);
         }
@@ -410,7 +270,7 @@ impl Peers {
 
     /// How a subscription stands; nothing when there is none of that number.
     pub fn status(&self, agent: &str, id: u32) -> Option<Status> {
-        locked(&self.common.line(agent)?.peer).status(id).cloned()
+        locked(&self.lines.line(agent)?.peer).status(id).cloned()
     }
 
     /// Sends a message to a mailbox of another agent, of an interface with that schema and with `items` tail items. Its
@@ -425,7 +285,7 @@ impl Peers {
         schema: u64,
         items: usize,
         bytes: &[u8],
-    ) -> Result<Receiver<Answer>, PeerError> {
+    ) -> Result<Receiver<DeliveryStatus>, PeerError> {
         let line = self.line(agent)?;
         let (sender, receiver) = mpsc::channel();
         let mut peer = locked(&line.peer);
@@ -439,7 +299,7 @@ impl Peers {
     /// Tells another agent something of the team's knowledge, which arrives as a [`Happening::Told`] or not at all; false
     /// when it is lost already.
     pub fn tell(&self, agent: &str, message: &[u8]) -> bool {
-        let Some(line) = self.common.line(agent) else { return false };
+        let Some(line) = self.lines.line(agent) else { return false };
         let told = locked(&line.peer).tell(message);
         line.wake.notify(1);
         told
@@ -476,26 +336,24 @@ impl Peers {
 
     /// Wakes the threads that send.
     pub fn notifier(&self) -> Notifier {
-        Notifier(Arc::clone(&self.common))
+        Notifier(Arc::clone(&self.lines))
     }
 
-    fn line(&self, agent: &str) -> Result<Arc<Line>, PeerError> {
-        self.common
-            .line(agent)
-            .ok_or_else(|| PeerError::Unknown { agent: agent.into(), known: self.agents() })
+    fn line(&self, agent: &str) -> Result<Arc<PeerLine>, PeerError> {
+        self.lines.line(agent).ok_or_else(|| PeerError::Unknown { agent: agent.into(), known: self.agents() })
     }
 }
 
-fn not_sent(line: &Line, error: SendError) -> PeerError {
+fn not_sent(line: &PeerLine, error: SendError) -> PeerError {
     PeerError::Send { agent: line.agent.clone(), error, reason: line.explanation() }
 }
 
 impl Drop for Peers {
     fn drop(&mut self) {
-        self.common.ended.store(true, Ordering::Release);
-        let lines = self.common.with_lines(std::mem::take);
+        self.lines.context.ended.store(true, Ordering::Release);
+        let lines = self.lines.with_lines(std::mem::take);
         lines.values().for_each(|served| served.line.end());
-        for Served { line, sends, receives } in lines.into_values() {
+        for ServedLine { line, sends, receives } in lines.into_values() {
             // One that panicked has ended, too.
             drop(sends.join());
             // One that looks for somebody far away does so for seconds, and then finds that nobody waits for it.

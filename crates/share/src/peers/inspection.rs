@@ -19,7 +19,7 @@ const PART: usize = 32 << 10;
 const LARGEST_ANSWER: usize = 64 << 20;
 
 #[derive(Debug, Serialize, Deserialize)]
-struct Entry<'a> {
+struct InspectionEntry<'a> {
     path: &'a str,
     doc: &'a str,
     access: u8,
@@ -60,14 +60,14 @@ mod bytes {
 
 /// A question of another agent that is being answered.
 #[derive(Debug)]
-pub(super) struct Question {
+pub(super) struct PropertyQuestion {
     pattern: Pattern,
     values: bool,
     /// The path that was told last.
     told: Option<String>,
 }
 
-impl Question {
+impl PropertyQuestion {
     /// Nothing when the pattern is none, which no property matches.
     pub fn new(pattern: &str, values: bool) -> Option<Self> {
         Some(Self { pattern: Pattern::parse(pattern).ok()?, values, told: None })
@@ -112,7 +112,7 @@ fn write(property: &Property, newest: EntryNewest<'_>, part: &mut Vec<u8>) {
         Carrier::Channel(channel) => (channel.shape().capacity, channel.depth()),
         Carrier::Mailbox(mailbox) => (mailbox.shape().capacity, 0),
     };
-    let entry = Entry {
+    let entry = InspectionEntry {
         path: property.path(),
         doc: property.doc(),
         access: match property.access() {
@@ -156,7 +156,7 @@ impl Answers {
         let (all, size) = self.parts.entry(request).or_default();
         *size += bytes.len();
         while !bytes.is_empty() {
-            let Ok((entry, rest)) = postcard::take_from_bytes::<Entry<'_>>(bytes) else {
+            let Ok((entry, rest)) = postcard::take_from_bytes::<InspectionEntry<'_>>(bytes) else {
                 self.parts.remove(&request);
                 return Some(Err("the answer can't be read".into()));
             };
@@ -178,7 +178,7 @@ impl Answers {
     }
 }
 
-fn read(entry: &Entry<'_>) -> Result<RemoteProperty, String> {
+fn read(entry: &InspectionEntry<'_>) -> Result<RemoteProperty, String> {
     let descriptor = interface(entry.interface).map_err(|refusal| refusal.to_string())?;
     let newest = match entry.newest {
         EntryNewest::Unwritten => Newest::Unwritten,

@@ -5,17 +5,16 @@ use std::collections::{BTreeMap, VecDeque};
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Sender;
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::door::impostor;
-use super::handle::Common;
-use super::state::States;
+use super::context::{PeerContext, impostor, locked};
+use super::state::PeerStates;
 use super::{Happening, Peer, RemoteProperty};
 use crate::carrier::{Carrier, CarrierError, Link};
-use crate::session::Answer;
+use crate::session::DeliveryStatus;
 
 /// How long a thread waits at most before it looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(100);
@@ -38,7 +37,7 @@ const STATES: u64 = 100_000_000;
 
 /// The line to one other agent.
 #[derive(Debug)]
-pub(super) struct Line {
+pub(super) struct PeerLine {
     pub agent: String,
     pub peer: Mutex<Peer>,
     /// Wakes the thread that sends.
@@ -47,9 +46,9 @@ pub(super) struct Line {
     /// Whether somebody is being looked for, which takes its time.
     pub is_dialling: AtomicBool,
     /// Locked before the agent, by whoever needs both.
-    link: Mutex<Current>,
+    link: Mutex<CurrentLink>,
     changed: Condvar,
-    pub waiting: Mutex<Waiting>,
+    pub waiting: Mutex<PendingReplies>,
     reason: Mutex<String>,
     /// What came of dialling last, when nobody was there: that is told to nobody.
     nobody: Mutex<Option<String>>,
@@ -70,7 +69,7 @@ struct Dialling {
 
 /// The link in use.
 #[derive(Debug, Default)]
-struct Current {
+struct CurrentLink {
     link: Option<Arc<dyn Link>>,
     /// Where this agent dialled it; nothing when the other one did.
     dialled: Option<String>,
@@ -79,16 +78,12 @@ struct Current {
 
 /// Who waits for an answer of the other agent.
 #[derive(Debug, Default)]
-pub(super) struct Waiting {
-    pub answers: BTreeMap<u64, Sender<Answer>>,
+pub(super) struct PendingReplies {
+    pub answers: BTreeMap<u64, Sender<DeliveryStatus>>,
     pub lists: BTreeMap<u32, Sender<Result<Vec<RemoteProperty>, String>>>,
 }
 
-pub(crate) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Line {
+impl PeerLine {
     pub fn new(peer: Peer, wake: Arc<Wake>) -> Self {
         Self {
             agent: peer.agent().into(),
@@ -159,12 +154,12 @@ impl Line {
     /// Takes a link that the other agent has dialled, with the greeting that came over it; or says why not.
     pub fn adopt(
         &self,
-        common: &Common,
+        context: &PeerContext,
         link: Arc<dyn Link>,
         instance: u64,
         packet: &[u8],
     ) -> Result<(), Option<String>> {
-        let now = common.now();
+        let now = context.now();
         let mut current = locked(&self.link);
         if self.has_ended() {
             // It was idle a moment ago; whoever dials again finds another one.
@@ -174,18 +169,18 @@ impl Line {
         if let Some(old) = &current.link {
             let other = peer.session().other().map(|other| other.instance);
             if other.is_some_and(|other| other != instance) {
-                return Err(Some(crate::session::duplicate(&common.identity.agent, &self.agent)));
+                return Err(Some(crate::session::duplicate(&context.identity.agent, &self.agent)));
             }
             // When both dial at once, both keep the link of the one whose name comes first.
-            if current.dialled.is_some() && common.identity.agent < self.agent {
+            if current.dialled.is_some() && context.identity.agent < self.agent {
                 return Err(None);
             }
             old.close();
             peer.disconnect(now, "it is connected anew");
         }
-        peer.set_lead(common.lead());
+        peer.set_lead(context.lead());
         peer.receive(now, packet, link.memory());
-        *current = Current { link: Some(link), dialled: None, since: now };
+        *current = CurrentLink { link: Some(link), dialled: None, since: now };
         drop((peer, current));
         self.changed.notify_all();
         self.wake.notify(1);
@@ -193,28 +188,28 @@ impl Line {
     }
 
     /// The link is of no use any more.
-    fn drop_link(&self, common: &Common, link: &Arc<dyn Link>, reason: &str) {
+    fn drop_link(&self, context: &PeerContext, link: &Arc<dyn Link>, reason: &str) {
         let mut unheard = false;
         let mut current = locked(&self.link);
         if current.link.as_ref().is_some_and(|current| Arc::ptr_eq(current, link)) {
-            *current = Current::default();
+            *current = CurrentLink::default();
             let mut peer = locked(&self.peer);
             unheard = peer.session().other().is_none() && peer.session().refused().is_none();
-            peer.disconnect(common.now(), reason);
+            peer.disconnect(context.now(), reason);
         }
         // Only now, or the other thread would find it closed, and give another reason.
         link.close();
         drop(current);
         if unheard {
-            self.is_refused(common, reason.into());
+            self.is_refused(context, reason.into());
         }
         self.changed.notify_all();
         self.wake.notify(1);
     }
 
-    /// What the sending thread does.
-    pub fn send(&self, common: &Common) {
-        let mut states = States::new(&common.board, &self.agent);
+    /// What the sending thread does; `end_idle` ends lines that nobody needs.
+    pub fn send(&self, context: &PeerContext, end_idle: &dyn Fn()) {
+        let mut states = PeerStates::new(&context.board, &self.agent);
         let mut states_at = 0;
         let mut used_at = 0;
         let mut packet = Vec::new();
@@ -234,21 +229,21 @@ impl Line {
             // First what waits: the rest costs time, and can be done while it is on its way.
             let mut room = true;
             if let Some(link) = &link {
-                match self.send_all(common, link, &mut packet, &mut unsent) {
+                match self.send_all(context, link, &mut packet, &mut unsent) {
                     Ok(sent) => room = sent,
                     Err(error) => {
                         // What came before may say why: the other thread takes it, and then it drops the link.
                         self.wake.wait_timeout(LAST_WORDS);
-                        self.drop_link(common, link, &format!("the link broke: {error}"));
+                        self.drop_link(context, link, &format!("the link broke: {error}"));
                         continue;
                     }
                 }
             }
             // The link is locked before the agent.
-            let shows = common.now() >= states_at;
-            let dialled = if shows { self.dialled(common.now()) } else { String::new() };
+            let shows = context.now() >= states_at;
+            let dialled = if shows { self.dialled(context.now()) } else { String::new() };
             let mut peer = locked(&self.peer);
-            let now = common.now();
+            let now = context.now();
             // What happened until now has been dealt with; if it is gone now, that is because it is silent.
             self.report(&mut peer);
             peer.tick(now);
@@ -260,28 +255,28 @@ impl Line {
                 states_at = now + STATES;
                 states.update(&peer, &dialled, &self.explanation(), now);
             }
-            let polls = common.poll.filter(|_| peer.serves()).map_or(u64::MAX, |poll| now + poll);
+            let polls = context.poll.filter(|_| peer.serves()).map_or(u64::MAX, |poll| now + poll);
             let deadline = peer.deadline(now).min(states_at).min(polls);
             drop(peer);
-            self.tell(common);
+            self.tell(context);
             match &link {
                 None => {
                     // It may be one that was needed until now.
-                    common.end_idle();
+                    end_idle();
                     self.wake.wait_timeout(LOOK);
                 }
                 Some(link) if now - used_at > UNUSED && self.is_unwanted(now) => {
-                    self.drop_link(common, link, "nobody needed it");
+                    self.drop_link(context, link, "nobody needed it");
                 }
                 // Nothing is heard over it, so a new one may be better.
-                Some(link) if gone => self.drop_link(common, link, "it is silent"),
+                Some(link) if gone => self.drop_link(context, link, "it is silent"),
                 Some(link) if !room => {
                     if link.wait_for_room(Duration::from_millis(5)).is_err() {
-                        self.drop_link(common, link, "the link broke");
+                        self.drop_link(context, link, "the link broke");
                     }
                 }
                 Some(_) => {
-                    let left = deadline.saturating_sub(common.now());
+                    let left = deadline.saturating_sub(context.now());
                     if left > 0 {
                         self.wake.wait_timeout(Duration::from_nanos(left).min(LOOK));
                     }
@@ -293,7 +288,7 @@ impl Line {
     /// Sends what there is; false when there was no room for all.
     fn send_all(
         &self,
-        common: &Common,
+        context: &PeerContext,
         link: &Arc<dyn Link>,
         packet: &mut Vec<u8>,
         unsent: &mut bool,
@@ -301,8 +296,8 @@ impl Line {
         loop {
             if !*unsent {
                 let mut peer = locked(&self.peer);
-                peer.set_lead(common.lead());
-                if !peer.outgoing(common.now(), link.largest(), packet, link.memory()) {
+                peer.set_lead(context.lead());
+                if !peer.outgoing(context.now(), link.largest(), packet, link.memory()) {
                     return Ok(true);
                 }
             }
@@ -314,23 +309,23 @@ impl Line {
     }
 
     /// What the receiving thread does: it dials, too.
-    pub fn receive(&self, common: &Common) {
+    pub fn receive(&self, context: &PeerContext) {
         let mut packet = Vec::new();
         let mut pause = SOON;
         while !self.has_ended() {
             let Some(link) = self.current() else {
-                self.dial(common, &mut pause);
+                self.dial(context, &mut pause);
                 continue;
             };
             packet.resize(link.largest() + 1, 0);
             match link.receive(&mut packet, LOOK) {
                 Ok(Some(length)) => {
                     let mut peer = locked(&self.peer);
-                    let now = common.now();
-                    peer.set_lead(common.lead());
+                    let now = context.now();
+                    peer.set_lead(context.lead());
                     peer.receive(now, &packet[..length], link.memory());
                     if peer.take_shown()
-                        && let Some(updated) = &common.updated
+                        && let Some(updated) = &context.updated
                     {
                         updated.notify(1);
                     }
@@ -343,11 +338,11 @@ impl Line {
                     if answers {
                         self.wake.notify(1);
                     }
-                    self.tell(common);
+                    self.tell(context);
                 }
-                Ok(None) => self.give_up(common, &link),
+                Ok(None) => self.give_up(context, &link),
                 Err(error) => {
-                    self.drop_link(common, &link, &format!("the link broke: {error}"));
+                    self.drop_link(context, &link, &format!("the link broke: {error}"));
                     self.pause(&mut pause);
                 }
             }
@@ -369,23 +364,23 @@ impl Line {
     }
 
     /// A link over which the other agent does not greet is tried no longer.
-    fn give_up(&self, common: &Common, link: &Arc<dyn Link>) {
+    fn give_up(&self, context: &PeerContext, link: &Arc<dyn Link>) {
         let since = locked(&self.link).since;
         let apart = locked(&self.peer).session().other().is_none();
-        if apart && common.now().saturating_sub(since) > GREETING {
-            self.drop_link(common, link, "it does not greet");
+        if apart && context.now().saturating_sub(since) > GREETING {
+            self.drop_link(context, link, "it does not greet");
         }
     }
 
-    fn dial(&self, common: &Common, pause: &mut Duration) {
-        let Some(endpoint) = self.endpoint(common.now()) else { return self.pause(pause) };
+    fn dial(&self, context: &PeerContext, pause: &mut Duration) {
+        let Some(endpoint) = self.endpoint(context.now()) else { return self.pause(pause) };
         // Whoever ends the line sees this, or is seen here.
         self.is_dialling.store(true, Ordering::SeqCst);
         let dial = |carrier: &Arc<dyn Carrier>| match self.has_ended() {
             true => Err(CarrierError::Nobody { endpoint: endpoint.clone() }),
             false => carrier.dial(&endpoint),
         };
-        let dialled = common.carrier(&endpoint).and_then(dial);
+        let dialled = context.carrier(&endpoint).and_then(dial);
         self.is_dialling.store(false, Ordering::SeqCst);
         match dialled {
             // Nobody waited for it.
@@ -393,12 +388,13 @@ impl Line {
             Ok(link) => {
                 if let Some(reason) = impostor(link.as_ref(), &self.agent) {
                     link.close();
-                    self.is_refused(common, reason);
+                    self.is_refused(context, reason);
                     return self.pause(pause);
                 }
                 let mut current = locked(&self.link);
                 if current.link.is_none() {
-                    *current = Current { link: Some(link), dialled: Some(endpoint), since: common.now() };
+                    *current =
+                        CurrentLink { link: Some(link), dialled: Some(endpoint), since: context.now() };
                 }
                 drop(current);
                 self.wake.notify(1);
@@ -407,7 +403,7 @@ impl Line {
                 match error {
                     // It may come in a moment.
                     CarrierError::Nobody { .. } => *locked(&self.nobody) = Some(error.to_string()),
-                    _ => self.is_refused(common, error.to_string()),
+                    _ => self.is_refused(context, error.to_string()),
                 }
                 self.pause(pause);
             }
@@ -415,12 +411,12 @@ impl Line {
     }
 
     /// There is no link, for a reason that is told when it is another one than before.
-    fn is_refused(&self, common: &Common, reason: String) {
+    fn is_refused(&self, context: &PeerContext, reason: String) {
         *locked(&self.nobody) = None;
         let before = std::mem::replace(&mut *locked(&self.reason), reason.clone());
         if before != reason {
             locked(&self.untold).push_back(Happening::Refused { reason });
-            self.tell(common);
+            self.tell(context);
         }
     }
 
@@ -473,11 +469,11 @@ impl Line {
 
     /// Tells the host what has happened, in that order whichever thread does it. The other agent is not locked meanwhile, so
     /// the host may ask for something at once.
-    fn tell(&self, common: &Common) {
+    fn tell(&self, context: &PeerContext) {
         let telling = locked(&self.telling);
         let next = || locked(&self.untold).pop_front();
         while let Some(happening) = next() {
-            if let Some(notice) = &common.notice {
+            if let Some(notice) = &context.notice {
                 notice(&self.agent, &happening);
             }
         }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::message::{ABANDONED, Sender, Status, Ticket};
 use slate_blackboard::{Board, Carrier, Property};
 
-use crate::session::{Answer, Session};
+use crate::session::{DeliveryStatus, Session};
 
 /// The mailboxes that another agent has written to, and the messages that wait there.
 #[derive(Debug, Default)]
@@ -40,33 +40,33 @@ impl Messages {
         let answer = match self.send(board, message, now) {
             Ok(ticket) => {
                 self.open.push((message.ticket, message.path.clone(), ticket));
-                Answer::Accepted
+                DeliveryStatus::Accepted
             }
             Err(answer) => answer,
         };
         session.answer(message.ticket, answer);
     }
 
-    fn send(&mut self, board: &Board, message: &Incoming, now: u64) -> Result<Ticket, Answer> {
+    fn send(&mut self, board: &Board, message: &Incoming, now: u64) -> Result<Ticket, DeliveryStatus> {
         let found = board.get(&message.path).filter(|(_, field)| field.is_empty()).map(|(found, _)| found);
-        let property = found.ok_or(Answer::NoMailbox)?;
-        let Carrier::Mailbox(mailbox) = property.carrier() else { return Err(Answer::NoMailbox) };
+        let property = found.ok_or(DeliveryStatus::NoMailbox)?;
+        let Carrier::Mailbox(mailbox) = property.carrier() else { return Err(DeliveryStatus::NoMailbox) };
         let shape = mailbox.shape();
         let items = usize::try_from(message.items).unwrap_or(usize::MAX);
         let fits = items <= shape.capacity && message.bytes.len() <= shape.bytes(items);
         if property.descriptor().hash != message.schema || !fits {
-            return Err(Answer::NoMailbox);
+            return Err(DeliveryStatus::NoMailbox);
         }
         let known = self.senders.get(&message.path).is_some_and(|(known, _)| Arc::ptr_eq(known, &property));
         if !known {
             if self.senders.len() >= MAILBOXES {
-                return Err(Answer::Full);
+                return Err(DeliveryStatus::Full);
             }
-            let sender = mailbox.sender().map_err(|_| Answer::Full)?;
+            let sender = mailbox.sender().map_err(|_| DeliveryStatus::Full)?;
             self.senders.insert(message.path.clone(), (Arc::clone(&property), sender));
         }
-        let (_, sender) = self.senders.get_mut(&message.path).ok_or(Answer::NoMailbox)?;
-        sender.send(&message.bytes, items, now).map_err(|_| Answer::Full)
+        let (_, sender) = self.senders.get_mut(&message.path).ok_or(DeliveryStatus::NoMailbox)?;
+        sender.send(&message.bytes, items, now).map_err(|_| DeliveryStatus::Full)
     }
 
     /// Tells the other agent what was answered.
@@ -76,9 +76,9 @@ impl Messages {
             let status = senders.get(path).map_or(Status::Unknown, |(_, sender)| sender.status(*ticket));
             let answer = match status {
                 Status::Accepted => return true,
-                Status::Done => Answer::Done,
-                Status::Refused(ABANDONED) | Status::Unknown => Answer::Vanished,
-                Status::Refused(code) => Answer::Refused(code),
+                Status::Done => DeliveryStatus::Done,
+                Status::Refused(ABANDONED) | Status::Unknown => DeliveryStatus::Vanished,
+                Status::Refused(code) => DeliveryStatus::Refused(code),
             };
             session.answer(*number, answer);
             false

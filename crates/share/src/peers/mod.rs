@@ -1,12 +1,14 @@
 //! Other agents on this agent's board.
 
 mod carriers;
+mod context;
 mod door;
 mod export;
 mod handle;
 mod import;
 mod inspection;
 mod line;
+mod lines;
 mod messages;
 mod peer;
 mod refusals;
@@ -15,17 +17,18 @@ mod state;
 
 use slate_blackboard::interface::Descriptor;
 
-pub(crate) use carriers::Carriers as KnownCarriers;
-pub use handle::{Clock, Notice, Notifier, PeerError, Peers, Setup};
+pub(crate) use carriers::KnownCarriers;
+pub(crate) use context::locked;
+pub use context::{Clock, Notice};
+pub use handle::{Notifier, PeerError, Peers, Setup};
 pub use import::Status;
-pub(crate) use line::locked;
 pub use peer::Peer;
 pub use refusals::Rejected;
 pub use rights::{Allowance, Rights};
 pub use slate_runtime::sharing::RemoteProperty;
 pub use state::{PeerState, ReadState, ServedState};
 
-use crate::session::{Answer, Options};
+use crate::session::{DeliveryStatus, Options};
 
 /// A property of another agent that is wanted here.
 #[derive(Clone, Debug)]
@@ -97,7 +100,7 @@ pub enum Happening {
         /// The message.
         ticket: u64,
         /// How it fares.
-        answer: Answer,
+        answer: DeliveryStatus,
     },
     /// The other agent tells something of the team's knowledge.
     Told {

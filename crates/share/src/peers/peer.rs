@@ -8,13 +8,14 @@ use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
 
 use super::export::{Export, Unserved};
 use super::import::{Import, Status};
-use super::inspection::{Answers, Question};
+use super::inspection::{Answers, PropertyQuestion};
 use super::messages::{Incoming, Messages};
 use super::rights::{is_of_team, may_read, may_send};
 use super::{Allowance, Happening, Want};
 use crate::carrier::SharedMemory;
 use crate::session::{
-    Answer, Application, Compression, Content, Estimate, Event, Identity, Limits, Sample, SendError, Session,
+    Application, Compression, Content, DeliveryStatus, Estimate, Event, Identity, Limits, Options, Sample,
+    Seen, SendError, Session,
 };
 
 /// How often a property is looked for that is not there; other names of properties come without an event.
@@ -36,8 +37,8 @@ const RESERVE: usize = 1 << 20;
 #[derive(Debug)]
 pub struct Peer {
     pub(super) session: Session,
-    pub(super) desk: Desk,
-    questions: BTreeMap<u32, Question>,
+    pub(super) exchange: PeerExchange,
+    questions: BTreeMap<u32, PropertyQuestion>,
     answers: Answers,
     messages: Messages,
     observer: Observer,
@@ -46,9 +47,9 @@ pub struct Peer {
     retry_at: u64,
 }
 
-/// What a session needs while it is in use.
+/// What is exchanged with another agent.
 #[derive(Debug)]
-pub(super) struct Desk {
+pub(super) struct PeerExchange {
     board: Arc<Board>,
     agent: String,
     wake: Arc<Wake>,
@@ -64,21 +65,21 @@ pub(super) struct Desk {
     shown: bool,
 }
 
-/// The desk, and memory that both agents see.
-struct Work<'a> {
-    desk: &'a mut Desk,
+/// The exchange while a session uses it, and memory that both agents see.
+struct LiveExchange<'a> {
+    exchange: &'a mut PeerExchange,
     memory: Option<&'a dyn SharedMemory>,
 }
 
-impl Application for Work<'_> {
+impl Application for LiveExchange<'_> {
     fn event(&mut self, event: Event) {
-        self.desk.events.push_back(event);
+        self.exchange.events.push_back(event);
     }
 
     fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
-        let (estimate, lead) = (self.desk.estimate, self.desk.lead);
-        if let Some(import) = self.desk.imports.get_mut(&id) {
-            self.desk.shown |= import.show(sample, skipped, content, self.memory, (estimate, lead));
+        let (estimate, lead) = (self.exchange.estimate, self.exchange.lead);
+        if let Some(import) = self.exchange.imports.get_mut(&id) {
+            self.exchange.shown |= import.show(sample, skipped, content, self.memory, (estimate, lead));
         }
     }
 
@@ -89,7 +90,7 @@ impl Application for Work<'_> {
     }
 
     fn has_news(&mut self, id: u32) -> bool {
-        self.desk
+        self.exchange
             .exports
             .get(&id)
             .and_then(|export| export.source.as_ref())
@@ -97,10 +98,10 @@ impl Application for Work<'_> {
     }
 
     fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
-        let export = self.desk.exports.get_mut(&id)?;
+        let export = self.exchange.exports.get_mut(&id)?;
         let compression = export.options.compression;
         let mut sample = export.source.as_mut()?.take(compression, self.memory, content)?;
-        sample.stamp.time = sample.stamp.time.saturating_add_signed(self.desk.lead.saturating_neg());
+        sample.stamp.time = sample.stamp.time.saturating_add_signed(self.exchange.lead.saturating_neg());
         Some(sample)
     }
 }
@@ -112,7 +113,7 @@ impl Peer {
         let all = Pattern::parse("**").unwrap_or_else(|_| unreachable!("it is a pattern"));
         Self {
             session: Session::new(own, Some(agent), limits),
-            desk: Desk {
+            exchange: PeerExchange {
                 board: Arc::clone(board),
                 agent: agent.into(),
                 wake: Arc::clone(wake),
@@ -137,13 +138,13 @@ impl Peer {
     /// The other agent may do this and nothing else; all when it is nothing.
     #[must_use]
     pub fn allow(mut self, allowance: Option<Allowance>) -> Self {
-        self.desk.allowance = allowance;
+        self.exchange.allowance = allowance;
         self
     }
 
     /// The other agent's name.
     pub fn agent(&self) -> &str {
-        &self.desk.agent
+        &self.exchange.agent
     }
 
     /// The session with it.
@@ -160,19 +161,19 @@ impl Peer {
         if !cfg!(feature = "jpeg") && matches!(want.options.compression, Compression::Jpeg(_)) {
             return Err("this program was built without JPEG: build it with the feature `jpeg`".into());
         }
-        let mut import = Import::new(&self.desk.agent, want);
-        if self.desk.board.get(&import.place).is_some_and(|(_, field)| field.is_empty()) {
+        let mut import = Import::new(&self.exchange.agent, want);
+        if self.exchange.board.get(&import.place).is_some_and(|(_, field)| field.is_empty()) {
             return Err(format!("/{} exists already", import.place));
         }
-        import.prepare(&self.desk.board)?;
+        import.prepare(&self.exchange.board)?;
         let (path, options) = (import.want.path.clone(), import.want.options);
         match self.session.subscribe(&path, options) {
             Ok(id) => {
-                self.desk.imports.insert(id, import);
+                self.exchange.imports.insert(id, import);
                 Ok(id)
             }
             Err(error) => {
-                let _ = self.desk.board.remove(&import.place);
+                let _ = self.exchange.board.remove(&import.place);
                 Err(error.to_string())
             }
         }
@@ -181,17 +182,17 @@ impl Peer {
     /// Ends a subscription, and takes its mirror off the board.
     pub fn unsubscribe(&mut self, id: u32) {
         self.session.unsubscribe(id);
-        if let Some(import) = self.desk.imports.remove(&id)
+        if let Some(import) = self.exchange.imports.remove(&id)
             && import.mirror.is_some()
         {
             // Somebody else may have taken it off.
-            let _ = self.desk.board.remove(&import.place);
+            let _ = self.exchange.board.remove(&import.place);
         }
     }
 
     /// How a subscription stands.
     pub fn status(&self, id: u32) -> Option<&Status> {
-        self.desk.imports.get(&id).map(|import| &import.status)
+        self.exchange.imports.get(&id).map(|import| &import.status)
     }
 
     /// Sends a message to a mailbox of the other agent; how it fares is a [`Happening`].
@@ -204,7 +205,7 @@ impl Peer {
 
     /// Tells the other agent something of the team's knowledge; false when it is lost already.
     pub fn tell(&mut self, message: &[u8]) -> bool {
-        is_of_team(self.desk.allowance.as_ref()) && self.session.tell(message)
+        is_of_team(self.exchange.allowance.as_ref()) && self.session.tell(message)
     }
 
     /// Asks which properties there are of those paths, and for their newest values if those are wanted; the answer is
@@ -242,40 +243,44 @@ impl Peer {
 
     /// Whether a mirror was written since this was asked last.
     pub fn take_shown(&mut self) -> bool {
-        std::mem::take(&mut self.desk.shown)
+        std::mem::take(&mut self.exchange.shown)
     }
 
     /// The values' clock shows so much more than the one that `now` is of, nanoseconds.
     pub fn set_lead(&mut self, lead: i64) {
-        self.desk.lead = lead;
+        self.exchange.lead = lead;
     }
 
     /// Takes the mirrors off the board.
     pub(super) fn take_down(&mut self) {
-        for import in std::mem::take(&mut self.desk.imports).into_values() {
+        for import in std::mem::take(&mut self.exchange.imports).into_values() {
             if import.mirror.is_some() {
                 // Somebody else may have taken it off.
-                let _ = self.desk.board.remove(&import.place);
+                let _ = self.exchange.board.remove(&import.place);
             }
         }
     }
 
     /// Takes a packet that came at `now`.
     pub fn receive(&mut self, now: u64, packet: &[u8], memory: Option<&dyn SharedMemory>) {
-        self.desk.estimate = self.session.estimate();
-        self.session.receive(now, packet, &mut Work { desk: &mut self.desk, memory });
+        self.exchange.estimate = self.session.estimate();
+        self.session.receive(now, packet, &mut LiveExchange { exchange: &mut self.exchange, memory });
         self.react(now);
     }
 
     /// Ends the connection, because the host knows that it is cut.
     pub fn disconnect(&mut self, now: u64, reason: &str) {
-        self.session.disconnect(now, reason, &mut Work { desk: &mut self.desk, memory: None });
+        self.session.disconnect(
+            now,
+            reason,
+            &mut LiveExchange { exchange: &mut self.exchange, memory: None },
+        );
         self.react(now);
     }
 
     /// Sees what time it is, and what happened on the board.
     pub fn tick(&mut self, now: u64) {
-        self.session.tick(now, &mut Work { desk: &mut self.desk, memory: None });
+        self.session.tick(now, &mut LiveExchange { exchange: &mut self.exchange, memory: None });
         self.react(now);
         self.observe(now);
         self.messages.settle(&mut self.session);
@@ -290,19 +295,25 @@ impl Peer {
         packet: &mut Vec<u8>,
         memory: Option<&dyn SharedMemory>,
     ) -> bool {
-        self.session.outgoing(now, largest, packet, &mut Work { desk: &mut self.desk, memory })
+        self.session.outgoing(
+            now,
+            largest,
+            packet,
+            &mut LiveExchange { exchange: &mut self.exchange, memory },
+        )
     }
 
     /// When something is to be done, unless a packet comes or the wake is notified before.
     pub fn deadline(&mut self, now: u64) -> u64 {
-        let mut next = self.session.deadline(now, &mut Work { desk: &mut self.desk, memory: None });
+        let mut next =
+            self.session.deadline(now, &mut LiveExchange { exchange: &mut self.exchange, memory: None });
         if self.messages.is_open() {
             next = next.min(now + SETTLE);
         }
         if !self.questions.is_empty() {
             next = next.min(now + SETTLE);
         }
-        if self.desk.exports.values().any(|export| export.source.is_none()) {
+        if self.exchange.exports.values().any(|export| export.source.is_none()) {
             next = next.min(self.retry_at);
         }
         next
@@ -310,22 +321,22 @@ impl Peer {
 
     /// Whether this agent reads nothing there, and the other one nothing here.
     pub fn is_idle(&self) -> bool {
-        self.desk.imports.is_empty() && self.session.other().is_none()
+        self.exchange.imports.is_empty() && self.session.other().is_none()
     }
 
     /// Whether either agent reads something of the other one, or waits for an answer.
     pub fn is_used(&self) -> bool {
-        let reads = !self.desk.imports.is_empty() || !self.desk.exports.is_empty();
+        let reads = !self.exchange.imports.is_empty() || !self.exchange.exports.is_empty();
         reads || self.messages.is_open() || self.session.has_open()
     }
 
     /// Whether properties are served whose writers notify nobody by themselves.
     pub fn serves(&self) -> bool {
-        !self.desk.exports.is_empty()
+        !self.exchange.exports.is_empty()
     }
 
     fn react(&mut self, now: u64) {
-        while let Some(event) = self.desk.events.pop_front() {
+        while let Some(event) = self.exchange.events.pop_front() {
             self.react_to(event, now);
         }
     }
@@ -333,18 +344,10 @@ impl Peer {
     fn react_to(&mut self, event: Event, now: u64) {
         match event {
             Event::Connected { instance, .. } => self.happen(Happening::Connected { instance }),
-            Event::Disconnected { reason } => {
-                self.questions.clear();
-                self.messages.end();
-                for import in self.desk.imports.values_mut() {
-                    import.leave();
-                    import.status = Status::Unanswered;
-                }
-                self.happen(Happening::Disconnected { reason });
-            }
+            Event::Disconnected { reason } => self.react_to_end(reason),
             Event::Refused { reason } => self.happen(Happening::Refused { reason }),
             Event::Accepted { id, offer } => {
-                let Desk { imports, board, .. } = &mut self.desk;
+                let PeerExchange { imports, board, .. } = &mut self.exchange;
                 let Some(import) = imports.get_mut(&id) else { return };
                 if let Err(reason) = import.accept(board, &offer, self.session.limits().value) {
                     import.status = Status::Refused(reason.clone());
@@ -353,54 +356,24 @@ impl Peer {
                     self.happen(Happening::Unserved { path, reason });
                 }
             }
-            Event::Waiting { id, reason } => {
-                let Some(import) = self.desk.imports.get_mut(&id) else { return };
-                import.leave();
-                import.status = Status::Waiting(reason.clone());
-                let path = import.want.path.clone();
-                self.happen(Happening::Unserved { path, reason });
-            }
-            Event::Declined { id, reason } => {
-                let Some(import) = self.desk.imports.get_mut(&id) else { return };
-                import.leave();
-                import.status = Status::Refused(reason.clone());
-                let path = import.want.path.clone();
-                self.happen(Happening::Unserved { path, reason });
-            }
+            Event::Waiting { id, reason } => self.react_to_delay(id, reason, Status::Waiting),
+            Event::Declined { id, reason } => self.react_to_delay(id, reason, Status::Refused),
             Event::WriterLeft { id, generation } => {
-                if let Some(import) = self.desk.imports.get_mut(&id) {
+                if let Some(import) = self.exchange.imports.get_mut(&id) {
                     import.leave_writer(generation);
                 }
             }
             Event::Subscribed { id, path, options, seen } => {
-                // What is served shows on the board under the same path.
-                if path.len() > LONGEST_PATH || Url::parse(&format!("/{path}")).is_err() {
-                    return self.session.decline(id, "that is no path of a property");
-                }
-                if !may_read(self.desk.allowance.as_ref(), &path) {
-                    let own = &self.session.own().agent;
-                    let reason =
-                        format!("agent `{own}` does not allow agent `{}` to read /{path}", self.desk.agent);
-                    return self.session.decline(id, &reason);
-                }
-                let export = Export::new(path, options, seen, Arc::clone(&self.desk.wake));
-                self.desk.exports.insert(id, export);
-                self.serve(id, now);
+                self.react_to_subscription(id, path, options, seen, now);
             }
             Event::Unsubscribed { id } => {
-                self.desk.exports.remove(&id);
+                self.exchange.exports.remove(&id);
             }
             Event::Message { ticket, path, schema, items, bytes } => {
-                let message = Incoming { ticket, path, schema, items, bytes };
-                if !may_send(self.desk.allowance.as_ref(), &message.path) {
-                    return self.session.answer(ticket, Answer::Denied);
-                }
-                let time = now.saturating_add_signed(self.desk.lead);
-                self.messages.deliver(&self.desk.board, &message, time, &mut self.session);
-                self.desk.shown = true;
+                self.react_to_message(&Incoming { ticket, path, schema, items, bytes }, now);
             }
             Event::Answered { ticket, answer } => self.happen(Happening::Answered { ticket, answer }),
-            Event::Asked { request, pattern, values } => match Question::new(&pattern, values) {
+            Event::Asked { request, pattern, values } => match PropertyQuestion::new(&pattern, values) {
                 Some(question) => {
                     self.questions.insert(request, question);
                 }
@@ -414,7 +387,7 @@ impl Peer {
                 }
             }
             Event::Told { bytes } => {
-                if is_of_team(self.desk.allowance.as_ref()) {
+                if is_of_team(self.exchange.allowance.as_ref()) {
                     self.happen(Happening::Told { bytes });
                 }
             }
@@ -425,11 +398,62 @@ impl Peer {
         }
     }
 
+    fn react_to_end(&mut self, reason: String) {
+        self.questions.clear();
+        self.messages.end();
+        for import in self.exchange.imports.values_mut() {
+            import.leave();
+            import.status = Status::Unanswered;
+        }
+        self.happen(Happening::Disconnected { reason });
+    }
+
+    /// A subscription of this agent brings no values, or none yet.
+    fn react_to_delay(&mut self, id: u32, reason: String, status: impl FnOnce(String) -> Status) {
+        let Some(import) = self.exchange.imports.get_mut(&id) else { return };
+        import.leave();
+        import.status = status(reason.clone());
+        let path = import.want.path.clone();
+        self.happen(Happening::Unserved { path, reason });
+    }
+
+    fn react_to_subscription(
+        &mut self,
+        id: u32,
+        path: String,
+        options: Options,
+        seen: Option<Seen>,
+        now: u64,
+    ) {
+        // What is served shows on the board under the same path.
+        if path.len() > LONGEST_PATH || Url::parse(&format!("/{path}")).is_err() {
+            return self.session.decline(id, "that is no path of a property");
+        }
+        if !may_read(self.exchange.allowance.as_ref(), &path) {
+            let own = &self.session.own().agent;
+            let reason =
+                format!("agent `{own}` does not allow agent `{}` to read /{path}", self.exchange.agent);
+            return self.session.decline(id, &reason);
+        }
+        let export = Export::new(path, options, seen, Arc::clone(&self.exchange.wake));
+        self.exchange.exports.insert(id, export);
+        self.serve(id, now);
+    }
+
+    fn react_to_message(&mut self, message: &Incoming, now: u64) {
+        if !may_send(self.exchange.allowance.as_ref(), &message.path) {
+            return self.session.answer(message.ticket, DeliveryStatus::Denied);
+        }
+        let time = now.saturating_add_signed(self.exchange.lead);
+        self.messages.deliver(&self.exchange.board, message, time, &mut self.session);
+        self.exchange.shown = true;
+    }
+
     /// Looks for the property of a subscription of the other agent.
     fn serve(&mut self, id: u32, now: u64) {
         let instance = self.session.own().instance;
-        let Some(export) = self.desk.exports.get_mut(&id) else { return };
-        match export.connect(&self.desk.board, instance, self.desk.allowance.as_ref()) {
+        let Some(export) = self.exchange.exports.get_mut(&id) else { return };
+        match export.connect(&self.exchange.board, instance, self.exchange.allowance.as_ref()) {
             Ok(offer) => {
                 export.waiting.clear();
                 self.session.accept(id, &offer);
@@ -447,7 +471,7 @@ impl Peer {
                 }
             }
             Err(Unserved::Declined(reason)) => {
-                self.desk.exports.remove(&id);
+                self.exchange.exports.remove(&id);
                 self.session.decline(id, &reason);
             }
         }
@@ -464,7 +488,7 @@ impl Peer {
                         export.source.as_ref().is_some_and(|source| source.property().path() == &*path)
                     };
                     let ids =
-                        self.desk.exports.iter().filter(|(_, export)| serves(export)).map(|(id, _)| *id);
+                        self.exchange.exports.iter().filter(|(_, export)| serves(export)).map(|(id, _)| *id);
                     ids.for_each(|id| self.session.writer_left(id, generation));
                 }
                 _ => {}
@@ -473,21 +497,26 @@ impl Peer {
         if self.observer.missed() > self.missed {
             self.missed = self.observer.missed();
             // What happened is not known, so whatever is not there any more has vanished.
-            let board = Arc::clone(&self.desk.board);
+            let board = Arc::clone(&self.exchange.board);
             self.unserve(|path| board.get(path).is_none());
             look = true;
         }
         if look {
             let waiting = |export: &Export| export.source.is_none();
-            let ids: Vec<u32> =
-                self.desk.exports.iter().filter(|(_, export)| waiting(export)).map(|(id, _)| *id).collect();
+            let ids: Vec<u32> = self
+                .exchange
+                .exports
+                .iter()
+                .filter(|(_, export)| waiting(export))
+                .map(|(id, _)| *id)
+                .collect();
             ids.into_iter().for_each(|id| self.serve(id, now));
         }
     }
 
     /// Those properties are gone.
     fn unserve(&mut self, gone: impl Fn(&str) -> bool) {
-        for (id, export) in &mut self.desk.exports {
+        for (id, export) in &mut self.exchange.exports {
             if export.source.as_ref().is_some_and(|source| gone(source.property().path())) {
                 export.source = None;
                 export.waiting = format!("/{} was removed", export.path);
@@ -503,7 +532,7 @@ impl Peer {
         while self.session.room() > RESERVE
             && let Some((&request, question)) = self.questions.iter_mut().next()
         {
-            let (part, last) = question.next(&self.desk.board, largest, self.desk.allowance.as_ref());
+            let (part, last) = question.next(&self.exchange.board, largest, self.exchange.allowance.as_ref());
             self.session.part(request, &part, last);
             if last {
                 self.questions.remove(&request);
@@ -513,7 +542,7 @@ impl Peer {
 
     /// Values of queues that wait to be sent to the other agent.
     pub(super) fn lag(&self, id: u32) -> u64 {
-        let export = self.desk.exports.get(&id).filter(|export| export.options.content == Content::All);
+        let export = self.exchange.exports.get(&id).filter(|export| export.options.content == Content::All);
         export.and_then(|export| export.source.as_ref()).map_or(0, |source| source.lag())
     }
 }

@@ -35,12 +35,12 @@ const LINES: u32 = 16;
 
 pub(super) struct Refusals {
     board: Arc<Board>,
-    kept: Vec<Kept>,
+    kept: Vec<KeptRefusal>,
     /// Since when lines are counted, and how many there were.
     lines: (u64, u32),
 }
 
-struct Kept {
+struct KeptRefusal {
     from: String,
     reason: String,
     count: u64,
@@ -82,7 +82,7 @@ impl Refusals {
     }
 
     fn begin(&mut self, from: &str, reason: &str) -> usize {
-        let fresh = |writer| Kept {
+        let fresh = |writer| KeptRefusal {
             from: from.into(),
             reason: reason.into(),
             count: 0,

@@ -78,14 +78,14 @@ pub struct ServedState {
 
 /// The properties of one other agent.
 #[derive(Debug)]
-pub(super) struct States {
+pub(super) struct PeerStates {
     board: Arc<Board>,
     prefix: String,
-    shown: BTreeMap<String, Shown>,
+    shown: BTreeMap<String, ShownStates>,
 }
 
 #[derive(Debug)]
-struct Shown {
+struct ShownStates {
     writer: Writer,
     last: Vec<u8>,
     seen: bool,
@@ -93,7 +93,7 @@ struct Shown {
     property: Arc<Property>,
 }
 
-impl States {
+impl PeerStates {
     pub fn new(board: &Arc<Board>, agent: &str) -> Self {
         let prefix = format!("peers/{agent}");
         Self { board: Arc::clone(board), prefix, shown: BTreeMap::new() }
@@ -108,7 +108,7 @@ impl States {
             &peer_state(peer, endpoint, reason),
             now,
         );
-        for (id, import) in &peer.desk.imports {
+        for (id, import) in &peer.exchange.imports {
             let progress = peer.session.progress(*id);
             let seen = progress.and_then(|progress| progress.seen);
             let reason = match &import.status {
@@ -127,7 +127,7 @@ impl States {
             let path = format!("reads/{}", import.want.path);
             self.show(&path, "A property of another agent that is read here.", &state, now);
         }
-        for (id, export) in &peer.desk.exports {
+        for (id, export) in &peer.exchange.exports {
             let (sent, unconfirmed) = peer.session.served(*id).unwrap_or((0, 0));
             let state = ServedState { sent, lag: peer.lag(*id), unconfirmed: unconfirmed as u64 };
             let path = format!("serves/{}", export.path);
@@ -148,7 +148,7 @@ impl States {
                 return;
             };
             let Some(Ok(writer)) = property.channel().map(|channel| channel.writer()) else { return };
-            self.shown.insert(path.clone(), Shown { writer, last: Vec::new(), seen: true, property });
+            self.shown.insert(path.clone(), ShownStates { writer, last: Vec::new(), seen: true, property });
         }
         let Some(shown) = self.shown.get_mut(&path) else { return };
         shown.seen = true;
@@ -169,7 +169,7 @@ impl States {
     }
 }
 
-impl Drop for States {
+impl Drop for PeerStates {
     fn drop(&mut self) {
         let paths: Vec<_> = self.shown.keys().cloned().collect();
         paths.iter().for_each(|path| self.hide(path));

@@ -1,4 +1,4 @@
-use super::wire::Head;
+use super::wire::PacketHead;
 
 /// Who an agent is.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub struct Identity {
 
 /// Whether the other agent is there, and which one it is.
 #[derive(Debug)]
-pub(super) struct Connection {
+pub(super) struct SessionConnection {
     pub own: Identity,
     /// Counts the connections that were begun.
     pub attempt: u64,
@@ -49,7 +49,7 @@ pub(super) enum Greeting {
     Duplicate,
 }
 
-impl Connection {
+impl SessionConnection {
     pub fn new(own: Identity) -> Self {
         Self { own, attempt: 1, other: None, together: false, heard: 0, greet_at: 0, since: 0 }
     }
@@ -59,12 +59,12 @@ impl Connection {
         token(self.own.instance, self.attempt)
     }
 
-    pub fn head(&self) -> Head {
-        Head { from: self.token(), to: self.other.as_ref().map_or(0, |other| other.token) }
+    pub fn head(&self) -> PacketHead {
+        PacketHead { from: self.token(), to: self.other.as_ref().map_or(0, |other| other.token) }
     }
 
     /// Whether a packet belongs to this connection.
-    pub fn is_ours(&self, head: Head) -> bool {
+    pub fn is_ours(&self, head: PacketHead) -> bool {
         head.to == self.token() && self.other.as_ref().is_some_and(|other| other.token == head.from)
     }
 

@@ -1,9 +1,10 @@
 //! The control stream: what the two agents tell each other beside values.
 
-use super::event::{Answer, Application, Event, Offer};
+use super::delivery::DeliveryStatus;
+use super::event::{Application, Event, Offer};
 use super::inbound::Inbound;
-use super::subscription::{Reading, Serving};
-use super::wire::{Bytes, Control, PortableOffer, append};
+use super::subscription::{ReadStream, Serving};
+use super::wire::{ControlMessage, PortableOffer, RawBytes, append};
 use super::{Options, QUESTIONS, Session};
 
 /// Messages of this agent that may be open.
@@ -43,7 +44,7 @@ impl Session {
         }
         let id = self.next_id;
         self.next_id += 1;
-        self.readings.insert(id, Reading::new(path, options, &self.limits));
+        self.readings.insert(id, ReadStream::new(path, options, &self.limits));
         if self.connection.together && self.clock.estimate().is_some() {
             self.send_subscription(id);
         }
@@ -53,7 +54,7 @@ impl Session {
     /// Ends a subscription of this agent.
     pub fn unsubscribe(&mut self, id: u32) {
         if self.readings.remove(&id).is_some() && self.connection.together {
-            self.control(&Control::Unsubscribe { id });
+            self.control(&ControlMessage::Unsubscribe { id });
         }
     }
 
@@ -62,14 +63,14 @@ impl Session {
     pub fn refrain(&mut self, id: u32) {
         if let Some(reading) = self.readings.get_mut(&id) {
             reading.epoch = 0;
-            self.control(&Control::Unsubscribe { id });
+            self.control(&ControlMessage::Unsubscribe { id });
         }
     }
 
     pub(super) fn send_subscription(&mut self, id: u32) {
         let Some(reading) = self.readings.get(&id) else { return };
         let (path, options, seen) = (reading.path.clone(), reading.options, reading.seen);
-        self.control(&Control::Subscribe { id, path: &path, options, seen });
+        self.control(&ControlMessage::Subscribe { id, path: &path, options, seen });
     }
 
     /// Serves a subscription of the other agent, which gets values when it knows what they are.
@@ -81,33 +82,33 @@ impl Session {
         let epoch = serving.epoch;
         let offer = PortableOffer {
             path: &offer.path,
-            interface: Bytes(&offer.interface),
+            interface: RawBytes(&offer.interface),
             doc: &offer.doc,
             capacity: offer.capacity,
             depth: offer.depth,
             after: offer.after,
         };
-        self.control(&Control::Accepted { id, epoch, offer });
+        self.control(&ControlMessage::Accepted { id, epoch, offer });
     }
 
     /// Lets a subscription of the other agent wait, until it is accepted.
     pub fn wait(&mut self, id: u32, reason: &str) {
         let Some(serving) = self.servings.get_mut(&id) else { return };
         serving.begun = false;
-        self.control(&Control::Waiting { id, reason });
+        self.control(&ControlMessage::Waiting { id, reason });
     }
 
     /// Refuses a subscription of the other agent.
     pub fn decline(&mut self, id: u32, reason: &str) {
         if self.servings.remove(&id).is_some() {
-            self.control(&Control::Refused { id, reason });
+            self.control(&ControlMessage::Refused { id, reason });
         }
     }
 
     /// The property that the other agent has subscribed to has no writer any more.
     pub fn writer_left(&mut self, id: u32, generation: u64) {
         if self.servings.contains_key(&id) {
-            self.control(&Control::WriterLeft { id, generation });
+            self.control(&ControlMessage::WriterLeft { id, generation });
         }
     }
 
@@ -133,14 +134,14 @@ impl Session {
         let ticket = self.next_ticket;
         self.next_ticket += 1;
         self.tickets.insert(ticket, false);
-        self.control(&Control::Send { ticket, path, schema, items, bytes: Bytes(bytes) });
+        self.control(&ControlMessage::Send { ticket, path, schema, items, bytes: RawBytes(bytes) });
         Ok(ticket)
     }
 
     /// Answers a message of the other agent.
-    pub fn answer(&mut self, ticket: u64, answer: Answer) {
+    pub fn answer(&mut self, ticket: u64, answer: DeliveryStatus) {
         if self.connection.together {
-            self.control(&Control::Answer { ticket, answer });
+            self.control(&ControlMessage::Answer { ticket, answer });
         }
     }
 
@@ -156,7 +157,7 @@ impl Session {
         let request = self.next_request;
         self.next_request += 1;
         self.requests.insert(request, true);
-        self.control(&Control::Ask { request, pattern, values });
+        self.control(&ControlMessage::Ask { request, pattern, values });
         Ok(request)
     }
 
@@ -171,7 +172,7 @@ impl Session {
     /// Answers a question of the other agent, in parts.
     pub fn part(&mut self, request: u32, bytes: &[u8], last: bool) {
         if self.asked.contains(&request) {
-            self.control(&Control::Part { request, bytes: Bytes(bytes), last });
+            self.control(&ControlMessage::Part { request, bytes: RawBytes(bytes), last });
             if last {
                 self.asked.remove(&request);
             }
@@ -186,7 +187,7 @@ impl Session {
     /// Tells the other agent why a question is not answered.
     pub fn leave_unanswered(&mut self, request: u32, reason: &str) {
         if self.asked.remove(&request) {
-            self.control(&Control::Unanswered { request, reason });
+            self.control(&ControlMessage::Unanswered { request, reason });
         }
     }
 
@@ -206,7 +207,7 @@ impl Session {
         Ok(())
     }
 
-    fn control(&mut self, message: &Control<'_>) {
+    fn control(&mut self, message: &ControlMessage<'_>) {
         let mut bytes = Vec::new();
         append(message, &mut bytes);
         self.waiting_bytes += bytes.len();
@@ -228,7 +229,7 @@ impl Session {
             if self.connection.attempt != attempt {
                 return;
             }
-            match postcard::from_bytes::<Control<'_>>(item) {
+            match postcard::from_bytes::<ControlMessage<'_>>(item) {
                 Ok(message) => self.receive_control(now, message, application),
                 Err(_) => sense = false,
             }
@@ -239,86 +240,63 @@ impl Session {
         fine && sense
     }
 
-    fn receive_control(&mut self, now: u64, message: Control<'_>, application: &mut dyn Application) {
+    fn receive_control(&mut self, now: u64, message: ControlMessage<'_>, application: &mut dyn Application) {
         match message {
-            Control::Subscribe { id, path, options, seen } => {
+            ControlMessage::Subscribe { id, path, options, seen } => {
                 self.receive_subscription(now, id, path, options, seen, application);
             }
-            Control::Unsubscribe { id } => {
+            ControlMessage::Unsubscribe { id } => {
                 if self.servings.remove(&id).is_some() {
                     application.event(Event::Unsubscribed { id });
                 }
             }
-            Control::Accepted { id, epoch, offer } => {
-                let instance = self.other().map_or(0, |other| other.instance);
-                let Some(reading) = self.readings.get_mut(&id) else { return };
-                reading.accept(instance, epoch, offer.after);
-                application.event(Event::Accepted {
-                    id,
-                    offer: Offer {
-                        path: offer.path.into(),
-                        interface: offer.interface.0.into(),
-                        doc: offer.doc.into(),
-                        capacity: offer.capacity,
-                        depth: offer.depth,
-                        after: offer.after,
-                    },
-                });
-                self.control(&Control::Begin { id, epoch });
+            ControlMessage::Accepted { id, epoch, offer } => {
+                self.receive_offer(id, epoch, &offer, application)
             }
-            Control::Begin { id, epoch } => {
+            ControlMessage::Begin { id, epoch } => {
                 if let Some(serving) = self.servings.get_mut(&id) {
                     serving.begun |= serving.epoch == epoch;
                 }
             }
-            Control::Waiting { id, reason } => {
+            ControlMessage::Waiting { id, reason } => {
                 if self.readings.contains_key(&id) {
                     application.event(Event::Waiting { id, reason: reason.into() });
                 }
             }
-            Control::Refused { id, reason } => {
+            ControlMessage::Refused { id, reason } => {
                 if self.readings.contains_key(&id) {
                     application.event(Event::Declined { id, reason: reason.into() });
                 }
             }
-            Control::WriterLeft { id, generation } => {
+            ControlMessage::WriterLeft { id, generation } => {
                 // A value of the next writer may have overtaken this.
-                let old = |reading: &Reading| reading.seen.is_none_or(|seen| seen.generation <= generation);
+                let old =
+                    |reading: &ReadStream| reading.seen.is_none_or(|seen| seen.generation <= generation);
                 if self.readings.get(&id).is_some_and(old) {
                     application.event(Event::WriterLeft { id, generation });
                 }
             }
-            Control::Send { ticket, path, schema, items, bytes } => {
+            ControlMessage::Send { ticket, path, schema, items, bytes } => {
                 let (path, bytes) = (path.into(), bytes.0.into());
                 application.event(Event::Message { ticket, path, schema, items, bytes });
             }
-            Control::Answer { ticket, answer } => {
-                let known = if answer.is_final() {
-                    self.tickets.remove(&ticket).is_some()
-                } else {
-                    // Once, however often it is said.
-                    self.tickets.get_mut(&ticket).is_some_and(|accepted| !std::mem::replace(accepted, true))
-                };
-                if known {
-                    application.event(Event::Answered { ticket, answer });
-                }
-            }
-            Control::Ask { request, pattern, values } => {
+            ControlMessage::Answer { ticket, answer } => self.receive_answer(ticket, answer, application),
+            ControlMessage::Ask { request, pattern, values } => {
                 if self.asked.len() < QUESTIONS && self.asked.insert(request) {
                     application.event(Event::Asked { request, pattern: pattern.into(), values });
                 } else {
                     let reason = "too many questions are open";
-                    self.control(&Control::Unanswered { request, reason });
+                    self.control(&ControlMessage::Unanswered { request, reason });
                 }
             }
-            Control::Part { request, bytes, last } => {
+            ControlMessage::Part { request, bytes, last } => {
                 let is_wanted =
                     if last { self.requests.remove(&request) } else { self.requests.get(&request).copied() };
                 if is_wanted == Some(true) {
                     application.event(Event::Part { request, bytes: bytes.0.into(), last });
                 }
             }
-            Control::Unanswered { request, reason } => {
+            ControlMessage::Unanswered { request, reason } => {
                 if self.requests.remove(&request) == Some(true) {
                     application.event(Event::Failed { request, reason: reason.into() });
                 }
@@ -326,6 +304,40 @@ impl Session {
         }
         if self.waiting_bytes > self.limits.control.saturating_mul(2) {
             self.disconnect(now, "it asks for more than it reads", application);
+        }
+    }
+
+    fn receive_offer(
+        &mut self,
+        id: u32,
+        epoch: u32,
+        offer: &PortableOffer<'_>,
+        application: &mut dyn Application,
+    ) {
+        let instance = self.other().map_or(0, |other| other.instance);
+        let Some(reading) = self.readings.get_mut(&id) else { return };
+        reading.accept(instance, epoch, offer.after);
+        let offer = Offer {
+            path: offer.path.into(),
+            interface: offer.interface.0.into(),
+            doc: offer.doc.into(),
+            capacity: offer.capacity,
+            depth: offer.depth,
+            after: offer.after,
+        };
+        application.event(Event::Accepted { id, offer });
+        self.control(&ControlMessage::Begin { id, epoch });
+    }
+
+    fn receive_answer(&mut self, ticket: u64, answer: DeliveryStatus, application: &mut dyn Application) {
+        let known = if answer.is_final() {
+            self.tickets.remove(&ticket).is_some()
+        } else {
+            // Once, however often it is said.
+            self.tickets.get_mut(&ticket).is_some_and(|accepted| !std::mem::replace(accepted, true))
+        };
+        if known {
+            application.event(Event::Answered { ticket, answer });
         }
     }
 
@@ -343,7 +355,7 @@ impl Session {
         }
         if self.servings.len() >= self.limits.subscriptions {
             let reason = format!("more than {} subscriptions are not served", self.limits.subscriptions);
-            self.control(&Control::Refused { id, reason: &reason });
+            self.control(&ControlMessage::Refused { id, reason: &reason });
             return;
         }
         self.servings.insert(id, Serving::new(options, &self.limits, now));

@@ -1,6 +1,5 @@
-use serde::{Deserialize, Serialize};
-
 use super::Options;
+use super::delivery::DeliveryStatus;
 use super::wire::{Sample, Seen};
 
 /// What a property that was subscribed to is.
@@ -18,32 +17,6 @@ pub struct Offer {
     pub depth: u32,
     /// Values with greater numbers than this one follow.
     pub after: u64,
-}
-
-/// How a message fares that was sent to another agent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Answer {
-    /// It is in the mailbox.
-    Accepted,
-    /// The receiver has dealt with it.
-    Done,
-    /// The receiver refused it, for a reason that the interface defines.
-    Refused(u16),
-    /// The receiver has not answered the last messages; this one was not delivered.
-    Full,
-    /// There is no such mailbox, or it takes messages of another interface.
-    NoMailbox,
-    /// The other agent, or the mailbox, went away: nobody knows whether it was dealt with.
-    Vanished,
-    /// The other agent does not allow this one to send messages there.
-    Denied,
-}
-
-impl Answer {
-    /// Whether no other answer follows.
-    pub fn is_final(self) -> bool {
-        self != Self::Accepted
-    }
 }
 
 /// What happens in a session.
@@ -128,7 +101,7 @@ pub enum Event {
         /// The message.
         ticket: u64,
         /// How it fares.
-        answer: Answer,
+        answer: DeliveryStatus,
     },
     /// The other agent asks what there is: to be answered in parts.
     Asked {

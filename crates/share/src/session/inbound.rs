@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use super::Content;
-use super::wire::{Announcement, Fragment, Report};
+use super::wire::{Announcement, Fragment, StreamReport};
 
 /// After so many fragments the sender is told what came.
 const REPORT_EVERY: u32 = 64;
@@ -38,7 +38,7 @@ pub(super) struct Inbound {
     window: usize,
     /// The first fragment that did not come.
     expected: u64,
-    early: BTreeMap<u64, Piece>,
+    early: BTreeMap<u64, ItemPiece>,
     early_bytes: usize,
     /// The item that comes in order, and how many of its fragments came.
     item: Vec<u8>,
@@ -55,7 +55,7 @@ pub(super) struct Inbound {
 }
 
 #[derive(Debug)]
-struct Piece {
+struct ItemPiece {
     index: u32,
     count: u32,
     bytes: Vec<u8>,
@@ -123,7 +123,7 @@ impl Inbound {
             let fits = self.early_bytes + bytes.len() <= self.window && number - self.expected < AHEAD;
             if fits && !self.early.contains_key(&number) {
                 self.early_bytes += bytes.len();
-                let piece = Piece { index: fragment.index, count: fragment.count, bytes: bytes.to_vec() };
+                let piece = ItemPiece { index: fragment.index, count: fragment.count, bytes: bytes.to_vec() };
                 self.early.insert(number, piece);
             }
             self.owes_report = true;
@@ -269,11 +269,11 @@ impl Inbound {
     }
 
     /// What came, and what did not.
-    pub fn report(&mut self, stream: u32, now: u64) -> Report {
+    pub fn report(&mut self, stream: u32, now: u64) -> StreamReport {
         (self.owes_report, self.announced) = (false, false);
         (self.unreported, self.unreported_bytes) = (0, 0);
         if !self.reliable {
-            return Report { stream, next: self.known, missing: Vec::new() };
+            return StreamReport { stream, next: self.known, missing: Vec::new() };
         }
         let mut missing = Vec::new();
         let mut from = self.expected;
@@ -287,6 +287,6 @@ impl Inbound {
             self.asked_at = Some(now);
             // If they don't come, the next announcement asks again.
         }
-        Report { stream, next: self.expected, missing }
+        StreamReport { stream, next: self.expected, missing }
     }
 }

@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use super::wire::{Bytes, FRAGMENT_HEAD, Frame, Piece, append};
+use super::wire::{FRAGMENT_HEAD, KnowledgePiece, PacketFrame, RawBytes, append};
 
 /// The longest message, bytes.
 pub const LONGEST: usize = 64 << 10;
@@ -51,14 +51,14 @@ impl Knowledge {
                 return;
             }
             let end = self.sent + left.min(room);
-            let piece = Piece {
+            let piece = KnowledgePiece {
                 number: self.number,
                 // The longest message has a length of 32 bits.
                 at: self.sent as u32,
                 is_last: end == message.len(),
-                bytes: Bytes(&message[self.sent..end]),
+                bytes: RawBytes(&message[self.sent..end]),
             };
-            append(&Frame::Knowledge(piece), packet);
+            append(&PacketFrame::Knowledge(piece), packet);
             self.sent = end;
             if end == message.len() {
                 self.bytes -= message.len();
@@ -70,7 +70,7 @@ impl Knowledge {
 
     /// Takes a piece; a message comes out with its last one, unless a piece of it was lost. Nothing at all when the
     /// piece makes no sense.
-    pub fn receive(&mut self, piece: &Piece<'_>) -> Option<Option<Vec<u8>>> {
+    pub fn receive(&mut self, piece: &KnowledgePiece<'_>) -> Option<Option<Vec<u8>>> {
         let at = piece.at as usize;
         let end = at.checked_add(piece.bytes.0.len()).filter(|end| *end <= LONGEST)?;
         if at == 0 {

@@ -10,6 +10,7 @@
 mod clock;
 mod connection;
 mod control;
+mod delivery;
 mod event;
 mod inbound;
 mod knowledge;
@@ -24,7 +25,8 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 pub use clock::Estimate;
 pub use connection::Identity;
 pub use control::SendError;
-pub use event::{Answer, Application, Event, Offer};
+pub use delivery::DeliveryStatus;
+pub use event::{Application, Event, Offer};
 pub use knowledge::LONGEST as LONGEST_KNOWLEDGE;
 pub use options::{Compression, Content, Limits, Mode, Options};
 pub use wire::{Encoding, Sample, Seen, VERSION, refusal};
@@ -32,12 +34,12 @@ pub use wire::{Encoding, Sample, Seen, VERSION, refusal};
 use slate_blackboard::Url;
 
 use clock::PeerClock;
-use connection::{Connection, Greeting};
+use connection::{Greeting, SessionConnection};
 use inbound::Inbound;
 use knowledge::Knowledge;
 use outbound::Outbound;
-use subscription::{Reading, Serving};
-use wire::{Fragment, Frame, Hello, Packet, Report};
+use subscription::{ReadStream, Serving};
+use wire::{Fragment, Hello, Packet, PacketFrame, StreamReport};
 
 /// How often an agent greets that is alone, nanoseconds.
 const GREETING: u64 = 50_000_000;
@@ -85,7 +87,7 @@ pub struct Progress {
 #[derive(Debug)]
 pub struct Session {
     limits: Limits,
-    connection: Connection,
+    connection: SessionConnection,
     /// Who the other one has to be, if that is known.
     expected: Option<String>,
     clock: PeerClock,
@@ -97,7 +99,7 @@ pub struct Session {
     waiting: VecDeque<Vec<u8>>,
     waiting_bytes: usize,
     knowledge: Knowledge,
-    readings: BTreeMap<u32, Reading>,
+    readings: BTreeMap<u32, ReadStream>,
     servings: BTreeMap<u32, Serving>,
     /// The serving that is asked first.
     cursor: u32,
@@ -122,7 +124,7 @@ impl Session {
         let (control_out, control_in) = control_streams(&limits);
         Self {
             limits,
-            connection: Connection::new(own),
+            connection: SessionConnection::new(own),
             expected: expected.map(Into::into),
             clock: PeerClock::default(),
             beat_at: 0,
@@ -246,17 +248,17 @@ impl Session {
     fn receive_frames(
         &mut self,
         now: u64,
-        head: wire::Head,
+        head: wire::PacketHead,
         mut rest: &[u8],
         application: &mut dyn Application,
     ) {
         while !rest.is_empty() {
-            let Ok((frame, left)) = postcard::take_from_bytes::<Frame<'_>>(rest) else {
+            let Ok((frame, left)) = postcard::take_from_bytes::<PacketFrame<'_>>(rest) else {
                 self.counters.malformed += 1;
                 return;
             };
             rest = left;
-            if let Frame::Hello(hello) = &frame {
+            if let PacketFrame::Hello(hello) = &frame {
                 if !self.receive_hello(now, head, hello, application) {
                     return;
                 }
@@ -272,17 +274,17 @@ impl Session {
                 }
             }
             let fine = match frame {
-                Frame::Hello(_) => true,
-                Frame::Beat(beat) => {
+                PacketFrame::Hello(_) => true,
+                PacketFrame::Beat(beat) => {
                     self.receive_beat(now, beat);
                     true
                 }
-                Frame::Fragment(fragment) => self.receive_fragment(now, &fragment, application),
-                Frame::Announcement(announcement) => {
+                PacketFrame::Fragment(fragment) => self.receive_fragment(now, &fragment, application),
+                PacketFrame::Announcement(announcement) => {
                     self.receive_announcement(now, &announcement, application)
                 }
-                Frame::Report(report) => self.receive_report(now, &report),
-                Frame::Knowledge(piece) => match self.knowledge.receive(&piece) {
+                PacketFrame::StreamReport(report) => self.receive_report(now, &report),
+                PacketFrame::Knowledge(piece) => match self.knowledge.receive(&piece) {
                     Some(Some(bytes)) => {
                         application.event(Event::Told { bytes });
                         true
@@ -301,7 +303,7 @@ impl Session {
     fn receive_hello(
         &mut self,
         now: u64,
-        head: wire::Head,
+        head: wire::PacketHead,
         hello: &Hello<'_>,
         application: &mut dyn Application,
     ) -> bool {
@@ -383,8 +385,8 @@ impl Session {
     /// Whose packet it is, if it is a greeting: for who has to find the session that it belongs to.
     pub fn greeting(packet: &[u8]) -> Option<Identity> {
         let Packet::Frames(_, frames) = wire::open(packet) else { return None };
-        match postcard::take_from_bytes::<Frame<'_>>(frames) {
-            Ok((Frame::Hello(hello), _)) if is_agent(hello.agent) => {
+        match postcard::take_from_bytes::<PacketFrame<'_>>(frames) {
+            Ok((PacketFrame::Hello(hello), _)) if is_agent(hello.agent) => {
                 Some(Identity { agent: hello.agent.into(), instance: hello.instance })
             }
             _ => None,
@@ -406,7 +408,7 @@ impl Session {
             application.event(Event::Unsubscribed { id });
         }
         for ticket in std::mem::take(&mut self.tickets).into_keys() {
-            application.event(Event::Answered { ticket, answer: Answer::Vanished });
+            application.event(Event::Answered { ticket, answer: DeliveryStatus::Vanished });
         }
         let requests = std::mem::take(&mut self.requests);
         for (request, _) in requests.into_iter().filter(|(_, is_wanted)| *is_wanted) {
@@ -489,7 +491,7 @@ impl Session {
         fine && sense
     }
 
-    fn receive_report(&mut self, now: u64, report: &Report) -> bool {
+    fn receive_report(&mut self, now: u64, report: &StreamReport) -> bool {
         if report.stream == 0 {
             self.control_out.report(report, now);
         } else if let Some(serving) = self.servings.get_mut(&report.stream) {

@@ -2,7 +2,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use super::Content;
-use super::wire::{Announcement, Report};
+use super::wire::{Announcement, StreamReport};
 
 /// Most fragments that are sent and not confirmed.
 const FLIGHT: usize = 512;
@@ -20,7 +20,7 @@ pub(super) struct Outbound {
     flight: VecDeque<Part>,
     flying: usize,
     /// The item that is being sent.
-    rest: Option<Rest>,
+    rest: Option<UnsentRest>,
     again: BTreeSet<u64>,
     /// All fragments before this one came, or need not.
     confirmed: u64,
@@ -32,7 +32,7 @@ pub(super) struct Outbound {
 }
 
 #[derive(Debug)]
-struct Rest {
+struct UnsentRest {
     item: Arc<Vec<u8>>,
     start: usize,
     size: usize,
@@ -104,7 +104,7 @@ impl Outbound {
         }
         let size = size.max(1);
         let count = item.len().div_ceil(size).max(1) as u32;
-        self.rest = Some(Rest { item: Arc::new(item), start: 0, size, index: 0, count });
+        self.rest = Some(UnsentRest { item: Arc::new(item), start: 0, size, index: 0, count });
     }
 
     /// Whether there is a fragment to be sent.
@@ -189,7 +189,7 @@ impl Outbound {
     }
 
     /// What the receiver has.
-    pub fn report(&mut self, report: &Report, now: u64) {
+    pub fn report(&mut self, report: &StreamReport, now: u64) {
         if report.next > self.next {
             return;
         }

@@ -2,7 +2,7 @@
 
 use super::event::Application;
 use super::outbound::Outbound;
-use super::wire::{FRAGMENT_HEAD, Fragment, Frame, HEAD, Hello, SAMPLE_HEAD, append};
+use super::wire::{FRAGMENT_HEAD, Fragment, HEAD, Hello, PacketFrame, SAMPLE_HEAD, append};
 use super::{GREETING, QUICK_BEAT, Session};
 
 /// What a frame other than a fragment takes at most: a report with all its ranges.
@@ -33,7 +33,7 @@ impl Session {
             self.connection.greet_at = now + GREETING;
             let own = &self.connection.own;
             let hello = Hello { agent: &own.agent, instance: own.instance, attempt: self.connection.attempt };
-            append(&Frame::Hello(hello), packet);
+            append(&PacketFrame::Hello(hello), packet);
             return self.count(packet);
         }
         if self.owes_beat || now >= self.beat_at {
@@ -41,7 +41,7 @@ impl Session {
             let quick = !self.clock.is_settled();
             self.beat_at =
                 now + if quick { QUICK_BEAT.min(self.limits.heartbeat) } else { self.limits.heartbeat };
-            append(&Frame::Beat(self.clock.beat(now)), packet);
+            append(&PacketFrame::Beat(self.clock.beat(now)), packet);
         }
         self.append_reports(now, largest, packet);
         self.append_announcements(now, largest, packet);
@@ -98,7 +98,7 @@ impl Session {
                 return;
             }
             if stream.report_at(now).is_some_and(|at| at <= now) {
-                append(&Frame::Report(stream.report(id, now)), packet);
+                append(&PacketFrame::StreamReport(stream.report(id, now)), packet);
             }
         }
     }
@@ -110,7 +110,7 @@ impl Session {
                 return;
             }
             if stream.announce_at().is_some_and(|at| at <= now) {
-                append(&Frame::Announcement(stream.announcement(id, epoch, now)), packet);
+                append(&PacketFrame::Announcement(stream.announcement(id, epoch, now)), packet);
             }
         }
     }
@@ -179,9 +179,9 @@ fn append_fragments(stream: &mut Outbound, id: u32, now: u64, largest: usize, pa
             return false;
         }
         let Some((number, part)) = stream.pop(now) else { return true };
-        let bytes = super::wire::Bytes(part.bytes());
+        let bytes = super::wire::RawBytes(part.bytes());
         let (index, count) = (part.index, part.count);
-        append(&Frame::Fragment(Fragment { stream: id, number, index, count, bytes }), packet);
+        append(&PacketFrame::Fragment(Fragment { stream: id, number, index, count, bytes }), packet);
     }
     true
 }

@@ -7,7 +7,7 @@ use super::{Content, Limits, Mode, Options};
 
 /// A subscription of this agent. It outlives connections.
 #[derive(Debug)]
-pub(super) struct Reading {
+pub(super) struct ReadStream {
     pub path: String,
     pub options: Options,
     pub stream: Inbound,
@@ -22,7 +22,7 @@ pub(super) struct Reading {
     pub received: u64,
 }
 
-impl Reading {
+impl ReadStream {
     pub fn new(path: &str, options: Options, limits: &Limits) -> Self {
         Self {
             path: path.into(),

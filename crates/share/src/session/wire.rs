@@ -6,7 +6,8 @@
 use serde::{Deserialize, Serialize, Serializer};
 use slate_blackboard::Stamp;
 
-use super::{Answer, Options};
+use super::Options;
+use super::delivery::DeliveryStatus;
 
 /// The protocol's version; agents of different versions refuse each other.
 pub const VERSION: u8 = 4;
@@ -26,7 +27,7 @@ pub(super) const FRAGMENT_HEAD: usize = 40;
 /// Who sent a packet, and to whom: both are new with each attempt to connect, so that what was under way when a
 /// connection ended is never taken for a part of the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Head {
+pub(super) struct PacketHead {
     pub from: u64,
     /// 0 when the sender has not heard of the receiver.
     pub to: u64,
@@ -35,13 +36,13 @@ pub(super) struct Head {
 /// What a packet turns out to be.
 #[derive(Debug)]
 pub(super) enum Packet<'a> {
-    Frames(Head, &'a [u8]),
+    Frames(PacketHead, &'a [u8]),
     Refusal(&'a str),
     OtherVersion(u8),
     Malformed,
 }
 
-impl Head {
+impl PacketHead {
     /// Begins a packet.
     pub fn begin(self, packet: &mut Vec<u8>) {
         packet.clear();
@@ -71,7 +72,7 @@ pub(super) fn open(packet: &[u8]) -> Packet<'_> {
             std::str::from_utf8(reason).map_or(Packet::Malformed, Packet::Refusal)
         }
         [MAGIC, VERSION, rest @ ..] if rest.len() >= 16 => {
-            Packet::Frames(Head { from: number(rest), to: number(&rest[8..]) }, &rest[16..])
+            Packet::Frames(PacketHead { from: number(rest), to: number(&rest[8..]) }, &rest[16..])
         }
         [MAGIC, version, ..] if *version != VERSION => Packet::OtherVersion(*version),
         _ => Packet::Malformed,
@@ -80,25 +81,25 @@ pub(super) fn open(packet: &[u8]) -> Packet<'_> {
 
 /// Bytes that are written and read as a whole.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
-pub(super) struct Bytes<'a>(#[serde(borrow)] pub &'a [u8]);
+pub(super) struct RawBytes<'a>(#[serde(borrow)] pub &'a [u8]);
 
-impl Serialize for Bytes<'_> {
+impl Serialize for RawBytes<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_bytes(self.0)
     }
 }
 
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Frame<'a> {
+pub(super) enum PacketFrame<'a> {
     #[serde(borrow)]
     Hello(Hello<'a>),
     Beat(Beat),
     #[serde(borrow)]
     Fragment(Fragment<'a>),
     Announcement(Announcement),
-    Report(Report),
+    StreamReport(StreamReport),
     #[serde(borrow)]
-    Knowledge(Piece<'a>),
+    Knowledge(KnowledgePiece<'a>),
 }
 
 /// Who is there.
@@ -131,7 +132,7 @@ pub(super) struct Fragment<'a> {
     /// How many fragments the item has.
     pub count: u32,
     #[serde(borrow)]
-    pub bytes: Bytes<'a>,
+    pub bytes: RawBytes<'a>,
 }
 
 /// What there is of a stream, for a receiver that may have missed it.
@@ -150,7 +151,7 @@ pub(super) struct Announcement {
 
 /// What a receiver has of a stream.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Report {
+pub(super) struct StreamReport {
     pub stream: u32,
     /// It has all fragments before this one.
     pub next: u64,
@@ -160,19 +161,19 @@ pub(super) struct Report {
 
 /// A piece of a message of the team's knowledge.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) struct Piece<'a> {
+pub(super) struct KnowledgePiece<'a> {
     /// Counts the messages.
     pub number: u32,
     /// Where in the message it belongs, bytes.
     pub at: u32,
     pub is_last: bool,
     #[serde(borrow)]
-    pub bytes: Bytes<'a>,
+    pub bytes: RawBytes<'a>,
 }
 
 /// A message in the control stream.
 #[derive(Debug, Serialize, Deserialize)]
-pub(super) enum Control<'a> {
+pub(super) enum ControlMessage<'a> {
     Subscribe {
         id: u32,
         path: &'a str,
@@ -210,11 +211,11 @@ pub(super) enum Control<'a> {
         schema: u64,
         items: u64,
         #[serde(borrow)]
-        bytes: Bytes<'a>,
+        bytes: RawBytes<'a>,
     },
     Answer {
         ticket: u64,
-        answer: Answer,
+        answer: DeliveryStatus,
     },
     Ask {
         request: u32,
@@ -224,7 +225,7 @@ pub(super) enum Control<'a> {
     Part {
         request: u32,
         #[serde(borrow)]
-        bytes: Bytes<'a>,
+        bytes: RawBytes<'a>,
         last: bool,
     },
     Unanswered {
@@ -248,7 +249,7 @@ pub struct Seen {
 pub(super) struct PortableOffer<'a> {
     pub path: &'a str,
     #[serde(borrow)]
-    pub interface: Bytes<'a>,
+    pub interface: RawBytes<'a>,
     pub doc: &'a str,
     pub capacity: u64,
     pub depth: u32,

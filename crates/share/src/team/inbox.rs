@@ -9,7 +9,7 @@ use crate::peers::locked;
 const WAITING: usize = 256;
 
 /// What comes from other agents.
-pub(crate) enum News {
+pub(crate) enum TeamNews {
     /// One is there.
     Connected(String),
     /// One is gone.
@@ -20,26 +20,26 @@ pub(crate) enum News {
 
 /// What came from other agents and was not looked at.
 #[derive(Default)]
-pub(crate) struct Inbox {
-    news: Mutex<VecDeque<News>>,
+pub(crate) struct TeamInbox {
+    news: Mutex<VecDeque<TeamNews>>,
     wake: Arc<Wake>,
 }
 
-impl Inbox {
+impl TeamInbox {
     pub fn wake(&self) -> &Arc<Wake> {
         &self.wake
     }
 
-    pub fn put(&self, news: News) {
+    pub fn put(&self, news: TeamNews) {
         let mut all = locked(&self.news);
-        if all.len() < WAITING || !matches!(news, News::Told(..)) {
+        if all.len() < WAITING || !matches!(news, TeamNews::Told(..)) {
             all.push_back(news);
         }
         drop(all);
         self.wake.notify(1);
     }
 
-    pub fn take(&self) -> VecDeque<News> {
+    pub fn take(&self) -> VecDeque<TeamNews> {
         std::mem::take(&mut locked(&self.news))
     }
 }

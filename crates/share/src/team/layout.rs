@@ -15,7 +15,7 @@ pub struct Layout {
 
 /// A fact in a table, without its value.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Entry<'a> {
+pub(super) struct TableEntry<'a> {
     pub key: &'a str,
     pub time: u64,
     pub certainty: f64,
@@ -71,10 +71,10 @@ impl Layout {
     }
 
     /// The facts of a table.
-    pub(super) fn entries<'a>(&self, table: &'a [u8], items: usize) -> impl Iterator<Item = Entry<'a>> {
+    pub(super) fn entries<'a>(&self, table: &'a [u8], items: usize) -> impl Iterator<Item = TableEntry<'a>> {
         let Self { item, value, .. } = *self;
         let facts = table.get(self.descriptor.size..).unwrap_or_default();
-        facts.chunks_exact(item).take(items).map(move |bytes| Entry {
+        facts.chunks_exact(item).take(items).map(move |bytes| TableEntry {
             // The last field of the head.
             key: text(&bytes[offset_of!(FactHead, key)..value]),
             time: number(bytes, offset_of!(FactHead, time)),

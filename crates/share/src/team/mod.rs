@@ -27,25 +27,25 @@ use slate_runtime::configuration::SharedKnowledge;
 use slate_runtime::sharing::Site;
 
 use crate::peers::{Peers, locked};
-pub(crate) use inbox::{Inbox, News};
+pub(crate) use inbox::{TeamInbox, TeamNews};
 pub use layout::Layout;
 pub use member::{Known, Member};
 pub use number::robot_number;
 pub use saved::SavedKnowledge;
 pub use state::TeamState;
-use work::Work;
+use work::TeamWork;
 
 /// The topics that modules read, and what their ports are.
 pub(crate) type Topics = BTreeMap<String, Option<&'static Descriptor>>;
 
 /// The thread of an agent that takes part in a team.
 pub(crate) struct Team {
-    post: Arc<Post>,
+    post: Arc<TeamPost>,
     thread: Option<JoinHandle<()>>,
 }
 
 /// What the thread is told.
-struct Post {
+struct TeamPost {
     wake: Arc<Wake>,
     topics: Mutex<Option<Topics>>,
     ended: AtomicBool,
@@ -57,7 +57,7 @@ impl Team {
         site: &Site,
         knowledge: SharedKnowledge,
         peers: Arc<Peers>,
-        inbox: Arc<Inbox>,
+        inbox: Arc<TeamInbox>,
         random: u32,
     ) -> Result<Self, String> {
         let own = site.board.agent();
@@ -65,12 +65,12 @@ impl Team {
         for (name, endpoint) in &site.agents {
             peers.connect(name, endpoint).map_err(|error| error.to_string())?;
         }
-        let post = Arc::new(Post {
+        let post = Arc::new(TeamPost {
             wake: Arc::clone(inbox.wake()),
             topics: Mutex::default(),
             ended: AtomicBool::new(false),
         });
-        let mut work = Work::new(site, knowledge, peers, inbox, random);
+        let mut work = TeamWork::new(site, knowledge, peers, inbox, random);
         let mail = Arc::clone(&post);
         let thread = std::thread::Builder::new().name("knowledge".into()).spawn(move || work.run(&mail));
         let thread = Some(thread.map_err(|error| format!("a thread can't be started: {error}"))?);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::Board;
 use slate_runtime::sharing::is_topic;
 
-use super::shown::Shown;
+use super::shown::ShownFacts;
 use super::stating::Stating;
 use super::{Known, Layout, Member, Topics};
 
@@ -17,7 +17,7 @@ const UNUSED: usize = 64;
 pub(super) struct Showing {
     board: Arc<Board>,
     room: usize,
-    shown: BTreeMap<String, Shown>,
+    shown: BTreeMap<String, ShownFacts>,
     /// Why topics can't be shown.
     troubles: BTreeMap<String, String>,
 }
@@ -81,8 +81,9 @@ impl Showing {
     ) -> BTreeSet<String> {
         let stated = stating.iter().map(|stating| stating.topic.clone());
         let used: BTreeSet<String> = read.keys().cloned().chain(stated).collect();
-        let unused =
-            |shown: &BTreeMap<String, Shown>| shown.keys().filter(|topic| !used.contains(*topic)).count();
+        let unused = |shown: &BTreeMap<String, ShownFacts>| {
+            shown.keys().filter(|topic| !used.contains(*topic)).count()
+        };
         if unused(&self.shown) >= UNUSED {
             // An empty one makes room.
             self.shown.retain(|topic, _| used.contains(topic) || known.contains_key(topic.as_str()));
@@ -132,12 +133,12 @@ impl Showing {
             (Err(_), Some(_)) => return Ok(false),
             (layout, _) => layout?,
         };
-        let is_same = |shown: &Shown| shown.layout.descriptor().hash == layout.descriptor().hash;
+        let is_same = |shown: &ShownFacts| shown.layout.descriptor().hash == layout.descriptor().hash;
         if self.shown.get(topic).is_some_and(is_same) {
             return Ok(false);
         }
         let was_there = self.shown.remove(topic).is_some();
-        self.shown.insert(topic.to_owned(), Shown::new(&self.board, topic, layout, self.room)?);
+        self.shown.insert(topic.to_owned(), ShownFacts::new(&self.board, topic, layout, self.room)?);
         Ok(was_there)
     }
 }

@@ -19,7 +19,7 @@ use crate::schema::difference;
 const SCHEMAS: usize = 8;
 
 /// A topic on the board.
-pub(super) struct Shown {
+pub(super) struct ShownFacts {
     board: Arc<Board>,
     property: Arc<Property>,
     writer: Writer,
@@ -33,7 +33,7 @@ pub(super) struct Shown {
     unfit: BTreeSet<u64>,
 }
 
-impl Shown {
+impl ShownFacts {
     pub fn new(board: &Arc<Board>, topic: &str, layout: Layout, room: usize) -> Result<Self, String> {
         let store = Store { capacity: room, depth: 1, budget: Budget { latest: 16, queues: 1, window: 4 } };
         let doc = "What the team states about a topic.";
@@ -123,7 +123,7 @@ fn different(topic: &str, here: &Descriptor, there: Option<&Descriptor>, schema:
     format!("facts about `{topic}` don't fit and are only passed on: {what}")
 }
 
-impl Drop for Shown {
+impl Drop for ShownFacts {
     fn drop(&mut self) {
         let path = self.property.path();
         if self.board.get(path).is_some_and(|(found, _)| Arc::ptr_eq(&found, &self.property)) {

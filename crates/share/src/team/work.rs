@@ -14,7 +14,7 @@ use slate_runtime::sharing::{RemotePath, SharingHost, Site, Standing, TEAM};
 
 use super::showing::Showing;
 use super::stating::Stating;
-use super::{Inbox, Member, News, Post, SavedKnowledge, TeamState, Topics};
+use super::{Member, SavedKnowledge, TeamInbox, TeamNews, TeamPost, TeamState, Topics};
 use crate::peers::{Clock, Peers, locked};
 
 /// From one time that what is known is saved to the next, nanoseconds.
@@ -23,10 +23,10 @@ const SAVING: u64 = 10_000_000_000;
 /// From one time that topics are shown to the next at least, nanoseconds.
 const SHOWING: u64 = 20_000_000;
 
-pub(super) struct Work {
+pub(super) struct TeamWork {
     member: Member,
     peers: Arc<Peers>,
-    inbox: Arc<Inbox>,
+    inbox: Arc<TeamInbox>,
     host: SharingHost,
     board: Arc<Board>,
     /// The time that values carry, and a steady one.
@@ -47,12 +47,12 @@ pub(super) struct Work {
     logged: Vec<String>,
 }
 
-impl Work {
+impl TeamWork {
     pub fn new(
         site: &Site,
         knowledge: SharedKnowledge,
         peers: Arc<Peers>,
-        inbox: Arc<Inbox>,
+        inbox: Arc<TeamInbox>,
         random: u32,
     ) -> Self {
         let own = site.board.agent();
@@ -92,7 +92,7 @@ impl Work {
         }
     }
 
-    pub fn run(&mut self, post: &Post) {
+    pub fn run(&mut self, post: &TeamPost) {
         let mut next = 0;
         // What was restored is shown at once.
         let (mut changed, mut shows_at) = (true, 0);
@@ -135,15 +135,15 @@ impl Work {
         self.save(u64::MAX);
     }
 
-    fn take(&mut self, news: News) {
+    fn take(&mut self, news: TeamNews) {
         match news {
-            News::Connected(agent) => {
+            TeamNews::Connected(agent) => {
                 if let Err(trouble) = self.member.meet(&agent) {
                     self.log(Level::Error, &trouble, &trouble);
                 }
             }
-            News::Disconnected(agent) => self.member.part(&agent),
-            News::Told(agent, message) => {
+            TeamNews::Disconnected(agent) => self.member.part(&agent),
+            TeamNews::Told(agent, message) => {
                 self.state.received += 1;
                 if let Err(error) = self.member.hear(&agent, &message) {
                     self.state.refused += 1;

@@ -8,7 +8,7 @@ use slate_blackboard::message::{Answer as Reply, Mailbox};
 use slate_blackboard::{Access, Store};
 use slate_module::interface;
 use slate_share::peers::{PeerError, Status, Want};
-use slate_share::session::{Answer, Compression, Options};
+use slate_share::session::{Compression, DeliveryStatus, Options};
 
 use crate::agents::{Agent, Blob, Folder, Number, add, clock, output, wait_for, write};
 
@@ -203,24 +203,24 @@ fn a_message_to_another_agent_is_answered() {
     };
     let hash = Number::DESCRIPTOR.hash;
     let (first, second) = (send("drive/commands", hash, 1), send("drive/commands", hash, 2));
-    assert_eq!(first.recv_timeout(limit), Ok(Answer::Accepted));
-    assert_eq!(second.recv_timeout(limit), Ok(Answer::Accepted));
+    assert_eq!(first.recv_timeout(limit), Ok(DeliveryStatus::Accepted));
+    assert_eq!(second.recv_timeout(limit), Ok(DeliveryStatus::Accepted));
     let third = send("drive/commands", hash, 3);
-    assert_eq!(third.recv_timeout(limit), Ok(Answer::Full));
+    assert_eq!(third.recv_timeout(limit), Ok(DeliveryStatus::Full));
     assert_eq!(receiver.collect(), 2);
     let values: Vec<_> = receiver.messages().map(|message| message.bytes()[0]).collect();
     assert_eq!(values, [1, 2]);
     receiver.answer(0, Reply::Done);
     receiver.answer(1, Reply::Refused(5));
     receiver.release();
-    assert_eq!(first.recv_timeout(limit), Ok(Answer::Done));
-    assert_eq!(second.recv_timeout(limit), Ok(Answer::Refused(5)));
-    assert_eq!(send("drive/commands", hash + 1, 1).recv_timeout(limit), Ok(Answer::NoMailbox));
-    assert_eq!(send("drive/nothing", hash, 1).recv_timeout(limit), Ok(Answer::NoMailbox));
+    assert_eq!(first.recv_timeout(limit), Ok(DeliveryStatus::Done));
+    assert_eq!(second.recv_timeout(limit), Ok(DeliveryStatus::Refused(5)));
+    assert_eq!(send("drive/commands", hash + 1, 1).recv_timeout(limit), Ok(DeliveryStatus::NoMailbox));
+    assert_eq!(send("drive/nothing", hash, 1).recv_timeout(limit), Ok(DeliveryStatus::NoMailbox));
     let fourth = send("drive/commands", hash, 4);
-    assert_eq!(fourth.recv_timeout(limit), Ok(Answer::Accepted));
+    assert_eq!(fourth.recv_timeout(limit), Ok(DeliveryStatus::Accepted));
     drop(base);
-    assert_eq!(fourth.recv_timeout(limit), Ok(Answer::Vanished));
+    assert_eq!(fourth.recv_timeout(limit), Ok(DeliveryStatus::Vanished));
 }
 
 #[test]

@@ -12,7 +12,7 @@ pub(super) struct TargetField {
     pub field: String,
 }
 
-/// What a link reads, as messages call it.
+/// The name of the target of a link in messages.
 pub(super) fn target_name(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -26,7 +26,7 @@ pub(super) fn target_name(
     }
 }
 
-/// What a link fills, as messages call it.
+/// The name of the port of a link in messages.
 pub(super) fn sink_name(survey: &Survey<'_>, sink: &LinkSink) -> String {
     let module = &survey.modules[sink.module].module.name.value;
     join(&format!("{module}/{}", wire_name(survey, sink.module, sink.wire)), &sink.field)

@@ -1,4 +1,4 @@
-//! Whether both ends of a link fit, and how values become what the port takes.
+//! Checks that both ends of a link fit, and finds the conversion of its values.
 
 use std::sync::Arc;
 
@@ -144,7 +144,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             LinkTarget::Port(module, port) => {
                 self.survey.modules[module].description.ports[port].direction == Direction::Inbox
             }
-            // What it is there is known when it is.
+            // Its kind is not known yet.
             LinkTarget::Absent(_) | LinkTarget::Remote(_) => self.direction == Direction::Outbox,
             LinkTarget::Played(played) => self.survey.played[played].is_mailbox,
             LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => false,
@@ -192,7 +192,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         self.refuse(roles(&self.to, own, &self.name, other), help)
     }
 
-    /// What the link lets through, if that is not everything.
+    /// The filter of the link, if it has one.
     fn filter(&self) -> Result<Option<Filter>, Complaint> {
         filter(self.link, self.interface.unwrap_or(self.own)).map_err(|NoField { message, help }| {
             let span = self.link.filter.when.as_ref().map_or(self.span, |when| when.span);
@@ -317,7 +317,7 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 }
 
-/// What is said of a link that only values have. (Messages have `previous` too: it sends them for the next cycle.)
+/// The first option of a link that is only for values. (Messages have `previous`, too: it sends them for the next cycle.)
 fn of_values(link: &Link) -> Option<(&'static str, Span)> {
     let Link { filter, transport, .. } = link;
     let said = [
@@ -332,7 +332,7 @@ fn of_values(link: &Link) -> Option<(&'static str, Span)> {
     said.into_iter().find_map(|(name, said)| Some((name, said?)))
 }
 
-/// What a link lets through, if that is not everything.
+/// The filter of a link, if it has one.
 fn filter(link: &Link, descriptor: &'static Descriptor) -> Result<Option<Filter>, NoField> {
     let every = link.filter.every.as_ref().map(|every| every.value).filter(|every| *every > 1);
     let when = link.filter.when.as_ref().map(|when| when.value.as_str());

@@ -1,4 +1,4 @@
-//! Links to other agents: what is there is known only when they are, so what does not fit waits, and is no mistake.
+//! Links to other agents. What is wrong at the other end makes a link wait, as that end may change.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -20,7 +20,7 @@ pub(super) fn agent(configuration: &Configuration, link: &Link) -> Option<String
     path(configuration, link).map(|path| path.agent)
 }
 
-/// What a link of another agent leads to.
+/// The target of a link in another agent.
 pub fn path(configuration: &Configuration, link: &Link) -> Option<RemotePath> {
     let ends = [Some(link.from.value.clone()), link.destination()];
     ends.into_iter().flatten().find_map(|url| {
@@ -43,7 +43,7 @@ pub fn elsewhere(configuration: &Configuration, link: &Link) -> Option<Misfit> {
     })
 }
 
-/// What links lead to of other agents.
+/// The targets of links in other agents.
 pub(super) fn all(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Remote> {
     if !catalogue.shares {
         return Vec::new();
@@ -68,7 +68,7 @@ impl Remote {
     }
 }
 
-/// What becomes of a link; what of it does not fit what is there makes it wait.
+/// Resolves a link; one that does not fit the other end waits.
 pub(super) fn joint<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -87,7 +87,7 @@ struct RemoteLink<'a, 's> {
     link: &'a Link,
     /// The port of this agent.
     sink: &'s LinkSink,
-    /// What it leads to; an index of [`Survey::remote`].
+    /// Its target; an index of [`Survey::remote`].
     index: usize,
 }
 
@@ -154,11 +154,11 @@ impl<'a, 's> RemoteLink<'a, 's> {
             Direction::Queue if !is_known => (None, None),
             Direction::Outbox => {
                 let joint = self.fitted("", complaints);
-                // What it sends stays here when it is to go in another way.
+                // Messages are not sent by another carrier than the one that is meant.
                 if elsewhere.is_some() { (None, joint.and(elsewhere)) } else { (joint, None) }
             }
             _ if elsewhere.is_some() && self.waiting().is_some() => (self.waiting(), elsewhere),
-            // What is wrong at this end is a mistake whatever is at the other one.
+            // A mistake at this end is reported, whatever is at the other one.
             _ if !is_known || self.waiting().is_none() => {
                 (self.fitted("", complaints).and_then(|_| self.waiting()), None)
             }
@@ -166,7 +166,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         }
     }
 
-    /// What becomes of a link to a property that is there.
+    /// Resolves a link to a property that is there.
     fn known(
         &self,
         direction: Direction,

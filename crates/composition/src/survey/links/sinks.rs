@@ -44,7 +44,7 @@ pub(super) fn sink<'a>(
     }
     let Some((module, rest)) = split_module(modules, to) else {
         if owner(dormant, to).is_some() {
-            // What it is there is known when it is: an outbox here says that it is an inbox.
+            // Its kind is known once its module is loaded; an outbox here means an inbox there.
             return outbox(survey, link).ok();
         }
         let help = suggest(to, modules.iter().map(|surveyed| surveyed.module.name.value.as_str()));

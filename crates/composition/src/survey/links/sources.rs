@@ -1,4 +1,4 @@
-//! What a link leads to, through the links of what it leads to.
+//! The target of a link, through the links of other inputs.
 
 use std::collections::BTreeMap;
 
@@ -60,7 +60,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         &self.survey.modules
     }
 
-    /// What becomes of a link; nothing after a complaint.
+    /// Resolves a link; nothing after a complaint.
     pub fn joint(&mut self, link: usize) -> Option<Joint<'a>> {
         if let JointState::Joint(joint) = &self.found[link] {
             return joint.clone();
@@ -110,7 +110,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         fit::fit(self.configuration, self.survey, &self.absent, link, sink, source, self.complaints)
     }
 
-    /// Whether nothing is said of a link inside of this agent that is for others.
+    /// Whether a link inside of this agent has no options of links to other agents.
     fn is_own(&mut self, link: &Link, far: &Url) -> bool {
         let transport = &link.transport;
         let said = [
@@ -128,7 +128,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         said.iter().all(Option::is_none)
     }
 
-    /// What a path leads to; nothing after a complaint.
+    /// Resolves a path; nothing after a complaint.
     fn source(&mut self, span: Span, path: &str) -> Option<TargetField> {
         if let Some(source) = self.actuator(path).or_else(|| self.played(path)) {
             return Some(source);
@@ -162,7 +162,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.port(span, path, (module, at), field)
     }
 
-    /// What a path leads to that begins with the name of no module that is loaded.
+    /// Resolves a path that begins with the name of no loaded module.
     fn of_no_module(&mut self, span: Span, path: &str) -> Option<TargetField> {
         if let Some(module) = owner(self.dormant, path) {
             return Some(self.absent(module, path));
@@ -181,7 +181,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         None
     }
 
-    /// What a path to a port of a module leads to.
+    /// Resolves a path to a port of a module.
     fn port(
         &mut self,
         span: Span,
@@ -276,7 +276,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         })
     }
 
-    /// What is played at a path, or at the beginning of one that leads to a field.
+    /// The played property at a path, or at the beginning of one that leads to a field.
     fn played(&self, path: &str) -> Option<TargetField> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
@@ -285,7 +285,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     }
 
     fn absent(&mut self, module: &str, path: &str) -> TargetField {
-        // What of it is a field is known when the module is there, and then it is linked anew.
+        // The field is known once the module is loaded, and then the port is linked anew.
         let absent = Absent { path: path.into(), module: module.into() };
         let known = self.absent.iter().position(|other| *other == absent);
         let index = known.unwrap_or_else(|| {

@@ -2,11 +2,11 @@
 
 use slate_blackboard::interface::Descriptor;
 
-/// What fits.
+/// Help: the rule of links.
 pub(super) const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
                     numbers to a smaller unit, and interfaces with such fields of the same names";
 
-/// That both ends carry other interfaces.
+/// Message: both ends carry different interfaces.
 pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descriptor) -> String {
     if own.name == other.name {
         format!(
@@ -18,7 +18,7 @@ pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descript
     }
 }
 
-/// Why two ports can't be attached, in terms of blocks.
+/// Message: two ports can't be attached, in terms of blocks.
 pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
     let what = match other {
         "percept" => "what a Monitor tells".to_owned(),

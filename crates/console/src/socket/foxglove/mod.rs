@@ -23,7 +23,7 @@ use tokio::time::Instant;
 
 use super::{Listener, Said, Sink, Visitor, hand, ping, say};
 use channels::{Channels, Form};
-use request::{Call, Request};
+use request::{Call, FoxgloveRequest};
 use slate_control::{Caller, Context, Watcher, apart};
 use transforms::Transforms;
 
@@ -196,25 +196,25 @@ impl Session {
     /// Does what a client asks.
     fn take(&mut self, said: Said) -> Vec<Out> {
         let request = match &said {
-            Said::Text(text) => Request::parse(text),
-            Said::Binary(bytes) => Request::parse_bytes(bytes),
+            Said::Text(text) => FoxgloveRequest::parse(text),
+            Said::Binary(bytes) => FoxgloveRequest::parse_bytes(bytes),
         };
         let done = request.and_then(|request| self.make(request));
         done.unwrap_or_else(|reason| vec![status(1, &reason, None)])
     }
 
-    fn make(&mut self, request: Request) -> Result<Vec<Out>, String> {
+    fn make(&mut self, request: FoxgloveRequest) -> Result<Vec<Out>, String> {
         match request {
-            Request::Subscribe(pairs) => {
+            FoxgloveRequest::Subscribe(pairs) => {
                 pairs.into_iter().try_for_each(|(id, channel)| self.subscribe(id, channel))?
             }
-            Request::Unsubscribe(ids) => {
+            FoxgloveRequest::Unsubscribe(ids) => {
                 for id in ids {
                     self.subscriptions.remove(&id);
                     self.transforms.remove(&id);
                 }
             }
-            Request::Advertise(channels) => {
+            FoxgloveRequest::Advertise(channels) => {
                 for (id, channel) in channels {
                     if self.published.len() >= MOST {
                         return Err(format!("a client publishes at most {MOST} channels"));
@@ -222,7 +222,7 @@ impl Session {
                     self.published.insert(id, self.publishing(channel)?);
                 }
             }
-            Request::Unadvertise(ids) => {
+            FoxgloveRequest::Unadvertise(ids) => {
                 for id in ids {
                     if let Some(channel) = self.published.remove(&id) {
                         // With it goes what it drives.
@@ -230,18 +230,22 @@ impl Session {
                     }
                 }
             }
-            Request::Message { channel, payload } => self.publish(channel, &payload)?,
-            Request::GetParameters { names, id } => return Ok(vec![self.parameters(&names, id.as_deref())]),
-            Request::SetParameters { values, id } => return Ok(self.set_parameters(&values, id.as_deref())),
-            Request::WatchParameters(names) => self.watch_parameters(&names),
-            Request::UnwatchParameters(names) => {
+            FoxgloveRequest::Message { channel, payload } => self.publish(channel, &payload)?,
+            FoxgloveRequest::GetParameters { names, id } => {
+                return Ok(vec![self.parameters(&names, id.as_deref())]);
+            }
+            FoxgloveRequest::SetParameters { values, id } => {
+                return Ok(self.set_parameters(&values, id.as_deref()));
+            }
+            FoxgloveRequest::WatchParameters(names) => self.watch_parameters(&names),
+            FoxgloveRequest::UnwatchParameters(names) => {
                 names.iter().for_each(|name| drop(self.watched.remove(name)))
             }
-            Request::Graph(wanted) => {
+            FoxgloveRequest::Graph(wanted) => {
                 (self.wants_graph, self.graph) = (wanted, None);
                 return Ok(self.graph_changed());
             }
-            Request::Call(call) => return Ok(vec![self.call(&call)]),
+            FoxgloveRequest::Call(call) => return Ok(vec![self.call(&call)]),
         }
         Ok(Vec::new())
     }

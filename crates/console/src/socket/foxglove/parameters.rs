@@ -36,7 +36,8 @@ impl Session {
         let mut out = Vec::new();
         for (name, value) in values {
             let path = name.trim_start_matches('/');
-            if let Err(problem) = operations::put_value(&self.context, &self.caller, path, value) {
+            let set = operations::carry_out(&self.context, &self.caller, "write", path, value.clone());
+            if let Err(problem) = set {
                 out.push(status(2, &format!("{name} is not set: {problem}"), None));
             }
         }

@@ -62,19 +62,16 @@ impl Session {
         };
         let body: Json =
             serde_json::from_slice(payload).map_err(|error| format!("a message is no JSON: {error}"))?;
-        let done = match to {
-            Channel::Setting(path) => {
-                operations::put_value(&self.context, &self.caller, path, &body).map(drop)
-            }
-            Channel::Mailbox(path) => {
-                operations::send_value(&self.context, &self.caller, path, &body).map(drop)
-            }
+        let (name, path) = match to {
+            Channel::Setting(path) => ("write", path),
+            Channel::Mailbox(path) => ("send", path),
             Channel::Actuator(name) => {
                 let name = name.clone();
                 return self.drive(&name, &body);
             }
         };
-        done.map_err(|problem| problem.to_string())
+        let done = operations::carry_out(&self.context, &self.caller, name, path, body);
+        done.map(drop).map_err(|problem| problem.to_string())
     }
 
     /// A command of a person, which holds as long as any of teleoperation does.

@@ -5,7 +5,7 @@ use serde_json::Value as Json;
 
 /// What a client asks for.
 #[derive(Debug)]
-pub(super) enum Request {
+pub(super) enum FoxgloveRequest {
     /// Its numbers, each with that of a channel.
     Subscribe(Vec<(u32, u32)>),
     Unsubscribe(Vec<u32>),
@@ -47,13 +47,13 @@ pub(super) struct Call {
 
 #[derive(Deserialize)]
 #[serde(tag = "op", rename_all = "camelCase", rename_all_fields = "camelCase")]
-enum Text {
-    Subscribe { subscriptions: Vec<Pair> },
+enum RequestText {
+    Subscribe { subscriptions: Vec<SubscriptionPair> },
     Unsubscribe { subscription_ids: Vec<u32> },
-    Advertise { channels: Vec<Channel> },
+    Advertise { channels: Vec<ClientChannel> },
     Unadvertise { channel_ids: Vec<u32> },
     GetParameters { parameter_names: Vec<String>, id: Option<String> },
-    SetParameters { parameters: Vec<Parameter>, id: Option<String> },
+    SetParameters { parameters: Vec<ClientParameter>, id: Option<String> },
     SubscribeParameterUpdates { parameter_names: Vec<String> },
     UnsubscribeParameterUpdates { parameter_names: Vec<String> },
     SubscribeConnectionGraph,
@@ -62,56 +62,62 @@ enum Text {
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Pair {
+struct SubscriptionPair {
     id: u32,
     channel_id: u32,
 }
 
 #[derive(Deserialize)]
-struct Channel {
+struct ClientChannel {
     id: u32,
     topic: String,
     encoding: String,
 }
 
 #[derive(Deserialize)]
-struct Parameter {
+struct ClientParameter {
     name: String,
     #[serde(default)]
     value: Json,
 }
 
-impl Request {
+impl FoxgloveRequest {
     pub fn parse(text: &str) -> Result<Self, String> {
-        let text: Text =
+        let text: RequestText =
             serde_json::from_str(text).map_err(|error| format!("this can't be understood: {error}"))?;
         Ok(match text {
-            Text::Subscribe { subscriptions } => {
+            RequestText::Subscribe { subscriptions } => {
                 Self::Subscribe(subscriptions.into_iter().map(|pair| (pair.id, pair.channel_id)).collect())
             }
-            Text::Unsubscribe { subscription_ids } => Self::Unsubscribe(subscription_ids),
-            Text::Advertise { channels } => {
-                let one = |channel: Channel| {
+            RequestText::Unsubscribe { subscription_ids } => Self::Unsubscribe(subscription_ids),
+            RequestText::Advertise { channels } => {
+                let one = |channel: ClientChannel| {
                     (channel.id, Advertised { topic: channel.topic, encoding: channel.encoding })
                 };
                 Self::Advertise(channels.into_iter().map(one).collect())
             }
-            Text::Unadvertise { channel_ids } => Self::Unadvertise(channel_ids),
-            Text::GetParameters { parameter_names, id } => Self::GetParameters { names: parameter_names, id },
-            Text::SetParameters { parameters, id } => {
+            RequestText::Unadvertise { channel_ids } => Self::Unadvertise(channel_ids),
+            RequestText::GetParameters { parameter_names, id } => {
+                Self::GetParameters { names: parameter_names, id }
+            }
+            RequestText::SetParameters { parameters, id } => {
                 let values =
                     parameters.into_iter().map(|parameter| (parameter.name, parameter.value)).collect();
                 Self::SetParameters { values, id }
             }
-            Text::SubscribeParameterUpdates { parameter_names } => Self::WatchParameters(parameter_names),
-            Text::UnsubscribeParameterUpdates { parameter_names } => Self::UnwatchParameters(parameter_names),
-            Text::SubscribeConnectionGraph => Self::Graph(true),
-            Text::UnsubscribeConnectionGraph => Self::Graph(false),
+            RequestText::SubscribeParameterUpdates { parameter_names } => {
+                Self::WatchParameters(parameter_names)
+            }
+            RequestText::UnsubscribeParameterUpdates { parameter_names } => {
+                Self::UnwatchParameters(parameter_names)
+            }
+            RequestText::SubscribeConnectionGraph => Self::Graph(true),
+            RequestText::UnsubscribeConnectionGraph => Self::Graph(false),
         })
     }
 
     pub fn parse_bytes(bytes: &[u8]) -> Result<Self, String> {
-        let mut reader = Reader(bytes);
+        let mut reader = ByteReader(bytes);
         match reader.byte() {
             Some(1) => {
                 let channel = reader.number();
@@ -125,9 +131,9 @@ impl Request {
     }
 }
 
-struct Reader<'b>(&'b [u8]);
+struct ByteReader<'b>(&'b [u8]);
 
-impl Reader<'_> {
+impl ByteReader<'_> {
     fn byte(&mut self) -> Option<u8> {
         let (first, rest) = self.0.split_first()?;
         self.0 = rest;
@@ -161,8 +167,8 @@ mod tests {
         fn any_bytes_are_read_or_refused(bytes in proptest::collection::vec(any::<u8>(), 0..40), kind in 0u8..4) {
             let mut message = vec![kind];
             message.extend(&bytes);
-            let _ = Request::parse_bytes(&message);
-            let _ = Request::parse(&String::from_utf8_lossy(&bytes));
+            let _ = FoxgloveRequest::parse_bytes(&message);
+            let _ = FoxgloveRequest::parse(&String::from_utf8_lossy(&bytes));
         }
 
         /// A call is what was packed.
@@ -174,7 +180,7 @@ mod tests {
             bytes.extend((encoding.len() as u32).to_le_bytes());
             bytes.extend(encoding.as_bytes());
             bytes.extend(&payload);
-            let Ok(Request::Call(call)) = Request::parse_bytes(&bytes) else { panic!("no call") };
+            let Ok(FoxgloveRequest::Call(call)) = FoxgloveRequest::parse_bytes(&bytes) else { panic!("no call") };
             prop_assert_eq!((call.service, call.id, call.encoding, call.payload), (service, id, encoding, payload));
         }
     }

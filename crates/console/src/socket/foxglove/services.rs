@@ -56,7 +56,7 @@ pub(super) fn call(context: &Arc<Context>, caller: &Caller, call: &Call) -> Resu
         "reset" => Json::Null,
         _ => json!({ "actuator": text("actuator") }),
     };
-    carry_out(context, caller, name, body)
+    carry_out(context, caller, name, "", body)
         .map(|_| json!({ "done": name }))
         .map_err(|problem| problem.detail().to_owned())
 }

@@ -31,10 +31,10 @@ pub(super) fn is_transform(property: &Property) -> bool {
 pub(super) struct Transforms {
     is_fixed: bool,
     frames: Frames,
-    watchers: Vec<Source>,
+    watchers: Vec<TransformSource>,
 }
 
-struct Source {
+struct TransformSource {
     topic: String,
     is_transform: bool,
     watcher: Watcher,
@@ -52,7 +52,7 @@ impl Transforms {
             properties.iter().filter(|own| is_transform(own)).map(|own| (format!("/{}", own.path()), true));
         let source = |(topic, is_transform): (String, bool)| {
             let watcher = Watcher::new(context, topic.trim_start_matches('/'), 0).ok()?;
-            Some(Source { topic, is_transform, watcher })
+            Some(TransformSource { topic, is_transform, watcher })
         };
         let watchers = places.chain(told).filter_map(source).collect();
         Self { is_fixed, frames, watchers }
@@ -77,7 +77,9 @@ impl Transforms {
             }
             samples.sort_by_key(|(_, sample)| sample.stamp.time);
             for (place, sample) in samples {
-                let Some(Source { topic, is_transform, .. }) = self.watchers.get(place) else { continue };
+                let Some(TransformSource { topic, is_transform, .. }) = self.watchers.get(place) else {
+                    continue;
+                };
                 time = sample.stamp.time;
                 let value = Value::Json(sample.json());
                 if *is_transform {

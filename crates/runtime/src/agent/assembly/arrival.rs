@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use slate_module::Level;
 
-use super::{Assembly, Present};
-use crate::agent::build::{GroundMark, build};
+use super::{Assembly, LoadedModule};
+use crate::agent::build::{ResourceMark, build};
 use crate::configuration::{Configuration, Report};
 use crate::main_loop::{Seat, Shared};
 use slate_composition::{RESERVED, Survey};
@@ -20,7 +20,7 @@ pub(in crate::agent) struct Arrivals {
     /// Those that took over a state, or why it did not fit.
     pub restored: BTreeMap<String, Result<(), String>>,
     /// What was there before them.
-    before: GroundMark,
+    before: ResourceMark,
 }
 
 impl Assembly {
@@ -34,11 +34,11 @@ impl Assembly {
     ) -> Result<Arrivals, Report> {
         let name = |index: &usize| survey.modules[*index].module.name.value.as_str();
         let arriving: Vec<usize> =
-            (0..survey.modules.len()).filter(|index| !self.present.contains_key(name(index))).collect();
-        let before = self.ground.mark();
-        let built = build(configuration, survey, &mut self.ground, &arriving);
+            (0..survey.modules.len()).filter(|index| !self.modules.contains_key(name(index))).collect();
+        let before = self.resources.mark();
+        let built = build(configuration, survey, &mut self.resources, &arriving);
         let mut runners = built.map_err(|diagnostics| {
-            self.ground.undo(&before, arriving.iter().map(name));
+            self.resources.undo(&before, arriving.iter().map(name));
             Report::from(diagnostics)
         })?;
         let mut restored = BTreeMap::new();
@@ -49,15 +49,15 @@ impl Assembly {
         for (index, runner) in arriving.iter().zip(runners) {
             let surveyed = &survey.modules[*index];
             let isolation = runner.supervised.as_ref().map(|supervised| Arc::clone(&supervised.isolation));
-            let present = Present {
+            let loaded = LoadedModule {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
                 description: surveyed.description.clone(),
-                own_thread: self.ground.has_own_thread(surveyed),
+                own_thread: self.resources.has_own_thread(surveyed),
                 isolation,
                 leads: survey.leads(configuration, *index),
             };
-            self.present.insert(name(index).to_owned(), present);
+            self.modules.insert(name(index).to_owned(), loaded);
         }
         Ok(Arrivals {
             names: arriving.iter().map(|index| name(index).to_owned()).collect(),
@@ -67,19 +67,19 @@ impl Assembly {
     }
 
     /// Takes the modules out that a survey does not have.
-    pub fn take_leaving(&mut self, survey: &Survey<'_>) -> BTreeMap<String, Present> {
+    pub fn take_leaving(&mut self, survey: &Survey<'_>) -> BTreeMap<String, LoadedModule> {
         let stays: BTreeSet<&str> =
             survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str()).collect();
-        let (staying, leaving) = std::mem::take(&mut self.present)
+        let (staying, leaving) = std::mem::take(&mut self.modules)
             .into_iter()
             .partition(|(name, _)| stays.contains(name.as_str()));
-        self.present = staying;
+        self.modules = staying;
         leaving
     }
 
     /// Arms the actuators that came; a stop that is still latched keeps them disarmed.
     pub fn arm(&self, arrivals: &Arrivals) {
-        let actuators = self.ground.actuators.values();
+        let actuators = self.resources.actuators.values();
         actuators.filter(|actuator| !arrivals.before.has_actuator(actuator.name())).for_each(|actuator| {
             actuator.arm();
         });
@@ -88,10 +88,10 @@ impl Assembly {
     /// Starts the threads of modules that came to an agent that runs.
     pub fn start_arrived(&self, arrivals: &Arrivals, shared: &Arc<Shared>) {
         for name in &arrivals.names {
-            let present = &self.present[name];
-            if present.own_thread
+            let loaded = &self.modules[name];
+            if loaded.own_thread
                 && shared.run.is_running()
-                && let Err(error) = shared.threads().start(shared, &present.seat)
+                && let Err(error) = shared.threads().start(shared, &loaded.seat)
             {
                 let text = format!("the thread of {name} can't be started: {error}");
                 shared.logger.log(shared.clock.now(), Level::Error, &text);
@@ -102,13 +102,13 @@ impl Assembly {
     /// Ends modules that were taken out; returns their states, if these are to be kept.
     pub fn dispose(
         &mut self,
-        leaving: BTreeMap<String, Present>,
+        leaving: BTreeMap<String, LoadedModule>,
         shared: &Shared,
         keep: bool,
     ) -> ModuleStates {
-        let ended = leaving.into_iter().map(|(name, present)| {
-            self.last_known.insert(name.clone(), present.description.clone());
-            let state = present.dispose(&name, &mut self.ground, shared, keep);
+        let ended = leaving.into_iter().map(|(name, loaded)| {
+            self.last_known.insert(name.clone(), loaded.description.clone());
+            let state = loaded.dispose(&name, &mut self.resources, shared, keep);
             (name, state)
         });
         ended.collect()
@@ -117,16 +117,16 @@ impl Assembly {
     /// Takes the properties of modules that have left off the board, but for those that others read.
     pub fn forget(&mut self, absent: &BTreeSet<&str>, left: &BTreeMap<String, Result<Vec<u8>, String>>) {
         for name in left.keys() {
-            for path in self.ground.paths() {
+            for path in self.resources.paths() {
                 let own = path.strip_prefix(name.as_str()).and_then(|rest| rest.strip_prefix('/'));
-                let is_of_another = self.present.keys().any(|other| path.starts_with(&format!("{other}/")));
+                let is_of_another = self.modules.keys().any(|other| path.starts_with(&format!("{other}/")));
                 if own.is_none() || is_of_another || absent.contains(path.as_str()) {
                     continue;
                 }
                 // The state of a module that has left says so.
                 if own != Some(RESERVED[2]) {
                     // Nobody else takes it off.
-                    let _ = self.ground.board.remove(&path);
+                    let _ = self.resources.board.remove(&path);
                 }
             }
         }

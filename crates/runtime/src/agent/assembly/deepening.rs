@@ -19,10 +19,10 @@ impl Assembly {
         survey: &Survey<'_>,
         shared: &Shared,
     ) -> Result<(), String> {
-        for (name, outputs) in deepening(configuration, survey, &mut self.ground) {
+        for (name, outputs) in deepening(configuration, survey, &mut self.resources) {
             // Who is not there yet finds it when it comes.
-            let Some(present) = self.present.get(&name) else { continue };
-            let seat = Arc::clone(&present.seat);
+            let Some(loaded) = self.modules.get(&name) else { continue };
+            let seat = Arc::clone(&loaded.seat);
             let work = move || {
                 // SAFETY: the seat is idle and belongs to the loop, or it is claimed.
                 let runner = unsafe { seat.runner() };
@@ -35,8 +35,8 @@ impl Assembly {
                 }
                 Some(())
             };
-            let seats = [Arc::clone(&present.seat)];
-            shared.with_seats(&seats, present.own_thread, work).ok_or(name)?;
+            let seats = [Arc::clone(&loaded.seat)];
+            shared.with_seats(&seats, loaded.own_thread, work).ok_or(name)?;
         }
         Ok(())
     }

@@ -2,8 +2,8 @@
 
 mod arrival;
 mod deepening;
+mod module;
 mod owners;
-mod present;
 mod relinking;
 mod unlinked;
 
@@ -12,13 +12,13 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 
-use super::build::{Ground, Made, rewire};
+use super::build::{HostResources, Made, rewire};
 use crate::configuration::{Configuration, Diagnostic};
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, Shared};
 pub(super) use arrival::ModuleStates;
+pub(super) use module::LoadedModule;
 use owners::LoopOwners;
-pub(super) use present::Present;
 pub(super) use relinking::Relinking;
 use slate_composition::{Catalogue, Misfit, Survey, Wire};
 use slate_module::Description;
@@ -26,9 +26,9 @@ pub(super) use unlinked::Unlinked;
 
 /// What is made of a composition: its modules, and how they are linked.
 pub(super) struct Assembly {
-    pub ground: Ground,
+    pub resources: HostResources,
     /// By name.
-    pub present: BTreeMap<String, Present>,
+    pub modules: BTreeMap<String, LoadedModule>,
     /// The modules that read a path.
     pub listeners: BTreeMap<String, BTreeSet<String>>,
     /// The links that don't fit what other agents have, as of the last survey.
@@ -40,10 +40,10 @@ pub(super) struct Assembly {
 
 impl Assembly {
     /// Of no module yet.
-    pub fn new(ground: Ground) -> Self {
+    pub fn new(resources: HostResources) -> Self {
         Self {
-            ground,
-            present: BTreeMap::new(),
+            resources,
+            modules: BTreeMap::new(),
             listeners: BTreeMap::new(),
             misfits: BTreeMap::new(),
             last_known: BTreeMap::new(),
@@ -56,9 +56,9 @@ impl Assembly {
         let on_loop = |level: &Vec<usize>| {
             let names = level.iter().map(|index| survey.modules[*index].module.name.value.as_str());
             names
-                .map(|name| &self.present[name])
-                .filter(|present| !present.own_thread || present.seat.is_kicked())
-                .map(|present| Arc::clone(&present.seat))
+                .map(|name| &self.modules[name])
+                .filter(|loaded| !loaded.own_thread || loaded.seat.is_kicked())
+                .map(|loaded| Arc::clone(&loaded.seat))
                 .collect()
         };
         survey.order.iter().map(|levels| levels.iter().map(on_loop).collect()).collect()
@@ -66,8 +66,8 @@ impl Assembly {
 
     /// The modules that have threads of their own.
     fn threaded(&self) -> Vec<Arc<Seat>> {
-        let threaded = self.present.values().filter(|present| present.own_thread);
-        threaded.map(|present| Arc::clone(&present.seat)).collect()
+        let threaded = self.modules.values().filter(|loaded| loaded.own_thread);
+        threaded.map(|loaded| Arc::clone(&loaded.seat)).collect()
     }
 
     /// Starts the threads of modules that have their own.
@@ -78,10 +78,10 @@ impl Assembly {
 
     /// Has the loop run those stages from its next cycle on, with the threads and actuators that there are.
     pub fn compose(&mut self, stages: Vec<Levels>, shared: &Arc<Shared>) {
-        self.ground.means.actuators.set(self.ground.actuators.clone());
-        shared.compose(stages, self.threaded(), self.ground.actuators.values().cloned().collect());
-        let Self { owners, present, ground, .. } = self;
-        owners.connect(present, &ground.means, shared);
+        self.resources.means.actuators.set(self.resources.actuators.clone());
+        shared.compose(stages, self.threaded(), self.resources.actuators.values().cloned().collect());
+        let Self { owners, modules, resources, .. } = self;
+        owners.connect(modules, &resources.means, shared);
     }
 
     /// As [`compose`](Assembly::compose), between two cycles and with what else is done then; nothing when the loop was lost.
@@ -91,7 +91,7 @@ impl Assembly {
         shared: &Shared,
         work: impl FnOnce() -> Result<R, E> + Send + 'static,
     ) -> Option<Result<R, E>> {
-        let actuators = self.ground.actuators.values().cloned().collect();
+        let actuators = self.resources.actuators.values().cloned().collect();
         shared.compose_with(stages, self.threaded(), actuators, work)
     }
 
@@ -99,26 +99,26 @@ impl Assembly {
     pub fn owner(&self, path: &str) -> Option<String> {
         let owns =
             |name: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
-        self.present.keys().filter(owns).max_by_key(|name| name.len()).cloned()
+        self.modules.keys().filter(owns).max_by_key(|name| name.len()).cloned()
     }
 
     /// Whether a link carries messages: an inbox is filled, or an outbox sends.
     pub fn sends(&self, to: &str, from: &str) -> bool {
-        let modules = || self.present.iter().map(|(name, present)| (name.as_str(), &present.description));
+        let modules = || self.modules.iter().map(|(name, loaded)| (name.as_str(), &loaded.description));
         slate_composition::sends(modules, to, from)
     }
 
     /// The default of a module's parameter.
     pub fn default_of(&self, module: &str, parameter: &str) -> Option<Value> {
-        let parameters = &self.present.get(module)?.description.parameters;
+        let parameters = &self.modules.get(module)?.description.parameters;
         parameters.iter().find(|known| known.name == parameter).map(|known| known.default.clone())
     }
 
     /// Whether what was in the way still is: a module, or the main loop.
     pub fn is_late(&self, name: &str) -> bool {
-        match self.present.get(name) {
-            Some(present) => present.seat.is_late(),
-            None => self.present.values().any(|present| present.seat.is_late()),
+        match self.modules.get(name) {
+            Some(loaded) => loaded.seat.is_late(),
+            None => self.modules.values().any(|loaded| loaded.seat.is_late()),
         }
     }
 
@@ -130,11 +130,11 @@ impl Assembly {
     ) -> BTreeMap<usize, BTreeSet<Wire>> {
         let mut changed = BTreeMap::new();
         for (m, surveyed) in survey.modules.iter().enumerate() {
-            let Some(present) = self.present.get(&surveyed.module.name.value) else { continue };
+            let Some(loaded) = self.modules.get(&surveyed.module.name.value) else { continue };
             let new = survey.leads(configuration, m);
-            let wires: BTreeSet<Wire> = present.leads.keys().chain(new.keys()).copied().collect();
+            let wires: BTreeSet<Wire> = loaded.leads.keys().chain(new.keys()).copied().collect();
             let wires: BTreeSet<Wire> =
-                wires.into_iter().filter(|wire| present.leads.get(wire) != new.get(wire)).collect();
+                wires.into_iter().filter(|wire| loaded.leads.get(wire) != new.get(wire)).collect();
             if !wires.is_empty() {
                 changed.insert(m, wires);
             }
@@ -150,15 +150,15 @@ impl Assembly {
         catalogue: &Catalogue,
         shared: &Arc<Shared>,
     ) -> Result<Vec<String>, Unlinked> {
-        let mark = self.ground.mark();
+        let mark = self.resources.mark();
         let mut relinking = Relinking::prepare(self, configuration, catalogue, shared)?;
         if relinking.is_other_than(self)
             && let Err(module) = relinking.exchange(self, shared)
         {
-            self.ground.undo(&mark, []);
+            self.resources.undo(&mark, []);
             return Err(Unlinked::late(&module));
         }
-        relinking.show(&self.ground.board);
+        relinking.show(&self.resources.board);
         Ok(relinking.note(self))
     }
 
@@ -172,11 +172,11 @@ impl Assembly {
         if changed.is_empty() {
             return Ok(());
         }
-        let mark = self.ground.mark();
+        let mark = self.resources.mark();
         let nobody = BTreeSet::new();
-        let result = rewire(configuration, survey, &mut self.ground, &changed, &nobody, Made::OnTrial);
+        let result = rewire(configuration, survey, &mut self.resources, &changed, &nobody, Made::OnTrial);
         let result = result.map(drop);
-        self.ground.undo(&mark, []);
+        self.resources.undo(&mark, []);
         result
     }
 }

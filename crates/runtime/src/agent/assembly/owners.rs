@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use slate_module::aspect::{MainLoop, Service, TimeSource};
 
-use super::present::Present;
+use super::module::LoadedModule;
 use crate::aspects::{Means, PlaceTime};
 use crate::main_loop::Shared;
 use slate_composition::needs;
@@ -21,20 +21,20 @@ pub(super) struct LoopOwners {
 
 impl LoopOwners {
     /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
-    pub fn connect(&mut self, modules: &BTreeMap<String, Present>, means: &Means, shared: &Arc<Shared>) {
-        let of = |schema: u64| modules.iter().find(|(_, present)| needs(&present.description, schema));
+    pub fn connect(&mut self, modules: &BTreeMap<String, LoadedModule>, means: &Means, shared: &Arc<Shared>) {
+        let of = |schema: u64| modules.iter().find(|(_, loaded)| needs(&loaded.description, schema));
         let (taker, time) = (of(MainLoop::DESCRIPTOR.hash), of(TimeSource::DESCRIPTOR.hash));
-        let name = |owner: Option<(&String, &Present)>| owner.map(|(name, _)| name.clone());
+        let name = |owner: Option<(&String, &LoadedModule)>| owner.map(|(name, _)| name.clone());
         if name(taker) != self.taker {
-            let place = taker
-                .and_then(|(name, present)| Some((means.takeovers.get(name)?, Arc::clone(&present.seat))));
+            let place =
+                taker.and_then(|(name, loaded)| Some((means.takeovers.get(name)?, Arc::clone(&loaded.seat))));
             shared.set_takeover(place);
         }
         if name(time) != self.time {
             match time {
-                Some((_, present)) => {
+                Some((_, loaded)) => {
                     let code = PlaceTime(Arc::clone(&means.time));
-                    let seat = (!present.own_thread).then(|| Arc::clone(&present.seat));
+                    let seat = (!loaded.own_thread).then(|| Arc::clone(&loaded.seat));
                     shared.set_time_source(Some(Box::new(code)), seat);
                 }
                 None => shared.set_time_source(None, None),

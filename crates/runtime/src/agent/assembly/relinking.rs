@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, Placement, Property};
 
-use super::present::Leads;
+use super::module::Leads;
 use super::{Assembly, Levels, Unlinked, listeners};
 use crate::agent::build::{Made, Rewiring, rewire};
 use crate::configuration::{Configuration, Report};
@@ -44,7 +44,7 @@ pub(in crate::agent) struct Relinking {
 }
 
 impl Relinking {
-    /// Makes what the modules read by that configuration. Until it is exchanged, [`Ground::undo`](crate::agent::build::Ground::undo)
+    /// Makes what the modules read by that configuration. Until it is exchanged, [`HostResources::undo`](crate::agent::build::HostResources::undo)
     /// takes back what of it can be seen.
     pub fn prepare(
         assembly: &mut Assembly,
@@ -61,11 +61,11 @@ impl Relinking {
         let changed = assembly.changed(configuration, &survey);
         let listeners = listeners(&survey);
         let woken = woken(&assembly.listeners, &listeners);
-        let mark = assembly.ground.mark();
-        let made = Made::Later(assembly.ground.means.clock.now());
-        let rewiring = rewire(configuration, &survey, &mut assembly.ground, &changed, &woken, made);
+        let mark = assembly.resources.mark();
+        let made = Made::Later(assembly.resources.means.clock.now());
+        let rewiring = rewire(configuration, &survey, &mut assembly.resources, &changed, &woken, made);
         let Rewiring { wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
-            assembly.ground.undo(&mark, []);
+            assembly.resources.undo(&mark, []);
             Report::from(diagnostics)
         })?;
         let rewires = rewires(assembly, wirings, &mut wakes);
@@ -78,7 +78,7 @@ impl Relinking {
             .collect();
         let sources = leads.values().flat_map(BTreeMap::values).flatten();
         let reserved = reserved.into_iter().filter_map(|(module, fields)| {
-            let (params, _) = assembly.ground.board.get(&format!("{module}/params"))?;
+            let (params, _) = assembly.resources.board.get(&format!("{module}/params"))?;
             Some((params, fields))
         });
         Ok(Self {
@@ -119,14 +119,14 @@ impl Relinking {
         let Self { wakes, leads, listeners, misfits, .. } = self;
         for (path, wakes) in wakes {
             let name = path.strip_suffix("/command").unwrap_or(&path);
-            if let Some(actuator) = assembly.ground.actuators.get(name) {
+            if let Some(actuator) = assembly.resources.actuators.get(name) {
                 actuator.set_wakes(wakes);
             }
         }
         let names = leads.keys().cloned().collect();
         for (name, leads) in leads {
-            if let Some(present) = assembly.present.get_mut(&name) {
-                present.leads = leads;
+            if let Some(loaded) = assembly.modules.get_mut(&name) {
+                loaded.leads = leads;
             }
         }
         (assembly.listeners, assembly.misfits) = (listeners, misfits);
@@ -138,15 +138,15 @@ impl Relinking {
     /// with what is in the way.
     pub fn exchange(&mut self, assembly: &Assembly, shared: &Arc<Shared>) -> Result<(), String> {
         let involved: BTreeSet<&String> = self.rewires.keys().chain(&self.writers).collect();
-        let seats = involved.into_iter().filter_map(|name| assembly.present.get(name));
-        let (threaded, on_loop): (Vec<_>, Vec<_>) = seats.partition(|present| present.own_thread);
-        let on_loop: Vec<Arc<Seat>> = on_loop.iter().map(|present| Arc::clone(&present.seat)).collect();
+        let seats = involved.into_iter().filter_map(|name| assembly.modules.get(name));
+        let (threaded, on_loop): (Vec<_>, Vec<_>) = seats.partition(|loaded| loaded.own_thread);
+        let on_loop: Vec<Arc<Seat>> = on_loop.iter().map(|loaded| Arc::clone(&loaded.seat)).collect();
         let mut held: Vec<&Arc<Seat>> = Vec::new();
         let mut exchanged: Option<LinkExchange> = None;
-        let late = threaded.iter().find(|present| {
-            let claimed = present.seat.claim_patiently();
+        let late = threaded.iter().find(|loaded| {
+            let claimed = loaded.seat.claim_patiently();
             if claimed {
-                held.push(&present.seat);
+                held.push(&loaded.seat);
             }
             !claimed
         });
@@ -162,7 +162,7 @@ impl Relinking {
             seat.wake.notify(1);
         }
         match (late, exchanged) {
-            (Some(present), _) => Err(present.seat.name.to_string()),
+            (Some(loaded), _) => Err(loaded.seat.name.to_string()),
             (None, Some(Ok(unwired))) => {
                 drop(unwired);
                 Ok(())
@@ -182,7 +182,7 @@ impl Relinking {
         judge: impl FnOnce(&Shared) -> Result<J, E> + Send + 'static,
         work: impl FnOnce(&Shared, J) -> R + Send + 'static,
     ) -> Option<Result<(R, Self), E>> {
-        let (board, own) = (Arc::clone(&assembly.ground.board), Arc::clone(shared));
+        let (board, own) = (Arc::clone(&assembly.resources.board), Arc::clone(shared));
         let rewires: Vec<_> = std::mem::take(&mut self.rewires).into_values().collect();
         let stages = std::mem::take(&mut self.stages);
         let all = move || {
@@ -215,17 +215,17 @@ fn rewires(
     wakes: &mut BTreeMap<String, Vec<Arc<Wake>>>,
 ) -> BTreeMap<String, Rewire> {
     let mut rewires = BTreeMap::new();
-    for (name, present) in &assembly.present {
+    for (name, loaded) in &assembly.modules {
         let own = |path: &&String| path.strip_prefix(name.as_str()).is_some_and(|rest| rest.starts_with('/'));
         let paths: Vec<String> = wakes.keys().filter(own).cloned().collect();
         let wakes: BTreeMap<_, _> = paths.into_iter().filter_map(|path| wakes.remove_entry(&path)).collect();
         let wiring = wirings.remove(name);
         if let Some(wiring) = &wiring {
             // One that is early in vain does nothing, so this may come before the exchange.
-            present.seat.set_early(wiring.is_early() || present.seat.is_early());
+            loaded.seat.set_early(wiring.is_early() || loaded.seat.is_early());
         }
         if wiring.is_some() || !wakes.is_empty() {
-            rewires.insert(name.clone(), Rewire { seat: Arc::clone(&present.seat), wiring, wakes });
+            rewires.insert(name.clone(), Rewire { seat: Arc::clone(&loaded.seat), wiring, wakes });
         }
     }
     rewires

@@ -30,7 +30,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     /// Makes the gates that are not there yet and whose commands are known.
     pub fn all(&mut self) {
         for (i, wanted) in self.plan.configuration.actuators().iter().enumerate() {
-            if self.builder.ground.actuators.contains_key(&wanted.name.value) {
+            if self.builder.resources.actuators.contains_key(&wanted.name.value) {
                 continue;
             }
             // What is wrong was complained about.
@@ -38,7 +38,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
                 for wake in self.builder.wakes(&format!("{}/command", wanted.name.value)) {
                     actuator.wakes(wake);
                 }
-                self.builder.ground.actuators.insert(wanted.name.value.clone(), Arc::new(actuator));
+                self.builder.resources.actuators.insert(wanted.name.value.clone(), Arc::new(actuator));
             }
         }
     }
@@ -55,14 +55,14 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             return self.without_commander(wanted).map(|()| None);
         };
         self.check_readers(index, wanted, descriptor)?;
-        let gate = self.gate(wanted, descriptor)?.stop_latch(&self.builder.ground.stop);
+        let gate = self.gate(wanted, descriptor)?.stop_latch(&self.builder.resources.stop);
         let (command, state) = self.gate_properties(index, wanted, descriptor)?;
         let ports = wanted.commands.iter().map(|url| url.value.path_in(""));
         let guests = wanted.modules.iter().map(|module| module.value.clone());
         let commanders = ports.chain(guests).collect();
-        let ground = &mut *self.builder.ground;
-        ground.index += 1;
-        let own = (ground.index, Arc::clone(&ground.means.clock));
+        let resources = &mut *self.builder.resources;
+        resources.index += 1;
+        let own = (resources.index, Arc::clone(&resources.means.clock));
         Ok(Some(Actuator::new(&wanted.name.value, commanders, Gate::new(gate), command, state, own)))
     }
 
@@ -150,7 +150,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     ) -> Result<(Writer, Writer), Failed> {
         let name = &wanted.name.value;
         let (_, budget) = self.plan.demand(LinkTarget::Command(index), &format!("{name}/command"));
-        let board = &self.builder.ground.board;
+        let board = &self.builder.resources.board;
         let command = board.add_channel(
             &format!("{name}/command"),
             "What passed the gate.",

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_blackboard::channel::Writer;
 use slate_module::Direction;
 
-use super::{BuildPlan, Builder, Ground, Made};
+use super::{BuildPlan, Builder, HostResources, Made};
 use crate::configuration::Configuration;
 use slate_composition::{Survey, Wire};
 
@@ -17,10 +17,10 @@ pub(in crate::agent) type Deeper = BTreeMap<String, BTreeMap<String, Writer>>;
 pub(in crate::agent) fn deepening(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    ground: &mut Ground,
+    resources: &mut HostResources,
 ) -> Deeper {
     let plan = BuildPlan { configuration, survey };
-    let builder = Builder::new(plan, ground, Made::OnTrial);
+    let builder = Builder::new(plan, resources, Made::OnTrial);
     let mut deeper = Deeper::new();
     for joint in &survey.joints {
         let (Some(window), Some(owner)) = (window(plan, joint.port), plan.writing(joint.target)) else {

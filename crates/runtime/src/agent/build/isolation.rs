@@ -44,8 +44,8 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
             writer.filter(|writer| self.plan.is_isolated(*writer)).map(|writer| self.plan.name(writer));
         let read = self.plan.readers(target).any(|joint| self.plan.is_isolated(joint.port.0));
         let arena = match writer {
-            Some(writer) => self.builder.ground.arenas.own(writer),
-            None if read => self.builder.ground.arenas.host(),
+            Some(writer) => self.builder.resources.arenas.own(writer),
+            None if read => self.builder.resources.arenas.host(),
             None => return None,
         };
         self.arena(m, arena).map(|arena| arena as _)
@@ -56,7 +56,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         if !self.plan.is_isolated(m) {
             return None;
         }
-        let arena = self.builder.ground.arenas.host();
+        let arena = self.builder.resources.arenas.host();
         self.arena(m, arena).map(|arena| arena as _)
     }
 
@@ -96,9 +96,9 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         if !self.plan.is_isolated(m) {
             return None;
         }
-        let arena = self.builder.ground.arenas.own(self.plan.name(m));
+        let arena = self.builder.resources.arenas.own(self.plan.name(m));
         let own = self.arena(m, arena)?;
-        let arena = self.builder.ground.arenas.host();
+        let arena = self.builder.resources.arenas.host();
         let mut readable = vec![self.arena(m, arena)?];
         let joints = self.plan.survey.joints.iter().filter(|joint| joint.port.0 == m);
         let mut writers: Vec<usize> = joints
@@ -111,12 +111,12 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         writers.sort_unstable();
         writers.dedup();
         for writer in writers {
-            let arena = self.builder.ground.arenas.own(self.plan.name(writer));
+            let arena = self.builder.resources.arenas.own(self.plan.name(writer));
             readable.push(self.arena(m, arena)?);
         }
         self.has_enough(m)?;
         let surveyed = self.plan.surveyed(m);
-        let (wanted, lockstep) = (surveyed.module.isolation, self.builder.ground.lockstep);
+        let (wanted, lockstep) = (surveyed.module.isolation, self.builder.resources.lockstep);
         let hang = self.plan.configuration.hang().value;
         let patience = match surveyed.deadline {
             // What a run in lockstep comes to does not depend on how fast the machine is.
@@ -125,7 +125,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         };
         let isolation = Isolation {
             name: surveyed.setup.name.clone(),
-            program: self.builder.ground.arenas.program.clone(),
+            program: self.builder.resources.arenas.program.clone(),
             memory: wanted.memory,
             patience: Duration::from_nanos(patience),
             hang: Duration::from_nanos(hang),

@@ -2,10 +2,10 @@
 
 mod actuators;
 mod deepening;
-mod ground;
 mod isolation;
 mod plan;
 mod properties;
+mod resources;
 mod rewiring;
 mod runners;
 mod wiring;
@@ -24,10 +24,10 @@ use crate::configuration::{Configuration, Diagnostic};
 use crate::runner::Runner;
 use actuators::GateBuilder;
 pub(super) use deepening::deepening;
-pub(super) use ground::{Ground, GroundMark};
 use isolation::IsolationBuilder;
 use plan::{BuildPlan, SPARE_READERS};
 use properties::PropertyBuilder;
+pub(super) use resources::{HostResources, ResourceMark};
 pub(super) use rewiring::{Rewiring, rewire};
 use runners::RunnerBuilder;
 use slate_composition::{Complaints, Survey, Wire};
@@ -37,10 +37,10 @@ use wiring::WiringBuilder;
 pub(super) fn build(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    ground: &mut Ground,
+    resources: &mut HostResources,
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
-    let mut builder = Builder::new(BuildPlan { configuration, survey }, ground, Made::AtStart);
+    let mut builder = Builder::new(BuildPlan { configuration, survey }, resources, Made::AtStart);
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
@@ -68,10 +68,10 @@ impl Made {
 
 struct Failed;
 
-/// What the builders of properties, gates, links and runners share: the plan, the ground, and what is wrong.
+/// What the builders of properties, gates, links and runners share: the plan, the resources, and what is wrong.
 struct Builder<'a, 's> {
     plan: BuildPlan<'a, 's>,
-    ground: &'s mut Ground,
+    resources: &'s mut HostResources,
     complaints: Complaints<'a>,
     /// What is to stand on the board when links are exchanged.
     placements: Vec<Placement>,
@@ -81,9 +81,9 @@ struct Builder<'a, 's> {
 }
 
 impl<'a, 's> Builder<'a, 's> {
-    fn new(plan: BuildPlan<'a, 's>, ground: &'s mut Ground, made: Made) -> Self {
+    fn new(plan: BuildPlan<'a, 's>, resources: &'s mut HostResources, made: Made) -> Self {
         let complaints = Complaints::new(plan.configuration);
-        Self { plan, ground, complaints, placements: Vec::new(), kept: BTreeSet::new(), made }
+        Self { plan, resources, complaints, placements: Vec::new(), kept: BTreeSet::new(), made }
     }
 
     fn all(&mut self, arriving: &[usize]) -> Vec<Runner> {
@@ -124,7 +124,7 @@ impl<'a, 's> Builder<'a, 's> {
         if placed.is_some() {
             return placed;
         }
-        let (property, field) = self.ground.board.get(path)?;
+        let (property, field) = self.resources.board.get(path)?;
         (field.is_empty() && property.path() == path).then_some(property)
     }
 
@@ -161,7 +161,7 @@ impl<'a, 's> Builder<'a, 's> {
             return Err(Failed);
         }
         // It was there a moment ago.
-        let _ = self.ground.board.remove(path);
+        let _ = self.resources.board.remove(path);
         Ok(None)
     }
 
@@ -175,10 +175,10 @@ impl<'a, 's> Builder<'a, 's> {
     fn wake_of(&mut self, name: &str) -> Option<Arc<Wake>> {
         let mut modules = self.plan.survey.modules.iter();
         let threaded = match modules.find(|surveyed| surveyed.module.name.value == name) {
-            Some(surveyed) => self.ground.has_own_thread(surveyed),
-            None => self.ground.mode == Mode::Threaded || !self.ground.lockstep,
+            Some(surveyed) => self.resources.has_own_thread(surveyed),
+            None => self.resources.mode == Mode::Threaded || !self.resources.lockstep,
         };
-        threaded.then(|| self.ground.post(name).wake)
+        threaded.then(|| self.resources.signals(name).wake)
     }
 
     /// A reader of what switches a module.
@@ -206,7 +206,7 @@ impl<'a, 's> Builder<'a, 's> {
         }
         let budget = Budget { latest: SPARE_READERS, queues: 1, window: 1 };
         let store = Store { capacity: 0, depth: 1, budget };
-        let added = self.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+        let added = self.resources.board.add_channel(&path, doc, descriptor, store, Access::Output);
         new_writer(&*self.added(m, added).ok()?)
     }
 

@@ -129,7 +129,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             let (depth, budget) = self.plan.demand(target, &path);
             let store = Store { capacity: 0, depth, budget };
             let (doc, descriptor) = ("Whether a module runs.", enabled_descriptor());
-            let added = self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+            let added =
+                self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Output);
             self.builder.added(m, added)?;
         }
         Ok(())
@@ -147,7 +148,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             }
             if self.builder.standing(m, &played.path, played.descriptor)?.is_none() {
                 let (depth, budget) = self.plan.demand(joint.target, &played.path);
-                let added = played.add(&self.builder.ground.board, depth, budget);
+                let added = played.add(&self.builder.resources.board, depth, budget);
                 self.builder.added(m, added)?;
             }
         }
@@ -168,7 +169,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let (depth, budget) = self.plan.demand(target, path);
         let store = followed(port.descriptor, Store { capacity: port.capacity, depth, budget });
         let memory = self.builder.isolation().memory(m, target);
-        let board = &self.builder.ground.board;
+        let board = &self.builder.resources.board;
         let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
         self.builder.added(m, added).map(drop)
     }
@@ -179,13 +180,13 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         }
         let senders = self.plan.links_to(path).count() as u16 + SPARE_READERS;
         let mailbox = Mailbox::new(port.descriptor.shape(0), senders, port.window as u16 * 2);
-        let added = self.builder.ground.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
+        let added = self.builder.resources.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
         self.builder.added(m, added).map(drop)
     }
 
     fn alias(&mut self, m: usize, path: &str, target: LinkTarget) -> Result<(), Failed> {
         let target = self.plan.target_path(target);
-        let added = self.builder.ground.board.add_alias(path, &target);
+        let added = self.builder.resources.board.add_alias(path, &target);
         self.builder.added(m, added)
     }
 
@@ -195,7 +196,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             return self.builder.added(m, Err(error));
         }
         let property = self.new_converted(m, wire)?;
-        self.builder.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.resources.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
@@ -217,7 +218,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let store = Store { capacity, depth: 1, budget };
         let memory = self.builder.isolation().setting_memory(m);
         let made =
-            self.builder.ground.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
+            self.builder.resources.board.new_channel(&path, &doc, descriptor, store, Access::Output, memory);
         self.made(m, made)
     }
 
@@ -230,7 +231,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
                 let (depth, budget) = self.plan.demand(LinkTarget::Implied(m, implied), &path);
                 let store = Store { capacity: 0, depth, budget };
                 let added =
-                    self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Output);
+                    self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Output);
                 self.builder.added(m, added)?;
             }
         }
@@ -238,7 +239,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             (self.plan.surveyed(m).description.params, self.plan.surveyed(m).params.clone());
         let path = format!("{name}/params");
         let (doc, store) = ("Parameters of the module.", self.setting_store(m, Implied::Params, &path));
-        let added = self.builder.ground.board.add_channel(&path, doc, descriptor, store, Access::Setting);
+        let added = self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Setting);
         let property = self.builder.added(m, added)?;
         self.set_first(&property, Some(&params));
         property.reserve(self.plan.reserved(m));
@@ -251,7 +252,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             return self.converted(m, Wire::Enabled, &path);
         }
         let property = self.new_switch(m)?;
-        self.builder.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.resources.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
@@ -261,7 +262,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let store = self.setting_store(m, Implied::Enabled, &path);
         let (doc, descriptor) = ("Whether the module runs.", enabled_descriptor());
         let made =
-            self.builder.ground.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
+            self.builder.resources.board.new_channel(&path, doc, descriptor, store, Access::Setting, None);
         let property = self.made(m, made)?;
         self.set_first(&property, Some(&[self.plan.surveyed(m).module.enabled.value.into()]));
         Ok(property)
@@ -279,7 +280,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             return self.builder.added(m, Err(error));
         }
         let property = self.new_setting(m, path, p)?;
-        self.builder.ground.board.place(vec![Placement::Property(property)]);
+        self.builder.resources.board.place(vec![Placement::Property(property)]);
         Ok(())
     }
 
@@ -291,7 +292,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let depth = if port.direction == Direction::Queue { port.window * 2 } else { 1 };
         let store = Store { capacity: port.capacity, depth, budget };
         let memory = self.builder.isolation().setting_memory(m);
-        let board = &self.builder.ground.board;
+        let board = &self.builder.resources.board;
         let made = board.new_channel(path, &port.doc, port.descriptor, store, Access::Setting, memory);
         let property = self.made(m, made)?;
         self.set_first(&property, value.as_deref());
@@ -302,7 +303,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn made(&mut self, m: usize, made: Result<Arc<Property>, BoardError>) -> Result<Arc<Property>, Failed> {
         let property = self.builder.added(m, made)?;
         if self.builder.made != Made::OnTrial {
-            self.builder.ground.board.tap(&property);
+            self.builder.resources.board.tap(&property);
         }
         Ok(property)
     }
@@ -310,7 +311,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     /// The first value of a setting: what it was when its module was here last and is wanted back, else that of the
     /// configuration.
     fn set_first(&self, property: &Property, value: Option<&[u8]>) {
-        let kept = self.builder.ground.kept.get(property.path());
+        let kept = self.builder.resources.kept.get(property.path());
         let kept = kept.filter(|kept| kept.schema == property.descriptor().hash);
         let first = kept
             .map(|kept| (kept.bytes.as_slice(), kept.time))

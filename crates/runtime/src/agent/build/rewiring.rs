@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
 
-use super::{BuildPlan, Builder, Ground, Made, WiringBuilder};
+use super::{BuildPlan, Builder, HostResources, Made, WiringBuilder};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::runner::Wiring;
 use slate_composition::{Survey, Wire};
@@ -26,13 +26,13 @@ pub(in crate::agent) struct Rewiring {
 pub(in crate::agent) fn rewire(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    ground: &mut Ground,
+    resources: &mut HostResources,
     changed: &BTreeMap<usize, BTreeSet<Wire>>,
     paths: &BTreeSet<String>,
     made: Made,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let plan = BuildPlan { configuration, survey };
-    let mut builder = Builder::new(plan, ground, made);
+    let mut builder = Builder::new(plan, resources, made);
     let mut wirings = BTreeMap::new();
     for (m, wires) in changed {
         // What is wrong was complained about.

@@ -81,46 +81,46 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     fn idle_runner(&mut self, m: usize, zeros: &Arc<AlignedMemory>) -> Option<Runner> {
         let surveyed = self.plan.surveyed(m);
         let name: Arc<str> = Arc::from(surveyed.module.name.value.as_str());
-        let ground = &mut *self.builder.ground;
-        let post = ground.post(&name);
-        post.health.begin();
-        let log = ground.logger.module(&name, ground.lockstep, &ground.means.clock)?;
+        let resources = &mut *self.builder.resources;
+        let signals = resources.signals(&name);
+        signals.health.begin();
+        let log = resources.logger.module(&name, resources.lockstep, &resources.means.clock)?;
         let random = Random::new(self.plan.configuration.seed().value, &name);
         let supervised = self.builder.isolation().supervised(m);
         let kind = kind_of(surveyed, supervised.as_ref())?;
         let frame = StepFrame::new(&surveyed.description, zeros, random, log.host());
         let own = self.own_properties(m)?;
-        let ground = &self.builder.ground;
-        let patience = ground.patience(&name, supervised.is_some());
+        let resources = &self.builder.resources;
+        let patience = resources.patience(&name, supervised.is_some());
         let is_switched = self.plan.joints(m, Wire::Enabled).next().is_some();
         let ports = &surveyed.description.ports;
         let required = ports.iter().enumerate().filter(|(_, port)| port.required);
         let required = Requirements::new(required.map(|(p, port)| (p, port.name.as_str())));
         Some(Runner {
             shortcuts: Shortcuts::default(),
-            status: RunnerStatus::new(Arc::clone(&post.health), own.state),
-            switch: ModuleSwitch::new(ground.board.settings(), own.enabled, is_switched),
+            status: RunnerStatus::new(Arc::clone(&signals.health), own.state),
+            switch: ModuleSwitch::new(resources.board.settings(), own.enabled, is_switched),
             params: ParameterReader::new(own.params),
             code: ModuleCode::new(kind, surveyed.setup.clone(), patience),
             frame,
             schedule: TickSchedule::new(surveyed.trigger.clone()),
             timing: StepTiming::new(surveyed.deadline, own.timing, own.histogram),
             inputs: Inputs::new(required),
-            outputs: Outputs::new(post.commit),
+            outputs: Outputs::new(signals.commit),
             supervised: supervised.map(Box::new),
             name,
             log,
             entries: EntryPorts::default(),
             services: ModuleServices::default(),
             shadow: None,
-            wake: post.wake,
+            wake: signals.wake,
         })
     }
 
     /// What every module has beside its ports.
     fn own_properties(&mut self, m: usize) -> Option<OwnProperties> {
         let params = format!("{}/params", self.plan.name(m));
-        let params = self.builder.ground.board.get(&params)?.0.channel()?.latest().ok()?;
+        let params = self.builder.resources.board.get(&params)?.0.channel()?.latest().ok()?;
         let enabled = self.builder.switch(m)?;
         let state = self.builder.implied_writer(m, "state", "How the module is.", ModuleState::DESCRIPTOR)?;
         let timing =
@@ -155,7 +155,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             Direction::Aspect => self.aspect(m, p, runner)?,
             Direction::Provider => {
-                let place = self.builder.ground.service(&self.plan.port_path(m, p));
+                let place = self.builder.resources.service(&self.plan.port_path(m, p));
                 let provider = ProviderPort::new(p, place, runner.code.kind().clone());
                 runner.frame.slots[p].data = provider.table().cast_mut().cast();
                 runner.services.providers.push(provider);
@@ -196,7 +196,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     fn aspect(&mut self, m: usize, p: usize, runner: &mut Runner) -> Option<()> {
         match *self.plan.survey.services.get(&(m, p))? {
             Some((provider, port)) => {
-                let place = self.builder.ground.service(&self.plan.port_path(provider, port));
+                let place = self.builder.resources.service(&self.plan.port_path(provider, port));
                 runner.services.aspects.push(AspectPort::new(
                     p,
                     &self.plan.port(m, p).name,
@@ -206,7 +206,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             None => {
                 let schema = self.plan.port(m, p).descriptor.hash;
-                let mut service = aspects::service(schema, &self.builder.ground.means, &runner.name)?;
+                let mut service = aspects::service(schema, &self.builder.resources.means, &runner.name)?;
                 service.begin(runner.code.kind());
                 runner.frame.slots[p].data = service.table().cast_mut();
                 runner.services.host.push(service);
@@ -218,17 +218,17 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     fn output(&mut self, m: usize, p: usize, port: &PortDescription) -> Option<OutputPort> {
         let property = self.builder.own_property(m, p)?;
         let writer = new_writer(&property)?;
-        self.builder.ground.index += 1;
+        self.builder.resources.index += 1;
         let path = property.path().to_owned();
         let actuator = self.plan.configuration.actuators().iter().find_map(|wanted| {
-            let actuator = self.builder.ground.actuators.get(&wanted.name.value)?;
+            let actuator = self.builder.resources.actuators.get(&wanted.name.value)?;
             Some((Arc::clone(actuator), actuator.commander(&path)?))
         });
         let wakes = self.builder.wakes(&path);
         Some(OutputPort {
             slot: p,
             property,
-            index: self.builder.ground.index,
+            index: self.builder.resources.index,
             writer,
             form: CanonicalForm::new(port.descriptor),
             debug: port.direction == Direction::Debug,
@@ -240,7 +240,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
     }
 
     fn outbox(&mut self, p: usize, port: &PortDescription) -> OutboxPort {
-        self.builder.ground.index += 1;
+        self.builder.resources.index += 1;
         let mut memory: Vec<_> =
             (0..port.window).map(|_| AlignedMemory::zeroed(port.descriptor.size)).collect();
         let entries = memory
@@ -262,7 +262,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             entries,
             size: port.descriptor.size,
             form: CanonicalForm::new(port.descriptor),
-            index: self.builder.ground.index,
+            index: self.builder.resources.index,
             wake: None,
             refused: 0,
         }

@@ -8,7 +8,7 @@ use slate_blackboard::commit::CommitWord;
 use slate_blackboard::{Carrier, Property};
 use slate_module::Direction;
 
-use super::ground::Post;
+use super::resources::ModuleSignals;
 use super::{BuildPlan, Builder, new_writer};
 use crate::configuration::LinkPolicy;
 use crate::runner::{
@@ -105,7 +105,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     /// Whether what a link leads to is pinned when a cycle begins, of which a module with a thread of its own knows
     /// nothing.
     fn is_early(&self, joint: &Joint<'_>) -> bool {
-        joint.delayed && !self.builder.ground.has_own_thread(self.plan.surveyed(self.module))
+        joint.delayed && !self.builder.resources.has_own_thread(self.plan.surveyed(self.module))
     }
 
     /// The inputs and the sources of what is converted, in groups of those that one module writes.
@@ -115,15 +115,15 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         reads.sort_by(|a, b| a.place().cmp(&b.place()));
         let mut last: Option<(bool, Option<String>)> = None;
         for read in reads {
-            let post = read.writer.as_deref().map(|writer| self.builder.ground.post(writer));
+            let signals = read.writer.as_deref().map(|writer| self.builder.resources.signals(writer));
             let same = read.writer.is_some() && last.as_ref() == Some(&(read.early, read.writer.clone()));
             // A switch is looked at while nothing else of the module is.
             let is_switch = read.is_switch();
             if !same && !is_switch {
-                begin_group(wiring, read.early, post.as_ref());
+                begin_group(wiring, read.early, signals.as_ref());
                 last = Some((read.early, read.writer.clone()));
             }
-            let (early, health) = (read.early, post.map(|post| post.health));
+            let (early, health) = (read.early, signals.map(|signals| signals.health));
             match &read.end {
                 ReadEnd::Input(p) => wiring.inputs.push(self.input(*p, &read, health)?),
                 ReadEnd::Source(joint, program, ordinal) => {
@@ -213,7 +213,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             writer,
             seen: (0, 0),
             missed: 0,
-            age: Arc::clone(self.builder.ground.ages.entry(path).or_default()),
+            age: Arc::clone(self.builder.resources.ages.entry(path).or_default()),
         };
         Some((port, reader))
     }
@@ -374,7 +374,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             "`{}` fell behind and reads no more, as its link says: unlink and link it to let it read again",
             port.name
         );
-        let gauge = Arc::clone(self.builder.ground.gauges.entry(path).or_default());
+        let gauge = Arc::clone(self.builder.resources.gauges.entry(path).or_default());
         Some(QueueWiring {
             gauge,
             farewell: farewell.into(),
@@ -407,7 +407,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             LinkTarget::Port(module, _) => self.plan.name(module).to_owned(),
             LinkTarget::Absent(absent) => self.plan.survey.absent[absent].module.clone(),
             LinkTarget::Remote(_) => {
-                let wake = Some(Arc::clone(&self.builder.ground.sharing_wake));
+                let wake = Some(Arc::clone(&self.builder.resources.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
             // Who plays looks for messages after each cycle.
@@ -419,9 +419,9 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
 }
 
 /// Begins a group of what one module writes.
-fn begin_group(wiring: &mut Wiring, early: bool, post: Option<&Post>) {
+fn begin_group(wiring: &mut Wiring, early: bool, signals: Option<&ModuleSignals>) {
     let (first, first_source) = (wiring.inputs.len() as u32, wiring.sources.len() as u32);
-    let word = post.map_or_else(CommitWord::new, |post| post.commit.clone());
+    let word = signals.map_or_else(CommitWord::new, |signals| signals.commit.clone());
     let groups = if early { &mut wiring.early } else { &mut wiring.groups };
     groups.push(Group { word, first, end: first, first_source, end_source: first_source });
 }

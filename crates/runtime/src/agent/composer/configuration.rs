@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::Composer;
 use crate::agent::links::{LinkEditor, LinkStatus, NewLink, RemoteEnd};
+use crate::agent::remote_links::RemoteLinks;
 use crate::agent::settings::SettingsChanger;
-use crate::agent::sharing::RemoteLinks;
 use crate::agent::snapshot::{SnapshotRestorer, SnapshotTaker};
 use crate::configuration::{Change, Database, Diagnostic, Proposal, Report};
 use crate::sharing::{Inspection, RemotePath};

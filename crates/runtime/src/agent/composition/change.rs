@@ -20,7 +20,7 @@ impl Composition {
     /// The configuration of a target with the links that it leaves to types and roles. Those of modules that are there
     /// stay as they are; what would make one ambiguous is refused.
     fn wired(&self, target: &CompositionTarget) -> Wired {
-        let is_present = |name: &str| self.assembly.present.contains_key(name);
+        let is_present = |name: &str| self.assembly.modules.contains_key(name);
         Wired::new(&target.configuration, &target.catalogue, &is_present)
     }
 
@@ -60,8 +60,8 @@ impl Composition {
         assembly.forget(&survey.absent.iter().map(|absent| absent.path.as_str()).collect(), &left);
         self.configuration = Arc::clone(configuration);
         self.catalogue = target.catalogue;
-        assembly.ground.means.plugins.show(self.catalogue.list());
-        if assembly.present.len() > arrivals.names.len() {
+        assembly.resources.means.plugins.show(self.catalogue.list());
+        if assembly.modules.len() > arrivals.names.len() {
             // Links of modules that stay to parts of what came or left.
             self.settle_links(configuration, shared);
         } else {

@@ -102,7 +102,7 @@ impl Composition {
 
     /// A property of another agent is on the board; says whether links lead to another one now.
     pub fn remote_found(&mut self, path: &RemotePath, property: &str) -> bool {
-        self.remotes.found(&mut self.catalogue, &self.assembly.ground.board, path, property)
+        self.remotes.found(&mut self.catalogue, &self.assembly.resources.board, path, property)
     }
 
     /// Why the ports are not linked as the configuration says, by their modules and names.
@@ -128,9 +128,8 @@ impl Composition {
         let writers = leads.flatten().filter_map(|lead| self.assembly.owner(&lead.path));
         let readers = changed.keys().map(|module| survey.modules[*module].module.name.value.clone());
         let involved: BTreeSet<String> = readers.chain(writers).collect();
-        let present = &self.assembly.present;
-        let late =
-            involved.iter().find(|name| present.get(*name).is_some_and(|present| present.seat.is_late()));
+        let loaded = &self.assembly.modules;
+        let late = involved.iter().find(|name| loaded.get(*name).is_some_and(|loaded| loaded.seat.is_late()));
         late.map_or(Ok(()), |late| Err(Unlinked::late(late).report))
     }
 }

@@ -116,7 +116,7 @@ impl Composition {
                 .plugin_of(kind)
                 .is_some_and(|plugin| plugins.iter().any(|own| own == plugin.name()))
         };
-        let modules = self.assembly.present.iter().filter(|(_, present)| of(&present.kind));
+        let modules = self.assembly.modules.iter().filter(|(_, loaded)| of(&loaded.kind));
         modules.map(|(name, _)| name.clone()).collect()
     }
 

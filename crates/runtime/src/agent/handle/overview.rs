@@ -8,7 +8,7 @@ use std::sync::{Arc, Weak};
 
 use slate_blackboard::Board;
 
-use crate::agent::assembly::Present;
+use crate::agent::assembly::LoadedModule;
 use crate::agent::composition::Composition;
 use crate::main_loop::Seat;
 use crate::runner::{Health, ModuleCondition};
@@ -154,16 +154,16 @@ fn plugins(composition: &Composition) -> Vec<PluginStatus> {
 }
 
 fn modules(composition: &Composition) -> Vec<ListedModule> {
-    let listed = |(name, present): (&String, &Present)| {
-        let plugin = composition.catalogue.plugin_of(&present.kind);
+    let listed = |(name, loaded): (&String, &LoadedModule)| {
+        let plugin = composition.catalogue.plugin_of(&loaded.kind);
         ListedModule {
             name: name.clone(),
-            kind: present.kind.name().into(),
+            kind: loaded.kind.name().into(),
             plugin: plugin.map(|plugin| plugin.name().into()).unwrap_or_default(),
             has_shadow: composition.plugins.trials.values().any(|trial| trial.modules.contains(name)),
-            seat: Arc::downgrade(&present.seat),
-            health: Arc::clone(&present.seat.health),
+            seat: Arc::downgrade(&loaded.seat),
+            health: Arc::clone(&loaded.seat.health),
         }
     };
-    composition.assembly.present.iter().map(listed).collect()
+    composition.assembly.modules.iter().map(listed).collect()
 }

@@ -26,8 +26,8 @@ impl<'c> Departure<'c> {
             return Err(PluginError::TimeSource { module: source.value.clone() });
         }
         for module in self.modules {
-            let present = &composition.assembly.present[module];
-            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
+            let loaded = &composition.assembly.modules[module];
+            let (own, seat) = (loaded.own_thread, Arc::clone(&loaded.seat));
             let veto = self.agent.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 let (kind, instance) = {
                     // SAFETY: between two steps the runner is not in use; the reference ends before the call.
@@ -54,7 +54,7 @@ impl<'c> Departure<'c> {
 
     /// Ends the threads of the modules. Until the result is dropped, none begins.
     pub fn end_threads(&self, composition: &Composition) -> Result<Closed, PluginError> {
-        let closed = composition.assembly.ground.means.threads.close(self.modules);
+        let closed = composition.assembly.resources.means.threads.close(self.modules);
         closed.map_err(|lingering| PluginError::Thread {
             module: lingering.module.to_string(),
             thread: lingering.thread.to_string(),

@@ -47,10 +47,10 @@ impl<'c> CodeExchange<'c> {
         let mut exchanges = Vec::new();
         for module in modules {
             let Some(fresh) = version.fresh(composition, module)? else { continue };
-            let present = &composition.assembly.present[module];
+            let loaded = &composition.assembly.modules[module];
             exchanges.push(PendingExchange {
-                seat: Arc::clone(&present.seat),
-                own_thread: present.own_thread,
+                seat: Arc::clone(&loaded.seat),
+                own_thread: loaded.own_thread,
                 fresh,
             });
         }

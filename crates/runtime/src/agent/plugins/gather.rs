@@ -208,15 +208,15 @@ impl<'a> Gathered<'a> {
 impl<'a> PluginSources<'a> {
     /// Where the plugins of an agent come from.
     pub fn of(composition: &'a Composition) -> Self {
-        let ground = &composition.assembly.ground;
+        let resources = &composition.assembly.resources;
         Self {
             configuration: &composition.configuration,
             linked: &composition.plugins.linked,
-            program: ground.arenas.program.as_deref(),
+            program: resources.arenas.program.as_deref(),
             watch: composition.plugins.known.as_ref().map(|known| LibraryWatch {
                 known,
-                logger: &ground.logger,
-                clock: &ground.means.clock,
+                logger: &resources.logger,
+                clock: &resources.means.clock,
             }),
         }
     }

@@ -80,7 +80,7 @@ impl<'c> PluginLoader<'c> {
         gathered.all()?;
         let (catalogue, origins, _) = gathered.done();
         composition.plugins.origins = origins;
-        let target = composition.target(|present| *present = catalogue);
+        let target = composition.target(|known| *known = catalogue);
         Ok(composition.change(target, &self.agent.shared, states)?.restored)
     }
 
@@ -105,7 +105,7 @@ impl<'c> PluginLoader<'c> {
         let mut gathered = Gathered::new(&composition);
         gather(&mut gathered)?;
         let (catalogue, origins, came) = gathered.done();
-        let mut target = composition.target(|present| *present = catalogue);
+        let mut target = composition.target(|known| *known = catalogue);
         for (plugin, kind) in
             came.iter().flat_map(|plugin| plugin.kinds().iter().map(move |kind| (plugin, kind)))
         {

@@ -63,10 +63,10 @@ impl<'c> Reloader<'c> {
                 // While they are away nothing may miss them; found out before anything is ended for it.
                 composition.check(&composition.target(|catalogue| catalogue.remove(name)))?;
                 ModuleTrials::new(self.agent).end(&mut composition, name);
-                let ground = &mut composition.assembly.ground;
-                ground.kept = ground.settings(&modules);
+                let resources = &mut composition.assembly.resources;
+                resources.kept = resources.settings(&modules);
                 let replaced = self.replace(&mut composition, &modules, &old, &version.plugin);
-                composition.assembly.ground.kept.clear();
+                composition.assembly.resources.kept.clear();
                 replaced
             }
         })?;

@@ -40,13 +40,13 @@ impl<'c> ShadowRunner<'c> {
             return Err(instead(name, "no module runs its code, so there is nothing to compare with"));
         }
         if let Some(module) =
-            modules.iter().find(|module| composition.assembly.present[*module].isolation.is_some())
+            modules.iter().find(|module| composition.assembly.modules[*module].isolation.is_some())
         {
             let reason = format!("module `{module}` is isolated, and its new code would run in the agent");
             return Err(instead(name, &reason));
         }
         PluginSources::of(&composition).look(file)?;
-        let program = composition.assembly.ground.arenas.program.as_deref();
+        let program = composition.assembly.resources.arenas.program.as_deref();
         let (new, _, residence) = plugin::load_for(file, program, |_| false)?;
         if new.name() != name {
             return Err(other_plugin(file, &new, name));
@@ -98,10 +98,10 @@ impl<'c> ShadowRunner<'c> {
         let trials = ModuleTrials::new(self.agent);
         let (threaded, on_loop): (Vec<_>, Vec<_>) = modules
             .iter()
-            .map(|module| &composition.assembly.present[module])
-            .partition(|present| present.own_thread);
-        let threaded = threaded.into_iter().map(|present| vec![Arc::clone(&present.seat)]);
-        let on_loop = on_loop.into_iter().map(|present| Arc::clone(&present.seat)).collect();
+            .map(|module| &composition.assembly.modules[module])
+            .partition(|loaded| loaded.own_thread);
+        let threaded = threaded.into_iter().map(|loaded| vec![Arc::clone(&loaded.seat)]);
+        let on_loop = on_loop.into_iter().map(|loaded| Arc::clone(&loaded.seat)).collect();
         let groups: Vec<(bool, Vec<_>)> =
             threaded.map(|seats| (true, seats)).chain([(false, on_loop)]).collect();
         let mut done = Vec::new();

@@ -59,8 +59,8 @@ impl<'c> ModuleTrials<'c> {
             _ => Err(failed(&"it can't get its handles")),
         };
         let begun = shadow.and_then(|shadow| {
-            let present = &composition.assembly.present[module];
-            let (own, seat) = (present.own_thread, Arc::clone(&present.seat));
+            let loaded = &composition.assembly.modules[module];
+            let (own, seat) = (loaded.own_thread, Arc::clone(&loaded.seat));
             let begun = self.agent.shared.with_seats(&[Arc::clone(&seat)], own, move || {
                 let (kind, instance) = {
                     // SAFETY: between two steps the runner is not in use; the reference ends before the call.
@@ -141,9 +141,9 @@ impl<'c> ModuleTrials<'c> {
 
     pub fn end_one(&self, composition: &Composition, trial: &PluginTrial) {
         for module in &trial.modules {
-            let Some(present) = composition.assembly.present.get(module) else { continue };
-            let seat = Arc::clone(&present.seat);
-            let shadow = self.agent.shared.with_seats(&[Arc::clone(&seat)], present.own_thread, move || {
+            let Some(loaded) = composition.assembly.modules.get(module) else { continue };
+            let seat = Arc::clone(&loaded.seat);
+            let shadow = self.agent.shared.with_seats(&[Arc::clone(&seat)], loaded.own_thread, move || {
                 // SAFETY: between two steps the runner is not in use.
                 Some(unsafe { seat.runner() }.shadow.take())
             });

@@ -44,14 +44,14 @@ impl<'c> PluginVersion<'c> {
 
     /// Whether a module can go on with its handles: ports, parameters and trigger are the same.
     pub fn is_alike(&self, composition: &Composition, module: &str) -> bool {
-        let old = &composition.assembly.present[module].description;
+        let old = &composition.assembly.modules[module].description;
         self.modules.get(module).is_some_and(|fitting| alike(old, &fitting.description))
     }
 
     /// Whether the modules that come can be made, before anything is changed.
     pub fn try_arrivals(&self, composition: &Composition) -> Result<(), PluginError> {
-        let present = &composition.assembly.present;
-        let mut come = self.modules.keys().filter(|module| !present.contains_key(*module));
+        let loaded = &composition.assembly.modules;
+        let mut come = self.modules.keys().filter(|module| !loaded.contains_key(*module));
         come.try_for_each(|module| self.fresh(composition, module).map(drop))
     }
 
@@ -74,10 +74,10 @@ impl<'c> PluginVersion<'c> {
         let newest = property.and_then(|(property, _)| property.newest().ok().flatten());
         let params = newest.as_ref().map_or(fitting.params.as_slice(), |(bytes, ..)| bytes);
         // It runs where the module does: here, or apart.
-        let present = composition.assembly.present.get(module);
-        let kind = present.map_or_else(|| fitting.kind.clone(), |present| present.placed(&fitting.kind));
-        let is_isolated = present.is_some_and(|present| present.isolation.is_some());
-        let patience = composition.assembly.ground.patience(&Arc::from(module), is_isolated);
+        let loaded = composition.assembly.modules.get(module);
+        let kind = loaded.map_or_else(|| fitting.kind.clone(), |loaded| loaded.placed(&fitting.kind));
+        let is_isolated = loaded.is_some_and(|loaded| loaded.isolation.is_some());
+        let patience = composition.assembly.resources.patience(&Arc::from(module), is_isolated);
         let instance = patience
             .create(&kind, &fitting.setup, params)
             .map_err(|refusal| PluginError::Refused { module: module.into(), reason: refusal.0 })?;
@@ -86,10 +86,10 @@ impl<'c> PluginVersion<'c> {
 
     /// Takes note that a module runs this code.
     pub fn note(&mut self, composition: &mut Composition, module: &str) {
-        if let Some((present, fitting)) =
-            composition.assembly.present.get_mut(module).zip(self.modules.remove(module))
+        if let Some((loaded, fitting)) =
+            composition.assembly.modules.get_mut(module).zip(self.modules.remove(module))
         {
-            (present.kind, present.description) = (fitting.kind, fitting.description);
+            (loaded.kind, loaded.description) = (fitting.kind, fitting.description);
         }
     }
 }

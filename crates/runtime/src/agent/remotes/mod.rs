@@ -53,7 +53,7 @@ impl Remotes {
 
     /// What the links of a configuration want of other agents.
     pub fn wanted(&self, configuration: &Configuration, assembly: &Assembly) -> BTreeMap<RemotePath, Want> {
-        wants::wants(configuration, &self.properties, &assembly.present)
+        wants::wants(configuration, &self.properties, &assembly.modules)
     }
 
     /// A property of another agent is on the board; says whether links lead to another one now.
@@ -88,11 +88,11 @@ impl Remotes {
             .filter(|(path, _)| own(path))
             .flat_map(|(_, names)| names.clone())
             .collect();
-        let present = &assembly.present;
+        let loaded = &assembly.modules;
         let threaded =
-            names.into_iter().filter(|name| present.get(name).is_some_and(|present| present.own_thread));
+            names.into_iter().filter(|name| loaded.get(name).is_some_and(|loaded| loaded.own_thread));
         let threaded: Vec<String> = threaded.collect();
-        let wakes = threaded.iter().map(|name| assembly.ground.post(name).wake).collect();
+        let wakes = threaded.iter().map(|name| assembly.resources.signals(name).wake).collect();
         *self.readers.lock().unwrap_or_else(PoisonError::into_inner) = wakes;
     }
 

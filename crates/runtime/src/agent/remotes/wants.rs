@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_blackboard::is_within;
 use slate_module::Direction;
 
-use crate::agent::assembly::Present;
+use crate::agent::assembly::LoadedModule;
 use crate::configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
 use crate::sharing::{Expected, Pace, RemotePath, Want};
 use slate_composition::{elsewhere, remote_path};
@@ -15,7 +15,7 @@ use slate_composition::{elsewhere, remote_path};
 pub(super) fn wants(
     configuration: &Configuration,
     properties: &BTreeMap<RemotePath, String>,
-    modules: &BTreeMap<String, Present>,
+    modules: &BTreeMap<String, LoadedModule>,
 ) -> BTreeMap<RemotePath, Want> {
     let mut wants: BTreeMap<RemotePath, Want> = BTreeMap::new();
     for link in configuration.links() {
@@ -42,13 +42,13 @@ pub(super) fn wants(
     wants
 }
 
-fn want(modules: &BTreeMap<String, Present>, link: &Link) -> Want {
+fn want(modules: &BTreeMap<String, LoadedModule>, link: &Link) -> Want {
     if link.destination().is_some_and(|url| url.agent().is_some()) {
         return Want::Messages;
     }
-    let port = modules.iter().find_map(|(name, present)| {
+    let port = modules.iter().find_map(|(name, loaded)| {
         let rest = link.to.value.strip_prefix(name.as_str())?.strip_prefix('/')?;
-        present.description.ports.iter().find(|port| port.name == rest)
+        loaded.description.ports.iter().find(|port| port.name == rest)
     });
     let direction = port.map(|port| port.direction);
     let transport = &link.transport;

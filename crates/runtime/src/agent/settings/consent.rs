@@ -25,12 +25,14 @@ impl ConsentQuestion {
     /// What to ask a module that gets other parameters: it must be able to begin with them, as it does at the next start.
     pub fn of(surveyed: Surveyed<'_>, assembly: &Assembly) -> Self {
         let Surveyed { module, kind, setup, params, .. } = surveyed;
-        let present = assembly.present.get(&module.name.value);
+        let loaded = assembly.modules.get(&module.name.value);
         Self {
-            kind: present.map_or_else(|| kind.clone(), |present| present.placed(&kind)),
+            kind: loaded.map_or_else(|| kind.clone(), |loaded| loaded.placed(&kind)),
             setup,
             params,
-            patience: assembly.ground.patience(&Arc::from(module.name.value.as_str()), module.isolated.value),
+            patience: assembly
+                .resources
+                .patience(&Arc::from(module.name.value.as_str()), module.isolated.value),
             place: module.name.span,
         }
     }

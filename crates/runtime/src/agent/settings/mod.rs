@@ -14,7 +14,7 @@ use slate_module::Level;
 use super::composition::Composition;
 use super::handle::{AgentHandle, WeakHandle, by_module};
 use super::links::LinkEditor;
-use super::sharing::RemoteLinks;
+use super::remote_links::RemoteLinks;
 use crate::configuration::{self, Change, Configuration, Database, Edit, Report, Subscription, Watch};
 use crate::recording::Change as Recorded;
 use consent::{ConsentQuestion, ask, check_dormant};
@@ -119,9 +119,9 @@ impl<'c> SettingsChanger<'c> {
         changes: &[Change],
     ) -> Result<Vec<ConsentQuestion>, Report> {
         let mut composition = self.agent.composition();
-        let Composition { configuration: present, catalogue, assembly, .. } = &mut *composition;
-        let configuration = configuration.with_loaded_of(present);
-        let mut diagnostics = OtherModules::of(present, &configuration).refusals(changes);
+        let Composition { configuration: current, catalogue, assembly, .. } = &mut *composition;
+        let configuration = configuration.with_loaded_of(current);
+        let mut diagnostics = OtherModules::of(current, &configuration).refusals(changes);
         let mut complaints = Complaints::new(&configuration);
         let survey = survey(&configuration, catalogue, &mut complaints);
         check_dormant(&configuration, catalogue, &assembly.last_known, &mut complaints);

@@ -81,20 +81,20 @@ impl Subjects {
         if let Some(plugin) = composition.plugins.trials.keys().next() {
             return Err(SnapshotError::Shadow { plugin: plugin.clone() });
         }
-        let modules = composition.assembly.present.iter().map(|(name, present)| Subject {
+        let modules = composition.assembly.modules.iter().map(|(name, loaded)| Subject {
             name: name.clone(),
-            kind: present.kind.name().into(),
-            seat: Arc::clone(&present.seat),
-            own_thread: present.own_thread,
-            ports: present.description.ports.clone(),
-            params: present.description.params.hash,
+            kind: loaded.kind.name().into(),
+            seat: Arc::clone(&loaded.seat),
+            own_thread: loaded.own_thread,
+            ports: loaded.description.ports.clone(),
+            params: loaded.description.params.hash,
         });
         Ok(Self {
             modules: modules.collect(),
             configuration: text::of(composition, shared.board.agent()),
             layers: text::layers(composition, shared.board.agent()),
-            outputs: composition.assembly.ground.index,
-            time: Arc::clone(&composition.assembly.ground.means.time),
+            outputs: composition.assembly.resources.index,
+            time: Arc::clone(&composition.assembly.resources.means.time),
             keepsakes: composition.snapshots.keepsakes.clone(),
         })
     }
@@ -250,10 +250,10 @@ pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
         let mut text = String::new();
         for kind in plugin.kinds() {
             text.push_str(&format!("{}\n", kind.name()));
-            for (name, present) in
-                composition.assembly.present.iter().filter(|(_, present)| present.kind.is(kind))
+            for (name, loaded) in
+                composition.assembly.modules.iter().filter(|(_, loaded)| loaded.kind.is(kind))
             {
-                let description = &present.description;
+                let description = &loaded.description;
                 text.push_str(&format!("{name} {:016x}\n", description.params.hash));
                 for port in &description.ports {
                     let (direction, schema) = (port.direction as u32, port.descriptor.hash);

@@ -128,16 +128,16 @@ impl<'c> SnapshotRestorer<'c> {
         if !problems.is_empty() {
             return Err(unfit(snapshot, problems));
         }
-        let mark = composition.assembly.ground.mark();
+        let mark = composition.assembly.resources.mark();
         let Composition { assembly, catalogue, .. } = &mut *composition;
         let links = Relinking::prepare(assembly, &configuration, catalogue, &self.agent.shared);
         let links = links.map_err(|unlinked| unlinked.report)?;
         let exchanged = self.exchange_all(&composition, &configuration, snapshot, (subjects, kept), links);
-        let (old, links) = exchanged.inspect_err(|_| composition.assembly.ground.undo(&mark, []))?;
+        let (old, links) = exchanged.inspect_err(|_| composition.assembly.resources.undo(&mark, []))?;
         let relinked = links.note(&mut composition.assembly);
         composition.configuration = configuration;
         composition.waiting.unlinked = None;
-        composition.assembly.ground.index = snapshot.image.outputs;
+        composition.assembly.resources.index = snapshot.image.outputs;
         self.agent.shared.logger.set_levels(levels(snapshot));
         if let Some(watch) = composition.snapshots.automatic.as_ref() {
             watch.begin(&self.agent.shared);
@@ -176,9 +176,9 @@ impl<'c> SnapshotRestorer<'c> {
             thread: lingering.thread.to_string(),
             limit: lingering.limit,
         };
-        let _closed = composition.assembly.ground.means.threads.close(&names).map_err(lingering)?;
+        let _closed = composition.assembly.resources.means.threads.close(&names).map_err(lingering)?;
         let fresh = self.instances(composition, configuration, snapshot)?;
-        let settings = composition.assembly.ground.settings(&names);
+        let settings = composition.assembly.resources.settings(&names);
         let keepsakes = snapshot.image.keepsakes.iter().filter_map(|(name, saved)| {
             // It was found to fit.
             composition.snapshots.keepsakes.get(name)?.restore(&saved.0).ok()
@@ -191,7 +191,7 @@ impl<'c> SnapshotRestorer<'c> {
                 .filter_map(|path| Some((path.clone(), settings.get(path)?.bytes.clone())))
                 .collect(),
             keepsakes: keepsakes.collect(),
-            time: Arc::<TimePlace>::clone(&composition.assembly.ground.means.time),
+            time: Arc::<TimePlace>::clone(&composition.assembly.resources.means.time),
             rearm: composition.armed,
         };
         let held = HeldSeats::of(&subjects)?;
@@ -244,15 +244,15 @@ fn instance(
     let set = snapshot.image.properties.get(&format!("{name}/params"));
     let newest = set.and_then(|set| set.values.values.last());
     let params = newest.map_or(fitting.params.as_slice(), |value| &value.bytes);
-    let present = composition.assembly.present.get(name);
-    let kind = present.map_or_else(|| fitting.kind.clone(), |present| present.placed(&fitting.kind));
+    let loaded = composition.assembly.modules.get(name);
+    let kind = loaded.map_or_else(|| fitting.kind.clone(), |loaded| loaded.placed(&fitting.kind));
     let made = fitting.setup.with(|setup| kind.create(setup, params));
     let made = made.map_err(|refusal| refused("can't be set up", refusal.0))?;
-    let is_isolated = present.is_some_and(|present| present.isolation.is_some());
+    let is_isolated = loaded.is_some_and(|loaded| loaded.isolation.is_some());
     let retired = Retired::new(
         kind,
         made,
-        composition.assembly.ground.patience(&Arc::from(name.as_str()), is_isolated),
+        composition.assembly.resources.patience(&Arc::from(name.as_str()), is_isolated),
     );
     let (retired, fits) = retired.restored(state.to_vec());
     fits.map_err(|reason| refused("does not take its state", reason))?;

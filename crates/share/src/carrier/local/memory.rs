@@ -117,7 +117,7 @@ impl Region {
     }
 
     /// Takes the value out of the slot for as long as what is returned lives.
-    fn lend(self: &Arc<Self>, slot: u8, number: u32, length: usize) -> Option<Lent> {
+    fn lend(self: &Arc<Self>, slot: u8, number: u32, length: usize) -> Option<LentMemory> {
         let slot = usize::from(slot);
         let size = 1 << self.class;
         if slot >= SLOTS || length > size || number == 0 || number == ON_LOAN {
@@ -134,7 +134,7 @@ impl Region {
         let whole = length.next_multiple_of(ALIGN).min(size);
         // SAFETY: inside the slot, which belongs to this end until it is given back.
         unsafe { self.slot(slot).add(length).write_bytes(0, whole - length) };
-        Some(Lent { region: Arc::clone(self), slot, length: whole })
+        Some(LentMemory { region: Arc::clone(self), slot, length: whole })
     }
 
     fn take(&self, slot: u8, number: u32, length: usize, take: &mut dyn FnMut(&[u8])) -> bool {
@@ -162,7 +162,7 @@ impl Drop for Region {
 
 /// A value that is read where it is.
 #[derive(Debug)]
-struct Lent {
+struct LentMemory {
     region: Arc<Region>,
     slot: usize,
     length: usize,
@@ -170,7 +170,7 @@ struct Lent {
 
 // SAFETY: the region stays mapped while this has it, also when the other process is gone, and its length is sealed. The
 // other process leaves a slot alone that is lent; if it did not, it would spoil a value in which all bits are valid.
-unsafe impl LentBytes for Lent {
+unsafe impl LentBytes for LentMemory {
     fn bytes(&self) -> NonNull<[u8]> {
         // SAFETY: inside the mapping.
         let first = unsafe { self.region.base.add(HEAD + self.slot * (1 << self.region.class)) };
@@ -178,7 +178,7 @@ unsafe impl LentBytes for Lent {
     }
 }
 
-impl Drop for Lent {
+impl Drop for LentMemory {
     fn drop(&mut self) {
         self.region.word(self.slot).store(0, Ordering::Release);
         self.region.lent.fetch_sub(1, Ordering::Relaxed);

@@ -18,7 +18,7 @@ use rustix::net::{AddressFamily, SocketAddrUnix, SocketFlags, SocketType};
 
 use super::{Carrier, CarrierError, Link, Listener, ready};
 use link::LocalLink;
-use place::Place;
+use place::LocalAddress;
 
 /// How many links may wait to be accepted.
 const BACKLOG: i32 = 64;
@@ -29,7 +29,7 @@ pub struct Local;
 
 impl Carrier for Local {
     fn listen(&self, endpoint: &str) -> Result<Box<dyn Listener>, CarrierError> {
-        let place = Place::take(endpoint)?;
+        let place = LocalAddress::take(endpoint)?;
         let socket = socket(SocketFlags::NONBLOCK).map_err(|error| system(endpoint, error))?;
         // The socket's file gets these rights when it is made, so it never has others.
         let owner = rustix::fs::Mode::RUSR | rustix::fs::Mode::WUSR;
@@ -86,7 +86,7 @@ fn check_user(socket: &OwnedFd, endpoint: &str) -> Result<(), CarrierError> {
 #[derive(Debug)]
 struct LocalListener {
     socket: OwnedFd,
-    _place: Place,
+    _place: LocalAddress,
 }
 
 impl Listener for LocalListener {

@@ -27,13 +27,13 @@ pub(super) fn path(endpoint: &str) -> Result<PathBuf, CarrierError> {
 
 /// A path that nobody else listens at as long as this lives.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct LocalAddress {
     path: PathBuf,
     /// Goes last.
     _lock: Lock,
 }
 
-impl Place {
+impl LocalAddress {
     /// Takes an endpoint. What an agent left that was killed makes room.
     pub fn take(endpoint: &str) -> Result<Self, CarrierError> {
         let path = path(endpoint)?;
@@ -81,7 +81,7 @@ impl Place {
     }
 }
 
-impl Drop for Place {
+impl Drop for LocalAddress {
     fn drop(&mut self) {
         // Who removed it before did the same.
         let _ = fs::remove_file(&self.path);

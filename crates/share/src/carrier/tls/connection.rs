@@ -7,8 +7,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use rustls::pki_types::ServerName;
 use rustls::{ClientConnection, ServerConnection};
 
-use super::credentials::{Loaded, common_name, expires, explain};
-use super::verifier::{Shown, client, server};
+use super::credentials::{LoadedCredentials, common_name, expires, explain};
+use super::settings::{client, server};
+use slate_runtime::tls::ShownCertificate;
 
 /// The largest packet, bytes.
 pub(super) const LARGEST: usize = 31 << 10;
@@ -19,7 +20,7 @@ const HEAD: usize = 2;
 const KEPT: usize = 32 << 10;
 
 /// One end of the stream. It waits for nothing.
-pub(super) struct Connection {
+pub(super) struct TlsConnection {
     tls: rustls::Connection,
     /// Bytes that were decrypted, and how many of them are taken.
     incoming: Vec<u8>,
@@ -28,27 +29,27 @@ pub(super) struct Connection {
     expires: i64,
     /// Whom the other end's certificate names.
     agent: Option<String>,
-    shown: Shown,
+    shown: ShownCertificate,
 }
 
-impl Connection {
-    pub fn dial(loaded: Loaded) -> io::Result<Self> {
+impl TlsConnection {
+    pub fn dial(loaded: LoadedCredentials) -> io::Result<Self> {
         let expires = expires(&loaded.chain[0]);
         // Nobody is looked for by this name, and nobody is told it.
         let name = ServerName::try_from("agent").map_err(io::Error::other)?;
-        let shown = Shown::default();
+        let shown = ShownCertificate::default();
         let tls = client(loaded, shown.clone()).and_then(|settings| ClientConnection::new(settings, name));
         Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires, shown))
     }
 
-    pub fn accept(loaded: Loaded) -> io::Result<Self> {
+    pub fn accept(loaded: LoadedCredentials) -> io::Result<Self> {
         let expires = expires(&loaded.chain[0]);
-        let shown = Shown::default();
+        let shown = ShownCertificate::default();
         let tls = server(loaded, shown.clone()).and_then(ServerConnection::new);
         Ok(Self::new(tls.map_err(io::Error::other)?.into(), expires, shown))
     }
 
-    fn new(mut tls: rustls::Connection, expires: i64, shown: Shown) -> Self {
+    fn new(mut tls: rustls::Connection, expires: i64, shown: ShownCertificate) -> Self {
         // A packet is put in only when there is none.
         tls.set_buffer_limit(None);
         Self { tls, incoming: Vec::new(), taken: 0, expires, agent: None, shown }
@@ -124,7 +125,10 @@ impl Connection {
         }
         let handled = self.tls.process_new_packets();
         let state = handled.map_err(|error| {
-            io::Error::new(ErrorKind::PermissionDenied, words(&error, self.shown.get().map(String::as_str)))
+            io::Error::new(
+                ErrorKind::PermissionDenied,
+                words(&error, self.shown.get().and_then(common_name).as_deref()),
+            )
         })?;
         self.incoming.drain(..std::mem::take(&mut self.taken));
         let had = self.incoming.len();

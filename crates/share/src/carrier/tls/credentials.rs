@@ -31,7 +31,7 @@ pub struct Credentials {
 const WEEK: i64 = 7 * 24 * 3600;
 
 /// What the files hold.
-pub(super) struct Loaded {
+pub(super) struct LoadedCredentials {
     pub chain: Vec<CertificateDer<'static>>,
     pub key: PrivateKeyDer<'static>,
     pub roots: Arc<RootCertStore>,
@@ -60,7 +60,7 @@ impl Credentials {
     /// When one of them can't be read or is none, when they don't belong together, when others may read the key, when
     /// the certificate is another agent's, or not valid now.
     pub fn load(files: Files<'_>, agent: &str) -> Result<Self, SharingError> {
-        Loaded::new(files, agent)?;
+        LoadedCredentials::new(files, agent)?;
         Ok(Self {
             agent: agent.into(),
             certificate: files.certificate.into(),
@@ -91,13 +91,13 @@ impl Credentials {
     }
 
     /// What the files hold now.
-    pub(super) fn read(&self) -> Result<Loaded, SharingError> {
+    pub(super) fn read(&self) -> Result<LoadedCredentials, SharingError> {
         let files = Files { certificate: &self.certificate, key: &self.key, authority: &self.authority };
-        Loaded::new(files, &self.agent)
+        LoadedCredentials::new(files, &self.agent)
     }
 }
 
-impl Loaded {
+impl LoadedCredentials {
     fn new(files: Files<'_>, agent: &str) -> Result<Self, SharingError> {
         let chain = certificates(files.certificate, About::Certificate, "certificate")?;
         let authority = certificates(files.authority, About::Authority, "authority")?;

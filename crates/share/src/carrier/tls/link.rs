@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use rustix::event::PollFlags;
 use rustix::net::sockopt::set_socket_send_buffer_size;
 
-use super::connection::{Connection, LARGEST};
+use super::connection::{LARGEST, TlsConnection};
 use super::{Credentials, PATIENCE};
 use crate::carrier::{CarrierError, Link, ready};
 
@@ -18,15 +18,15 @@ const ROOM: usize = 512 << 10;
 pub(super) struct TlsLink {
     socket: TcpStream,
     other: SocketAddr,
-    state: Mutex<State>,
+    state: Mutex<TlsLinkState>,
     agent: OnceLock<String>,
 }
 
 /// What both threads of a link use, each for as long as it takes to encrypt a packet.
-enum State {
+enum TlsLinkState {
     /// Somebody came, and was not listened to yet.
     Accepted(Credentials),
-    Open(Box<Connection>),
+    Open(Box<TlsConnection>),
     Closed(ErrorKind, String),
 }
 
@@ -50,14 +50,14 @@ fn timer(limit: Duration) -> impl Fn() -> Duration {
 }
 
 impl TlsLink {
-    fn new(socket: TcpStream, other: SocketAddr, state: State) -> io::Result<Self> {
+    fn new(socket: TcpStream, other: SocketAddr, state: TlsLinkState) -> io::Result<Self> {
         set_up(&socket)?;
         Ok(Self { socket, other, state: Mutex::new(state), agent: OnceLock::new() })
     }
 
     /// A link that somebody began.
     pub fn accepted(socket: TcpStream, from: SocketAddr, credentials: Credentials) -> io::Result<Self> {
-        Self::new(socket, from, State::Accepted(credentials))
+        Self::new(socket, from, TlsLinkState::Accepted(credentials))
     }
 
     /// Begins a link.
@@ -73,8 +73,8 @@ impl TlsLink {
         })?;
         let begin = || {
             let loaded = credentials.read().map_err(|error| io::Error::other(error.message))?;
-            let connection = Box::new(Connection::dial(loaded)?);
-            let link = Self::new(socket, address, State::Open(connection))?;
+            let connection = Box::new(TlsConnection::dial(loaded)?);
+            let link = Self::new(socket, address, TlsLinkState::Open(connection))?;
             link.shake_hands()?;
             Ok(link)
         };
@@ -101,12 +101,12 @@ impl TlsLink {
         Ok(())
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, TlsLinkState> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Reads from the connection. What fails ends the link.
-    fn listen<T>(&self, call: impl FnOnce(&mut Connection) -> io::Result<T>) -> io::Result<T> {
+    fn listen<T>(&self, call: impl FnOnce(&mut TlsConnection) -> io::Result<T>) -> io::Result<T> {
         let mut state = self.state();
         let result = self.with(&mut state, call);
         if let Err(error) = &result {
@@ -116,14 +116,14 @@ impl TlsLink {
     }
 
     /// Writes to the connection. When that fails, what came may say why; so it does not end the link.
-    fn write<T>(&self, call: impl FnOnce(&mut Connection) -> io::Result<T>) -> io::Result<T> {
+    fn write<T>(&self, call: impl FnOnce(&mut TlsConnection) -> io::Result<T>) -> io::Result<T> {
         self.with(&mut self.state(), call)
     }
 
     fn with<T>(
         &self,
-        state: &mut State,
-        call: impl FnOnce(&mut Connection) -> io::Result<T>,
+        state: &mut TlsLinkState,
+        call: impl FnOnce(&mut TlsConnection) -> io::Result<T>,
     ) -> io::Result<T> {
         let connection = state.open()?;
         let result = call(connection);
@@ -134,25 +134,25 @@ impl TlsLink {
     }
 
     /// Ends the link for that reason, if it has not ended.
-    fn end(&self, state: &mut State, kind: ErrorKind, reason: &str) {
-        if let State::Open(connection) = state {
+    fn end(&self, state: &mut TlsLinkState, kind: ErrorKind, reason: &str) {
+        if let TlsLinkState::Open(connection) = state {
             connection.finish(&self.socket);
         }
-        if !matches!(state, State::Closed(..)) {
-            *state = State::Closed(kind, reason.into());
+        if !matches!(state, TlsLinkState::Closed(..)) {
+            *state = TlsLinkState::Closed(kind, reason.into());
             // It may have been the other end that ended it.
             let _ = self.socket.shutdown(Shutdown::Both);
         }
     }
 }
 
-impl State {
-    fn open(&mut self) -> io::Result<&mut Connection> {
+impl TlsLinkState {
+    fn open(&mut self) -> io::Result<&mut TlsConnection> {
         if let Self::Accepted(credentials) = self {
             let loaded = credentials
                 .read()
                 .map_err(|error| io::Error::new(ErrorKind::PermissionDenied, error.message))?;
-            *self = Self::Open(Box::new(Connection::accept(loaded)?));
+            *self = Self::Open(Box::new(TlsConnection::accept(loaded)?));
         }
         match self {
             Self::Open(connection) => Ok(connection),
@@ -163,7 +163,7 @@ impl State {
 }
 
 /// What the socket has to be ready for.
-fn interest(connection: &Connection) -> PollFlags {
+fn interest(connection: &TlsConnection) -> PollFlags {
     if connection.is_full() { PollFlags::IN | PollFlags::OUT } else { PollFlags::IN }
 }
 

@@ -7,7 +7,7 @@ mod connection;
 mod credentials;
 mod link;
 mod listener;
-mod verifier;
+mod settings;
 
 use std::net::SocketAddr;
 use std::sync::Arc;

@@ -23,7 +23,7 @@ pub(super) struct Endpoint {
 
 /// Where that is.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Place {
+pub(super) struct ZenohAddress {
     pub text: String,
     pub protocol: Protocol,
     pub address: SocketAddr,
@@ -52,12 +52,12 @@ impl Endpoint {
     }
 
     /// One of its addresses.
-    pub fn at(&self, address: SocketAddr) -> Place {
-        Place { text: self.text.clone(), protocol: self.protocol, address }
+    pub fn at(&self, address: SocketAddr) -> ZenohAddress {
+        ZenohAddress { text: self.text.clone(), protocol: self.protocol, address }
     }
 }
 
-impl Place {
+impl ZenohAddress {
     /// As Zenoh writes it.
     pub fn locator(&self) -> String {
         let protocol = match self.protocol {

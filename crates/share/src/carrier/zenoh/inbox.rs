@@ -12,21 +12,21 @@ const PACKETS: usize = 4096;
 /// The packets of a link that came and were not taken. Zenoh's threads put them in and never wait: what does not fit is
 /// dropped, and the sessions send it again.
 #[derive(Debug, Default)]
-pub(super) struct Inbox {
-    waiting: Mutex<Waiting>,
+pub(super) struct ZenohInbox {
+    waiting: Mutex<WaitingPackets>,
     changed: Condvar,
 }
 
 /// One after the other in memory that is used again.
 #[derive(Debug, Default)]
-struct Waiting {
+struct WaitingPackets {
     lengths: VecDeque<usize>,
     bytes: VecDeque<u8>,
     closed: Option<&'static str>,
 }
 
-impl Inbox {
-    fn waiting(&self) -> MutexGuard<'_, Waiting> {
+impl ZenohInbox {
+    fn waiting(&self) -> MutexGuard<'_, WaitingPackets> {
         self.waiting.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -55,7 +55,7 @@ impl Inbox {
 
     /// Takes the next packet, as far as it fits; what came before the end is taken first.
     pub fn take(&self, packet: &mut [u8], limit: Duration) -> io::Result<Option<usize>> {
-        let waits = |waiting: &mut Waiting| waiting.lengths.is_empty() && waiting.closed.is_none();
+        let waits = |waiting: &mut WaitingPackets| waiting.lengths.is_empty() && waiting.closed.is_none();
         let (mut waiting, _) = self
             .changed
             .wait_timeout_while(self.waiting(), limit, waits)

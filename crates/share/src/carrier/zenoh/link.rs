@@ -9,8 +9,8 @@ use zenoh_protocol::zenoh::{PushBody, Put};
 use zenoh_runtime::ZRuntime;
 use zenoh_transport::unicast::TransportUnicast;
 
-use super::endpoint::Place;
-use super::inbox::Inbox;
+use super::endpoint::ZenohAddress;
+use super::inbox::ZenohInbox;
 use super::socket::Socket;
 use super::station::{Begun, Station, end, words};
 use crate::carrier::{CarrierError, Link};
@@ -30,7 +30,7 @@ const FAREWELL: Duration = Duration::from_millis(20);
 #[derive(Debug)]
 pub(super) struct ZenohLink {
     transport: TransportUnicast,
-    inbox: Arc<Inbox>,
+    inbox: Arc<ZenohInbox>,
     /// A stream's; what datagrams have no room for is lost.
     socket: Option<Socket>,
     largest: usize,
@@ -45,7 +45,7 @@ impl ZenohLink {
         Ok(Self { transport: begun.transport, inbox: begun.inbox, socket, largest, _station: station })
     }
 
-    pub fn dial(place: &Place) -> Result<Arc<Self>, CarrierError> {
+    pub fn dial(place: &ZenohAddress) -> Result<Arc<Self>, CarrierError> {
         let system = |reason: String| CarrierError::System {
             endpoint: place.text.clone(),
             error: io::Error::other(reason),

@@ -3,7 +3,7 @@ use std::net::{TcpListener, UdpSocket};
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::endpoint::{Place, Protocol};
+use super::endpoint::{Protocol, ZenohAddress};
 use super::link::ZenohLink;
 use super::station::{Station, words};
 use crate::carrier::{CarrierError, Link, Listener};
@@ -13,7 +13,7 @@ use crate::carrier::{CarrierError, Link, Listener};
 pub(super) struct ZenohListener(Station);
 
 impl ZenohListener {
-    pub fn new(place: &Place) -> Result<Self, CarrierError> {
+    pub fn new(place: &ZenohAddress) -> Result<Self, CarrierError> {
         let system = |reason: String| CarrierError::System {
             endpoint: place.text.clone(),
             error: io::Error::other(reason),
@@ -31,7 +31,7 @@ impl ZenohListener {
 }
 
 /// What the system says of the place, whose words are clearer than Zenoh's.
-fn bind(place: &Place) -> io::Result<()> {
+fn bind(place: &ZenohAddress) -> io::Result<()> {
     match place.protocol {
         Protocol::Udp => UdpSocket::bind(place.address).map(drop),
         Protocol::Tcp => TcpListener::bind(place.address).map(drop),

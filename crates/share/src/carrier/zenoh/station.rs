@@ -18,7 +18,7 @@ use zenoh_transport::{
 };
 
 use super::PATIENCE;
-use super::inbox::Inbox;
+use super::inbox::ZenohInbox;
 
 /// How many links may wait until they are accepted.
 const BACKLOG: usize = 64;
@@ -38,7 +38,7 @@ const ROOM: Duration = Duration::from_micros(100);
 pub(super) struct Begun {
     pub transport: TransportUnicast,
     pub wire: Wire,
-    pub inbox: Arc<Inbox>,
+    pub inbox: Arc<ZenohInbox>,
 }
 
 /// Zenoh's transports of one endpoint, dialled or listened at.
@@ -70,7 +70,7 @@ impl Station {
             .unicast(unicast)
             .wait_before_drop(ROOM)
             .max_wait_before_drop_fragments(ROOM)
-            .build(Arc::new(Door(sender)))?;
+            .build(Arc::new(StationDoor(sender)))?;
         Ok(Self { manager, begun: Mutex::new(begun) })
     }
 
@@ -135,16 +135,16 @@ pub(super) fn words(error: &zenoh_result::Error) -> String {
 }
 
 /// Hears of links that begin.
-struct Door(SyncSender<Begun>);
+struct StationDoor(SyncSender<Begun>);
 
-impl TransportEventHandler for Door {
+impl TransportEventHandler for StationDoor {
     fn new_unicast(
         &self,
         mut peer: TransportPeer,
         transport: TransportUnicast,
     ) -> ZResult<Arc<dyn TransportPeerEventHandler>> {
         let wire = peer.links.pop().ok_or_else(|| zenoh_result::zerror!("a transport without a link"))?;
-        let inbox = Arc::new(Inbox::default());
+        let inbox = Arc::new(ZenohInbox::default());
         let begun = Begun { transport, wire, inbox: Arc::clone(&inbox) };
         self.0.try_send(begun).map_err(|_| zenoh_result::zerror!("too many links wait to be accepted"))?;
         Ok(Arc::new(Ear(inbox)))
@@ -156,7 +156,7 @@ impl TransportEventHandler for Door {
 }
 
 /// Hears what comes over a link.
-struct Ear(Arc<Inbox>);
+struct Ear(Arc<ZenohInbox>);
 
 impl TransportPeerEventHandler for Ear {
     fn handle_message(&self, message: NetworkMessageMut<'_>) -> ZResult<()> {

@@ -1,25 +1,24 @@
 mod changed;
+mod held;
 mod origin;
 mod own;
 mod random;
 mod receive;
 mod spread;
 mod stage;
-mod storage;
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::BTreeSet;
 
 pub use changed::Changed;
-use origin::Origin;
+use held::HeldLives;
 use random::Random;
-use spread::Fresh;
 pub use spread::Outgoing;
-use stage::Stage;
+use spread::Spreader;
 
 use super::limits::FACT_BYTES;
-use super::version::epoch;
-use super::wire::Claim;
-use super::{Fact, Limits, Version, View};
+use super::version::{epoch, number};
+use super::wire::{Message, WireReader};
+use super::{Fact, Limits, RestoreError, Version, View};
 
 /// What one robot holds of its team's knowledge; see [the module](super).
 ///
@@ -33,15 +32,8 @@ pub struct Replica {
     epoch: u64,
     /// How often this run had to begin another life.
     rises: u32,
-    random: Random,
-    origins: BTreeMap<u32, Origin>,
-    stages: BTreeMap<(u32, u64), Stage>,
-    neighbours: Vec<u32>,
-    /// Where the next digest begins, when one has no room for all.
-    cursor: u32,
-    fresh: BTreeMap<(u32, u64), Fresh>,
-    outgoing: VecDeque<Outgoing>,
-    changed: Changed,
+    held: HeldLives,
+    spreader: Spreader,
     counters: Counters,
 }
 
@@ -65,19 +57,14 @@ impl Replica {
         let lives = limits.lives.max(1);
         let statement = limits.key.saturating_add(limits.value).saturating_add(160);
         let message = limits.message.max(statement).max(lives.saturating_mul(64).saturating_add(32));
+        let limits = Limits { message, lives, ..limits };
         Self {
             robot,
-            limits: Limits { message, lives, ..limits },
+            limits,
             epoch: epoch(1, random),
             rises: 0,
-            random: Random::new(u64::from(robot) << 32 | u64::from(random)),
-            origins: BTreeMap::new(),
-            stages: BTreeMap::new(),
-            neighbours: Vec::new(),
-            cursor: 0,
-            fresh: BTreeMap::new(),
-            outgoing: VecDeque::new(),
-            changed: Changed::default(),
+            held: HeldLives::default(),
+            spreader: Spreader::new(limits, Random::new(u64::from(robot) << 32 | u64::from(random))),
             counters: Counters::default(),
         }
     }
@@ -89,22 +76,36 @@ impl Replica {
 
     /// Notes that messages reach that robot.
     pub fn meet(&mut self, robot: u32) {
-        if let Err(at) = self.neighbours.binary_search(&robot)
-            && robot != self.robot
-        {
-            self.neighbours.insert(at, robot);
+        if robot != self.robot {
+            self.spreader.meet(robot);
         }
     }
 
     /// Notes that messages do not reach that robot any more; those that wait for it are dropped.
     pub fn part(&mut self, robot: u32) {
-        self.neighbours.retain(|neighbour| *neighbour != robot);
-        self.outgoing.retain(|message| message.to != robot);
+        self.spreader.part(robot);
+    }
+
+    /// Compares what is known with some neighbours. Call it regularly: 5 times a second is usual. The time between two
+    /// calls is what the team's clocks, which are not asked, are replaced by.
+    pub fn tick(&mut self) {
+        self.held.stages.retain(|_, stage| stage.wait());
+        self.spreader.compare(&self.held);
+    }
+
+    /// A message that says nothing but that a robot is there: the digest of no origins.
+    pub fn greeting() -> Vec<u8> {
+        Message::digest(1, 0).finish()
+    }
+
+    /// The next message to send, as long as there are any.
+    pub fn outgoing(&mut self) -> Option<Outgoing> {
+        self.spreader.next(&self.held)
     }
 
     /// What is stated about the key, by origin.
     pub fn facts<'a>(&'a self, key: &'a [u8]) -> impl Iterator<Item = Fact<'a>> {
-        self.origins.iter().filter_map(move |(robot, origin)| origin.fact(*robot, key))
+        self.held.facts(key)
     }
 
     /// What is stated about the key, as that view shows it: at most one fact unless it is [`View::Union`].
@@ -114,59 +115,65 @@ impl Replica {
 
     /// All keys about which something is stated, in order.
     pub fn keys(&self) -> BTreeSet<&[u8]> {
-        let mut keys = BTreeSet::new();
-        for (robot, origin) in &self.origins {
-            keys.extend(origin.keys().filter(|key| origin.fact(*robot, key).is_some()));
-        }
-        keys
+        self.held.keys()
     }
 
     /// The keys about which something may have changed since the last call. So many are remembered as one life may have
     /// facts.
     pub fn take_changed(&mut self) -> Changed {
-        std::mem::take(&mut self.changed)
+        std::mem::take(&mut self.held.changed)
     }
 
     /// How much of each life is held: the version of its last statement, by origin, the newest life first. Replicas with the
     /// same versions hold the same facts.
     pub fn versions(&self) -> impl Iterator<Item = (u32, Version)> {
-        self.origins.iter().flat_map(|(robot, origin)| {
-            let versions = origin.lives.iter();
-            versions.map(|life| (*robot, Version { epoch: life.epoch, sequence: life.version }))
-        })
+        self.held.versions()
     }
 
     /// What did not go as it should since the start.
     pub fn counters(&self) -> Counters {
-        self.counters
+        Counters { dropped: self.spreader.dropped, ..self.counters }
     }
 
     /// The memory of all facts and messages, bytes, by the measure of [`Limits::memory`].
     pub fn memory(&self) -> usize {
-        let lives = self.origins.values().flat_map(|origin| &origin.lives).map(|life| life.bytes());
-        let stages = self.stages.values().map(|stage| stage.bytes);
-        let outgoing = self.outgoing.iter().map(|message| message.bytes.len());
-        let changed = self.changed.len() * (FACT_BYTES + self.limits.key);
-        lives.chain(stages).chain(outgoing).sum::<usize>() + changed
+        let changed = self.held.changed.len() * (FACT_BYTES + self.limits.key);
+        self.held.bytes() + self.spreader.bytes() + changed
     }
 
-    /// Notes that neighbours are to be told of a life.
-    fn tell_of(&mut self, origin: u32, epoch: u64, fresh: Fresh) {
-        // What has no room is left to comparison.
-        if self.fresh.len() < self.limits.robots.saturating_mul(self.limits.lives) {
-            self.fresh.entry((origin, epoch)).or_insert(fresh);
-        }
+    /// All that is known, for [`restore`](Self::restore). Save it now and then, such as at the end of a mission; nothing
+    /// depends on how old it is.
+    pub fn save(&self) -> Vec<u8> {
+        let mut saved = [self.robot.to_le_bytes(), number(self.epoch).to_le_bytes()].concat();
+        self.held.save(&mut saved, &self.limits);
+        let checksum = xxhash_rust::xxh3::xxh3_64(&saved);
+        saved.extend(checksum.to_le_bytes());
+        saved
     }
 
-    /// How much of a life is held or being received.
-    fn claim(&self, origin: u32, epoch: u64) -> Claim {
-        let known = self.origins.get(&origin).map_or(0, |origin| origin.version(epoch));
-        let mut claim = Claim::known(origin, epoch, known);
-        if !self.stages.is_empty()
-            && let Some(stage) = self.stages.get(&(origin, epoch))
-        {
-            (claim.base, claim.position) = (stage.base, stage.position);
+    /// The replica of a robot that comes back with what it had [saved](Self::save). `random` must differ from start to
+    /// start. The facts that it stated itself are those of an earlier life of it: they stand until it states something
+    /// else about their keys or retracts them.
+    ///
+    /// # Errors
+    /// When the bytes are damaged, another robot's, or were saved with other limits.
+    pub fn restore(robot: u32, random: u32, limits: Limits, saved: &[u8]) -> Result<Self, RestoreError> {
+        let (content, checksum) = saved.split_last_chunk().ok_or(RestoreError::Damaged)?;
+        if xxhash_rust::xxh3::xxh3_64(content) != u64::from_le_bytes(*checksum) {
+            return Err(RestoreError::Damaged);
         }
-        claim
+        let mut replica = Self::new(robot, random, limits);
+        let mut reader = WireReader::new(content);
+        let [who, life] = [reader.fixed()?, reader.fixed()?].map(u32::from_le_bytes);
+        if who != robot {
+            return Err(RestoreError::Robot { saved: who, robot });
+        }
+        replica.epoch = epoch(life.saturating_add(1), random);
+        while !reader.is_empty() {
+            let length = u32::from_le_bytes(reader.fixed()?);
+            let message = reader.bytes(length as usize)?;
+            replica.take_back(message)?;
+        }
+        Ok(replica)
     }
 }

@@ -1,15 +1,15 @@
 use super::Changed;
-use crate::knowledge::life::{Entry, Life};
+use crate::knowledge::life::{Life, LifeEntry};
 use crate::knowledge::{Fact, Limits, Statement, Version};
 
 /// The lives of one robot that are held.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Origin {
+pub(super) struct OriginLives {
     /// The newest first.
     pub lives: Vec<Life>,
 }
 
-impl Origin {
+impl OriginLives {
     pub fn life(&self, epoch: u64) -> Option<&Life> {
         self.lives.iter().find(|life| life.epoch == epoch)
     }
@@ -45,7 +45,7 @@ impl Origin {
     }
 
     /// The last word about the key: that of the newest life that has one.
-    pub fn last_word(&self, key: &[u8]) -> Option<(Version, &Entry)> {
+    pub fn last_word(&self, key: &[u8]) -> Option<(Version, &LifeEntry)> {
         self.lives.iter().find_map(|life| {
             let (sequence, entry) = life.entry(key)?;
             Some((Version { epoch: life.epoch, sequence }, entry))

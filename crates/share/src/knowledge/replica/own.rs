@@ -1,5 +1,6 @@
-use super::{Fresh, Replica};
-use crate::knowledge::life::{Body, Entry, Life};
+use super::Replica;
+use super::spread::Fresh;
+use crate::knowledge::life::{Life, LifeEntry, StatementBody};
 use crate::knowledge::version::{epoch, number};
 use crate::knowledge::{Refusal, Statement, Version};
 
@@ -24,13 +25,13 @@ impl Replica {
         if !(0.0..=1.0).contains(&statement.certainty) {
             return Err(Refusal::Certainty);
         }
-        let latest = self.facts(key).map(|fact| fact.order.saturating_add(1)).max();
+        let latest = self.held.facts(key).map(|fact| fact.order.saturating_add(1)).max();
         let Statement { schema, certainty, value } = statement;
-        self.append(Entry {
+        self.append(LifeEntry {
             key: key.into(),
             time: now,
             order: latest.unwrap_or_default().max(now),
-            body: Some(Body { schema, certainty, value: value.into() }),
+            body: Some(StatementBody { schema, certainty, value: value.into() }),
         })
     }
 
@@ -40,15 +41,15 @@ impl Replica {
     /// # Errors
     /// When the robot states as much as it may and the fact is one of an earlier life; then nothing is changed.
     pub fn retract(&mut self, now: u64, key: &[u8]) -> Result<bool, Refusal> {
-        let fact = self.origins.get(&self.robot).and_then(|own| own.fact(self.robot, key));
+        let fact = self.held.origins.get(&self.robot).and_then(|own| own.fact(self.robot, key));
         if fact.is_none() {
             return Ok(false);
         }
-        self.append(Entry { key: key.into(), time: now, order: now, body: None }).map(|_| true)
+        self.append(LifeEntry { key: key.into(), time: now, order: now, body: None }).map(|_| true)
     }
 
-    fn append(&mut self, entry: Entry) -> Result<Version, Refusal> {
-        if !self.origins.contains_key(&self.robot) && self.origins.len() >= self.limits.robots {
+    fn append(&mut self, entry: LifeEntry) -> Result<Version, Refusal> {
+        if !self.held.origins.contains_key(&self.robot) && self.held.origins.len() >= self.limits.robots {
             return Err(Refusal::Robots { limit: self.limits.robots });
         }
         if self.own_life().is_none() {
@@ -70,25 +71,25 @@ impl Replica {
     }
 
     fn own_life(&self) -> Option<&Life> {
-        self.origins.get(&self.robot)?.life(self.epoch)
+        self.held.origins.get(&self.robot)?.life(self.epoch)
     }
 
-    fn has_room(&self, entry: &Entry) -> bool {
+    fn has_room(&self, entry: &LifeEntry) -> bool {
         let room = |life: &Life| life.has_room(entry, &self.limits);
         self.own_life().map_or_else(|| room(&Life::new(self.epoch)), room)
     }
 
     /// Adds a statement to the present life.
-    fn write(&mut self, entry: Entry) -> Version {
+    fn write(&mut self, entry: LifeEntry) -> Version {
         let known = self.own_life().map_or(0, |life| life.version);
-        self.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
-        self.changed.extend([entry.key.clone()], self.limits.facts);
-        let own = self.origins.entry(self.robot).or_default();
+        self.spreader.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
+        self.held.changed.extend([entry.key.clone()], self.limits.facts);
+        let own = self.held.origins.entry(self.robot).or_default();
         let life = own.life_mut(self.epoch);
         life.version += 1;
         let version = Version { epoch: self.epoch, sequence: life.version };
         life.insert(version.sequence, entry);
-        own.drop_void(&self.limits, &mut self.changed);
+        own.drop_void(&self.limits, &mut self.held.changed);
         version
     }
 
@@ -108,22 +109,22 @@ impl Replica {
     /// Closes all earlier lives and forgets retractions up to that number, which makes another version of the present one.
     fn close(&mut self, floor: u64) {
         let known = self.own_life().map_or(0, |life| life.version);
-        self.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
-        let own = self.origins.entry(self.robot).or_default();
+        self.spreader.tell_of(self.robot, self.epoch, Fresh { after: known, from: None });
+        let own = self.held.origins.entry(self.robot).or_default();
         let life = own.life_mut(self.epoch);
         life.version += 1;
         life.closes = true;
         life.raise_floor(floor);
-        own.drop_void(&self.limits, &mut self.changed);
+        own.drop_void(&self.limits, &mut self.held.changed);
     }
 
     /// States anew what stands of the earlier lives from that rank on; the present one has rank 0. Says whether all of
     /// it is stated anew now.
     pub(super) fn adopt(&mut self, rank: usize) -> bool {
-        let Some(own) = self.origins.get(&self.robot) else { return true };
+        let Some(own) = self.held.origins.get(&self.robot) else { return true };
         // The present life begins with its first statement.
         let ahead = usize::from(own.life(self.epoch).is_none());
-        let mut adopted: Vec<Entry> = Vec::new();
+        let mut adopted: Vec<LifeEntry> = Vec::new();
         for life in own.lives.iter().skip(rank.saturating_sub(ahead)) {
             let stands = life.after(0).filter(|(sequence, entry)| {
                 let version = Version { epoch: life.epoch, sequence: *sequence };
@@ -155,7 +156,7 @@ impl Replica {
         };
         let former = self.epoch;
         self.epoch = epoch(next, former as u32);
-        let Some(life) = self.origins.get(&self.robot).and_then(|own| own.life(former)).cloned() else {
+        let Some(life) = self.held.origins.get(&self.robot).and_then(|own| own.life(former)).cloned() else {
             return;
         };
         self.rises += 1;

@@ -1,10 +1,11 @@
 use std::cmp::Ordering;
 
-use super::spread::Offer;
-use super::{Fresh, Replica, Stage};
+use super::Replica;
+use super::spread::{Fresh, LifeOffer};
+use super::stage::LifeStage;
 use crate::knowledge::MessageError;
 use crate::knowledge::life::Life;
-use crate::knowledge::wire::{Claim, Message, Section};
+use crate::knowledge::wire::{Claim, LifeSection, Message};
 
 /// What a part of a life has brought.
 enum Learned {
@@ -27,8 +28,8 @@ impl Replica {
             Message::Digest { first, last, claims } => self.compare(from, first, last, &claims),
             Message::Request { claims } => {
                 self.defend(&claims);
-                let offers = claims.iter().map(Offer::beyond).collect();
-                self.answer(from, offers);
+                let offers = claims.iter().map(LifeOffer::beyond).collect();
+                self.spreader.answer(&self.held, from, offers);
             }
             Message::Sections { more, sections } => {
                 let (mut wants, mut progress) = (Vec::new(), false);
@@ -36,7 +37,7 @@ impl Replica {
                     let learned = self.learn(section, Some(from));
                     progress |= matches!(learned, Learned::Something | Learned::Part);
                     if matches!(learned, Learned::Part | Learned::Gap) {
-                        wants.push(self.claim(section.origin, section.epoch));
+                        wants.push(self.held.claim(section.origin, section.epoch));
                     }
                 }
                 if sections.iter().any(|section| section.origin == self.robot) {
@@ -45,10 +46,12 @@ impl Replica {
                 }
                 // Only who gets on asks for more, or two robots that can't take each other's facts would never stop.
                 if more && progress {
-                    let (digest, _) = self.digest(sections.first().map_or(0, |section| section.origin));
-                    self.send(from, digest);
+                    let (digest, _) = self
+                        .spreader
+                        .digest(&self.held, sections.first().map_or(0, |section| section.origin));
+                    self.spreader.send(from, digest);
                 } else {
-                    self.request(from, wants);
+                    self.spreader.request(from, wants);
                 }
             }
         }
@@ -61,16 +64,16 @@ impl Replica {
         let (mut offers, mut wants) = (Vec::new(), Vec::new());
         let mut theirs = claims.iter().peekable();
         if first <= last {
-            for (origin, held) in self.origins.range(first..=last) {
+            for (origin, held) in self.held.origins.range(first..=last) {
                 for life in &held.lives {
                     let mine = Claim::known(*origin, life.epoch, life.version);
                     while let Some(claim) = theirs.next_if(|claim| claim.place() < mine.place()) {
                         self.want(claim, &mut wants);
                     }
                     match theirs.next_if(|claim| claim.place() == mine.place()) {
-                        None => offers.push(Offer::whole(*origin, life.epoch)),
+                        None => offers.push(LifeOffer::whole(*origin, life.epoch)),
                         Some(claim) => match claim.known.cmp(&life.version) {
-                            Ordering::Less => offers.push(Offer::beyond(claim)),
+                            Ordering::Less => offers.push(LifeOffer::beyond(claim)),
                             Ordering::Equal => {}
                             Ordering::Greater => self.want(claim, &mut wants),
                         },
@@ -81,16 +84,19 @@ impl Replica {
         for claim in theirs {
             self.want(claim, &mut wants);
         }
-        self.answer(from, offers);
-        self.request(from, wants);
+        self.spreader.answer(&self.held, from, offers);
+        self.spreader.request(from, wants);
     }
 
     fn want(&self, claim: &Claim, wants: &mut Vec<Claim>) {
         let present = claim.origin == self.robot && claim.epoch >= self.epoch;
-        let void =
-            (self.origins.get(&claim.origin)).is_some_and(|origin| origin.is_void(claim.epoch, &self.limits));
+        let void = self
+            .held
+            .origins
+            .get(&claim.origin)
+            .is_some_and(|origin| origin.is_void(claim.epoch, &self.limits));
         if claim.known > 0 && !present && !void {
-            wants.push(self.claim(claim.origin, claim.epoch));
+            wants.push(self.held.claim(claim.origin, claim.epoch));
         }
     }
 
@@ -112,11 +118,11 @@ impl Replica {
                 self.learn(section, None);
             }
         }
-        self.fresh.clear();
+        self.spreader.forget_fresh();
         Ok(())
     }
 
-    fn learn(&mut self, section: &Section<'_>, from: Option<u32>) -> Learned {
+    fn learn(&mut self, section: &LifeSection<'_>, from: Option<u32>) -> Learned {
         if section.origin == self.robot {
             if self.is_overruled_by(section.epoch, section.version) {
                 self.rise_above(section.epoch);
@@ -126,10 +132,10 @@ impl Replica {
             }
         }
         let mut known = 0;
-        match self.origins.get(&section.origin) {
+        match self.held.origins.get(&section.origin) {
             Some(origin) if origin.is_void(section.epoch, &self.limits) => return Learned::Nothing,
             Some(origin) => known = origin.version(section.epoch),
-            None if self.origins.len() >= self.limits.robots => {
+            None if self.held.origins.len() >= self.limits.robots => {
                 self.counters.refused += 1;
                 return Learned::Nothing;
             }
@@ -141,24 +147,24 @@ impl Replica {
         let place = (section.origin, section.epoch);
         let changes = section.after <= known && section.floor <= known;
         let whole = section.after == 0;
-        let stage = match self.stages.remove(&place) {
+        let stage = match self.held.stages.remove(&place) {
             Some(stage) if stage.takes(section) => stage,
             // A part that is there already, or that can't continue. The stage is given up only when it must be.
             Some(stage) if !whole || section.floor <= stage.base && section.through < section.version => {
-                self.stages.insert(place, stage);
+                self.held.stages.insert(place, stage);
                 return Learned::Nothing;
             }
             _ if !changes && !whole => return Learned::Gap,
-            _ if section.through < section.version && self.stages.len() >= self.limits.stages => {
+            _ if section.through < section.version && self.held.stages.len() >= self.limits.stages => {
                 return Learned::Nothing;
             }
-            _ => Stage::new(section, known, !changes),
+            _ => LifeStage::new(section, known, !changes),
         };
         self.extend(stage, section, from)
     }
 
     /// Adds a part, and takes the life over when it is the last one.
-    fn extend(&mut self, mut stage: Stage, section: &Section<'_>, from: Option<u32>) -> Learned {
+    fn extend(&mut self, mut stage: LifeStage, section: &LifeSection<'_>, from: Option<u32>) -> Learned {
         if !stage.extend(section, &self.limits) {
             self.counters.refused += 1;
             return Learned::Nothing;
@@ -166,13 +172,13 @@ impl Replica {
         if section.through == section.version {
             return self.take_over(section.origin, section.epoch, stage, from);
         }
-        self.stages.insert((section.origin, section.epoch), stage);
+        self.held.stages.insert((section.origin, section.epoch), stage);
         Learned::Part
     }
 
     /// Takes over all that was put aside of a life.
-    fn take_over(&mut self, robot: u32, epoch: u64, stage: Stage, from: Option<u32>) -> Learned {
-        let held = self.origins.get(&robot).and_then(|origin| origin.life(epoch));
+    fn take_over(&mut self, robot: u32, epoch: u64, stage: LifeStage, from: Option<u32>) -> Learned {
+        let held = self.held.origins.get(&robot).and_then(|origin| origin.life(epoch));
         let known = held.map_or(0, |held| held.version);
         let held = held.filter(|_| !stage.whole);
         let (facts, bytes) = held.map_or((0, 0), |held| (held.len(), held.bytes()));
@@ -185,16 +191,16 @@ impl Replica {
                 return Learned::Nothing;
             }
         }
-        self.tell_of(robot, epoch, Fresh { after: known, from });
-        let origin = self.origins.entry(robot).or_default();
+        self.spreader.tell_of(robot, epoch, Fresh { after: known, from });
+        let origin = self.held.origins.entry(robot).or_default();
         let life = origin.life_mut(epoch);
         if stage.whole {
-            self.changed.extend(life.keys().cloned(), self.limits.facts);
+            self.held.changed.extend(life.keys().cloned(), self.limits.facts);
             *life = Life::new(epoch);
         }
-        self.changed.extend(stage.entries.iter().map(|(_, entry)| entry.key.clone()), self.limits.facts);
+        self.held.changed.extend(stage.entries.iter().map(|(_, entry)| entry.key.clone()), self.limits.facts);
         stage.finish(life);
-        origin.drop_void(&self.limits, &mut self.changed);
+        origin.drop_void(&self.limits, &mut self.held.changed);
         Learned::Something
     }
 }

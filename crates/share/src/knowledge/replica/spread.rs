@@ -1,5 +1,9 @@
-use super::Replica;
-use crate::knowledge::wire::{Claim, Message, Writer, write_section};
+use std::collections::{BTreeMap, VecDeque};
+
+use super::held::HeldLives;
+use super::random::Random;
+use crate::knowledge::Limits;
+use crate::knowledge::wire::{Claim, Message, WireWriter, write_section};
 
 /// To how many neighbours a tick compares what is known.
 const COMPARED: usize = 2;
@@ -27,14 +31,14 @@ pub(super) struct Fresh {
 
 /// A life of which another robot knows less.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Offer {
+pub(super) struct LifeOffer {
     origin: u32,
     epoch: u64,
     base: u64,
     position: u64,
 }
 
-impl Offer {
+impl LifeOffer {
     pub fn whole(origin: u32, epoch: u64) -> Self {
         Self { origin, epoch, base: 0, position: 0 }
     }
@@ -44,33 +48,83 @@ impl Offer {
     }
 }
 
-impl Replica {
-    /// Compares what is known with some neighbours. Call it regularly: 5 times a second is usual. The time between two
-    /// calls is what the team's clocks, which are not asked, are replaced by.
-    pub fn tick(&mut self) {
-        self.stages.retain(|_, stage| stage.wait());
-        let (digest, next) = self.digest(self.cursor);
+/// Tells neighbours what is new, and compares what is known with theirs.
+#[derive(Clone, Debug)]
+pub(super) struct Spreader {
+    limits: Limits,
+    random: Random,
+    neighbours: Vec<u32>,
+    /// Where the next digest begins, when one has no room for all.
+    cursor: u32,
+    fresh: BTreeMap<(u32, u64), Fresh>,
+    outgoing: VecDeque<Outgoing>,
+    /// Messages dropped as too many waited to be sent.
+    pub dropped: u64,
+}
+
+impl Spreader {
+    pub fn new(limits: Limits, random: Random) -> Self {
+        Self {
+            limits,
+            random,
+            neighbours: Vec::new(),
+            cursor: 0,
+            fresh: BTreeMap::new(),
+            outgoing: VecDeque::new(),
+            dropped: 0,
+        }
+    }
+
+    /// Notes that messages reach that robot.
+    pub fn meet(&mut self, robot: u32) {
+        if let Err(at) = self.neighbours.binary_search(&robot) {
+            self.neighbours.insert(at, robot);
+        }
+    }
+
+    /// Notes that messages do not reach that robot any more; those that wait for it are dropped.
+    pub fn part(&mut self, robot: u32) {
+        self.neighbours.retain(|neighbour| *neighbour != robot);
+        self.outgoing.retain(|message| message.to != robot);
+    }
+
+    /// Notes that neighbours are to be told of a life.
+    pub fn tell_of(&mut self, origin: u32, epoch: u64, fresh: Fresh) {
+        // What has no room is left to comparison.
+        if self.fresh.len() < self.limits.robots.saturating_mul(self.limits.lives) {
+            self.fresh.entry((origin, epoch)).or_insert(fresh);
+        }
+    }
+
+    /// Tells nobody what was new until now.
+    pub fn forget_fresh(&mut self) {
+        self.fresh.clear();
+    }
+
+    /// The memory of messages, bytes.
+    pub fn bytes(&self) -> usize {
+        self.outgoing.iter().map(|message| message.bytes.len()).sum()
+    }
+
+    /// Compares what is known with some neighbours.
+    pub fn compare(&mut self, held: &HeldLives) {
+        let (digest, next) = self.digest(held, self.cursor);
         self.cursor = next;
         for to in self.some_neighbours(COMPARED) {
             self.send(to, digest.clone());
         }
     }
 
-    /// A message that says nothing but that a robot is there: the digest of no origins.
-    pub fn greeting() -> Vec<u8> {
-        Message::digest(1, 0).finish()
-    }
-
     /// The next message to send, as long as there are any.
-    pub fn outgoing(&mut self) -> Option<Outgoing> {
+    pub fn next(&mut self, held: &HeldLives) -> Option<Outgoing> {
         if self.outgoing.is_empty() && !self.fresh.is_empty() {
-            self.tell();
+            self.tell(held);
         }
         self.outgoing.pop_front()
     }
 
     /// Tells some neighbours what is fresh, as far as it has room in one message; the rest is left to comparison.
-    fn tell(&mut self) {
+    fn tell(&mut self, held: &HeldLives) {
         let fresh = std::mem::take(&mut self.fresh);
         for to in self.some_neighbours(TOLD) {
             let mut writer = Message::sections();
@@ -78,8 +132,8 @@ impl Replica {
                 if *from == Some(to) {
                     continue;
                 }
-                let offer = Offer { origin: *origin, epoch: *epoch, base: *after, position: *after };
-                self.write_offer(&mut writer, &offer);
+                let offer = LifeOffer { origin: *origin, epoch: *epoch, base: *after, position: *after };
+                self.write_offer(held, &mut writer, &offer);
             }
             if !writer.is_empty() {
                 self.send(to, writer.finish());
@@ -94,22 +148,22 @@ impl Replica {
         after.iter().chain(before).copied().take(count).collect::<Vec<_>>().into_iter()
     }
 
-    pub(super) fn send(&mut self, to: u32, bytes: Vec<u8>) {
+    pub fn send(&mut self, to: u32, bytes: Vec<u8>) {
         if self.outgoing.len() < self.limits.outgoing {
             self.outgoing.push_back(Outgoing { to, bytes });
         } else {
-            self.counters.dropped += 1;
+            self.dropped += 1;
         }
     }
 
     /// All that is known of the origins from that one on, as far as it has room; and where the next digest begins.
-    pub(super) fn digest(&self, first: u32) -> (Vec<u8>, u32) {
-        let mut claims = Writer::new(&[]);
+    pub fn digest(&self, held: &HeldLives, first: u32) -> (Vec<u8>, u32) {
+        let mut claims = WireWriter::new(&[]);
         // What the header may take.
         let limit = self.limits.message - 16;
         let mut last = u32::MAX;
         let (mut origin, mut begin) = (first, 0);
-        for claim in self.claims(first) {
+        for claim in held.claims(first) {
             if claim.origin != origin {
                 (origin, begin) = (claim.origin, claims.length());
             }
@@ -125,25 +179,8 @@ impl Replica {
         (writer.finish(), last.wrapping_add(1))
     }
 
-    /// What is held or being received, from that origin on.
-    fn claims(&self, first: u32) -> Vec<Claim> {
-        let mut claims: Vec<Claim> = (self.origins.range(first..))
-            .flat_map(|(origin, held)| {
-                let lives = held.lives.iter();
-                lives.map(|life| Claim::known(*origin, life.epoch, life.version))
-            })
-            .collect();
-        if !self.stages.is_empty() {
-            claims.retain(|claim| !self.stages.contains_key(&(claim.origin, claim.epoch)));
-            let staged = self.stages.keys().filter(|(origin, _)| *origin >= first);
-            claims.extend(staged.map(|(origin, epoch)| self.claim(*origin, *epoch)));
-            claims.sort_by_key(Claim::place);
-        }
-        claims
-    }
-
     /// Sends as much of the offers as fits into one message.
-    pub(super) fn answer(&mut self, to: u32, mut offers: Vec<Offer>) {
+    pub fn answer(&mut self, held: &HeldLives, to: u32, mut offers: Vec<LifeOffer>) {
         if offers.is_empty() {
             return;
         }
@@ -151,7 +188,8 @@ impl Replica {
         let first = self.random.below(offers.len());
         offers.rotate_left(first);
         let mut writer = Message::sections();
-        let more = offers.iter().fold(false, |more, offer| more | !self.write_offer(&mut writer, offer));
+        let more =
+            offers.iter().fold(false, |more, offer| more | !self.write_offer(held, &mut writer, offer));
         if !writer.is_empty() {
             let mut bytes = writer.finish();
             if more {
@@ -162,8 +200,8 @@ impl Replica {
     }
 
     /// Writes what is newer than the offer says; false when not all of it had room.
-    fn write_offer(&self, writer: &mut Writer, offer: &Offer) -> bool {
-        let life = self.origins.get(&offer.origin).and_then(|origin| origin.life(offer.epoch));
+    fn write_offer(&self, held: &HeldLives, writer: &mut WireWriter, offer: &LifeOffer) -> bool {
+        let life = held.origins.get(&offer.origin).and_then(|origin| origin.life(offer.epoch));
         match life {
             Some(life) if life.version > offer.position && life.version >= offer.base => {
                 let after = if life.floor > offer.base { 0 } else { offer.position };
@@ -175,7 +213,7 @@ impl Replica {
     }
 
     /// Asks for what is newer than the claims.
-    pub(super) fn request(&mut self, to: u32, wants: Vec<Claim>) {
+    pub fn request(&mut self, to: u32, wants: Vec<Claim>) {
         if wants.is_empty() {
             return;
         }

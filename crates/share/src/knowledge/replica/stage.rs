@@ -1,6 +1,6 @@
 use crate::knowledge::Limits;
-use crate::knowledge::life::{Entry, Life};
-use crate::knowledge::wire::Section;
+use crate::knowledge::life::{Life, LifeEntry};
+use crate::knowledge::wire::LifeSection;
 
 /// After how many ticks without another part a life that is received in parts is given up, so that who sent them need
 /// not come back.
@@ -12,7 +12,7 @@ const PATIENCE: u32 = 8;
 /// in later parts, and is exact at the version of its last part. What was retracted meanwhile is in later parts too, as
 /// no part may have a floor above `base`.
 #[derive(Clone, Debug)]
-pub(super) struct Stage {
+pub(super) struct LifeStage {
     /// What changed since this version is collected; for a whole life, the version of its first part.
     pub base: u64,
     /// Up to here it is there.
@@ -20,7 +20,7 @@ pub(super) struct Stage {
     /// Whether it takes the place of all that is held of the life.
     pub whole: bool,
     /// What is there, in order.
-    pub entries: Vec<(u64, Entry)>,
+    pub entries: Vec<(u64, LifeEntry)>,
     /// What it counts for, bytes.
     pub bytes: usize,
     /// What the last part said of the life.
@@ -30,9 +30,9 @@ pub(super) struct Stage {
     idle: u32,
 }
 
-impl Stage {
+impl LifeStage {
     /// Begins at what is known, or at nothing for a whole life.
-    pub fn new(section: &Section<'_>, known: u64, whole: bool) -> Self {
+    pub fn new(section: &LifeSection<'_>, known: u64, whole: bool) -> Self {
         let (base, position) = if whole { (section.version, 0) } else { (known, known) };
         Self {
             base,
@@ -48,7 +48,7 @@ impl Stage {
     }
 
     /// Whether the part continues it.
-    pub fn takes(&self, section: &Section<'_>) -> bool {
+    pub fn takes(&self, section: &LifeSection<'_>) -> bool {
         section.version >= self.version
             && section.floor <= self.base
             && section.after <= self.position
@@ -56,7 +56,7 @@ impl Stage {
     }
 
     /// Takes a part that [continues](Self::takes) it; false when it is larger than any life may become.
-    pub fn extend(&mut self, section: &Section<'_>, limits: &Limits) -> bool {
+    pub fn extend(&mut self, section: &LifeSection<'_>, limits: &Limits) -> bool {
         for entry in section.entries(self.position, limits) {
             let (sequence, entry) = (entry.sequence, entry.to_entry());
             self.bytes += entry.bytes();

@@ -1,4 +1,4 @@
-use super::{Reader, Writer};
+use super::{WireReader, WireWriter};
 use crate::knowledge::MessageError;
 use crate::knowledge::version::{epoch, number};
 
@@ -26,7 +26,7 @@ impl Claim {
         (self.origin, std::cmp::Reverse(self.epoch))
     }
 
-    pub fn write(&self, writer: &mut Writer) {
+    pub fn write(&self, writer: &mut WireWriter) {
         let staged = (self.base, self.position) != (self.known, self.known);
         writer.number(self.origin.into());
         writer.number(u64::from(number(self.epoch)) << 1 | u64::from(staged));
@@ -38,7 +38,7 @@ impl Claim {
         }
     }
 
-    fn read(reader: &mut Reader<'_>) -> Result<Self, MessageError> {
+    fn read(reader: &mut WireReader<'_>) -> Result<Self, MessageError> {
         let origin = reader.small()?;
         let life = reader.number()?;
         let number = u32::try_from(life >> 1).map_err(|_| reader.expected("a number of a life"))?;
@@ -51,7 +51,7 @@ impl Claim {
     }
 
     /// All up to the end of the message, in order and each life once.
-    pub fn read_all(reader: &mut Reader<'_>) -> Result<Vec<Self>, MessageError> {
+    pub fn read_all(reader: &mut WireReader<'_>) -> Result<Vec<Self>, MessageError> {
         let mut claims: Vec<Self> = Vec::new();
         while !reader.is_empty() {
             let claim = Self::read(reader)?;

@@ -10,9 +10,9 @@ mod section;
 mod writer;
 
 pub(crate) use claim::Claim;
-pub(crate) use reader::Reader;
-pub(crate) use section::{Section, write_section};
-pub(crate) use writer::Writer;
+pub(crate) use reader::WireReader;
+pub(crate) use section::{LifeSection, write_section};
+pub(crate) use writer::WireWriter;
 
 use super::{Limits, MessageError};
 
@@ -30,12 +30,12 @@ pub(crate) enum Message<'a> {
     /// The sender wants what is newer than this, of these lives.
     Request { claims: Vec<Claim> },
     /// Parts of lives. With `more`, the sender had more than fitted.
-    Sections { more: bool, sections: Vec<Section<'a>> },
+    Sections { more: bool, sections: Vec<LifeSection<'a>> },
 }
 
 impl<'a> Message<'a> {
     pub fn decode(bytes: &'a [u8], limits: &Limits) -> Result<Self, MessageError> {
-        let mut reader = Reader::new(bytes);
+        let mut reader = WireReader::new(bytes);
         if bytes.len() > limits.message {
             return Err(reader.expected("no message of that length"));
         }
@@ -56,7 +56,7 @@ impl<'a> Message<'a> {
                 let more = reader.flag()?;
                 let mut sections = Vec::new();
                 while !reader.is_empty() {
-                    sections.push(Section::read(&mut reader, limits)?);
+                    sections.push(LifeSection::read(&mut reader, limits)?);
                 }
                 Ok(Self::Sections { more, sections })
             }
@@ -64,20 +64,20 @@ impl<'a> Message<'a> {
         }
     }
 
-    pub fn digest(first: u32, last: u32) -> Writer {
-        let mut writer = Writer::new(&[FORMAT, DIGEST]);
+    pub fn digest(first: u32, last: u32) -> WireWriter {
+        let mut writer = WireWriter::new(&[FORMAT, DIGEST]);
         writer.number(first.into());
         writer.number(last.into());
         writer
     }
 
-    pub fn request() -> Writer {
-        Writer::new(&[FORMAT, REQUEST])
+    pub fn request() -> WireWriter {
+        WireWriter::new(&[FORMAT, REQUEST])
     }
 
     /// Followed by sections; `more` is set later.
-    pub fn sections() -> Writer {
-        Writer::new(&[FORMAT, SECTIONS, 0])
+    pub fn sections() -> WireWriter {
+        WireWriter::new(&[FORMAT, SECTIONS, 0])
     }
 
     /// Says in a message with sections that there is more.

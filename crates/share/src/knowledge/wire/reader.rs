@@ -2,12 +2,12 @@ use crate::knowledge::MessageError;
 
 /// Reads from the front of bytes, and never beyond them.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Reader<'a> {
+pub(crate) struct WireReader<'a> {
     rest: &'a [u8],
     length: usize,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> WireReader<'a> {
     pub fn new(bytes: &'a [u8]) -> Self {
         Self { rest: bytes, length: bytes.len() }
     }
@@ -77,7 +77,7 @@ impl<'a> Reader<'a> {
     }
 
     /// What lies between here and a later reader of the same bytes.
-    pub fn until(&self, later: &Reader<'a>) -> Reader<'a> {
+    pub fn until(&self, later: &WireReader<'a>) -> WireReader<'a> {
         let length = self.rest.len() - later.rest.len();
         Self { rest: self.rest.get(..length).unwrap_or_default(), length }
     }

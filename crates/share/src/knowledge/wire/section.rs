@@ -1,12 +1,12 @@
 use super::writer::number_length;
-use super::{Reader, Writer};
-use crate::knowledge::life::{Body, Entry, Life};
+use super::{WireReader, WireWriter};
+use crate::knowledge::life::{Life, LifeEntry, StatementBody};
 use crate::knowledge::version::{epoch, number};
 use crate::knowledge::{Limits, MessageError};
 
 /// A part of a life: all that is left at `version` of what was stated after `after`, up to `through`.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Section<'a> {
+pub(crate) struct LifeSection<'a> {
     pub origin: u32,
     pub epoch: u64,
     pub after: u64,
@@ -14,7 +14,7 @@ pub(crate) struct Section<'a> {
     pub version: u64,
     pub floor: u64,
     pub closes: bool,
-    entries: Reader<'a>,
+    entries: WireReader<'a>,
 }
 
 /// An entry in a message.
@@ -29,15 +29,18 @@ pub(crate) struct EntryView<'a> {
 }
 
 impl EntryView<'_> {
-    pub fn to_entry(self) -> Entry {
-        let body =
-            self.body.map(|(schema, certainty, value)| Body { schema, certainty, value: value.into() });
-        Entry { key: self.key.into(), time: self.time, order: self.order, body }
+    pub fn to_entry(self) -> LifeEntry {
+        let body = self.body.map(|(schema, certainty, value)| StatementBody {
+            schema,
+            certainty,
+            value: value.into(),
+        });
+        LifeEntry { key: self.key.into(), time: self.time, order: self.order, body }
     }
 }
 
-impl<'a> Section<'a> {
-    pub fn read(reader: &mut Reader<'a>, limits: &Limits) -> Result<Self, MessageError> {
+impl<'a> LifeSection<'a> {
+    pub fn read(reader: &mut WireReader<'a>, limits: &Limits) -> Result<Self, MessageError> {
         let origin = reader.small()?;
         let number = reader.small()?;
         let epoch = epoch(number, u32::from_le_bytes(reader.fixed()?));
@@ -77,7 +80,7 @@ impl<'a> Section<'a> {
 }
 
 fn read_entry<'a>(
-    reader: &mut Reader<'a>,
+    reader: &mut WireReader<'a>,
     previous: u64,
     limits: &Limits,
 ) -> Result<EntryView<'a>, MessageError> {
@@ -104,7 +107,7 @@ fn read_entry<'a>(
     Ok(EntryView { sequence, key, time, order, body })
 }
 
-fn write_entry(writer: &mut Writer, step: u64, entry: &Entry) {
+fn write_entry(writer: &mut WireWriter, step: u64, entry: &LifeEntry) {
     writer.number(step);
     writer.number(entry.key.len() as u64);
     writer.bytes(&entry.key);
@@ -119,7 +122,7 @@ fn write_entry(writer: &mut Writer, step: u64, entry: &Entry) {
     }
 }
 
-fn entry_length(step: u64, entry: &Entry) -> usize {
+fn entry_length(step: u64, entry: &LifeEntry) -> usize {
     let (key, ahead) = (entry.key.len(), entry.order.saturating_sub(entry.time));
     let head = number_length(step) + number_length(key as u64) + key;
     let body = entry.body.as_ref().map_or(0, |body| {
@@ -135,7 +138,7 @@ const HEADER: usize = 5 + 9 + 4 * 10 + 1 + 10;
 /// Writes what is left of the life after that statement, as far as it fits into a message of that length. Says up to
 /// which statement; nothing is written when not even one entry fits.
 pub(crate) fn write_section(
-    writer: &mut Writer,
+    writer: &mut WireWriter,
     origin: u32,
     life: &Life,
     after: u64,

@@ -1,6 +1,6 @@
 /// Makes a message.
 #[derive(Clone, Debug)]
-pub(crate) struct Writer {
+pub(crate) struct WireWriter {
     bytes: Vec<u8>,
     header: usize,
 }
@@ -11,7 +11,7 @@ pub(crate) fn number_length(number: u64) -> usize {
     (70 - (number | 1).leading_zeros() as usize) / 7
 }
 
-impl Writer {
+impl WireWriter {
     pub fn new(header: &[u8]) -> Self {
         // Most messages have a fact or two.
         let mut bytes = Vec::with_capacity(128);

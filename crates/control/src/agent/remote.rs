@@ -8,14 +8,12 @@ use std::time::Duration;
 use serde_json::json;
 use slate_blackboard::{Access, nearest_names, nearest_paths};
 
-use super::properties::reading;
-use super::{AgentControl, Done, refusal, result};
+use super::refusal::{Done, reading, refusal, result};
 use crate::entries::{PropertyEntry, Refusal, RemoteSnapshotEntry};
-use slate_runtime::NewLink;
-use slate_runtime::RemoteEnd;
 use slate_runtime::directory::agents;
 use slate_runtime::replacement::Replacement;
 use slate_runtime::sharing::{Newest, RemotePath, RemoteProperty, TEAM, Unread};
+use slate_runtime::{Composer, NewLink, RemoteEnd};
 use slate_runtime::{Message, Mistake};
 
 /// How long the other agent may take for an answer.
@@ -27,22 +25,25 @@ pub(super) fn split(url: &str) -> Option<(&str, &str)> {
     Some(rest.split_once('/').unwrap_or((rest, "**")))
 }
 
-impl AgentControl {
+/// Other agents, asked through one that knows them.
+#[derive(Clone)]
+pub(crate) struct RemoteAgents {
+    composer: Composer,
+}
+
+impl RemoteAgents {
+    /// Those that an agent knows.
+    pub fn new(composer: &Composer) -> Self {
+        Self { composer: composer.clone() }
+    }
+
     /// The agent and what is asked of it, when that is another one than this; what the team knows is known here.
-    pub(super) fn elsewhere<'u>(&self, url: &'u str) -> Option<(&'u str, &'u str)> {
+    pub fn of<'u>(&self, url: &'u str) -> Option<(&'u str, &'u str)> {
         split(url).filter(|(agent, _)| *agent != TEAM && *agent != self.composer.board().agent())
     }
 
-    /// Whether a URL is of another agent.
-    pub(crate) fn is_elsewhere(&self, url: &str) -> bool {
-        self.elsewhere(url).is_some()
-    }
-
-    pub(super) fn remote_properties(
-        &self,
-        agent: &str,
-        pattern: &str,
-    ) -> Result<Vec<PropertyEntry>, Refusal> {
+    /// The properties of another agent that a pattern matches, at least one.
+    pub fn list(&self, agent: &str, pattern: &str) -> Result<Vec<PropertyEntry>, Refusal> {
         let entry = |property: RemoteProperty| PropertyEntry {
             path: property.path,
             interface: property.descriptor.name.into(),
@@ -53,8 +54,9 @@ impl AgentControl {
         Ok(properties.into_iter().map(entry).collect())
     }
 
-    pub(super) fn remote_read(&self, agent: &str, path: &str) -> Done {
-        let Some((property, field)) = self.remote_property(agent, path, true)? else {
+    /// The newest value of a property of another agent.
+    pub fn read(&self, agent: &str, path: &str) -> Done {
+        let Some((property, field)) = self.property(agent, path, true)? else {
             return Err(self.nothing_at(agent, path));
         };
         let value = property.value(field);
@@ -68,7 +70,7 @@ impl AgentControl {
 
     /// The property that a path of another agent leads to, and the field of it. What stands behind the property is a field;
     /// only the other agent knows where that begins.
-    fn remote_property<'p>(
+    fn property<'p>(
         &self,
         agent: &str,
         path: &'p str,
@@ -86,7 +88,7 @@ impl AgentControl {
 
     /// Whether a link to another agent would bring something as far as that agent is there; one that is not is no reason
     /// against it.
-    pub(super) fn check_remote(&self, link: &NewLink) -> Result<(), Refusal> {
+    pub fn check_link(&self, link: &NewLink) -> Result<(), Refusal> {
         let board = self.composer.board();
         let ends = [link.from.as_str(), link.to.as_str()].into_iter().filter_map(split);
         let Some((agent, path)) = ends.into_iter().find(|(agent, _)| *agent != board.agent()) else {
@@ -114,7 +116,7 @@ impl AgentControl {
                 Err(error) => missing(error.to_string()),
             };
         }
-        match self.remote_property(agent, path, false) {
+        match self.property(agent, path, false) {
             Ok(Some((property, _))) => {
                 fits(&property.path, property.descriptor, property.access == Access::Messages)
             }
@@ -140,8 +142,8 @@ impl AgentControl {
     }
 
     /// Writes the newest values of properties into a file, which is there as a whole or not at all.
-    pub(crate) fn remote_snapshot(&self, url: &str, file: &Path) -> Done {
-        let Some((agent, pattern)) = self.elsewhere(url) else {
+    pub fn snapshot(&self, url: &str, file: &Path) -> Done {
+        let Some((agent, pattern)) = self.of(url) else {
             let message = format!("`{url}` names no other agent");
             return Err(refusal(message, "such as slate://other/**; without it all of this agent is saved"));
         };

@@ -12,14 +12,13 @@ use serde_json::Value as Json;
 use slate_module::Level;
 use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard, OwnedSemaphorePermit, Semaphore};
 
-use crate::answer::{Answer, Body, whole};
+use crate::answer::{OperationAnswer, ResponseBody, whole};
 use crate::context::Context;
-use crate::operation::{self, Ask, Caller, Operation, Pace, check_query};
-use crate::operations::{DRIVE, OPERATIONS, SET_VALUE, STOP};
+use crate::operation::{Ask, Caller, MatchedOperation, Operation, Pace, check_query, check_role};
+use crate::operations::{DRIVE, STOP};
 use crate::problem::Problem;
 use crate::query::Query;
 use crate::repeats::Repeats;
-use crate::role::Role;
 
 /// The longest body, bytes.
 const BODY: usize = 1 << 20;
@@ -33,8 +32,8 @@ const REASON: Duration = Duration::from_millis(100);
 /// How long a change waits for the one before it; less than callers wait for an answer.
 const TURN: Duration = Duration::from_secs(50);
 
-/// The table of operations as it is served, whichever way requests come.
-pub struct Service {
+/// Carries out requests of the table of operations, whichever way they come.
+pub struct Dispatcher {
     context: Arc<Context>,
     /// Places of requests that may take long.
     work: Arc<Semaphore>,
@@ -46,43 +45,20 @@ pub struct Service {
     change: Mutex<&'static str>,
 }
 
-impl std::fmt::Debug for Service {
+impl std::fmt::Debug for Dispatcher {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Service").field("context", &self.context).finish_non_exhaustive()
-    }
-}
-
-/// The operation of a request, and the parts of its path.
-#[derive(Debug)]
-pub struct Found {
-    operation: &'static Operation,
-    captured: Vec<(&'static str, String)>,
-}
-
-impl Found {
-    /// The operation of a method and a path.
-    ///
-    /// # Errors
-    /// When there is none.
-    pub fn of(method: &str, path: &str) -> Result<Self, Problem> {
-        let (operation, captured) = operation::find(OPERATIONS, method, path)?;
-        Ok(Self { operation, captured })
-    }
-
-    /// Whether it is the stop, which waits for nothing.
-    pub fn is_stop(&self) -> bool {
-        self.operation.name == STOP
+        f.debug_struct("Dispatcher").field("context", &self.context).finish_non_exhaustive()
     }
 }
 
 /// What a request waits for before it is carried out, and holds until its end.
 #[derive(Default)]
-struct Turn {
+struct OperationTurn {
     _place: Option<OwnedSemaphorePermit>,
     _change: Option<OwnedMutexGuard<()>>,
 }
 
-impl Service {
+impl Dispatcher {
     /// That of an agent, for so many requests at once that may take long; one more waits, or is refused.
     pub fn new(context: Arc<Context>, places: usize, waits: bool) -> Self {
         let work = Arc::new(Semaphore::new(places));
@@ -103,7 +79,13 @@ impl Service {
 
     /// Stops at once, before the body of the request is read. Nothing else has to work for it: no thread, no descriptor and no
     /// other request.
-    pub fn stop(&self, found: Found, caller: Caller, query: Query, body: Option<Json>) -> Response<Body> {
+    pub fn stop(
+        &self,
+        found: MatchedOperation,
+        caller: Caller,
+        query: Query,
+        body: Option<Json>,
+    ) -> Response<ResponseBody> {
         let path = found.operation.path;
         let ask = Ask {
             caller,
@@ -125,17 +107,14 @@ impl Service {
     /// Why it is not done.
     pub async fn answer(
         &self,
-        found: Found,
+        found: MatchedOperation,
         caller: Caller,
         (path, headers): (&str, &HeaderMap),
         query: Query,
         body: Incoming,
-    ) -> Result<Response<Body>, Problem> {
-        let Found { operation, captured } = found;
-        // Of a value that is set by its URL the role is known with the body.
-        if operation.name != SET_VALUE
-            && let Err(problem) = check_role(operation.role, caller.role)
-        {
+    ) -> Result<Response<ResponseBody>, Problem> {
+        let MatchedOperation { operation, captured } = found;
+        if let Err(problem) = check_role(operation.role, caller.role) {
             let refused = Err(problem);
             if caller.is_told {
                 self.log(operation, &caller, path, &refused);
@@ -146,7 +125,7 @@ impl Service {
             // What can't be understood, or has not come yet, is no reason not to stop.
             let read = tokio::time::timeout(REASON, read(headers, body, true)).await;
             let body = read.ok().and_then(Result::ok).flatten();
-            return Ok(self.stop(Found { operation, captured }, caller, query, body));
+            return Ok(self.stop(MatchedOperation { operation, captured }, caller, query, body));
         }
         check_query(operation, &query)?;
         let body = read(headers, body, operation.body.is_some()).await?;
@@ -179,18 +158,18 @@ impl Service {
     }
 
     /// Waits for what an operation needs before it begins. Whoever is gone meanwhile has no place any more, as this is dropped.
-    async fn turn(&self, operation: &'static Operation) -> Result<Turn, Problem> {
+    async fn turn(&self, operation: &'static Operation) -> Result<OperationTurn, Problem> {
         if operation.pace == Pace::Prompt {
-            return Ok(Turn::default());
+            return Ok(OperationTurn::default());
         }
         let work = Arc::clone(&self.work);
         let place = match self.waits {
             // It is closed by nobody.
             true => work.acquire_owned().await.ok(),
-            false => Some(work.try_acquire_owned().map_err(|_| too_many())?),
+            false => Some(work.try_acquire_owned().map_err(|_| Problem::too_many())?),
         };
         if operation.pace == Pace::Slow {
-            return Ok(Turn { _place: place, _change: None });
+            return Ok(OperationTurn { _place: place, _change: None });
         }
         let waited = tokio::time::timeout(TURN, Arc::clone(&self.turn).lock_owned());
         let change = within(waited).await.ok_or_else(|| {
@@ -200,12 +179,18 @@ impl Service {
             Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, help)
         })?;
         *self.change.lock().unwrap_or_else(PoisonError::into_inner) = operation.name;
-        Ok(Turn { _place: place, _change: Some(change) })
+        Ok(OperationTurn { _place: place, _change: Some(change) })
     }
 
     /// Whoever changes something over the network is in the log; who drives says so many times a second, and who has the controls
     /// is there too.
-    fn log(&self, operation: &Operation, caller: &Caller, path: &str, answer: &Result<Answer, Problem>) {
+    fn log(
+        &self,
+        operation: &Operation,
+        caller: &Caller,
+        path: &str,
+        answer: &Result<OperationAnswer, Problem>,
+    ) {
         let looks = operation.method == "GET" || matches!(operation.name, "watch" | "measure");
         let is_quiet = caller.who.is_empty() || operation.name == DRIVE || (looks && !caller.is_told);
         if is_quiet {
@@ -226,21 +211,6 @@ impl Service {
 
 async fn within<T, E>(future: impl Future<Output = Result<T, E>>) -> Option<T> {
     future.await.ok()
-}
-
-/// Why a request is refused that is one too many.
-pub fn too_many() -> Problem {
-    let message = "too many tools are at work with this agent";
-    Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
-}
-
-pub(crate) fn check_role(needed: Role, role: Role) -> Result<(), Problem> {
-    if role >= needed {
-        return Ok(());
-    }
-    let message = format!("{} may not do this", role.one());
-    let help = format!("ask with the token of {}", needed.one());
-    Err(Problem::new(StatusCode::FORBIDDEN, message, help))
 }
 
 fn text(headers: &HeaderMap, name: &str) -> Option<String> {

@@ -19,8 +19,8 @@ use crate::log::Logger;
 use crate::runner::{Health, InputAge, ModuleCondition, Patience, QueueGauge};
 use slate_composition::{Surveyed, needs};
 
-/// What modules stand on and share.
-pub(in crate::agent) struct Ground {
+/// What the host has for all modules, also for those that are not there yet.
+pub(in crate::agent) struct HostResources {
     pub board: Arc<Board>,
     pub logger: Arc<Logger>,
     /// How long a module's call may take before it hangs.
@@ -29,7 +29,7 @@ pub(in crate::agent) struct Ground {
     pub mode: Mode,
     pub stop: StopLatch,
     /// By module, also of modules that are not there yet.
-    pub posts: BTreeMap<String, Post>,
+    pub signals: BTreeMap<String, ModuleSignals>,
     /// By name.
     pub actuators: BTreeMap<String, Arc<Actuator>>,
     /// Services that modules provide, by the path of the port.
@@ -62,26 +62,26 @@ pub(in crate::agent) struct KeptSetting {
 
 /// What others know of a module.
 #[derive(Clone)]
-pub(in crate::agent) struct Post {
+pub(in crate::agent) struct ModuleSignals {
     pub health: Arc<Health>,
     pub commit: CommitWord,
     pub wake: Arc<Wake>,
 }
 
-/// The paths and the actuators of a ground before a change, to which it returns when that fails.
-pub(in crate::agent) struct GroundMark {
+/// The paths and the actuators before a change, to which resources return when it fails.
+pub(in crate::agent) struct ResourceMark {
     paths: BTreeSet<String>,
     actuators: BTreeSet<String>,
 }
 
-impl GroundMark {
+impl ResourceMark {
     /// Whether an actuator was there before the change.
     pub fn has_actuator(&self, name: &str) -> bool {
         self.actuators.contains(name)
     }
 }
 
-impl Ground {
+impl HostResources {
     /// Without anything on it yet.
     pub fn new(
         means: Means,
@@ -98,7 +98,7 @@ impl Ground {
             lockstep,
             mode,
             stop,
-            posts: BTreeMap::new(),
+            signals: BTreeMap::new(),
             actuators: BTreeMap::new(),
             services: BTreeMap::new(),
             means,
@@ -111,14 +111,14 @@ impl Ground {
         }
     }
 
-    /// The post of a module of that name.
-    pub fn post(&mut self, module: &str) -> Post {
-        let post = self.posts.entry(module.into()).or_insert_with(|| Post {
+    /// The signals of a module of that name.
+    pub fn signals(&mut self, module: &str) -> ModuleSignals {
+        let signals = self.signals.entry(module.into()).or_insert_with(|| ModuleSignals {
             health: Arc::new(Health::default()),
             commit: CommitWord::new(),
             wake: Arc::new(Wake::new()),
         });
-        post.clone()
+        signals.clone()
     }
 
     /// How long the last calls of a module are waited for.
@@ -151,19 +151,19 @@ impl Ground {
     }
 
     /// The paths and the actuators as they are.
-    pub fn mark(&self) -> GroundMark {
-        GroundMark { paths: self.paths(), actuators: self.actuators.keys().cloned().collect() }
+    pub fn mark(&self) -> ResourceMark {
+        ResourceMark { paths: self.paths(), actuators: self.actuators.keys().cloned().collect() }
     }
 
     /// Takes back a change that failed: only what was marked before it stays, and the modules that were arriving are unloaded.
-    pub fn undo<'n>(&mut self, mark: &GroundMark, arriving: impl IntoIterator<Item = &'n str>) {
+    pub fn undo<'n>(&mut self, mark: &ResourceMark, arriving: impl IntoIterator<Item = &'n str>) {
         for path in self.paths().difference(&mark.paths) {
             // It was there a moment ago, and nobody else takes it off.
             let _ = self.board.remove(path);
         }
         self.actuators.retain(|name, _| mark.has_actuator(name));
         for name in arriving {
-            self.post(name).health.set(ModuleCondition::UNLOADED);
+            self.signals(name).health.set(ModuleCondition::UNLOADED);
         }
     }
 

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_module::{Description, Level, ModuleKind};
 
-use crate::agent::build::Ground;
+use crate::agent::build::HostResources;
 use crate::isolation::Isolation;
 use crate::main_loop::{Seat, Shared};
 use crate::runner::ModuleCondition;
@@ -19,7 +19,7 @@ const LETTING_GO: Duration = Duration::from_secs(1);
 pub(in crate::agent) type Leads = BTreeMap<Wire, Vec<Lead>>;
 
 /// A module that is there.
-pub(in crate::agent) struct Present {
+pub(in crate::agent) struct LoadedModule {
     pub seat: Arc<Seat>,
     pub kind: ModuleKind,
     pub description: Description,
@@ -30,7 +30,7 @@ pub(in crate::agent) struct Present {
     pub leads: Leads,
 }
 
-impl Present {
+impl LoadedModule {
     /// Other code as this module runs it: here or apart.
     pub fn placed(&self, kind: &ModuleKind) -> ModuleKind {
         self.isolation.as_ref().map_or_else(|| kind.clone(), |isolation| isolation.kind(kind))
@@ -40,14 +40,14 @@ impl Present {
     pub fn dispose(
         self,
         name: &str,
-        ground: &mut Ground,
+        resources: &mut HostResources,
         shared: &Shared,
         keep: bool,
     ) -> Result<Vec<u8>, String> {
         let Self { seat, own_thread, .. } = self;
         if own_thread {
             seat.retire();
-            shared.threads().join_one(&seat, ground.hang, shared.clock.now());
+            shared.threads().join_one(&seat, resources.hang, shared.clock.now());
         }
         if seat.is_late() {
             let text = format!("{name} has not returned from its last call; its library stays open");
@@ -62,7 +62,7 @@ impl Present {
         let now = shared.clock.now();
         runner.set_condition(ModuleCondition::UNLOADED, now);
         runner.publish_safe(now);
-        ground.post(name).health.set(ModuleCondition::UNLOADED);
+        resources.signals(name).health.set(ModuleCondition::UNLOADED);
         let retired = runner.retire();
         // Its ports are free for others, also when its last calls don't return.
         drop(runner);

@@ -31,7 +31,7 @@ impl<'c> RemoteLinks<'c> {
             let waits = configuration.modules().iter().any(|module| {
                 let name = module.name.value.as_str();
                 let is_its = path.value.strip_prefix(name).is_some_and(|rest| rest.starts_with('/'));
-                is_its && !composition.assembly.present.contains_key(name)
+                is_its && !composition.assembly.modules.contains_key(name)
             });
             if let Err(error) = self.agent.board().find(&path.value)
                 && !waits
@@ -69,7 +69,7 @@ impl<'c> RemoteLinks<'c> {
                 knowledge: share.and_then(|share| share.knowledge.clone()),
                 time,
                 steady,
-                wake: Arc::clone(&composition.assembly.ground.sharing_wake),
+                wake: Arc::clone(&composition.assembly.resources.sharing_wake),
                 host: SharingHost::new(
                     Arc::new(self.agent.downgrade()),
                     Arc::clone(&self.agent.shared.hooks.after_tick),
@@ -132,7 +132,7 @@ impl<'c> RemoteLinks<'c> {
             }
         }
         if is_values {
-            let health = composition.assembly.ground.post(&path.to_string()).health;
+            let health = composition.assembly.resources.signals(&path.to_string()).health;
             health.set(match &standing {
                 Standing::Served { .. } => ModuleCondition::WORKING,
                 Standing::Absent { .. } | Standing::Silent { .. } => ModuleCondition::UNLOADED,
