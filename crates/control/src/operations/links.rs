@@ -28,7 +28,7 @@ pub(super) const LINK: Operation =
                 "required": ["from"],
                 "properties": {
                     "from": shape::text(),
-                    "options": texts("StreamForm else its table says, such as `every`."),
+                    "options": texts("What else its table says, such as `every`."),
                 },
                 "additionalProperties": false,
             })

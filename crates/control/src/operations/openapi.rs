@@ -11,7 +11,7 @@ use crate::answer::{BYTES, OperationAnswer};
 use crate::context::Context;
 use crate::operation::{BASE, Operation};
 
-pub(super) const INDEX: Operation = Operation::get("", "index", Role::Viewer, "StreamForm there is")
+pub(super) const INDEX: Operation = Operation::get("", "index", Role::Viewer, "What there is")
     .answers(shape::anything, |_, _| Ok(OperationAnswer::json(index(OPERATIONS))));
 
 pub(super) const DOCUMENT: Operation =

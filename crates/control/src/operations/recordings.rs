@@ -20,7 +20,7 @@ pub(super) const LIST: Operation = Operation::get(
     "/recordings",
     "recordings",
     Role::Viewer,
-    "StreamForm is being recorded, and the recordings in the folder of the report",
+    "What is being recorded, and the recordings in the folder of the report",
 )
 .answers(
     || {

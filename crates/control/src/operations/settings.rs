@@ -51,7 +51,7 @@ pub(super) const DIFFERENCES: Operation = Operation::get(
     "/settings/differences",
     "differences",
     Role::Viewer,
-    "StreamForm holds and is not what the files say",
+    "What holds and is not what the files say",
 )
 .answers(|| shape::list(shape::different()), |context, _| told(context.agent.settings.differences()));
 
@@ -59,7 +59,7 @@ pub(super) const REFUSED: Operation = Operation::get(
     "/settings/refused",
     "refused_edit",
     Role::Viewer,
-    "StreamForm is wrong with files that were edited and are refused; null when nothing is",
+    "What is wrong with files that were edited and are refused; null when nothing is",
 )
 .answers(
     || {

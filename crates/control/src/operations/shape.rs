@@ -41,7 +41,7 @@ pub(super) fn problem() -> Json {
             "title": text(),
             "status": { "type": "integer" },
             "detail": text(),
-            "help": { "type": "string", "description": "StreamForm to do about it." },
+            "help": { "type": "string", "description": "What to do about it." },
             "code": { "type": "string", "description": "Of which kind it is; `slate explain CODE` tells more." },
             "report": { "type": "string", "description": "File, line and caret of what is wrong in a configuration." },
         },

@@ -36,7 +36,7 @@ pub(super) const METRICS: Operation =
         .answers(shape::text, metrics);
 
 pub(super) const RECORDING: Operation =
-    Operation::get("/recording", "recording", Role::Viewer, "StreamForm the agent records of itself")
+    Operation::get("/recording", "recording", Role::Viewer, "What the agent records of itself")
         .answers(shape::anything, recording);
 
 /// A value on the blackboard; null when there is none.

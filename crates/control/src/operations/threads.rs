@@ -20,7 +20,7 @@ pub(super) const READ: Operation = Operation::get(
     "/threads",
     "threads",
     Role::Viewer,
-    "StreamForm each thread of the agent has taken of the processors, and how long it was ready and had \
+    "What each thread of the agent has taken of the processors, and how long it was ready and had \
      to wait for one; empty where the system does not tell",
 ).answers(|| {
         shape::list(shape::object(&[

@@ -41,7 +41,7 @@ pub(super) const INTERFACES: Operation = Operation::get(
     "/interfaces",
     "interfaces",
     Role::Viewer,
-    "StreamForm values are made of, by their names",
+    "What values are made of, by their names",
 )
 .answers(|| json!({ "type": "object", "additionalProperties": { "type": "object" } }), interfaces);
 
@@ -49,7 +49,7 @@ pub(super) const INTERFACE: Operation = Operation::get(
     "/interfaces/{interface}",
     "interface",
     Role::Viewer,
-    "StreamForm values of an interface are made of, as JSON Schema",
+    "What values of an interface are made of, as JSON Schema",
 )
 .answers(|| json!({ "type": "object" }), interface);
 
@@ -57,7 +57,7 @@ pub(super) const DOCUMENTS: Operation = Operation::get(
     "/documents",
     "documents",
     Role::Viewer,
-    "StreamForm the program tells beside the blackboard, such as the world of a simulator: names",
+    "What the program tells beside the blackboard, such as the world of a simulator: names",
 )
 .answers(|| shape::list(shape::text()), documents);
 
