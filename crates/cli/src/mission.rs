@@ -6,7 +6,8 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use slate::blackboard::interface::Value;
-use slate::record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory};
+use slate::module::Level;
+use slate::record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory, TrajectoryStream};
 use slate::runtime::log::LogTarget;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::snapshot::Snapshot;
@@ -74,6 +75,8 @@ pub struct Mission {
     mode: ModeName,
     wants_trajectory: bool,
     recorder: Option<Recorder>,
+    /// Writes the trajectory while the run goes.
+    stream: Option<TrajectoryStream>,
 }
 
 impl Mission {
@@ -113,6 +116,7 @@ impl Mission {
             mode: how.mode,
             wants_trajectory: how.trajectory,
             recorder,
+            stream: None,
         })
     }
 
@@ -122,6 +126,19 @@ impl Mission {
         if let Some(recorder) = &self.recorder {
             recorder.accompany(scene::files(&self.application.configuration));
             recorder.attach(&self.agent, folder);
+        }
+    }
+
+    /// Writes the trajectory into a folder while the run goes, so that a run that is killed leaves it too.
+    pub fn stream_trajectory(&mut self, folder: &Path) {
+        match self.course.stream_into(folder) {
+            Ok(stream) => self.stream = Some(stream),
+            Err(error) => {
+                let text = format!(
+                    "the trajectory is written at the end of the run only, as a thread can't be started: {error}"
+                );
+                self.agent.logger().log(self.agent.now(), Level::Warn, &text);
+            }
         }
     }
 
@@ -212,6 +229,7 @@ impl Mission {
             ticks: cycles,
             digest,
         };
+        drop(self.stream.take());
         let trajectory = self.course.take_trajectory();
         let remembered = self.agent.remember();
         Ok(Finished { agent: self.agent, summary, scene: self.scene, trajectory, remembered, recorded })

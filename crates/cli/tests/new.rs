@@ -34,7 +34,17 @@ fn run(running: &Running, name: &str, passed: &str) -> Value {
     std::fs::copy(built, folder.join("target/debug").join(library)).unwrap();
     let configuration = format!("{name}/{name}.toml");
     assert!(running.done(&["check", &configuration, "--strict"]).contains("is good"));
-    json(&running.call(&["run", &configuration, "--headless", "--json"]))
+    let out = format!("{name}/out");
+    let run = ["run", &configuration, "--headless", "--json", "--set", "record.enabled=true", "--out", &out];
+    let summary = json(&running.call(&run));
+    // Each of its modules has all inputs that it requires.
+    let states = running.done(&["bag", "cat", &format!("{out}/run.mcap"), "/**/state"]);
+    let last = |module: &str| states.lines().rfind(|line| line.contains(module)).unwrap().to_owned();
+    for module in states.lines().filter_map(|line| line.split(' ').nth(1)).filter(|url| *url != "/loop/state")
+    {
+        assert!(last(module).contains("waiting_for = \"\""), "{module}: {states}");
+    }
+    summary
 }
 
 #[test]

@@ -22,7 +22,7 @@ use crate::clock::Clock;
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Arenas;
 use crate::log::Logger;
-use crate::main_loop::{Pace, Parameters, Rate, Shared, Workers};
+use crate::main_loop::{Pace, Parameters, Rate, SharedLoop, Workers};
 use crate::plugin::KnownLibraries;
 use crate::sharing::Sharing;
 use slate_composition::Catalogue;
@@ -97,7 +97,7 @@ impl Agent {
         }
         let played: Arc<[_]> =
             options.playback.as_ref().map_or_else(Vec::new, |playback| playback.properties()).into();
-        let shared = Arc::new(Shared::new(Parameters {
+        let shared = Arc::new(SharedLoop::new(Parameters {
             board: Arc::clone(&board),
             clock,
             logger: Arc::clone(&logger),
@@ -162,7 +162,7 @@ impl Agent {
 
 /// What the services of the host are made of.
 fn means(
-    shared: &Shared,
+    shared: &SharedLoop,
     threads: &Arc<ThreadKeeper>,
     plugins: &Arc<PluginControl>,
     settings: &Arc<SettingsControl>,

@@ -59,7 +59,7 @@ impl CommandedActuators {
     }
 }
 
-// SAFETY: the table's context is the work, which is used by whoever runs the module alone; what is used meanwhile is
+// SAFETY: the table's context is the work, which only the thread that runs the module uses; what is used meanwhile is
 // behind a lock.
 unsafe impl Send for ActuatorService {}
 
@@ -80,7 +80,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
 
 impl ActuatorService {
     fn work(&mut self) -> &mut ActuatorCalls {
-        // SAFETY: who has the service alone is not in the module's tick.
+        // SAFETY: the exclusive user of the service is not in the module's tick.
         unsafe { &mut *self.work.get() }
     }
 }
@@ -143,7 +143,7 @@ impl ActuatorCalls {
         let now = self.now;
         let known = self.known(name)?;
         let mut holder = "";
-        // Who finds the gate taken sees what it was a moment ago.
+        // While the gate is locked, its last known state is shown.
         if let Some(state) = known.actuator.look(now) {
             known.state = ActuatorState {
                 reserved: 0,

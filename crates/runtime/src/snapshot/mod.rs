@@ -116,7 +116,7 @@ impl Snapshot {
     /// is what the files say.
     ///
     /// # Errors
-    /// When it is none any more, or a setting is wrong.
+    /// When it is no longer valid, or a setting is wrong.
     pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
         let name = format!("the snapshot of {}", self.agent());
         let text = self.configuration_text();

@@ -155,7 +155,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// The property that an output writes. Who reads it may have come first.
+    /// The property that an output writes. A reader may have come first.
     fn output_property(
         &mut self,
         m: usize,

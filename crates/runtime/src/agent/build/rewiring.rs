@@ -15,14 +15,14 @@ use slate_composition::{Survey, Wire};
 pub(in crate::agent) struct Rewiring {
     /// By module.
     pub wirings: BTreeMap<String, Wiring>,
-    /// Whom outputs wake, by their paths.
+    /// The threads that outputs wake, by their paths.
     pub wakes: BTreeMap<String, Vec<Arc<Wake>>>,
     pub placements: Vec<Placement>,
     /// Which parameters tools must not set any more, by module.
     pub reserved: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// Makes other readers for the ports that are listed, by module, and finds whom the outputs at those paths wake.
+/// Makes other readers for the ports that are listed, by module, and finds the threads that the outputs at those paths wake.
 pub(in crate::agent) fn rewire(
     configuration: &Configuration,
     survey: &Survey<'_>,

@@ -149,7 +149,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             Direction::Output | Direction::Debug | Direction::Command => {
                 let output = self.output(m, p, port)?;
-                // Who read it first may have made room for less.
+                // A reader that came first may have made room for less.
                 runner.frame.slots[p].capacity = output.writer.capacity();
                 runner.outputs.ports.push(output);
             }

@@ -410,7 +410,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
                 let wake = Some(Arc::clone(&self.builder.resources.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
-            // Who plays looks for messages after each cycle.
+            // A playback takes messages after each cycle.
             LinkTarget::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
             LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => return None,
         };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::{Changed, Composition, CompositionTarget, Fitting};
 use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
 use crate::configuration::Report;
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use slate_composition::{Catalogue, Surveyed, Wired};
 
 impl Composition {
@@ -40,7 +40,7 @@ impl Composition {
     pub fn change(
         &mut self,
         target: CompositionTarget,
-        shared: &Arc<Shared>,
+        shared: &Arc<SharedLoop>,
         states: &ModuleStates,
     ) -> Result<Changed, Report> {
         let wired = self.wired(&target);

@@ -14,7 +14,7 @@ use slate_module::{ModuleKind, Plugin};
 use super::assembly::Assembly;
 use super::remotes::Remotes;
 use crate::configuration::{Configuration, Database, Diagnostic, Report};
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::playback::PlaybackControl;
 use crate::plugin::{KnownLibraries, Residence};
 use crate::snapshot::Keepsake;
@@ -52,9 +52,9 @@ pub(super) struct PluginCode {
 /// Takes snapshots by itself, as the configuration says.
 pub(super) trait AutomaticSnapshot: Send + Sync {
     /// Begins anew: what holds now was no change.
-    fn begin(&self, shared: &Shared);
+    fn begin(&self, shared: &SharedLoop);
 
-    /// Waits until the last snapshot is written. Not for the loop, as who writes may wait for that.
+    /// Waits until the last snapshot is written. Must not be called by the loop, as the writer may wait for it.
     fn wait(&self);
 }
 

@@ -1,4 +1,4 @@
-//! What an agent shall be made of, and what a change to that came to.
+//! The target of a change, and its result.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use slate_module::{Description, ModuleKind};
 
 use crate::configuration::Configuration;
 
-/// What an agent shall be made of.
+/// What an agent is to be made of.
 pub(in crate::agent) struct CompositionTarget {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,

@@ -8,7 +8,7 @@ use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
 
 use super::capture::Subject;
 use crate::aspects::TimePlace;
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::runner::{OutboxPort, Retired};
 use crate::snapshot::{Image, SnapshotError};
 
@@ -31,8 +31,8 @@ pub(super) struct Thaw {
 }
 
 impl Thaw {
-    /// Finds out whether it can be done, for who has the token; nothing is changed when it can't.
-    pub fn judged(self, shared: &Shared) -> Result<Self, SnapshotError> {
+    /// Finds out whether it can be done; the caller has the token. Nothing is changed when it can't.
+    pub fn judged(self, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         let Self { subjects, ready } = &self;
         for subject in subjects.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
@@ -49,9 +49,9 @@ impl Thaw {
         Ok(self)
     }
 
-    /// Does it, for who has the token, while modules with threads of their own are held. Returns the instances that were
+    /// Does it; the caller has the token, while modules with threads of their own are held. Returns the instances that were
     /// there before.
-    pub fn apply(self, shared: &Shared) -> Vec<Retired> {
+    pub fn apply(self, shared: &SharedLoop) -> Vec<Retired> {
         let Self { subjects, ready } = self;
         let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
         // SAFETY: the caller has the token.
@@ -71,7 +71,7 @@ impl Thaw {
                 };
                 old.push(runner.exchange(kind, instance));
             }
-            // What fits was looked at, and who has the writer is known; a slot for it is there.
+            // It was found to fit, and the runner has the writer, so a slot is free.
             report(shared, runner.thaw_written(board, &image.properties));
         }
         for actuator in shared.actuators().iter() {
@@ -103,7 +103,7 @@ impl Thaw {
     }
 }
 
-fn report(shared: &Shared, result: Result<(), BoardError>) {
+fn report(shared: &SharedLoop, result: Result<(), BoardError>) {
     if let Err(error) = result {
         let text = format!("a property does not go on from the snapshot: {error}");
         shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
@@ -115,7 +115,7 @@ pub(super) fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
     board.get(path).map(|(property, _)| property).filter(|property| property.path() == path)
 }
 
-/// Sends the messages that waited once more, each as who has sent it.
+/// Sends the messages that waited once more, each as its sender.
 fn messages(board: &Board, subjects: &[Subject], image: &Image) {
     let inboxes = image.modules.iter().flat_map(|(name, module)| {
         module.runner.inboxes.iter().map(move |(port, frozen)| (format!("{name}/{port}"), frozen))
@@ -162,7 +162,7 @@ fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, later: usize, subjects:
             }
         }
     }
-    // Of somebody who is no module, or not there any more.
+    // Its sender is no module, or is not there any more.
     if let Ok(mut sender) = mailbox.sender() {
         let _ = sender.send(&message.bytes, message.items, message.time);
     }

@@ -13,7 +13,7 @@ use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
 use crate::clock::monotonic;
 use crate::configuration::Layered;
-use crate::main_loop::{FrozenLoop, Seat, Shared};
+use crate::main_loop::{FrozenLoop, Seat, SharedLoop};
 use crate::snapshot::{
     Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image, Keepsake, PluginMark,
     SnapshotError,
@@ -77,7 +77,7 @@ impl HeldSeats {
 }
 
 impl Subjects {
-    pub fn of(composition: &Composition, shared: &Shared) -> Result<Self, SnapshotError> {
+    pub fn of(composition: &Composition, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         if let Some(plugin) = composition.plugins.trials.keys().next() {
             return Err(SnapshotError::Shadow { plugin: plugin.clone() });
         }
@@ -99,9 +99,9 @@ impl Subjects {
         })
     }
 
-    /// Copies all; nothing when a module's save did not return. For who has the token, between two cycles, while modules
+    /// Copies all; nothing when a module's save did not return. The caller has the token, between two cycles, while modules
     /// with threads of their own are held.
-    pub fn capture(&self, shared: &Shared) -> Option<Result<Image, SnapshotError>> {
+    pub fn capture(&self, shared: &SharedLoop) -> Option<Result<Image, SnapshotError>> {
         for subject in self.modules.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
                 return Some(Err(SnapshotError::Busy {

@@ -10,7 +10,7 @@ use super::capture::{Subject, marks};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::Composition;
 use crate::configuration::{Configuration, Table, TableEntry, Value};
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::snapshot::{FrozenPort, Image, PluginMark, Snapshot};
 
 /// Everything that does not fit, in words, but for the properties.
@@ -18,7 +18,7 @@ pub(super) fn problems(
     composition: &Composition,
     subjects: &[Subject],
     snapshot: &Snapshot,
-    shared: &Shared,
+    shared: &SharedLoop,
 ) -> Vec<String> {
     let mut problems = Vec::new();
     plugins(composition, snapshot, &mut problems);

@@ -60,7 +60,7 @@ enum Received {
     Refused(String),
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for NetworkService {}
 
 pub(super) fn make(_: &Means, module: &Arc<str>) -> Box<dyn HostService> {

@@ -1,4 +1,4 @@
-//! Who keeps the threads of modules: no code leaves while a thread runs it.
+//! The keeper of modules' threads: no code leaves while a thread runs it.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};

@@ -20,7 +20,7 @@ use crate::synchronization::{Count, Emitter, Synchronization};
 const STOP: u64 = 1;
 const NEWS: u64 = 2;
 
-/// How often a thread that waits for a synchronisation point looks whether it shall stop.
+/// How often a thread that waits for a synchronisation point checks whether it must stop.
 const LOOK: Duration = Duration::from_millis(10);
 
 /// A thread as its module and its keeper see it.
