@@ -16,7 +16,7 @@ use super::remotes::Remotes;
 use crate::configuration::{Configuration, Database, Diagnostic, Report};
 use crate::main_loop::SharedLoop;
 use crate::playback::PlaybackControl;
-use crate::plugin::Residence;
+use crate::plugin::{KnownLibraries, Residence};
 use crate::snapshot::Keepsake;
 pub(super) use links::{LinkRetry, WaitingLinks};
 use slate_composition::Catalogue;
@@ -41,6 +41,8 @@ pub(super) struct PluginTrial {
 pub(super) struct PluginCode {
     /// The plugins that are linked into the program.
     pub linked: Vec<Plugin>,
+    /// Libraries as they were when they were loaded last.
+    pub known: Option<KnownLibraries>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, LibraryOrigin>,
     /// Plugins whose new code runs beside the old.
