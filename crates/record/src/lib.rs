@@ -32,4 +32,4 @@ pub use recorder::{CONFIGURATION, Misspelt, RecordError, RecordState, Recorded, 
 pub use report::Report;
 pub use scene::{Bounds, Circle, Cone, Goal, Polygon, Robot, Scene};
 pub use summary::{Outcome, Summary};
-pub use trajectory::{Route, Sample, Trajectory};
+pub use trajectory::{Route, Sample, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};

@@ -19,7 +19,7 @@ use crate::{Route, Sample, Scene, Trajectory};
 use plotters::style::RGBColor;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is drawn, and what is written above it.
+/// A drawing and its headings.
 pub(crate) struct Drawing<'a> {
     pub title: String,
     pub caption: String,

@@ -35,7 +35,7 @@ pub struct ExplorerParams {
 
 /// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct ExplorerState {
     /// Next corner of the square.
     corner: u8,
     /// Whether it knows of other robots.
@@ -56,10 +56,10 @@ impl Plan for Explorer {
         "Drives round its part of the arena, and looks where another robot wants it to.";
     type Noticed = Noticing;
     type Params = ExplorerParams;
-    type State = Memory;
+    type State = ExplorerState;
 
     fn run(
-        memory: &mut Memory,
+        memory: &mut ExplorerState,
         noticed: &Noticing,
         situation: &Situation<'_>,
         params: &ExplorerParams,

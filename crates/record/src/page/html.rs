@@ -69,7 +69,7 @@ pub(super) fn escaped(text: &str) -> String {
     out
 }
 
-/// What a link within the page leads to.
+/// Anchor of a heading.
 fn anchor(heading: &str) -> String {
     heading.to_lowercase().split_whitespace().collect::<Vec<_>>().join("-")
 }

@@ -1,4 +1,4 @@
-//! What a file is written through: a thread of its own, so that a disk that stands still holds nobody up.
+//! Writes a file in a thread of its own, so that a stalled disk blocks no other thread.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -19,7 +19,7 @@ pub(super) struct Disk {
     queue: Arc<DiskQueue>,
 }
 
-/// What waits for a disk.
+/// Queue of a disk.
 #[derive(Debug, Default)]
 pub(super) struct DiskQueue {
     /// Bytes that were written until now.
@@ -28,12 +28,12 @@ pub(super) struct DiskQueue {
     handed: AtomicU64,
     /// and those of them that the disk has not.
     waiting: AtomicU64,
-    state: Mutex<State>,
+    state: Mutex<DiskState>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct DiskState {
     pieces: VecDeque<Vec<u8>>,
     /// Memory that can be used again.
     spare: Option<Vec<u8>>,
@@ -86,7 +86,7 @@ impl Write for Disk {
 
 impl Drop for Disk {
     fn drop(&mut self) {
-        // Whoever closes the file sees a failure in the queue.
+        // The queue keeps a failure for the closing of the file.
         let _ = self.hand_over();
         self.queue.state().is_closed = true;
         self.queue.changed.notify_all();
@@ -94,11 +94,11 @@ impl Drop for Disk {
 }
 
 impl DiskQueue {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, DiskState> {
         locked(&self.state)
     }
 
-    fn wait<'a>(&'a self, state: MutexGuard<'a, State>, within: Duration) -> MutexGuard<'a, State> {
+    fn wait<'a>(&'a self, state: MutexGuard<'a, DiskState>, within: Duration) -> MutexGuard<'a, DiskState> {
         self.changed.wait_timeout(state, within).unwrap_or_else(PoisonError::into_inner).0
     }
 

@@ -44,9 +44,9 @@ pub(super) struct File {
     others: BTreeMap<u32, u16>,
     /// By what they carry. A property that is made anew, as links changed, goes on in the channel of the one before.
     known: BTreeMap<Carried, u16>,
-    /// What the present piece has defined.
+    /// Definitions of the present piece.
     repeated: Repeated,
-    /// What is added to the agent's time for the file's.
+    /// Offset from the agent's time to that of the file, nanoseconds.
     epoch: u64,
     limits: Limits,
     /// Bytes of the present piece.
@@ -372,7 +372,7 @@ impl Sink for File {
 /// Bytes of a message beside what is in it.
 const HEAD: u64 = 31;
 
-/// What went wrong, as the system says it if it was the system.
+/// The text of an error; of one of the system, its own.
 fn text(error: mcap::McapError) -> String {
     match error {
         mcap::McapError::Io(error) => error.to_string(),

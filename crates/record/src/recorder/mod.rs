@@ -46,11 +46,11 @@ pub use state::RecordState;
 use file::{File, Limits};
 use host::Host;
 use lock::locked;
-use place::Place;
+use place::RecordingFile;
 use save::Saves;
-use state::Shown;
-use target::{Progress, Target};
-use thread::{Beginning, Shared, Thread};
+use state::RecordStateOutput;
+use target::{ActiveRecording, Progress};
+use thread::{Beginning, Thread, ThreadHandle};
 use trigger::Triggers;
 
 /// Records an agent: every value that is written to the properties that are selected, the log, what is changed from
@@ -67,13 +67,13 @@ use trigger::Triggers;
 #[derive(Clone)]
 pub struct Recorder {
     hub: Arc<Hub>,
-    state: Arc<Mutex<State>>,
-    told: Arc<Told>,
+    state: Arc<Mutex<RecorderState>>,
+    told: Arc<ToldChanges>,
 }
 
 /// The changes that it was told of.
 #[derive(Default)]
-struct Told {
+struct ToldChanges {
     count: AtomicU64,
     /// So many of them are in the hands of the system, or were waited for long enough.
     settled: Mutex<u64>,
@@ -85,14 +85,14 @@ impl std::fmt::Debug for Recorder {
     }
 }
 
-/// Who wants values: the recording of the configuration, the last seconds, and from then on those of tools.
+/// Numbers of recordings: that of the configuration, the last seconds, and those of tools from there on.
 const FIRST: u64 = 0;
 const FLIGHT: u64 = 1;
 const TOOLS: u64 = 2;
 
-struct State {
+struct RecorderState {
     settings: Record,
-    /// What goes along with each recording beside the configuration: names, and what is in them.
+    /// Files attached to each recording beside the configuration: names and content.
     files: Vec<(String, Vec<u8>)>,
     /// Once it has begun.
     host: Option<Arc<Host>>,
@@ -101,16 +101,16 @@ struct State {
     /// How many recordings tools have begun.
     count: u64,
     /// Where it is shown how it goes, until the thread has it.
-    shown: Option<Shown>,
+    shown: Option<RecordStateOutput>,
     /// Where the recording is that had the name of the first one before.
     earlier: Option<PathBuf>,
     /// The first recording, while it goes on.
     first: Option<Arc<Progress>>,
-    /// What came of it, when that is known before the end.
+    /// Its result, when that is known before the end.
     outcome: Option<Result<Recorded, RecordError>>,
 }
 
-/// Why nothing is recorded.
+/// Error of a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
     /// The file could not be made, or not be written to its end; what it had until then is there.
@@ -126,14 +126,14 @@ pub enum RecordError {
     Order,
 }
 
-/// What a recording has.
+/// Result of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// The file.
     pub file: PathBuf,
-    /// How many values are in it.
+    /// Number of values in it.
     pub values: u64,
-    /// How many are not, as nobody may wait for a slow disk.
+    /// Number of values missing, as the agent does not wait for a slow disk.
     pub dropped: u64,
     /// Bytes of the file.
     pub bytes: u64,
@@ -141,7 +141,7 @@ pub struct Recorded {
     pub earlier: Option<PathBuf>,
 }
 
-/// What the last seconds in memory have.
+/// The values of the last seconds in memory.
 fn wants_of_flight(settings: &Record) -> Want {
     let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
     let largest = usize::try_from(settings.flight.largest).unwrap_or(usize::MAX);
@@ -166,7 +166,7 @@ impl Recorder {
         if settings.flight.enabled {
             hub.want_lightly(FLIGHT, wants_of_flight(settings));
         }
-        let state = State {
+        let state = RecorderState {
             settings: settings.clone(),
             files: Vec::new(),
             host: None,
@@ -190,7 +190,7 @@ impl Recorder {
         self.hub.want(FIRST, Box::new(move |channel| selection::selects(&selection, &channel.path)));
     }
 
-    /// What an agent gets among its log targets, so that the log is in the file.
+    /// The log target that writes the log into the recording.
     pub fn log_target(&self) -> Box<dyn LogTarget> {
         Box::new(log::Lines::new(&self.hub))
     }
@@ -200,7 +200,7 @@ impl Recorder {
         self.state().files = files;
     }
 
-    /// What is known of the agent, and goes along.
+    /// The agent as recordings know it.
     fn host(&self, agent: &Agent) -> Host {
         Host::of(agent, self.state().files.clone())
     }
@@ -227,7 +227,7 @@ impl Recorder {
 
     fn begin_in(&self, agent: &Agent, path: &Path, folder: &Path) {
         let own = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let place = own.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| Place::open(path));
+        let place = own.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| RecordingFile::open(path));
         match place {
             Ok(place) => {
                 if place.path != path {
@@ -258,12 +258,12 @@ impl Recorder {
                 let progress = Progress::new(FIRST, path, agent.now());
                 self.state().first = Some(Arc::clone(&progress));
                 let waits = host.is_lockstep;
-                let target = Target::new(file, settings.selection, settings.within, waits, progress);
+                let target = ActiveRecording::new(file, settings.selection, settings.within, waits, progress);
                 self.show(agent.board());
                 self.launch(agent, host, folder, vec![target]);
             }
             Err(reason) => {
-                // What has no beginning can't be repaired.
+                // A file without a beginning can't be repaired.
                 if path.is_file() {
                     let _ = std::fs::remove_file(path);
                 }
@@ -273,7 +273,7 @@ impl Recorder {
     }
 
     /// Starts the thread, which does all the rest.
-    fn launch(&self, agent: &Agent, mut host: Host, folder: &Path, targets: Vec<Target>) {
+    fn launch(&self, agent: &Agent, mut host: Host, folder: &Path, targets: Vec<ActiveRecording>) {
         let mut state = self.state();
         if state.thread.is_some() {
             return;
@@ -289,7 +289,7 @@ impl Recorder {
         let host = Arc::new(host);
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };
         let saves = Saves::new(&host, folder, limits);
-        let shared = Arc::<Shared>::default();
+        let shared = Arc::<ThreadHandle>::default();
         *locked(&shared.recordings) = targets.iter().map(|target| Arc::clone(&target.progress)).collect();
         *locked(&shared.shown) = state.shown.take();
         let flight = state.settings.flight.clone();
@@ -320,9 +320,9 @@ impl Recorder {
     fn show(&self, board: &Arc<slate_blackboard::Board>) {
         let mut state = self.state();
         match &state.thread {
-            None if state.shown.is_none() => state.shown = Shown::new(board),
+            None if state.shown.is_none() => state.shown = RecordStateOutput::new(board),
             Some(thread) if locked(&thread.shared.shown).is_none() => {
-                *locked(&thread.shared.shown) = Shown::new(board);
+                *locked(&thread.shared.shown) = RecordStateOutput::new(board);
             }
             _ => {}
         }
@@ -390,7 +390,7 @@ impl Recorder {
         outcome
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, RecorderState> {
         locked(&self.state)
     }
 }

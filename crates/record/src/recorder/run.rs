@@ -1,4 +1,4 @@
-//! What a recording says of the run: what is needed to make it again.
+//! Metadata of a run, which are needed to repeat it.
 
 use std::collections::BTreeMap;
 
@@ -14,10 +14,10 @@ pub(super) fn unwritten(board: &Board) -> BTreeMap<String, String> {
     silent.map(|own| (format!("/{}", own.path()), own.descriptor().name.to_owned())).collect()
 }
 
-/// What stands at the beginning of a file.
+/// The beginning of a file.
 #[derive(Clone)]
 pub(super) struct Preface {
-    /// What is added to the agent's time for that of the file.
+    /// Offset from the agent's time to that of the file, nanoseconds.
     pub epoch: u64,
     pub metadata: Vec<(&'static str, BTreeMap<String, String>)>,
     /// Name, type and bytes of each file that goes along.

@@ -31,7 +31,7 @@ pub struct Misspelt {
     pub setting: &'static str,
     /// The pattern, with its slash.
     pub pattern: String,
-    /// What may be meant.
+    /// Suggestion.
     pub help: String,
 }
 

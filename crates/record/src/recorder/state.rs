@@ -23,11 +23,11 @@ pub struct RecordState {
 }
 
 /// Shows it.
-pub(super) struct Shown {
+pub(super) struct RecordStateOutput {
     writer: Writer,
 }
 
-impl Shown {
+impl RecordStateOutput {
     /// Nothing when the board has it already.
     pub fn new(board: &Arc<Board>) -> Option<Self> {
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 0, window: 0 } };

@@ -72,7 +72,7 @@ impl Progress {
 const STUCK: Duration = Duration::from_secs(5);
 
 /// A recording that is under way.
-pub(super) struct Target {
+pub(super) struct ActiveRecording {
     /// By which it is known.
     pub number: u64,
     file: File,
@@ -101,7 +101,7 @@ pub(super) struct Target {
     pub progress: Arc<Progress>,
 }
 
-impl Target {
+impl ActiveRecording {
     /// `within` nanoseconds a piece is closed; where the run `waits` for the disk nothing is missing.
     pub fn new(
         file: File,
@@ -224,7 +224,7 @@ impl Target {
         }
     }
 
-    /// Somebody waits until the system has all that is in the file now.
+    /// Closes the present piece for a caller that waits until the system has it.
     pub fn want_settled(&mut self) {
         let closed = self.file.close_piece();
         self.file.note(closed);
@@ -272,7 +272,7 @@ impl Target {
         time: u64,
         end: Vec<(&str, String)>,
     ) -> Result<Recorded, String> {
-        // What is told of drops must find room.
+        // Counts of drops need room.
         self.file.settle();
         if let Some(reason) = self.progress.failure().or_else(|| self.file.failure()) {
             return Err(reason);

@@ -13,7 +13,7 @@ use slate_runtime::recording::{Change, Recording};
 use slate_runtime::snapshot::PluginMark;
 
 use super::changes;
-use super::comparer::{Comparer, Course, mark};
+use super::comparer::{Comparer, ComparisonProgress, mark};
 use super::expected::Expected;
 use super::run::Run;
 use super::verdict::Verdict;
@@ -48,7 +48,7 @@ impl Comparison {
         Ok(Self { run, hub, expected })
     }
 
-    /// What the recording says of its run.
+    /// The recorded run.
     pub fn run(&self) -> &Run {
         &self.run
     }
@@ -73,7 +73,7 @@ impl Comparison {
         }
         let Self { run, hub, expected } = self;
         let comparer = Comparer::new(expected, Arc::clone(&hub), &run);
-        let course = Course::default();
+        let course = ComparisonProgress::default();
         let (mut comparer, driven) = std::thread::scope(|scope| {
             let worker = scope.spawn(|| comparer.follow(&course));
             hub.begin(true, worker.thread().clone());
@@ -109,7 +109,7 @@ fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
 ///
 /// # Errors
 /// Why the run can't be made again.
-fn drive(run: &Run, agent: &mut Agent, hub: &Hub, course: &Course) -> Result<(), String> {
+fn drive(run: &Run, agent: &mut Agent, hub: &Hub, course: &ComparisonProgress) -> Result<(), String> {
     let mut changes = run.changes.iter().cloned().collect();
     let mut cycle = 0;
     loop {

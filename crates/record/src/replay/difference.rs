@@ -13,9 +13,9 @@ pub struct Difference {
     pub url: String,
     /// The field; empty when it is about the value as a whole.
     pub field: String,
-    /// What is recorded.
+    /// Recorded value.
     pub recorded: String,
-    /// What the run made of it when it was made again.
+    /// Value of the repeated run.
     pub replayed: String,
 }
 

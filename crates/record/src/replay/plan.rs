@@ -33,7 +33,7 @@ pub struct Plan {
     pub sets: Vec<String>,
 }
 
-/// Why a recording can't be played.
+/// Error of a playback.
 #[derive(Debug, thiserror::Error)]
 pub enum PlayError {
     /// The file can't be read, or not be played as is wanted.
@@ -42,12 +42,12 @@ pub enum PlayError {
     /// The configuration is none any more, or a setting is wrong.
     #[error(transparent)]
     Configuration(#[from] Report),
-    /// What is wanted does not fit the recording.
+    /// The plan does not fit the recording.
     #[error("`{}`: {what}", slate_runtime::printable(path))]
     Unfit {
         /// The recording.
         path: PathBuf,
-        /// What does not fit, and what to do.
+        /// Reason, and what to do.
         what: String,
     },
     /// A module does not return from its tick.
@@ -55,12 +55,12 @@ pub enum PlayError {
     Hung,
 }
 
-/// What was played.
+/// Result of a playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlayedRun {
-    /// How many values.
+    /// Number of values.
     pub values: u64,
-    /// In how many cycles.
+    /// Number of cycles.
     pub cycles: u64,
     /// From the first value of the recording to where it ended, nanoseconds.
     pub time: u64,

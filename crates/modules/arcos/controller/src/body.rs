@@ -11,12 +11,12 @@ const STEP: u64 = 10_000_000;
 
 /// A Pioneer 3-DX among walls.
 #[derive(Debug)]
-pub struct Body {
+pub struct SimulatedPioneer {
     simulation: Simulation,
     drive: slate_sim::robot::DriveDescription,
 }
 
-impl Body {
+impl SimulatedPioneer {
     /// Puts the robot into a world, by the name of one that comes with the simulator or by a file's path.
     ///
     /// # Errors

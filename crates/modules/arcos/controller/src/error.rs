@@ -20,6 +20,6 @@ pub enum ControllerError {
         error: std::io::Error,
     },
     /// There is no link under which a driver could find a new terminal.
-    #[error("without a link, nobody finds the new terminal: start the controller with one")]
+    #[error("without a link, no driver finds the new terminal: start the controller with one")]
     Unlinked,
 }

@@ -8,7 +8,7 @@ use std::path::Path;
 use super::geometry::Geometry;
 use crate::storage::{Decoder, Error, Message, Selection, Unread, Value, seconds, whole};
 
-/// What [`export_carmen`] has written.
+/// Result of [`export_carmen`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CarmenLog {
     /// Lines with the sweep of a laser.
@@ -243,7 +243,7 @@ fn numbered(topic: &str) -> Option<(bool, u8)> {
     Some((is_robot, number))
 }
 
-/// What belongs to the sweeps, odometry and true poses that an imported log has.
+/// Whether a topic belongs to the sweeps, odometry and true poses of an imported log.
 fn is_part(topic: &str) -> bool {
     ["/laser_pose", "/robot_pose", "/device", "/motion", "/acceleration", "/truepos/odometry_pose"]
         .iter()
