@@ -1,7 +1,7 @@
 //! One run of an application from start to verdict.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -58,6 +58,13 @@ pub struct How {
     pub disarmed: bool,
 }
 
+/// The file of what libraries were when they were loaded last, in the folder for what programs of this user keep.
+fn known_libraries() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let kept = folder("XDG_STATE_HOME").or_else(|| Some(folder("HOME")?.join(".local/state")))?;
+    Some(kept.join("slate/libraries.json"))
+}
+
 /// A run that is ready to start.
 pub struct Mission {
     pub agent: Agent,
@@ -90,6 +97,7 @@ impl Mission {
             // Many runs at once would all begin with the same memory, and only one could write it.
             keeps_memory: how.follows,
             follows_files: how.follows,
+            known_libraries: known_libraries(),
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
             armed: !how.disarmed && is_simulated,
             ..Options::default()
