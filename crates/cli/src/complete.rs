@@ -51,8 +51,8 @@ pub fn completions(shell: Shell) -> Result<bool, Failure> {
 /// What `find` finds in time.
 fn in_time(find: impl FnOnce() -> BTreeSet<String> + Send + 'static) -> BTreeSet<String> {
     let (sender, found) = channel();
-    // What hangs ends with this program.
-    std::thread::spawn(move || sender.send(find()));
+    // What hangs ends with this program; without a thread, nothing is found.
+    let _ = std::thread::Builder::new().spawn(move || sender.send(find()));
     found.recv_timeout(BUDGET).unwrap_or_default()
 }
 

@@ -1,21 +1,15 @@
 //! What a run has shown of itself until now; it goes into snapshots, so that a report is whole when a run goes on from one.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::{Deserialize, Serialize};
-use slate::record::{Sample, Trajectory};
+use slate::record::{ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};
 use slate::runtime::Cycle;
 use slate::runtime::snapshot::{Keepsake, Snapshot};
 
 use crate::observation::Observation;
-
-/// The trajectory has a row of each robot this often, nanoseconds, until it has too many.
-const SAMPLE_PERIOD: u64 = 50_000_000;
-
-/// The most rows of the trajectory. With one more, every other time is left out and the rows after it come half as often, so that a
-/// run of any length takes the same memory and leaves files of the same size.
-const MOST_SAMPLES: usize = 20_000;
 
 /// The name under which a snapshot has it.
 pub const NAME: &str = "run";
@@ -34,36 +28,14 @@ struct State {
     /// Cycles made, and the time of the last one.
     cycles: u64,
     now: u64,
-    /// When the next row is due.
-    next: u64,
-    /// How often rows come, nanoseconds.
-    #[serde(default = "sample_period")]
-    period: u64,
-    samples: Vec<Sample>,
-}
-
-fn sample_period() -> u64 {
-    SAMPLE_PERIOD
-}
-
-impl State {
-    /// Leaves out every other time, and lets rows come half as often.
-    fn thin(&mut self) {
-        let (mut time, mut number) = (None, 0_usize);
-        self.samples.retain(|sample| {
-            if time.replace(sample.time).is_some_and(|last| last != sample.time) {
-                number += 1;
-            }
-            number.is_multiple_of(2)
-        });
-        self.period = self.period.saturating_mul(2);
-    }
+    #[serde(flatten)]
+    trajectory: ThinnedTrajectory,
 }
 
 impl Course {
     /// At the start of a run of that name, with what its modules remember.
     pub fn new(name: &str, memories: BTreeMap<String, String>) -> Self {
-        let state = State { name: name.into(), memories, period: SAMPLE_PERIOD, ..State::default() };
+        let state = State { name: name.into(), memories, ..State::default() };
         Self(Arc::new(Mutex::new(state)))
     }
 
@@ -86,13 +58,9 @@ impl Course {
     pub fn note(&self, cycle: &Cycle<'_>, observation: &Observation, (running, wanted): (bool, bool)) {
         let mut state = self.state();
         (state.cycles, state.now) = (cycle.number, cycle.now);
-        if wanted && (cycle.now >= state.next || !running) {
-            state.next += state.period;
+        if wanted {
             let samples = observation.robots.iter().filter_map(|robot| robot.sample(cycle.now));
-            state.samples.extend(samples);
-            if state.samples.len() > MOST_SAMPLES {
-                state.thin();
-            }
+            state.trajectory.add(cycle.now, !running, samples);
         }
     }
 
@@ -104,7 +72,15 @@ impl Course {
 
     /// Takes the trajectory out.
     pub fn take_trajectory(&self) -> Trajectory {
-        Trajectory { samples: std::mem::take(&mut self.state().samples) }
+        Trajectory { samples: self.state().trajectory.take() }
+    }
+
+    /// Writes the trajectory into a folder while it grows: as `trajectory.csv.partial`, which the report replaces at the end of
+    /// the run.
+    pub fn stream_into(&self, folder: &Path) -> std::io::Result<TrajectoryStream> {
+        let own = self.clone();
+        let read = move |position: &mut TrajectoryPosition| own.state().trajectory.read(position).to_vec();
+        TrajectoryStream::start(&folder.join("trajectory.csv.partial"), read)
     }
 }
 
@@ -117,6 +93,11 @@ impl Keepsake for Course {
     fn restore(&self, saved: &[u8]) -> Result<Box<dyn FnOnce() + Send>, String> {
         let state: State = serde_json::from_slice(saved).map_err(|error| error.to_string())?;
         let own = self.clone();
-        Ok(Box::new(move || *own.state() = state))
+        Ok(Box::new(move || {
+            let mut own = own.state();
+            let mut trajectory = std::mem::take(&mut own.trajectory);
+            trajectory.replace(state.trajectory);
+            *own = State { trajectory, ..state };
+        }))
     }
 }

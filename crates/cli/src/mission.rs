@@ -1,12 +1,13 @@
 //! One run of an application from start to verdict.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use slate::blackboard::interface::Value;
-use slate::record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory};
+use slate::module::Level;
+use slate::record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory, TrajectoryStream};
 use slate::runtime::log::LogTarget;
 use slate::runtime::memory::MemoryError;
 use slate::runtime::snapshot::Snapshot;
@@ -57,6 +58,13 @@ pub struct How {
     pub disarmed: bool,
 }
 
+/// The file of what libraries were when they were loaded last, in the folder for what programs of this user keep.
+fn known_libraries() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let kept = folder("XDG_STATE_HOME").or_else(|| Some(folder("HOME")?.join(".local/state")))?;
+    Some(kept.join("slate/libraries.json"))
+}
+
 /// A run that is ready to start.
 pub struct Mission {
     pub agent: Agent,
@@ -67,6 +75,8 @@ pub struct Mission {
     mode: ModeName,
     wants_trajectory: bool,
     recorder: Option<Recorder>,
+    /// Writes the trajectory while the run goes.
+    stream: Option<TrajectoryStream>,
 }
 
 impl Mission {
@@ -87,6 +97,7 @@ impl Mission {
             // Many runs at once would all begin with the same memory, and only one could write it.
             keeps_memory: how.follows,
             follows_files: how.follows,
+            known_libraries: known_libraries(),
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
             armed: !how.disarmed && is_simulated,
             ..Options::default()
@@ -105,6 +116,7 @@ impl Mission {
             mode: how.mode,
             wants_trajectory: how.trajectory,
             recorder,
+            stream: None,
         })
     }
 
@@ -114,6 +126,19 @@ impl Mission {
         if let Some(recorder) = &self.recorder {
             recorder.accompany(scene::files(&self.application.configuration));
             recorder.attach(&self.agent, folder);
+        }
+    }
+
+    /// Writes the trajectory into a folder while the run goes, so that a run that is killed leaves it too.
+    pub fn stream_trajectory(&mut self, folder: &Path) {
+        match self.course.stream_into(folder) {
+            Ok(stream) => self.stream = Some(stream),
+            Err(error) => {
+                let text = format!(
+                    "the trajectory is written at the end of the run only, as a thread can't be started: {error}"
+                );
+                self.agent.logger().log(self.agent.now(), Level::Warn, &text);
+            }
         }
     }
 
@@ -204,6 +229,7 @@ impl Mission {
             ticks: cycles,
             digest,
         };
+        drop(self.stream.take());
         let trajectory = self.course.take_trajectory();
         let remembered = self.agent.remember();
         Ok(Finished { agent: self.agent, summary, scene: self.scene, trajectory, remembered, recorded })

@@ -72,7 +72,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     };
     let judge = application.configuration.mission().map(|mission| mission.outcome.agent().map(str::to_owned));
     let wish = console::Wish::of(&application.configuration)?;
-    let mission = Mission::load(application, how)?;
+    let mut mission = Mission::load(application, how)?;
     for end in mission.agent.composer().loose_ends() {
         eprintln!("warning: {}", slate::runtime::configuration::Report::from(vec![end]));
     }
@@ -94,6 +94,9 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     let place = ReportFolder::of(options, &name, seed, mission.keeps_report())?;
     let directory = place.path();
     mission.record(directory);
+    if place.is_there() {
+        mission.stream_trajectory(directory);
+    }
     match judge {
         None => eprintln!("the configuration has no [mission], so the agent runs until it is interrupted"),
         // Whoever supervises both knows when that one has ended.

@@ -16,7 +16,7 @@ use crate::failure::{Failure, UNREACHED};
 use crate::output;
 use crate::watch::now;
 use slate::control::BASE;
-use slate::control::client::{Access, Request};
+use slate::control::client::{Access, Request, RequestError, Trouble};
 
 #[derive(Debug, Args)]
 pub struct StopOptions {
@@ -59,6 +59,10 @@ pub struct ArmOptions {
 /// How long an agent may take to confirm a stop. It needs a few milliseconds; a person must not be left without an answer.
 const PATIENCE: Duration = Duration::from_secs(4);
 
+/// How often a stop is tried again whose connection an agent has closed, as it has no descriptor left, and after which pause.
+const TRIES: u32 = 5;
+const PAUSE: Duration = Duration::from_millis(50);
+
 /// What became of the stop of an agent.
 #[derive(Debug, Serialize)]
 struct Answer {
@@ -93,7 +97,15 @@ impl Target {
         let stop = move |reason: &str| {
             let (path, body) = (format!("{BASE}/stop"), json!({ "reason": reason }).to_string());
             let request = Request { method: "POST", path: &path, body: Some(&body), ..Request::default() };
-            Ok(access.value(&request).map(drop)?)
+            let mut tries = 0..TRIES;
+            loop {
+                match access.value(&request) {
+                    Err(RequestError::Trouble(Trouble::Unreached { .. })) if tries.next().is_some() => {
+                        thread::sleep(PAUSE);
+                    }
+                    outcome => return Ok(outcome.map(drop)?),
+                }
+            }
         };
         Self { name, stop: Box::new(stop) }
     }

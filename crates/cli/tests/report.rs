@@ -8,6 +8,7 @@
 
 use crate::common;
 
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
 use common::{Running, exp1, folder, json, slate, text};
@@ -255,4 +256,25 @@ fn two_runs_at_once_do_not_write_into_one_folder_and_a_killed_one_leaves_it_free
     assert!(said.contains("into runs/exp1-0, so this one does into runs/exp1-0-2\n"), "{said}");
     assert!(text(&output.stdout).contains("report: runs/exp1-0-2"), "{output:?}");
     assert!(running.folder().join("runs/exp1-0-2/summary.json").exists());
+}
+
+#[test]
+fn killed_run_leaves_its_trajectory() {
+    let running = Running::new("killed");
+    let never = "modules.referee.params.tolerance=0.0";
+    let mut command =
+        running.command(&["run", "exp1", "--headless", "--out", "here", "--rate", "20", "--set", never]);
+    let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let path = running.folder().join("here/trajectory.csv.partial");
+    let rows = || std::fs::read_to_string(&path).unwrap_or_default().lines().count();
+    common::wait_for("rows are written", || rows() > 400);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let csv = std::fs::read_to_string(&path).unwrap();
+    assert!(csv.ends_with('\n') && csv.lines().all(|line| line.split(',').count() >= 7), "{csv}");
+    assert!(!running.folder().join("here/summary.json").exists());
+    // The next run of the folder replaces it.
+    let (_, code) = exp1(running.folder(), &["--out", "here"]);
+    assert_eq!(code, Some(0));
+    assert!(!path.exists() && running.folder().join("here/trajectory.csv").is_file());
 }

@@ -24,7 +24,8 @@ fn stops(running: &Running, words: &[&str], agents: &[&str]) {
 
 fn wheels(running: &Running) -> [f64; 2] {
     let command = running.read("exp1", "/r2/wheels/command");
-    ["left", "right"].map(|side| command[side].as_f64().unwrap())
+    // It stands before it has a first command.
+    ["left", "right"].map(|side| command[side].as_f64().unwrap_or_default())
 }
 
 fn mode(running: &Running) -> String {
@@ -193,6 +194,14 @@ fn without_an_agent_there_is_nothing_to_stop() {
     }
 }
 
+/// How the console of the only run is reached.
+fn console(running: &Running) -> serde_json::Value {
+    let mut files =
+        std::fs::read_dir(running.sockets().join("slate")).unwrap().map(|entry| entry.unwrap().path());
+    let console = files.find(|path| path.extension().is_some_and(|end| end == "console")).unwrap();
+    serde_json::from_slice(&std::fs::read(console).unwrap()).unwrap()
+}
+
 #[test]
 fn stop_works_without_a_free_descriptor() {
     let mut running = Running::new("stop-reserve");
@@ -202,10 +211,7 @@ fn stop_works_without_a_free_descriptor() {
     limited.current_dir(running.folder()).env("XDG_RUNTIME_DIR", running.sockets());
     running.launch("exp1", limited);
     drives(&running);
-    let sockets = running.sockets().join("slate");
-    let mut files = std::fs::read_dir(&sockets).unwrap().map(|entry| entry.unwrap().path());
-    let console = files.find(|path| path.extension().is_some_and(|end| end == "console")).unwrap();
-    let console: serde_json::Value = serde_json::from_slice(&std::fs::read(console).unwrap()).unwrap();
+    let (sockets, console) = (running.sockets().join("slate"), console(&running));
     let address = console["address"].as_str().unwrap();
     // More idle tools than the agent has descriptors for.
     let local: Vec<_> = (0..60)
@@ -221,5 +227,31 @@ fn stop_works_without_a_free_descriptor() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     drop((local, remote));
     assert!(soon(|| running.call(&["get", "/r2/wheels/gate"]).status.success()));
+    stands(&running, "STOPPED");
+}
+
+#[test]
+fn stop_works_without_a_free_thread() {
+    let mut running = Running::new("stop-threads");
+    running.become_ordinary_user();
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1", "--set", "console.port=0"]);
+    drives(&running);
+    let console = console(&running);
+    let (address, token) =
+        (console["address"].as_str().unwrap(), console["tokens"]["viewer"].as_str().unwrap());
+    running.take_threads();
+    let call = |arguments: &[&str]| {
+        let mut command = running.command_without_threads(arguments);
+        let output = command.env("SLATE_TOKEN", token).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
+    };
+    call(&["stop", "no thread is left"]);
+    stands(&running, "STOPPED");
+    // Who finds it by itself, and lets it go again, needs none either.
+    call(&["reset"]);
+    call(&["arm"]);
+    drives(&running);
+    call(&["get", "--agent", address, "/r2/wheels/gate"]);
+    call(&["stop", "--agent", address]);
     stands(&running, "STOPPED");
 }

@@ -84,6 +84,9 @@ fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
             let runner = seat.runner();
             let now = shared.clock.now();
             if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
+                if runner.inputs.ports.iter().any(|input| input.writer.is_none()) {
+                    expire(shared);
+                }
                 runner.prepare(now);
                 (Some(runner.call()), Duration::ZERO)
             } else {
@@ -97,6 +100,13 @@ fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
                 wake.wait_timeout(patience);
             }
         }
+    }
+}
+
+/// Ends what actuators were commanded for too long, so that a step sees no such command, however late the watchdog is.
+fn expire(shared: &SharedLoop) {
+    for actuator in shared.actuators().iter() {
+        actuator.expire_before_read();
     }
 }
 

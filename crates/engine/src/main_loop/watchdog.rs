@@ -5,6 +5,7 @@ use slate_module::Level;
 
 use super::notices::{Limit, milliseconds, repeated};
 use super::{End, Seat, SharedLoop};
+use crate::background::take_precedence;
 use crate::clock::monotonic;
 
 /// With so many threads lost at a time the run stops in order.
@@ -54,6 +55,8 @@ impl Watchdog {
 
     /// Watches until the run is over and no thread is in a step any more.
     pub fn watch(self) {
+        // A module that takes all that it gets of the processors must not keep it waiting.
+        take_precedence();
         let mut watched = self.shared.watched();
         let mut seen = vec![Seen::default(); watched.len()];
         let mut ended = None;

@@ -34,7 +34,7 @@ pub struct GoToOriginParams {
 
 /// State of [`GoToOriginPlanner`].
 #[derive(Default, serde::Serialize, serde::Deserialize)]
-pub struct Memory {
+pub struct GoToOriginState {
     journey: Journey,
     /// Whether the goal was reached and the robot has stayed there.
     arrived: bool,
@@ -48,10 +48,10 @@ impl Plan for GoToOriginPlanner {
     const DOC: &'static str = "Sends the robot to its goal.";
     type Noticed = Noticing;
     type Params = GoToOriginParams;
-    type State = Memory;
+    type State = GoToOriginState;
 
     fn run(
-        memory: &mut Memory,
+        memory: &mut GoToOriginState,
         noticed: &Noticing,
         situation: &Situation<'_>,
         params: &GoToOriginParams,

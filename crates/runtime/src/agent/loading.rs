@@ -23,6 +23,7 @@ use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Arenas;
 use crate::log::Logger;
 use crate::main_loop::{Pace, Parameters, Rate, SharedLoop, Workers};
+use crate::plugin::KnownLibraries;
 use crate::sharing::Sharing;
 use slate_composition::Catalogue;
 
@@ -119,7 +120,8 @@ impl Agent {
         let remotes = Remotes::new(options.sharing);
         let configured = Arc::new(configuration.clone());
         let assembly = Assembly::new(resources);
-        let composition = Composition::new(configured, catalogue, assembly, remotes, options.armed);
+        let mut composition = Composition::new(configured, catalogue, assembly, remotes, options.armed);
+        composition.plugins.known = options.known_libraries.map(KnownLibraries::at);
         let handle = AgentHandle::new(Arc::clone(&shared), composition, options.recording);
         control.connect(Box::new(handle.downgrade()));
         changes.connect(Box::new(handle.downgrade()));

@@ -43,7 +43,7 @@ impl Agent {
     pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
         let shared = &self.handle.shared;
         let watchdog = Watchdog::new(Arc::clone(shared), self.hang);
-        // Before the token is taken: who changes the agent at this moment waits for who has it.
+        // Before the token is taken: a thread that changes the agent at this moment waits for it.
         let composition = self.handle.composition();
         shared.begin();
         // SAFETY: `begin` took the token.
@@ -134,12 +134,12 @@ impl Agent {
     }
 
     /// Shows what was measured until now in the properties `/loop/state`, `/loop/histogram`, `/loop/STAGE/histogram` and
-    /// `/MODULE/histogram`. A run does it ten times a second; it is for who makes single steps.
+    /// `/MODULE/histogram`. A run does it ten times a second; it is for programs that make single steps.
     pub fn publish_timing(&self) {
         self.handle.shared.publish_timing();
     }
 
-    /// The date (UTC) of an agent's time, for people who read it. It may jump when the machine's clock is set, and
+    /// The date (UTC) of an agent's time, for people to read. It may jump when the machine's clock is set, and
     /// nothing in an agent depends on it.
     pub fn date_of(&self, time: u64) -> SystemTime {
         self.handle.shared.clock.date_of(time)

@@ -77,11 +77,11 @@ pub struct Referee {
     goals: Vec<Point>,
     /// The shortest way from the start to the last goal, and once round all.
     shortest: (f64, f64),
-    course: Course,
+    course: GoalProgress,
 }
 
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Course {
+struct GoalProgress {
     conduct: Conduct,
     /// Number of reached goals.
     reached: u64,
@@ -129,7 +129,7 @@ impl Instance for Referee {
             between += way(leg[0], leg[1])?;
         }
         let shortest = (way(robot.pose.point(), *first)? + between, way(*last, *first)? + between);
-        Ok(Self { goals, shortest, course: Course::default() })
+        Ok(Self { goals, shortest, course: GoalProgress::default() })
     }
 
     fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {

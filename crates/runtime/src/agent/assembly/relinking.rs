@@ -8,7 +8,7 @@ use slate_blackboard::{Board, Placement, Property};
 
 use super::module::Leads;
 use super::{Assembly, Levels, Unlinked, listeners};
-use crate::agent::build::{Made, Rewiring, rewire};
+use crate::agent::build::{BuildMoment, Rewiring, rewire};
 use crate::configuration::{Configuration, Report};
 use crate::main_loop::{Seat, SharedLoop};
 use crate::runner::{Unwired, Wiring};
@@ -18,7 +18,7 @@ use slate_composition::{Catalogue, Complaints, Misfit, survey};
 struct Rewire {
     seat: Arc<Seat>,
     wiring: Option<Wiring>,
-    /// Whom its outputs wake, by path.
+    /// The threads that its outputs wake, by path.
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
 }
 
@@ -34,7 +34,7 @@ pub(in crate::agent) struct Relinking {
     /// The modules whose outputs are linked otherwise.
     writers: BTreeSet<String>,
     stages: Vec<Levels>,
-    /// Whom actuators wake, by path.
+    /// The threads that actuators wake, by path.
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
     placements: Vec<Placement>,
     reserved: Vec<Reserved>,
@@ -62,7 +62,7 @@ impl Relinking {
         let listeners = listeners(&survey);
         let woken = woken(&assembly.listeners, &listeners);
         let mark = assembly.resources.mark();
-        let made = Made::Later(assembly.resources.means.clock.now());
+        let made = BuildMoment::Later(assembly.resources.means.clock.now());
         let rewiring = rewire(configuration, &survey, &mut assembly.resources, &changed, &woken, made);
         let Rewiring { wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
             assembly.resources.undo(&mark, []);
@@ -173,7 +173,7 @@ impl Relinking {
     }
 
     /// Exchanges all of it between two cycles, with what else is done in the same moment: `judge` before it, which
-    /// changes nothing when it fails, and `work` after it. The modules with threads are held by who calls this. Nothing
+    /// changes nothing when it fails, and `work` after it. The caller holds the modules with threads. Nothing
     /// when the loop was lost.
     pub fn exchange_with<J, R: Send + 'static, E: Send + 'static>(
         mut self,

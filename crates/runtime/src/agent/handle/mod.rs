@@ -104,7 +104,7 @@ impl AgentHandle {
         agent
     }
 
-    /// This handle, for somebody who does not keep the agent.
+    /// A handle that does not keep the agent.
     pub fn downgrade(&self) -> WeakHandle {
         WeakHandle {
             shared: Arc::downgrade(&self.shared),
@@ -130,7 +130,7 @@ impl AgentHandle {
         Some(HeldComposition { composition, overview: &self.overview })
     }
 
-    /// What the agent was made of after the last change, for who only looks.
+    /// The lists of plugins and modules after the last change.
     pub fn overview(&self) -> MutexGuard<'_, Overview> {
         self.overview.lock().unwrap_or_else(PoisonError::into_inner)
     }

@@ -24,7 +24,7 @@ thread_local! {
     static BY_MODULE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Makes a change that a module has asked for: who makes the run again has it from the module.
+/// Makes a change that a module has asked for: a rerun has it from the module.
 pub(in crate::agent) fn by_module<R>(module: &str, change: impl FnOnce() -> R) -> R {
     let before = BY_MODULE.replace(Some(module.to_owned()));
     let result = change();
