@@ -227,8 +227,8 @@ fn a_secret_is_found_given_or_refused() {
     says(&with("@nothing.token"), 2, &["nothing.token"]);
     let link = all.agent.done(&["console"]);
     says(&all.user.call(&["module", "list", "--agent", link.trim()]), 2, &["SLATE_TOKEN", "seen by others"]);
-    says(&all.user.call(&["api", "--agent", address, "--role", "viewer"]), 5, &["secret of a viewer"]);
-    says(&all.user.call(&["api", "--agent", address, "--role", "operator"]), 5, &["secret of an operator"]);
+    says(&all.user.call(&["api", "--agent", address, "--role", "viewer"]), 5, &["no token of a viewer"]);
+    says(&all.user.call(&["api", "--agent", address, "--role", "operator"]), 5, &["no token of an operator"]);
 }
 
 #[test]
