@@ -102,7 +102,11 @@ pub fn time_to_live_holds_for_another_agent(way: &'static str) {
     let busy = Arc::new(AtomicBool::new(true));
     for _ in 0..setting("SLATE_BUSY", 0) {
         let busy = Arc::clone(&busy);
-        std::thread::spawn(move || while busy.load(Ordering::Relaxed) {});
+        std::thread::spawn(move || {
+            while busy.load(Ordering::Relaxed) {
+                std::hint::spin_loop();
+            }
+        });
     }
 
     let mut command = Command::new(std::env::current_exe().unwrap());
