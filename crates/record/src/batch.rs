@@ -211,7 +211,7 @@ impl Batch {
         }
     }
 
-    /// The same of a batch of so many runs; with fewer it was cut off.
+    /// The same statistics of a batch of `asked` runs; with fewer it was interrupted.
     #[must_use]
     pub fn out_of(mut self, asked: u64) -> Batch {
         self.interrupted = self.runs < asked;

@@ -63,7 +63,7 @@ fn drawable(metres: f64) -> bool {
     metres.abs() <= 1e6
 }
 
-/// The smallest interval that holds all that was included.
+/// The smallest interval that contains all included numbers.
 #[derive(Clone, Copy, Default)]
 struct Extent(Option<(f64, f64)>);
 

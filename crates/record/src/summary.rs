@@ -75,7 +75,7 @@ pub struct Summary {
     pub units: BTreeMap<String, String>,
     /// Steps of the main loop.
     pub ticks: u64,
-    /// Digest of all that the run computed; equal runs have equal digests.
+    /// Digest of everything the run computed; equal runs have equal digests.
     pub digest: String,
 }
 

@@ -50,7 +50,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
     (
         "robots",
         &[
-            // What the actuators allow, where there is room.
+            // The limits of the actuators, where there is room.
             "robots.r3.modules.planner.params.speed=1.5",
             "robots.r3.modules.planner.params.careful_speed=0.3",
             "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=1.5",

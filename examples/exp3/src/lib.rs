@@ -70,7 +70,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
     (
         "robots",
         &[
-            // What the actuators allow, where there is room.
+            // The limits of the actuators, where there is room.
             "robots.r2.modules.planner.params.speed=1.2",
             "robots.r2.modules.planner.params.careful_speed=0.3",
             "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=1.2",

@@ -108,7 +108,7 @@ impl Plan for PatrolPlanner {
 }
 
 impl PatrolMemory {
-    /// Whoever is in the corner may be kept there by this robot, and leaves when there is room.
+    /// This robot may block another in the corner, which leaves when it has room.
     fn make_room(&mut self, distance: f64, patience: f64, time: f64) {
         if let Some(until) = self.aside {
             if time >= until - 1e-9 {

@@ -81,7 +81,7 @@ impl Plan for Explorer {
         if !situation.needs_plan() || noticed.orders.iter().len() > 0 {
             return;
         }
-        // As soon as somebody else is there.
+        // As soon as another robot is there.
         if let Some(place) = memory.worth.filter(|_| memory.team && !memory.told) {
             plan.append(SendToLook::request(place));
         }

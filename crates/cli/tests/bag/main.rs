@@ -331,7 +331,12 @@ fn what_has_nothing_in_it_is_no_success() {
     fails(&folder, 2, &["repair", "empty.mcap"], &[empty]);
     fails(&folder, 2, &["repair", "empty.mcap", "--out", "mended.mcap"], &[empty]);
     let import = ["import", "wrong.log", "--format", "carmen", "--lenient", "--out", "log.mcap"];
-    fails(&folder, 2, &import, &["wrong.log", "it has no message: 2 parts are wrong, the first:", "line 1"]);
+    fails(
+        &folder,
+        2,
+        &import,
+        &["wrong.log", "it has no message: 2 parts are invalid, the first:", "line 1"],
+    );
     assert_eq!(std::fs::read(folder.join("empty.mcap")).unwrap(), b"");
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "something is left behind");
     let nothing = Writer::new(Vec::new(), "test", &Header::default(), Compression::None).unwrap();
@@ -482,7 +487,7 @@ fn what_is_wrong_names_file_place_and_mend() {
         &folder,
         2,
         &["plot", "run.mcap", "/r2/range/range", "--from", "1000"],
-        &["nothing of `/r2/range/range` in the time that is asked for"],
+        &["`/r2/range/range` has no value in that time span"],
     );
     let to = ["filter", "run.mcap", "--out", "nowhere/x.mcap"];
     fails(&folder, 2, &to, &["nowhere/x.mcap` can't be written"]);

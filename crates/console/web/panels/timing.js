@@ -20,7 +20,7 @@ function Head({ first, sort, setSort }) {
   const column = (name, id, title) => html`<th class="number" aria-sort=${sort === id && id ? "descending" : undefined} title=${title}>
     ${id && setSort ? html`<button class="quiet" onClick=${() => setSort(id)}>${name}${sort === id ? " ▾" : ""}</button>` : name}</th>`;
   return html`<thead><tr><th>${first}</th><th>Condition</th>${column("Rate")}${column("Jitter", "", "Largest difference between successive periods")}
-    ${column("Median", "p50")}${column("90 %", "p90")}${column("99 %", "p99")}${column("Maximum", "max")}
+    ${column("p50", "p50")}${column("p90", "p90")}${column("p99", "p99")}${column("Maximum", "max")}
     <th>p99 / period</th>${column("Misses", "", "Ticks that missed their deadline")}${column("Panics")}</tr></thead>`;
 }
 

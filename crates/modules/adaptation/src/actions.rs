@@ -177,7 +177,7 @@ impl Action<Managed> for Confirm {
             .used
             .fresh()
             .is_some_and(|scan| body.used.stamp().time >= since && invalid_share(scan) <= INVALID);
-        // Who stands needs no sensor.
+        // A standing robot needs no sensor.
         let senses = answers || limit == 0.0;
         let tell = |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
         if senses && body.speed().is_some_and(|speed| speed <= limit + TOLERANCE) {

@@ -73,7 +73,7 @@ impl Monitor for RangeHealthMonitor {
             let ranges = || scan.echoes.iter().map(|echo| echo.range);
             // Compared as bits: what is no number is always the same, too.
             let same = ranges().map(f64::to_bits).eq(memory.ranges.iter().map(|range| range.to_bits()));
-            // Who hears nothing anywhere says the same wherever it goes.
+            // Without any echo, readings stay the same everywhere.
             if !same || !heard {
                 memory.ranges.clear();
                 memory.ranges.extend(ranges());

@@ -114,7 +114,7 @@ impl Module for Pioneer {
         }
         // All that are known have the same body.
         io.chassis.set(model(params).ok().flatten().unwrap_or(&MODELS[0]).chassis());
-        // What the gate let through before it was stopped is not to reach a robot that is back already.
+        // A command from before the stop must not reach a reconnected robot.
         let command = io.wheels.fresh().filter(|_| !is_lost);
         let WheelSpeeds { left, right } = command.copied().unwrap_or(WheelSpeeds::ZERO);
         // Without room the thread has not looked for long, and finds the command too old in any case.

@@ -39,7 +39,7 @@ pub enum Event {
     },
     /// A standard report.
     Report(Report),
-    /// There is no connection, or there is none any more; it is tried again at once.
+    /// The connection is lost or not made; it is tried again at once.
     Lost(Loss),
 }
 
@@ -70,7 +70,7 @@ fn known() -> String {
     MODELS.map(|model| model.name).join(", ")
 }
 
-/// Where a session stands.
+/// State of a session.
 #[derive(Clone, Debug)]
 enum SessionState {
     /// Ends the connection, and waits.
@@ -241,7 +241,7 @@ impl Session {
                 let report = Report::decode(data)?;
                 open.heard = now;
                 open.moving = report.moving || report.left != 0 || report.right != 0;
-                // Who switches the motors off at the robot wants them off: they are switched on once.
+                // Motors that a person switches off at the robot stay off: they are switched on once.
                 self.switched_off = !report.motors() && open.motors.is_on;
                 open.motors.is_on |= report.motors();
                 open.sonars.is_on |= report.sonars();
@@ -328,7 +328,7 @@ impl Session {
     /// Sends a command over an open connection.
     fn keep(&mut self, now: Duration) {
         let fresh = self.commanded.filter(|(_, since)| now.saturating_sub(*since) < self.time_to_live);
-        // What was not sent yet would only grow old.
+        // Unsent commands would only grow old.
         let waits = !self.outgoing.is_empty();
         let spoke = self.spoke;
         let SessionState::Open(open) = &mut self.state else { return };

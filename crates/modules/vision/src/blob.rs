@@ -94,7 +94,7 @@ mod tests {
         work: impl FnOnce(&mut Image) -> R,
     ) -> R {
         let mut memory = vec![0_u128; Image::DESCRIPTOR.shape(pixels.len()).bytes(pixels.len()).div_ceil(16)];
-        // SAFETY: the memory has room for those pixels, and nobody else has it.
+        // SAFETY: the memory has room for those pixels, and is not shared.
         let image = unsafe { Image::from_raw_mut(memory.as_mut_ptr().cast(), pixels.len()) };
         (image.width, image.height, image.format) = (width, height, format);
         image.step = width * format.pixel_size() as u32;

@@ -216,7 +216,7 @@ pub(crate) fn write(writer: &mut Writer, bytes: usize, now: u64, draw: impl FnOn
 fn fill(writer: &mut Writer, bytes: usize, draw: impl FnOnce(&mut Image)) {
     let mut draft = writer.draft();
     assert!(bytes <= draft.capacity(), "whoever draws has looked whether there is room");
-    // SAFETY: the draft has room for that many bytes, all of them initialised, and nobody else has it.
+    // SAFETY: the draft has room for that many bytes, all of them initialised, and is not shared.
     draw(unsafe { Image::from_raw_mut(draft.as_mut_ptr(), bytes) });
 }
 

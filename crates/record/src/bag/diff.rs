@@ -41,7 +41,7 @@ pub struct Difference {
     pub topic: String,
     /// Which message of its topic it is, from 0 on.
     pub number: u64,
-    /// The first field that differs, such as `pose/x`; in parentheses if it is none of the value, as `(log time)`.
+    /// The first field that differs, such as `pose/x`; one outside of the value is in parentheses, as `(log time)`.
     pub field: String,
     /// The value in the first file; `None` if it has no such message.
     pub a: Option<String>,

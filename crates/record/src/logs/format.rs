@@ -64,7 +64,7 @@ impl Serialize for Format {
 /// As much of a file as is looked at.
 const HEAD: u64 = 256 << 10;
 
-/// Tells from its content what a log is; nothing when it is none that is known.
+/// Detects the format of a log from its content; `None` when it is unknown.
 ///
 /// # Errors
 /// When it can't be read.

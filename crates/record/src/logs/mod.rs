@@ -133,7 +133,7 @@ pub fn import(path: &Path, out: &Path, options: &Options) -> Result<Imported, Er
     })
 }
 
-/// Reads a log of any known format as a recording; one that is none of MCAP by way of a temporary file.
+/// Reads a log of any known format as a recording; one of another format than MCAP through a temporary file.
 ///
 /// # Errors
 /// As [`import`].

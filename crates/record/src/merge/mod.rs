@@ -232,7 +232,7 @@ impl<W: Write> Merger<'_, W> {
 struct MergedIds {
     /// By name, encoding and definition.
     schemas: BTreeMap<(String, String, Vec<u8>), u16>,
-    /// By all that a channel says but its number.
+    /// By topic, encoding, schema and metadata.
     channels: BTreeMap<(String, String, u16, BTreeMap<String, String>), u16>,
     /// By file and number there.
     known: BTreeMap<(usize, u16), u16>,

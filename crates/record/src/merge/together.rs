@@ -113,5 +113,5 @@ impl Together {
     }
 }
 
-/// So many topics are named.
+/// Maximum number of named topics.
 const NAMED: usize = 5;

@@ -35,7 +35,7 @@ impl Faults {
         self.push(Fault { from: time, until: time, who: who.into(), what, count: None });
     }
 
-    /// Something that happened so many times more, and so many in all.
+    /// A fault that happened `more` times again, and `all` times in total.
     pub fn count(&mut self, time: u64, who: &str, what: &str, more: f64, all: f64) {
         let key = (who.to_owned(), what.to_owned());
         let open = self.counted.get(&key).and_then(|at| self.all.get_mut(*at));

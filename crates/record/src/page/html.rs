@@ -125,7 +125,7 @@ impl Html {
         ));
     }
 
-    /// A table, or its first rows when it has more than so many.
+    /// A table, or its first `most` rows.
     pub fn table(&mut self, table: &Table, most: usize) {
         self.push(format_args!("<div class=\"wide\"><table>\n"));
         let shown = table.rows.len().min(most);

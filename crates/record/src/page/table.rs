@@ -16,7 +16,7 @@ pub(super) struct Column {
     is_modules: bool,
 }
 
-/// So many names are seen at once in a cell.
+/// Maximum number of names shown in a cell.
 const SEEN: usize = 3;
 
 impl Column {

@@ -13,7 +13,7 @@ pub(super) struct RobotTracks {
 #[derive(Debug, Default)]
 struct RobotTrack {
     samples: Vec<Sample>,
-    /// Of so many samples one is kept.
+    /// One of this many samples is kept.
     stride: usize,
     seen: usize,
 }

@@ -22,7 +22,7 @@ pub(crate) struct Channel {
     pub dropped: Arc<AtomicU64>,
     /// Whether any recording wants its values.
     pub wanted: Arc<AtomicBool>,
-    /// Whoever wants all that there can be watches: else debug outputs have no values.
+    /// Recordings watch the property: else debug outputs have no values.
     watchers: Watchers,
     watch: Arc<Mutex<Option<Watch>>>,
     repeats: bool,

@@ -28,7 +28,7 @@ use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_f
 /// How long the thread that writes may take to answer; less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// How long a tool waits until its change is in the file; a disk that takes longer holds nobody up.
+/// Maximum wait of a tool until its change is in the file.
 const SETTLED: Duration = Duration::from_secs(1);
 
 /// How many recordings there may be at a time.
@@ -180,7 +180,7 @@ impl RecordingControl for Recorder {
             names.collect::<Vec<_>>().join(", ")
         };
         let named = |progress: &&Arc<Progress>| {
-            // That of the run ends with the run unless somebody names it.
+            // The run's own recording ends with the run unless a tool names it.
             file.map_or(progress.number != FIRST, |file| progress.entry().file == file)
         };
         let mut meant = recordings.iter().filter(named);

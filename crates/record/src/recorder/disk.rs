@@ -10,10 +10,10 @@ use std::time::{Duration, Instant};
 
 use super::lock::locked;
 
-/// How long whoever closes a file waits for a disk that takes nothing; less than tools wait.
+/// Maximum wait of a closing file for a stalled disk; less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The end of whoever writes. What is written is handed over when it is flushed, and at the end.
+/// The writing end. Bytes are handed over when they are flushed, and at the end.
 pub(super) struct Disk {
     open: Vec<u8>,
     queue: Arc<DiskQueue>,
@@ -105,7 +105,7 @@ impl DiskQueue {
     fn work_safely(&self, mut writer: Box<dyn Write + Send>) {
         let done = catch_unwind(AssertUnwindSafe(|| self.work(&mut writer)));
         if done.is_err() {
-            self.fail("what writes it has panicked".into());
+            self.fail("its writer has panicked".into());
             // It may panic again when it is closed.
             std::mem::forget(writer);
         }
@@ -163,7 +163,7 @@ impl DiskQueue {
         self.handed.load(Ordering::Acquire)
     }
 
-    /// Whether the first so many bytes that were handed over are in the hands of the system.
+    /// Whether the first `bytes` handed over are in the hands of the system.
     pub fn has(&self, bytes: u64) -> bool {
         self.handed().saturating_sub(self.waiting()) >= bytes
     }
@@ -178,7 +178,7 @@ impl DiskQueue {
         self.state().since.map_or(Duration::ZERO, |since| since.elapsed())
     }
 
-    /// Waits until no more than so many bytes wait; not for a disk that takes nothing any more.
+    /// Waits until at most `most` bytes wait; gives up on a disk that takes none for `patience`.
     ///
     /// # Errors
     /// Why it has not taken them.
@@ -194,7 +194,7 @@ impl DiskQueue {
         state.failure.clone().map_or(Ok(()), Err)
     }
 
-    /// As [`settle`](DiskQueue::settle), for whoever has time.
+    /// As [`settle`](DiskQueue::settle), with the usual patience.
     pub fn settle_in_time(&self, most: u64) -> Result<(), String> {
         self.settle(most, PATIENCE)
     }

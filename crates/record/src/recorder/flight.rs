@@ -74,7 +74,7 @@ pub(super) struct Captured {
     pub to: u64,
 }
 
-/// So many pieces fill the memory, or the time.
+/// Number of pieces that fill the memory, or the time.
 const PIECES: usize = 32;
 
 /// The largest piece, bytes.
@@ -383,7 +383,7 @@ mod tests {
                     });
                     prop_assert_eq!(told.left, left);
                     prop_assert_eq!(&values[..], &wanted[..wanted.len().min(6)]);
-                    // Whoever goes on there gets all that is left, also of the same time, and nothing twice.
+                    // A reader that continues there gets the rest, also of the same time, and nothing twice.
                     let Some(left) = left else { continue };
                     let rest = HistoryWish { from: left.time, sequence: left.sequence, ..wish };
                     let mut values = Vec::new();

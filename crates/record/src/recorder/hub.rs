@@ -41,12 +41,12 @@ pub(crate) struct Hub {
     reader: OnceLock<Thread>,
 }
 
-/// Whether somebody wants the values of a property.
+/// Whether a recording wants the values of a property.
 pub(crate) type Want = Box<dyn Fn(&Channel) -> bool + Send>;
 
 struct Wanting {
     wants: Want,
-    /// Whether for them is computed what is written only while somebody watches.
+    /// Whether it watches, so that debug outputs have values.
     watches: bool,
 }
 
@@ -68,7 +68,7 @@ const LARGEST: usize = 1 << 30;
 /// The largest one that is made for more than two of the largest values, unless more is asked for.
 const LARGEST_FOR_SEVERAL: usize = 32 << 20;
 
-/// The largest one while nobody takes values out, as perhaps nobody ever will.
+/// The largest one before a reader takes values out, as perhaps none ever will.
 const LARGEST_BEFORE: usize = 64 << 20;
 
 /// The ring of this thread to each recorder.
@@ -87,7 +87,7 @@ static NUMBERS: AtomicU64 = AtomicU64::new(0);
 /// How many rings are kept for threads that have none: the loop's, the one of its timing, and another.
 const SPARES: usize = 3;
 
-/// Has values of a property come that somebody wants, and no others. Returns whether anybody does.
+/// Lets values of a property come if a recording wants them. Returns whether one does.
 fn ask(wants: &BTreeMap<u64, Wanting>, channel: &Channel) -> bool {
     let mut wanting = wants.values().filter(|wanting| (wanting.wants)(channel)).peekable();
     let is_wanted = wanting.peek().is_some();
@@ -299,7 +299,7 @@ impl Hub {
         }
     }
 
-    /// The bytes of a ring that is for values of so many and more.
+    /// Size of a ring for values of `needed` bytes and more.
     fn least(&self, needed: usize) -> usize {
         let largest = self.largest.load(Ordering::Relaxed);
         // The recorder may have to wait for a processor while a camera goes on.
@@ -308,7 +308,7 @@ impl Hub {
         needed.max(begin).max(several).max(largest.saturating_mul(2)).min(LARGEST)
     }
 
-    /// A ring of this thread, for values of so many bytes and more.
+    /// A ring of this thread, for values of `needed` bytes and more.
     fn new_ring(&self, needed: usize) -> Own {
         let capacity = self.least(needed);
         let spare = self.spares.try_lock().ok().and_then(|mut spares| spares.pop());

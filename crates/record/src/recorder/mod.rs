@@ -53,17 +53,17 @@ use target::{ActiveRecording, Progress};
 use thread::{Beginning, Thread, ThreadHandle};
 use trigger::Triggers;
 
-/// Records an agent: every value that is written to the properties that are selected, the log, what is changed from
-/// outside, and what is needed to make the same run again. Tools begin and end further recordings while it runs, and what
-/// was written in the last seconds can be in memory, to be saved when something has happened.
+/// Records an agent: every value of the selected properties, the log, changes from outside, and everything needed to
+/// repeat the run. Tools begin and end further recordings while it runs, and the last seconds are kept in memory, to be
+/// saved after an event.
 ///
 /// An agent is loaded with it ([`Options::recording`](slate_runtime::Options::recording), and
 /// [`log_target`](Recorder::log_target) among its log targets), so that nothing is missed; then
 /// [`begin`](Recorder::begin) opens the file, and [`end`](Recorder::end) closes it after the run.
 ///
-/// Values are handed over in memory that each writing thread has for this, without a lock and without an allocation; a
-/// thread of the recorder encodes and writes. In lockstep whoever writes waits while that memory is full, so nothing is
-/// missing. On the wall clock nobody waits: what does not fit is dropped, and the drops are counted in the file.
+/// Each writing thread hands values over in a ring of its own, without a lock and without an allocation; a thread of the
+/// recorder encodes and writes. In lockstep a writing thread waits while its ring is full, so no value is missing. On the
+/// wall clock no thread waits: values that do not fit are dropped, and the drops are counted in the file.
 #[derive(Clone)]
 pub struct Recorder {
     hub: Arc<Hub>,
@@ -71,11 +71,11 @@ pub struct Recorder {
     told: Arc<ToldChanges>,
 }
 
-/// The changes that it was told of.
+/// Changes that were reported to the recorder.
 #[derive(Default)]
 struct ToldChanges {
     count: AtomicU64,
-    /// So many of them are in the hands of the system, or were waited for long enough.
+    /// Number of them in the hands of the system, or given up.
     settled: Mutex<u64>,
 }
 
@@ -98,11 +98,11 @@ struct RecorderState {
     host: Option<Arc<Host>>,
     thread: Option<Thread>,
     saves: Option<Arc<Saves>>,
-    /// How many recordings tools have begun.
+    /// Number of recordings that tools have begun.
     count: u64,
-    /// Where it is shown how it goes, until the thread has it.
+    /// The published state, until the thread has it.
     shown: Option<RecordStateOutput>,
-    /// Where the recording is that had the name of the first one before.
+    /// New place of an earlier recording with the name of the first one.
     earlier: Option<PathBuf>,
     /// The first recording, while it goes on.
     first: Option<Arc<Progress>>,
@@ -113,8 +113,8 @@ struct RecorderState {
 /// Error of a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file could not be made, or not be written to its end; what it had until then is there.
-    #[error("the recording {} has not all of the run: {reason}", slate_runtime::printable(path))]
+    /// The file could not be made, or not be written to its end; its content until then is there.
+    #[error("the recording {} is incomplete: {reason}", slate_runtime::printable(path))]
     Write {
         /// The file.
         path: PathBuf,
@@ -137,7 +137,7 @@ pub struct Recorded {
     pub dropped: u64,
     /// Bytes of the file.
     pub bytes: u64,
-    /// Where the recording is now that had the file's name before.
+    /// New place of an earlier recording with the file's name.
     pub earlier: Option<PathBuf>,
 }
 
@@ -195,7 +195,7 @@ impl Recorder {
         Box::new(log::Lines::new(&self.hub))
     }
 
-    /// Has files go along with each recording, beside the configuration that names them: said before it begins.
+    /// Attaches files to each recording, beside the configuration that names them; called before it begins.
     pub fn accompany(&self, files: Vec<(String, Vec<u8>)>) {
         self.state().files = files;
     }
@@ -205,8 +205,8 @@ impl Recorder {
         Host::of(agent, self.state().files.clone())
     }
 
-    /// Does what the configuration says for an agent that was loaded with this recorder, and what tools ask for. What has
-    /// no file of its own there goes into that folder.
+    /// Records an agent that was loaded with this recorder as its configuration says, and as tools want. Recordings
+    /// without a file of their own go into that folder.
     pub fn attach(&self, agent: &Agent, folder: &Path) {
         let settings = self.state().settings.clone();
         if settings.enabled {
@@ -217,10 +217,10 @@ impl Recorder {
         }
     }
 
-    /// Opens the file for an agent that was loaded with this recorder. What it wrote until now goes into it too. A recording that
-    /// is there already is not lost: it gets a number, such as `run-1.mcap`. While another run still writes it, this one gets that.
+    /// Opens the file for an agent that was loaded with this recorder. Values written until now go into it, too. An existing
+    /// recording of that name gets a number, such as `run-1.mcap`; while another run still writes it, this one gets the number.
     ///
-    /// An agent does not stand still because it can't be recorded: its log says so, and [`end`](Recorder::end).
+    /// An agent runs even if it can't be recorded: its log says so, and [`end`](Recorder::end).
     pub fn begin(&self, agent: &Agent, path: &Path) {
         self.begin_in(agent, path, path.parent().unwrap_or(Path::new("")));
     }
@@ -242,7 +242,7 @@ impl Recorder {
         }
     }
 
-    /// As [`begin`](Recorder::begin), into something else than a file; `path` is what messages call it.
+    /// As [`begin`](Recorder::begin), into a writer; `path` is its name in messages.
     pub fn begin_with(&self, agent: &Agent, path: &Path, writer: Box<dyn Write + Send>) {
         self.begin_into(agent, path, path.parent().unwrap_or(Path::new("")), writer);
     }
@@ -272,7 +272,7 @@ impl Recorder {
         }
     }
 
-    /// Starts the thread, which does all the rest.
+    /// Starts the thread of the recorder.
     fn launch(&self, agent: &Agent, mut host: Host, folder: &Path, targets: Vec<ActiveRecording>) {
         let mut state = self.state();
         if state.thread.is_some() {
@@ -316,7 +316,7 @@ impl Recorder {
         }
     }
 
-    /// Shows from now on how it goes.
+    /// Publishes the state from now on.
     fn show(&self, board: &Arc<slate_blackboard::Board>) {
         let mut state = self.state();
         match &state.thread {
@@ -346,12 +346,12 @@ impl Recorder {
     /// Closes the file after a run of the agent, and those of tools.
     ///
     /// # Errors
-    /// When something of it could not be written, or there was none.
+    /// When it could not be written completely, or was not begun.
     pub fn end(&self, agent: &mut Agent) -> Result<Recorded, RecordError> {
         self.finish(agent).unwrap_or(Err(RecordError::Order))
     }
 
-    /// As [`end`](Recorder::end), and nothing when there was no recording but those of tools.
+    /// As [`end`](Recorder::end); `None` without a recording besides those of tools.
     pub fn finish(&self, agent: &mut Agent) -> Option<Result<Recorded, RecordError>> {
         let (thread, saves, first) = {
             let mut state = self.state();

@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// A file that nobody else writes, as long as it is open.
+/// A file that no other run writes while it is open.
 #[derive(Debug)]
 pub(super) struct RecordingFile {
     pub file: File,

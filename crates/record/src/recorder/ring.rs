@@ -163,7 +163,7 @@ impl Inlet {
         self.bytes.buffer().capacity()
     }
 
-    /// Whether nobody takes values out of it any more.
+    /// Whether its reader is gone.
     pub fn is_abandoned(&self) -> bool {
         self.lines.is_abandoned()
     }
@@ -182,7 +182,7 @@ impl Inlet {
         if self.lines.is_full() || self.bytes.slots() < head.length as usize {
             return false;
         }
-        // As there is room, and nobody else puts anything in.
+        // It has room, and no other thread writes to it.
         let all = parts.iter().all(|part| self.bytes.push_entire_slice(part).is_ok());
         all && self.lines.push(RingLine::large(head)).is_ok()
     }
@@ -200,7 +200,7 @@ impl Outlet {
         self.lines.slots()
     }
 
-    /// Whether nobody puts values in any more.
+    /// Whether its writer is gone.
     pub fn is_abandoned(&self) -> bool {
         self.lines.is_abandoned()
     }
@@ -220,7 +220,7 @@ impl Outlet {
             let head = line.head();
             bytes.clear();
             if line.length == BESIDE {
-                // They are there, as whoever wrote the line put them there before.
+                // They are there, as the writer puts them there before the line.
                 bytes.resize(head.length as usize, 0);
                 if self.bytes.pop_entire_slice(bytes).is_err() {
                     continue;

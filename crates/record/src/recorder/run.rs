@@ -7,7 +7,7 @@ use slate_blackboard::Board;
 /// The name of the attached configuration.
 pub const CONFIGURATION: &str = "configuration.toml";
 
-/// The properties that nobody has written yet, each with its interface: what is not in the file of them was not lost.
+/// The properties never written yet, each with its interface: the file does not miss their values.
 pub(super) fn unwritten(board: &Board) -> BTreeMap<String, String> {
     let properties = board.properties().into_iter();
     let silent = properties.filter(|own| own.channel().is_some_and(|channel| channel.published() == 0));

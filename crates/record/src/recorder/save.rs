@@ -61,7 +61,7 @@ impl Saves {
         locked(&self.state).files.iter().map(|(_, file)| file.clone()).collect()
     }
 
-    /// Begins to write a file, and keeps at most so many of its trigger.
+    /// Begins to write a file, and keeps at most `most` files of its trigger.
     pub fn begin(self: &Arc<Self>, save: Save, most: u64) {
         let own = Arc::clone(self);
         let thread = Builder::new().name("record save".into()).spawn(move || {

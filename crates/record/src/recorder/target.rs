@@ -88,13 +88,13 @@ pub(super) struct ActiveRecording {
     before: Vec<u64>,
     missed: BTreeMap<u32, u64>,
     within: Duration,
-    /// Whether it goes into a file, which somebody could remove.
+    /// Whether it goes into a file, which could be removed.
     is_file: bool,
     /// Whether nothing may be missing, as the run waits for the disk.
     waits: bool,
     /// Whether it was told that the disk stands still.
     is_stuck: bool,
-    /// The bytes that somebody waits for; 0 for none.
+    /// Number of bytes that a caller waits for; 0 for none.
     wanted: u64,
     /// When the present piece was begun.
     opened: Option<Instant>,
@@ -288,7 +288,7 @@ impl ActiveRecording {
         self.file.tell_unwritten(unwritten(board))?;
         self.file.end("end", end)?;
         if self.is_file && !self.progress.path.is_file() {
-            return Err("its file is not there any more: somebody has removed or moved it".into());
+            return Err("its file is gone: it was removed or moved".into());
         }
         self.show(&[], time);
         self.progress.dropped.store(entry.dropped, Ordering::Relaxed);

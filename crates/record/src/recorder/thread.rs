@@ -23,30 +23,30 @@ use super::state::RecordStateOutput;
 use super::target::{ActiveRecording, Progress};
 use super::trigger::Triggers;
 
-/// How often is looked for values.
+/// Polling period for values.
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// How often while they are only kept in memory, and nobody waits until there is room for more.
+/// Polling period while values are only kept in memory, and no thread waits for room.
 const LIGHT: Duration = Duration::from_millis(10);
 
-/// How often while nobody wants any.
+/// Polling period while no value is wanted.
 const IDLE: Duration = Duration::from_millis(500);
 
-/// How often is shown how it goes, and looked for drops.
+/// Period of the published state, and of the check for drops.
 const SHOWN: Duration = Duration::from_millis(100);
 
-/// How long a disk that takes nothing may hold up the end of a run.
+/// Maximum time that a stalled disk delays the end of a run.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A request to the thread.
 pub(super) enum Order {
     /// Goes on with a recording that has begun.
     Add(Box<ActiveRecording>),
-    /// Gives a recording back that has all that was written until now; nothing when it is there no more.
+    /// Returns a recording with everything written until now; `None` when it is gone.
     Remove(u64, SyncSender<Option<Box<ActiveRecording>>>),
     /// Gives the last seconds; nothing when none are kept.
     Capture(SyncSender<Option<Captured>>),
-    /// Says when all that was handed over is in the hands of the system.
+    /// Answers when everything handed over is in the hands of the system.
     Settle(SyncSender<()>),
 }
 
@@ -54,7 +54,7 @@ pub(super) enum Order {
 #[derive(Default)]
 pub(super) struct ThreadHandle {
     orders: Mutex<Vec<Order>>,
-    /// Held while values are taken out; whoever holds it begins with a recording.
+    /// Held while values are taken out, or a recording is begun.
     pub taking: Mutex<()>,
     is_over: AtomicBool,
     /// How recordings go, the oldest first.
@@ -115,13 +115,13 @@ impl Thread {
         self.thread.as_ref().map(|thread| thread.thread().clone())
     }
 
-    /// Waits until all that was handed over is written, and returns what was being recorded.
+    /// Waits until everything handed over is written, and returns the recordings.
     pub fn end(&mut self) -> Vec<ActiveRecording> {
         let Some(thread) = self.thread.take() else { return Vec::new() };
         self.hub.stop();
         self.shared.is_over.store(true, Ordering::Release);
         thread.thread().unpark();
-        // The last owner of an agent may be anywhere, and nobody waits for itself.
+        // The last owner of an agent may be this thread, which can't join itself.
         if thread.thread().id() == std::thread::current().id() {
             return Vec::new();
         }
@@ -137,7 +137,7 @@ impl Drop for Thread {
 }
 
 impl ThreadHandle {
-    /// Asks for something; the thread is to be woken then. False when there is none any more.
+    /// Sends an order; the caller wakes the thread. False when the thread has ended.
     pub fn ask(&self, order: Order) -> bool {
         let mut orders = locked(&self.orders);
         if self.is_over.load(Ordering::Acquire) {
@@ -259,7 +259,7 @@ impl RecorderWork {
             if is_over && !found && !is_held_up {
                 return std::mem::take(&mut self.sinks.targets);
             }
-            // Values that came meanwhile are no reason to look again at once, but where somebody waits for room or a file.
+            // Values that came meanwhile need no second look, unless a thread or file waits for them.
             let is_light = self.sinks.targets.is_empty() && !self.host.is_lockstep;
             if !found || (is_light && !is_over) {
                 std::thread::park_timeout(match (is_light, self.sinks.flight.is_some()) {

@@ -200,7 +200,7 @@ pub(super) fn concerns(
         return match rest.strip_prefix(".\"/") {
             // Messages are those of who sends them.
             Some(sender) => owns(sender),
-            // Without a link nobody sends there.
+            // Without a link no module sends there.
             None if value.as_deref().is_none_or(|value| value == "false") => {
                 owns(to) || excerpt.outboxes.values().any(|inbox| inbox == to)
             }

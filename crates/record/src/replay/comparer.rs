@@ -78,7 +78,7 @@ impl Comparer {
         }
     }
 
-    /// Compares what comes until the run is over, something is found, or all that is recorded was there.
+    /// Compares values until the run is over, a difference is found, or every recorded value was there.
     pub fn follow(mut self, course: &ComparisonProgress) -> Self {
         let hub = Arc::clone(&self.hub);
         let mut drain = Drain::default();

@@ -20,7 +20,7 @@ struct ExpectedTrack {
     path: String,
     /// The schema of its interface.
     hash: Option<u64>,
-    /// The values that were read and nobody has asked for.
+    /// Values that were read and not compared yet.
     waiting: VecDeque<Wanted>,
 }
 
@@ -129,13 +129,13 @@ impl Expected {
         self.tracks.all[place?].hash
     }
 
-    /// Reads all that was written until a time.
+    /// Reads the values written until a time.
     pub fn read_to(&mut self, time: u64) -> Result<(), Error> {
         while self.read_to <= time && self.read()? {}
         Ok(())
     }
 
-    /// The earliest value that nobody has asked for, and that was written before that time.
+    /// The earliest value written before that time and not compared.
     pub fn missed(&self, before: u64) -> Option<(&str, &Wanted)> {
         let fronts =
             self.tracks.all.iter().filter_map(|track| Some((track.path.as_str(), track.waiting.front()?)));

@@ -29,7 +29,7 @@ impl<'a> Lacks<'a> {
         self.rules.as_ref().is_some_and(|rules| thins(rules, path))
     }
 
-    /// Whether the recording was one of those for which is written what is only written while somebody watches.
+    /// Whether the recording watched the property, so that debug outputs had values.
     fn watched(&self, path: &str) -> bool {
         !self.run.is_flight() && self.rules.as_ref().is_none_or(|rules| selects(rules, path))
     }

@@ -41,8 +41,8 @@ pub struct Player {
     pub(super) line: usize,
     /// The time of the last cycle.
     pub(super) reached: u64,
-    /// What was changed in the modules that run, while it was recorded: after which cycle of a run in lockstep, and on the wall
-    /// clock at which time.
+    /// Changes in the modules that run, made while it was recorded: after which cycle of a run in lockstep, and on the wall clock
+    /// at which time.
     pub(super) changes: VecDeque<(u64, Change)>,
     /// From cycle to cycle, nanoseconds, of a run that was on the wall clock.
     pub(super) period: Option<u64>,
@@ -53,9 +53,9 @@ pub struct Player {
     is_whole: bool,
     /// Changes that can't be repeated, in words.
     unrepeated: Vec<String>,
-    /// By what they send messages that are not compared, and where to.
+    /// Outboxes whose messages are not compared, each with its mailbox.
     unheard: BTreeMap<String, String>,
-    /// How many cycles the recorded run had made where it begins.
+    /// Number of cycles of the recorded run before the beginning.
     pub(super) skipped: u64,
 }
 
@@ -135,7 +135,7 @@ impl Player {
     /// The configuration of the agent that plays: the modules that run, of the recorded configuration.
     ///
     /// # Errors
-    /// When it is none any more, or a setting is wrong.
+    /// When it is invalid, or a setting is.
     pub fn configuration(&self) -> Result<Database, Report> {
         configuration(
             &format!("the recording {}", slate_runtime::printable(&self.file)),
@@ -149,8 +149,8 @@ impl Player {
         Box::new(self.reel.clone())
     }
 
-    /// What the agent is loaded with that sees what modules write, as
-    /// [`Options::recording`](slate_runtime::Options::recording), beside what else records it; nothing when no module runs.
+    /// The recording of the agent, for [`Options::recording`](slate_runtime::Options::recording), which sees the outputs of modules,
+    /// beside another one; `None` when no module runs.
     pub fn recording(&self, other: Option<Arc<dyn Recording>>) -> Option<Arc<dyn Recording>> {
         match (self.witness.as_ref().map(Witness::recording), other) {
             (Some(own), Some(other)) => Some(Arc::new(Both(own, other))),
@@ -158,10 +158,10 @@ impl Player {
         }
     }
 
-    /// How what the modules wrote compares with what is recorded of them, after the run; nothing when no module runs.
+    /// Compares the outputs of modules with the recorded ones, after the run; `None` when no module runs.
     ///
     /// # Errors
-    /// When the file has become another one.
+    /// When the file has changed.
     pub fn outcome(&mut self) -> Result<Option<Recomputation>, PlayError> {
         let end = self.reached;
         let mut outcome = self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?;
@@ -187,7 +187,7 @@ impl Player {
         Arc::clone(&self.counter) as _
     }
 
-    /// How fast it goes at the start.
+    /// Initial rate.
     pub fn rate(&self) -> Rate {
         rate(self.plan.rate)
     }
@@ -226,9 +226,8 @@ impl Player {
         configuration.chain(remarks).collect()
     }
 
-    /// Topics whose times go back, and how often: such a value is played at the time of the one before it. In a recording of an
-    /// agent several may write a property, such as all who command an actuator, each with the time of its own tick, so that there
-    /// nothing is to be said of it.
+    /// Topics whose times go back, and how often: such a value is played at the time of the one before it. Empty for a recording
+    /// of an agent, in which several modules may command one actuator, each with the time of its own tick.
     pub fn backwards(&self) -> Vec<(String, u64)> {
         if self.run.is_some() {
             return Vec::new();
@@ -238,13 +237,13 @@ impl Player {
         back.map(|track| (track.topic.clone(), track.backwards)).collect()
     }
 
-    /// How many properties are played, and how long that takes in nanoseconds of the recording.
+    /// Number of played properties, and the duration in nanoseconds of the recording.
     pub fn extent(&self) -> (usize, u64) {
         (self.reel.properties().len(), self.bounds.1 - self.bounds.0)
     }
 }
 
-/// The modules of a recording of an agent, each with its type; none of another one.
+/// The modules of a recording of an agent, each with its kind; empty for another recording.
 ///
 /// # Errors
 /// When it can't be read, or is damaged.

@@ -232,7 +232,7 @@ impl Reel {
         if missed > 0 {
             writer.skip(missed);
         }
-        // Nobody holds a playback up: those who must see every value do so in lockstep.
+        // No reader blocks a playback: in lockstep, readers see every value.
         let _ = writer.write(&bytes, items, time);
         self.values += 1;
         Ok(())
@@ -287,7 +287,7 @@ impl Reel {
     }
 }
 
-/// A reel, as the agent and whoever drives it have it.
+/// A reel, shared by the agent and its driver.
 #[derive(Clone)]
 pub(super) struct SharedReel(Arc<Mutex<Reel>>);
 

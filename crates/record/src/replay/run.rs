@@ -18,7 +18,7 @@ type Texts = BTreeMap<String, String>;
 /// Modules by the paths of what they write.
 pub(super) type Written = BTreeMap<String, BTreeSet<String>>;
 
-/// A run, as a recording has it.
+/// The run of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
     about: Texts,
@@ -33,9 +33,9 @@ pub struct Run {
     text: Option<String>,
     /// Files attached beside it: names and content.
     files: Vec<(String, Vec<u8>)>,
-    /// Messages of it that no checksum says to be right, as it was repaired.
+    /// Number of messages without a checksum, as it was repaired.
     unchecked: u64,
-    /// The properties that nobody had written when the recording ended, as far as it says.
+    /// The properties never written until the recording ended, as far as it says.
     unwritten: Texts,
     /// Whether it is of the last seconds, which were kept in memory.
     is_flight: bool,
@@ -49,7 +49,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Reads what a recording says of its run; it may be cut off. What the run wrote is not all read where that need not be.
+    /// Reads the run of a recording, which may be cut off; values are read only where necessary.
     ///
     /// # Errors
     /// When it can't be read, is damaged, or is no recording of an agent.
@@ -152,7 +152,7 @@ impl Run {
         self.about("whole") == "true" && self.about("from_cycle") == "0"
     }
 
-    /// As [`is_whole`](Run::is_whole), and nobody has left out anything since, as far as what the file has tells it.
+    /// As [`is_whole`](Run::is_whole), and the file still has all of its values.
     pub(super) fn has_all_of(&self, coverage: &Coverage) -> bool {
         let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
         self.is_whole() && said.is_none_or(|said| said == coverage.values)
@@ -231,10 +231,10 @@ impl Run {
         self.about("agent")
     }
 
-    /// The configuration that it had, to load an agent like it; `sets` are settings of the command line that go over it.
+    /// The recorded configuration; `sets` are settings of the command line that overlay it.
     ///
     /// # Errors
-    /// When it is none any more, or a setting is wrong.
+    /// When it is invalid, or a setting is.
     pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
         let name = format!("the recording of {}", self.agent());
         // Files that the run wrote are not written again. Each setting has a line.
@@ -270,7 +270,7 @@ impl Run {
         self.about("armed") == "true"
     }
 
-    /// Why a run with that configuration can't be made again, if it can't.
+    /// Reason why a run with that configuration can't be repeated, if any.
     pub fn obstacle_in(&self, configuration: &Configuration) -> Option<String> {
         let own = configuration.agent_name();
         let is_remote = |link: &Link| link.from.value.agent().is_some_and(|agent| agent != own);
@@ -297,7 +297,7 @@ impl Run {
         self.cycles().is_some()
     }
 
-    /// How many cycles it had, if it has an end.
+    /// Number of cycles, if it has an end.
     pub(super) fn cycles(&self) -> Option<u64> {
         self.end("cycles")?.parse().ok()
     }
@@ -307,7 +307,7 @@ impl Run {
         self.coverage.repeating == 0 || self.cycles() == Some(0)
     }
 
-    /// Whether nobody ever wrote a property, or the one that a path is a field of.
+    /// Whether a property, or the one that a path is a field of, was never written.
     pub(super) fn is_unwritten(&self, path: &str) -> bool {
         self.unwritten.keys().any(|own| is_within(path, own.trim_start_matches('/')))
     }
@@ -359,12 +359,12 @@ impl Run {
         Some(format!("it is not a whole run: {what}{}", self.missing()))
     }
 
-    /// How many messages no checksum says to be right, as the file was repaired.
+    /// Number of messages without a checksum, as the file was repaired.
     pub(super) fn unchecked(&self) -> u64 {
         self.unchecked
     }
 
-    /// Why the run can't be made again, if it can't.
+    /// Reason why the run can't be repeated, if any.
     pub fn obstacle(&self) -> Option<String> {
         if self.about("clock") != "lockstep" {
             return Some("the run was not in lockstep: on the wall clock no two runs are the same".into());

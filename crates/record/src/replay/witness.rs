@@ -47,7 +47,7 @@ struct Comparer {
     sent: BTreeMap<String, VecDeque<usize>>,
     /// The interfaces of these.
     deaf: BTreeMap<String, &'static Descriptor>,
-    /// Messages of which nobody had taken one any more: where they were sent to, and when.
+    /// Messages sent after the last one was taken: path and time.
     untaken: Vec<(String, u64)>,
     found: BTreeMap<String, Recomputed>,
     first: Option<Difference>,

@@ -36,7 +36,7 @@ pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error>
         let memory = reader.raw(length)?;
         if length > 0 {
             reader.end()?;
-            // Whoever reads the fields and whoever reads the memory must see the same value.
+            // Readers of the fields and of the memory must see the same value.
             let mut again = Vec::new();
             encode(descriptor, memory, &mut again)?;
             if again.get(4..) != message.get(4..again.len()) {

@@ -36,7 +36,7 @@ impl Compression {
     }
 }
 
-/// Appends the records of a chunk, at most so many bytes; says what is wrong with what can't be read.
+/// Appends the records of a chunk, at most `most` bytes.
 pub(super) fn decompress(
     compression: &str,
     bytes: &[u8],

@@ -157,7 +157,7 @@ impl Outline {
         }
     }
 
-    /// Takes note of what no checksum covers when there is none of all data.
+    /// Notes the parts without a checksum when the data section has none.
     fn doubt(&mut self, has_chunk_crcs: bool, has_attachment_crcs: bool) {
         self.unchecked.extend((!has_chunk_crcs).then_some("chunks"));
         self.unchecked.extend((!has_attachment_crcs).then_some("attachments"));

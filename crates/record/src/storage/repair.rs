@@ -174,7 +174,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         self.repaired.lost.push(Lost { offset, bytes: end - offset, what });
     }
 
-    /// Keeps the record at a place, or says what is wrong with it. Only reading and writing itself fails.
+    /// Keeps the record at a place, or returns its fault. Only reading and writing itself fails.
     fn record(&mut self, offset: u64) -> Result<Result<RepairStep, String>, Error> {
         self.source.seek(offset)?;
         let framed = match self.source.frame() {
@@ -187,7 +187,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
             Err(error) => return Err(error),
         };
         let Err(what) = framed else { return Ok(framed) };
-        // Its frame may be what is wrong.
+        // Its frame may be damaged.
         if let Some((chunk, end)) = self.sound_chunk(offset)? {
             self.keep_chunk(&chunk, offset, end)?;
             return Ok(Ok(RepairStep::On(end)));

@@ -35,7 +35,7 @@ impl Repeated {
     }
 }
 
-/// The records in the body of such a record, or what is wrong with it; nothing when it is somebody else's.
+/// The records in the body of such a record, or its fault; `None` for a record of another writer.
 pub(super) fn sound(body: &[u8]) -> Option<Result<&[u8], Malformed>> {
     let (said, records) = body.strip_prefix(MARK)?.split_first_chunk::<4>()?;
     let (said, found) = (u32::from_le_bytes(*said), crc32fast::hash(records));

@@ -85,7 +85,7 @@ impl<R: Read + Seek> RecordSource<R> {
         Error::Read { path: self.path.clone(), source }
     }
 
-    /// Reads so many bytes, or fewer at the end of the file. The buffer grows with what is there.
+    /// Reads `length` bytes, or fewer at the end of the file. The buffer grows with the bytes read.
     pub fn part(&mut self, length: u64, buffer: &mut Vec<u8>) -> Result<(), Error> {
         buffer.clear();
         let read = (&mut self.input).take(length).read_to_end(buffer).map_err(|error| self.failed(error))?;

@@ -61,7 +61,7 @@ pub enum Value {
 }
 
 impl Decoder {
-    /// One that reads no message of more than so many bytes: a value takes several times the memory of its bytes.
+    /// A decoder of messages of at most `longest` bytes: a value takes several times the memory of its bytes.
     pub fn up_to(longest: usize) -> Self {
         Self { longest: Some(longest), ..Self::default() }
     }

@@ -159,7 +159,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Closes the chunk that is open, so that all that was written stands in the file.
+    /// Closes the open chunk, so that everything written is in the file.
     ///
     /// # Errors
     /// When it can't be written.

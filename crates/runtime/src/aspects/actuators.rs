@@ -36,11 +36,11 @@ struct KnownActuator {
     commander: Option<u32>,
     /// How its gate stood when it was looked at last.
     state: ActuatorState,
-    offer: Option<Offer>,
+    offer: Option<CommandOffer>,
 }
 
 /// The commands of a module to an actuator.
-struct Offer {
+struct CommandOffer {
     command: AlignedMemory,
     priority: Priority,
     /// Whether this tick has offered one.
@@ -185,7 +185,12 @@ impl ActuatorCalls {
         }
         let offer = known.offer.get_or_insert_with(|| {
             held.actuators().push((Arc::clone(actuator), commander));
-            Offer { command: AlignedMemory::zeroed(command.len()), priority, set: false, renewed: false }
+            CommandOffer {
+                command: AlignedMemory::zeroed(command.len()),
+                priority,
+                set: false,
+                renewed: false,
+            }
         });
         // SAFETY: the memory has that size, and nobody else has it.
         unsafe { offer.command.as_mut_ptr().copy_from_nonoverlapping(command.as_ptr(), command.len()) };

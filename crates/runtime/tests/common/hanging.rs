@@ -71,22 +71,22 @@ impl Module for Stumbler {
 }
 
 #[ports]
-pub struct WitnessIo {
+pub struct WheelWitnessIo {
     wheel: Input<Number>,
     seen: Output<Pair>,
 }
 
 /// Reads an actuator on a thread of its own, and says how many commands ended and how old the oldest was that it saw,
 /// milliseconds.
-pub struct Witness;
+pub struct WheelWitness;
 
 #[module(stage = ActExec, every = "1ms")]
-impl Module for Witness {
-    type Io = WitnessIo;
+impl Module for WheelWitness {
+    type Io = WheelWitnessIo;
     type Params = ();
     type State = (bool, f64, f64);
 
-    fn tick(state: &mut (bool, f64, f64), io: &WitnessIo, _: &(), now: &Tick) -> Outcome {
+    fn tick(state: &mut (bool, f64, f64), io: &WheelWitnessIo, _: &(), now: &Tick) -> Outcome {
         let (drove, ends, oldest) = state;
         let drives = io.wheel.get().is_some_and(|number| number.value != 0.0);
         if drives {
@@ -203,11 +203,11 @@ impl Drop for Hanging {
 
 /// A module that reads the actuator on a thread of its own, here or in a process of its own, sees no command that has ended.
 pub fn read_by_a_module(settings: &str, who: &str) {
-    let modules = format!("[modules.witness]\n{settings}");
-    let hanging = Hanging::start(&modules, "\"witness/wheel\" = \"wheel/command\"", Mode::Threaded);
-    let enough = hanging.until("witness/seen/first", |_, ends| ends >= hangs() as f64);
+    let modules = format!("[modules.wheel_witness]\n{settings}");
+    let hanging = Hanging::start(&modules, "\"wheel_witness/wheel\" = \"wheel/command\"", Mode::Threaded);
+    let enough = hanging.until("wheel_witness/seen/first", |_, ends| ends >= hangs() as f64);
     assert!(enough, "{who} did not see so many ends");
-    let oldest = hanging.board.read("witness/seen/second").unwrap().unwrap().0.as_f64().unwrap();
+    let oldest = hanging.board.read("wheel_witness/seen/second").unwrap().unwrap().0.as_f64().unwrap();
     println!("{who}: the oldest command it saw was {oldest:.1} ms old");
     // By the reader's own time, so no load changes it.
     assert!(oldest <= TIME_TO_LIVE + LATENESS, "{who} saw a command that was {oldest} ms old");

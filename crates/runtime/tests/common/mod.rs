@@ -218,7 +218,7 @@ pub fn plugins() -> Vec<Plugin> {
         Plugin::linked::<Receiver>(),
         Plugin::linked::<Dice>(),
         Plugin::linked::<hanging::Stumbler>(),
-        Plugin::linked::<hanging::Witness>(),
+        Plugin::linked::<hanging::WheelWitness>(),
     ]
 }
 

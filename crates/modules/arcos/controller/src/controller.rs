@@ -15,7 +15,7 @@ use crate::terminal::Terminal;
 /// How long the controller waits for bytes at a time.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How a controller is started.
+/// Options of a controller.
 #[derive(Clone, Debug)]
 pub struct ControllerOptions {
     /// A world that comes with the simulator, or a file's path.
@@ -24,9 +24,9 @@ pub struct ControllerOptions {
     pub at: [f64; 3],
     /// Of what is random.
     pub seed: u64,
-    /// A path that shall lead to the pseudo-terminal, whose own name is another one each time.
+    /// Link to the pseudo-terminal, whose own name changes each time.
     pub link: Option<PathBuf>,
-    /// What goes wrong on the line from the beginning.
+    /// Initial faults of the line.
     pub faults: Faults,
 }
 
@@ -84,12 +84,12 @@ impl Controller {
         Ok(Self { inner, thread: Some(thread), path, link })
     }
 
-    /// What the driver opens: the link, if there is one.
+    /// Path for the driver: the link, if any.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What goes wrong on the line from now on.
+    /// Sets the faults of the line.
     pub fn set_faults(&self, faults: Faults) {
         locked(&self.inner).faults = faults;
     }

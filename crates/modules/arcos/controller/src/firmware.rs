@@ -1,4 +1,4 @@
-//! What a controller does: it synchronises, obeys, watches over its client, and reports.
+//! Firmware of a controller: it synchronises, obeys, watches its client, and reports.
 
 use std::time::Duration;
 
@@ -19,10 +19,10 @@ const STALL: Duration = Duration::from_secs(1);
 /// Sonars of an array.
 const ARRAY: usize = 8;
 
-/// How far a client has come.
+/// State of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ClientState {
-    /// So many steps of the synchronisation are done.
+    /// Number of completed steps of the synchronisation.
     Synchronising(u8),
     Open,
 }
@@ -39,7 +39,7 @@ pub struct Firmware {
     motors: bool,
     sonars: bool,
     stop_button: bool,
-    /// What it was told last: mm/s, degrees per second.
+    /// Last command: mm/s, degrees per second.
     velocity: f64,
     rotation: f64,
     /// Where the origin is, in the odometry of the body: x, y, theta.
@@ -75,7 +75,7 @@ impl Firmware {
         }
     }
 
-    /// What is to be sent; who has sent some takes it away.
+    /// Bytes to send; the caller removes those it has sent.
     pub fn outgoing(&mut self) -> &mut Vec<u8> {
         &mut self.outgoing
     }

@@ -213,7 +213,7 @@ impl Log {
             }
         };
         let told = |name: &str| device.as_ref().and_then(|device| device.number(name));
-        // Of a laser that nobody knows.
+        // Of an unknown laser.
         let kind = told("laser_type").unwrap_or(99.0);
         let view = told("field_of_view").unwrap_or(step * ranges.len().saturating_sub(1) as f64);
         let _ = write!(self.line, "{name} {kind}");

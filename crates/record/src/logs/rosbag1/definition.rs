@@ -116,7 +116,7 @@ impl BagMessageType {
         let (of, rest) = code.split_once(char::is_whitespace).ok_or_else(wrong)?;
         let rest = rest.trim();
         if let Some((name, value)) = rest.split_once('=') {
-            // Of texts, the value may have a comment's sign in it; nobody needs it for reading.
+            // The value of a text may contain the sign of a comment; reading does not need it.
             if let Some(Item::Number(_, of)) = primitive(of) {
                 self.constants.push(format!("{of} {}={}", name.trim(), value.trim()));
             }

@@ -34,7 +34,7 @@ impl BagRecord {
         field.ok_or_else(|| format!("it has no `{}`", String::from_utf8_lossy(name)))
     }
 
-    /// A number of so many bytes, little end first.
+    /// A little-endian number.
     pub fn number(&self, name: &[u8], size: usize) -> Result<u64, String> {
         let field = self.field(name)?;
         if field.len() != size {

@@ -222,18 +222,7 @@ fn append(
                     append(steps, &ValueBytes { bytes, tail: 0 }, stamp, frame, writer)?;
                 }
             }
-            EncodeStep::Covariance(start) => {
-                // x, y and the turn around z among x, y, z and the turns around them.
-                const IN_PLANE: [Option<usize>; 6] = [Some(0), Some(1), None, None, None, Some(2)];
-                for row in IN_PLANE {
-                    for column in IN_PLANE {
-                        let own = row.zip(column).map(|(row, column)| start + 8 * (3 * row + column));
-                        let own =
-                            own.map_or(Scalar::Whole(0), |at| scalar(Primitive::F64, &value.bytes[at..]));
-                        write(writer, Primitive::F64, own);
-                    }
-                }
-            }
+            EncodeStep::Covariance(start) => covariance(value, *start, writer),
             EncodeStep::Listed(kind, places) => {
                 writer.length(wire_length(places.len())?);
                 places.iter().for_each(|place| write(writer, *kind, value.read(place)));
@@ -250,4 +239,17 @@ fn append(
         }
     }
     Ok(())
+}
+
+/// Appends the covariance of a pose in space, from that of x, y and theta in the plane.
+fn covariance(value: &ValueBytes<'_>, start: usize, writer: &mut CdrWriter<'_>) {
+    // x, y and the turn around z among x, y, z and the turns around them.
+    const IN_PLANE: [Option<usize>; 6] = [Some(0), Some(1), None, None, None, Some(2)];
+    for row in IN_PLANE {
+        for column in IN_PLANE {
+            let own = row.zip(column).map(|(row, column)| start + 8 * (3 * row + column));
+            let own = own.map_or(Scalar::Whole(0), |at| scalar(Primitive::F64, &value.bytes[at..]));
+            write(writer, Primitive::F64, own);
+        }
+    }
 }

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 
-use super::build::{HostResources, Made, rewire};
+use super::build::{BuildMoment, HostResources, rewire};
 use crate::configuration::{Configuration, Diagnostic};
 pub(super) use crate::main_loop::Levels;
 use crate::main_loop::{Seat, SharedLoop};
@@ -174,7 +174,8 @@ impl Assembly {
         }
         let mark = self.resources.mark();
         let nobody = BTreeSet::new();
-        let result = rewire(configuration, survey, &mut self.resources, &changed, &nobody, Made::OnTrial);
+        let result =
+            rewire(configuration, survey, &mut self.resources, &changed, &nobody, BuildMoment::OnTrial);
         let result = result.map(drop);
         self.resources.undo(&mark, []);
         result

@@ -8,7 +8,7 @@ use slate_blackboard::{Board, Placement, Property};
 
 use super::module::Leads;
 use super::{Assembly, Levels, Unlinked, listeners};
-use crate::agent::build::{Made, Rewiring, rewire};
+use crate::agent::build::{BuildMoment, Rewiring, rewire};
 use crate::configuration::{Configuration, Report};
 use crate::main_loop::{Seat, SharedLoop};
 use crate::runner::{Unwired, Wiring};
@@ -62,7 +62,7 @@ impl Relinking {
         let listeners = listeners(&survey);
         let woken = woken(&assembly.listeners, &listeners);
         let mark = assembly.resources.mark();
-        let made = Made::Later(assembly.resources.means.clock.now());
+        let made = BuildMoment::Later(assembly.resources.means.clock.now());
         let rewiring = rewire(configuration, &survey, &mut assembly.resources, &changed, &woken, made);
         let Rewiring { wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
             assembly.resources.undo(&mark, []);

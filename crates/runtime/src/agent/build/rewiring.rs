@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
 
-use super::{BuildPlan, Builder, HostResources, Made, WiringBuilder};
+use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder, WiringBuilder};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::runner::Wiring;
 use slate_composition::{Survey, Wire};
@@ -29,10 +29,10 @@ pub(in crate::agent) fn rewire(
     resources: &mut HostResources,
     changed: &BTreeMap<usize, BTreeSet<Wire>>,
     paths: &BTreeSet<String>,
-    made: Made,
+    made: BuildMoment,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let plan = BuildPlan { configuration, survey };
-    let mut builder = Builder::new(plan, resources, made);
+    let mut builder = ModuleBuilder::new(plan, resources, made);
     let mut wirings = BTreeMap::new();
     for (m, wires) in changed {
         // What is wrong was complained about.
@@ -55,7 +55,7 @@ pub(in crate::agent) fn rewire(
     let parameters = changed.iter().filter(|(_, wires)| wires.contains(&Wire::Params)).map(|(m, _)| *m);
     let reserved = parameters.map(|m| (plan.name(m).to_owned(), plan.reserved(m))).collect();
     let wakes = paths.iter().map(|path| (path.clone(), builder.wakes(path))).collect();
-    let Builder { complaints, placements, .. } = builder;
+    let ModuleBuilder { complaints, placements, .. } = builder;
     if complaints.diagnostics.is_empty() {
         Ok(Rewiring { wirings, wakes, placements, reserved })
     } else {

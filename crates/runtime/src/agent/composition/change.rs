@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Changed, Composition, CompositionTarget, Fitting};
+use super::{Composition, CompositionChange, CompositionTarget, Fitting};
 use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
 use crate::configuration::Report;
 use crate::main_loop::SharedLoop;
@@ -42,7 +42,7 @@ impl Composition {
         target: CompositionTarget,
         shared: &Arc<SharedLoop>,
         states: &ModuleStates,
-    ) -> Result<Changed, Report> {
+    ) -> Result<CompositionChange, Report> {
         let wired = self.wired(&target);
         let configuration = wired.configuration();
         let survey = wired.check(&target.catalogue)?;
@@ -68,6 +68,6 @@ impl Composition {
             assembly.misfits = survey.misfits;
             self.waiting.unlinked = None;
         }
-        Ok(Changed { arrived: arrivals.names, left, restored: arrivals.restored })
+        Ok(CompositionChange { arrived: arrivals.names, left, restored: arrivals.restored })
     }
 }

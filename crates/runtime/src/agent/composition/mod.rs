@@ -20,7 +20,7 @@ use crate::plugin::{KnownLibraries, Residence};
 use crate::snapshot::Keepsake;
 pub(super) use links::{LinkRetry, WaitingLinks};
 use slate_composition::Catalogue;
-pub(super) use target::{Changed, CompositionTarget, Fitting};
+pub(super) use target::{CompositionChange, CompositionTarget, Fitting};
 
 /// Where a plugin's code comes from.
 #[derive(Clone, Debug)]

@@ -27,7 +27,7 @@ pub(in crate::agent) struct Fitting {
 
 /// What a change came to.
 #[derive(Debug, Default)]
-pub(in crate::agent) struct Changed {
+pub(in crate::agent) struct CompositionChange {
     pub arrived: Vec<String>,
     /// With the states that they left, or why they could not be saved.
     pub left: BTreeMap<String, Result<Vec<u8>, String>>,

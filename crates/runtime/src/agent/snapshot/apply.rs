@@ -6,15 +6,15 @@ use std::sync::Arc;
 use slate_blackboard::message::{FrozenMessage, Mailbox};
 use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
 
-use super::capture::Subject;
+use super::capture::SnapshotSubject;
 use crate::aspects::TimePlace;
 use crate::main_loop::SharedLoop;
 use crate::runner::{OutboxPort, Retired};
-use crate::snapshot::{Image, SnapshotError};
+use crate::snapshot::{SnapshotError, SnapshotImage};
 
 /// All that an agent goes on with.
 pub(super) struct Ready {
-    pub image: Image,
+    pub image: SnapshotImage,
     /// By module; none for one that had no instance.
     pub fresh: BTreeMap<String, Option<Retired>>,
     /// Values of settings that hold whatever the snapshot says.
@@ -26,7 +26,7 @@ pub(super) struct Ready {
 }
 
 pub(super) struct Thaw {
-    pub subjects: Vec<Subject>,
+    pub subjects: Vec<SnapshotSubject>,
     pub ready: Ready,
 }
 
@@ -116,7 +116,7 @@ pub(super) fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
 }
 
 /// Sends the messages that waited once more, each as its sender.
-fn messages(board: &Board, subjects: &[Subject], image: &Image) {
+fn messages(board: &Board, subjects: &[SnapshotSubject], image: &SnapshotImage) {
     let inboxes = image.modules.iter().flat_map(|(name, module)| {
         module.runner.inboxes.iter().map(move |(port, frozen)| (format!("{name}/{port}"), frozen))
     });
@@ -146,7 +146,13 @@ fn messages(board: &Board, subjects: &[Subject], image: &Image) {
 }
 
 /// Sends a message before so many `later` ones of its sender.
-fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, later: usize, subjects: &[Subject], image: &Image) {
+fn send(
+    mailbox: &Arc<Mailbox>,
+    message: &FrozenMessage,
+    later: usize,
+    subjects: &[SnapshotSubject],
+    image: &SnapshotImage,
+) {
     for subject in subjects {
         let Some(frozen) = image.modules.get(&subject.name) else { continue };
         // SAFETY: as above.

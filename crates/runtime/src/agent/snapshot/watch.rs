@@ -10,7 +10,7 @@ use slate_blackboard::interface::{Descriptor, FieldPath, Kind, Primitive, Value,
 use slate_module::Level;
 
 use super::SnapshotTaker;
-use super::capture::{Subjects, marks};
+use super::capture::{SnapshotSubjects, marks};
 use crate::agent::composition::AutomaticSnapshot;
 use crate::agent::handle::{AgentHandle, WeakHandle};
 use crate::configuration::{Configuration, Report, Spanned};
@@ -199,7 +199,8 @@ impl SnapshotWatch {
             return Flow::Next;
         };
         self.due.store(false, Ordering::Relaxed);
-        let image = match Subjects::of(&composition, shared).map(|subjects| subjects.capture(shared)) {
+        let image = match SnapshotSubjects::of(&composition, shared).map(|subjects| subjects.capture(shared))
+        {
             Ok(None) => return Flow::Lost,
             Ok(Some(image)) => image,
             Err(error) => Err(error),
