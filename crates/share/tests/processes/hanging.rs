@@ -47,7 +47,7 @@ impl Module for Stumbler {
     type State = ();
 
     fn tick(_: &mut (), io: &StumblerIo, _: &(), now: &Tick) -> Outcome {
-        if now.number() % 10 == 0 {
+        if now.number().is_multiple_of(10) {
             std::thread::sleep(Duration::from_millis(150));
         }
         io.wheel.send(Number { value: monotonic() }, Priority::Plan);
