@@ -37,13 +37,9 @@ pub(super) const PROPERTIES: Operation =
         ])
         .answers(|| shape::list(shape::property()), properties);
 
-pub(super) const INTERFACES: Operation = Operation::get(
-    "/interfaces",
-    "interfaces",
-    Role::Viewer,
-    "What values are made of, by their names",
-)
-.answers(|| json!({ "type": "object", "additionalProperties": { "type": "object" } }), interfaces);
+pub(super) const INTERFACES: Operation =
+    Operation::get("/interfaces", "interfaces", Role::Viewer, "What values are made of, by their names")
+        .answers(|| json!({ "type": "object", "additionalProperties": { "type": "object" } }), interfaces);
 
 pub(super) const INTERFACE: Operation = Operation::get(
     "/interfaces/{interface}",
