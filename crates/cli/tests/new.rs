@@ -34,7 +34,17 @@ fn run(running: &Running, name: &str, passed: &str) -> Value {
     std::fs::copy(built, folder.join("target/debug").join(library)).unwrap();
     let configuration = format!("{name}/{name}.toml");
     assert!(running.done(&["check", &configuration, "--strict"]).contains("is good"));
-    json(&running.call(&["run", &configuration, "--headless", "--json"]))
+    let out = format!("{name}/out");
+    let run = ["run", &configuration, "--headless", "--json", "--set", "record.enabled=true", "--out", &out];
+    let summary = json(&running.call(&run));
+    // Each of its modules has all inputs that it requires.
+    let states = running.done(&["bag", "cat", &format!("{out}/run.mcap"), "/**/state"]);
+    let last = |module: &str| states.lines().rfind(|line| line.contains(module)).unwrap().to_owned();
+    for module in states.lines().filter_map(|line| line.split(' ').nth(1)).filter(|url| *url != "/loop/state")
+    {
+        assert!(last(module).contains("waiting_for = \"\""), "{module}: {states}");
+    }
+    summary
 }
 
 #[test]
@@ -68,13 +78,13 @@ fn a_new_module_runs_beside_the_blocks_of_a_robot() {
 fn a_project_is_not_written_over_another_nor_called_what_is_taken() {
     let running = Running::new("new-taken");
     running.done(&["new", "rover", "-t", "plugin"]);
-    running.fails(2, &["new", "rover"], &["it is there already"]);
+    running.fails(2, &["new", "rover"], &["exists already"]);
     // Its kinds of modules would be called as those of another plugin.
     running.fails(2, &["new", "differential"], &["come with Slate"]);
-    running.fails(2, &["new", "Rover"], &["small letters"]);
+    running.fails(2, &["new", "Rover"], &["lower-case letters"]);
     running.fails(2, &["new", "pioneer"], &["has something of that name"]);
     running.fails(2, &["new", "other", "--template", "robot"], &["mapek, module, plugin"]);
-    running.fails(2, &["new", "other", "--slate", "/nowhere"], &["no folder of Slate's sources"]);
+    running.fails(2, &["new", "other", "--slate", "/nowhere"], &["not a checkout of Slate"]);
     assert!(!running.folder().join("other").exists());
 }
 

@@ -12,19 +12,20 @@ use common::Running;
 fn stops(running: &Running, words: &[&str], agents: &[&str]) {
     let said = running.done(&[&["stop"], words].concat());
     let mut found: Vec<_> =
-        said.lines().filter_map(|line| line.split_once(" has stopped all actuators, after ")).collect();
+        said.lines().filter_map(|line| line.split_once(" has stopped all actuators after ")).collect();
     found.sort_unstable();
     assert_eq!(found.iter().map(|(agent, _)| *agent).collect::<Vec<_>>(), agents, "{said}");
     for (_, time) in found {
         let time: f64 = time.strip_suffix(" ms").unwrap().parse().unwrap();
         assert!((0.0..4000.0).contains(&time), "{said}");
     }
-    assert!(said.ends_with("they stay so until `slate reset` and `slate arm`\n"), "{said}");
+    assert!(said.ends_with("the stop holds until `slate reset` and `slate arm`\n"), "{said}");
 }
 
 fn wheels(running: &Running) -> [f64; 2] {
     let command = running.read("exp1", "/r2/wheels/command");
-    ["left", "right"].map(|side| command[side].as_f64().unwrap())
+    // It stands before it has a first command.
+    ["left", "right"].map(|side| command[side].as_f64().unwrap_or_default())
 }
 
 fn mode(running: &Running) -> String {
@@ -72,11 +73,11 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     running.fails(5, &["arm"], &["a child ran by"]);
     stands(&running, "STOPPED");
 
-    assert_eq!(running.done(&["reset"]), "the stop is over; `slate arm` lets commands through\n");
+    assert_eq!(running.done(&["reset"]), "the stop is reset; `slate arm` arms the actuators\n");
     // It is shown with the next cycle.
     assert!(soon(|| mode(&running) == "DISARMED"));
     stands(&running, "DISARMED");
-    assert!(running.done(&["reset"]).contains("no actuator was stopped"));
+    assert!(running.done(&["reset"]).contains("no stop was active"));
     stands(&running, "DISARMED");
     running.fails(4, &["arm", "r2/whels"], &["no actuator is called `r2/whels`", "did you mean r2/wheels?"]);
     running.fails(4, &["arm", "gripper"], &["no actuator is called `gripper`"]);
@@ -85,13 +86,13 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     drives(&running);
 
     // A reset of what is not stopped disarms nothing.
-    assert!(running.done(&["reset"]).contains("no actuator was stopped"));
+    assert!(running.done(&["reset"]).contains("no stop was active"));
     drives(&running);
     stops(&running, &["--agent", "exp1"], &["exp1"]);
     running.done(&["reset", "--agent", "exp1"]);
     assert_eq!(running.done(&["arm", "--agent", "exp1"]), "the actuators are armed\n");
     drives(&running);
-    running.fails(3, &["stop", "--agent", "exp7"], &["no agent `exp7`", "there are: exp1"]);
+    running.fails(3, &["stop", "--agent", "exp7"], &["no agent `exp7`", "running agents: exp1"]);
     drives(&running);
 }
 
@@ -147,7 +148,7 @@ fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other
 
     // To let several go needs more care.
     for verb in ["reset", "arm"] {
-        running.fails(2, &[verb], &["several agents run here: exp1, exp1-2"]);
+        running.fails(2, &[verb], &["several agents are running: exp1, exp1-2"]);
     }
     running.done(&["reset", "--agent", "exp1-2"]);
     running.done(&["arm", "--agent", "exp1-2"]);
@@ -158,7 +159,8 @@ fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other
     assert_eq!(output.status.code(), Some(3), "{output:?}");
     let (said, wrong) = (common::text(&output.stdout), common::text(&output.stderr));
     assert!(said.contains("exp1 has stopped") && said.contains("exp1-2 has stopped"), "{said}");
-    for words in ["`frozen` has not confirmed", "no answer within 4 s", "stop the robot by its own switch"] {
+    for words in ["`frozen` has not confirmed", "no answer within 4 s", "use the robot's own emergency stop"]
+    {
         assert!(wrong.contains(words), "{words}: {wrong}");
     }
     assert!(soon(|| running.read("exp1-2", "/r2/wheels/gate")["mode"] == "STOPPED"));
@@ -188,9 +190,17 @@ fn an_agent_that_hung_finds_the_stop_that_nobody_waits_for_any_more() {
 fn without_an_agent_there_is_nothing_to_stop() {
     let running = Running::new("nobody");
     for command in ["stop", "reset", "arm"] {
-        running.fails(3, &[command], &["no agent runs here", "slate run"]);
+        running.fails(3, &[command], &["no agent is running", "slate run"]);
         running.fails(3, &[command, "--agent", "exp1"], &["no agent `exp1`", "slate run"]);
     }
+}
+
+/// How the console of the only run is reached.
+fn console(running: &Running) -> serde_json::Value {
+    let mut files =
+        std::fs::read_dir(running.sockets().join("slate")).unwrap().map(|entry| entry.unwrap().path());
+    let console = files.find(|path| path.extension().is_some_and(|end| end == "console")).unwrap();
+    serde_json::from_slice(&std::fs::read(console).unwrap()).unwrap()
 }
 
 #[test]
@@ -202,10 +212,7 @@ fn stop_works_without_a_free_descriptor() {
     limited.current_dir(running.folder()).env("XDG_RUNTIME_DIR", running.sockets());
     running.launch("exp1", limited);
     drives(&running);
-    let sockets = running.sockets().join("slate");
-    let mut files = std::fs::read_dir(&sockets).unwrap().map(|entry| entry.unwrap().path());
-    let console = files.find(|path| path.extension().is_some_and(|end| end == "console")).unwrap();
-    let console: serde_json::Value = serde_json::from_slice(&std::fs::read(console).unwrap()).unwrap();
+    let (sockets, console) = (running.sockets().join("slate"), console(&running));
     let address = console["address"].as_str().unwrap();
     // More idle tools than the agent has descriptors for.
     let local: Vec<_> = (0..60)
@@ -221,5 +228,31 @@ fn stop_works_without_a_free_descriptor() {
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     drop((local, remote));
     assert!(soon(|| running.call(&["get", "/r2/wheels/gate"]).status.success()));
+    stands(&running, "STOPPED");
+}
+
+#[test]
+fn stop_works_without_a_free_thread() {
+    let mut running = Running::new("stop-threads");
+    running.become_ordinary_user();
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1", "--set", "console.port=0"]);
+    drives(&running);
+    let console = console(&running);
+    let (address, token) =
+        (console["address"].as_str().unwrap(), console["tokens"]["viewer"].as_str().unwrap());
+    running.take_threads();
+    let call = |arguments: &[&str]| {
+        let mut command = running.command_without_threads(arguments);
+        let output = command.env("SLATE_TOKEN", token).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {output:?}");
+    };
+    call(&["stop", "no thread is left"]);
+    stands(&running, "STOPPED");
+    // Who finds it by itself, and lets it go again, needs none either.
+    call(&["reset"]);
+    call(&["arm"]);
+    drives(&running);
+    call(&["get", "--agent", address, "/r2/wheels/gate"]);
+    call(&["stop", "--agent", address]);
     stands(&running, "STOPPED");
 }

@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -52,6 +52,43 @@ impl Files {
         for file in self.0.values_mut().flatten().filter(|file| file.canonical == canonical) {
             file.text = Arc::clone(text);
         }
+    }
+}
+
+/// The files of a configuration while they are read.
+#[derive(Default)]
+pub(super) struct FileWalk {
+    /// Files that are known already, and after reading all of them.
+    pub(super) files: Files,
+    /// Files that were read, each by the path that is the same for all that lead to it.
+    pub(super) read: BTreeSet<PathBuf>,
+    /// Files that include the current one, outermost first.
+    open: Vec<PathBuf>,
+}
+
+impl FileWalk {
+    /// Begins with files that are known already.
+    pub(super) fn of(files: Files) -> Self {
+        Self { files, ..Self::default() }
+    }
+
+    /// Enters a file until [`leave`](Self::leave): its text, or nothing when it was read before.
+    pub(super) fn enter(&mut self, path: &Path) -> Result<Option<Arc<str>>, Unreadable> {
+        let File { canonical, text } = self.files.read(path)?;
+        if self.open.contains(&canonical) {
+            let help = Some("remove one `include` of the circle");
+            return Err(Unreadable { reason: "it includes itself".into(), help });
+        }
+        if !self.read.insert(canonical.clone()) {
+            return Ok(None);
+        }
+        self.open.push(canonical);
+        Ok(Some(text))
+    }
+
+    /// Leaves the file that was entered last.
+    pub(super) fn leave(&mut self) {
+        self.open.pop();
     }
 }
 

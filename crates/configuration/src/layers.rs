@@ -1,12 +1,11 @@
-use std::collections::BTreeSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use toml_edit::{Document, TomlError};
 
 use super::agents::AgentTables;
 use super::change::Change;
-use super::files::{File, Files, Unreadable};
+use super::files::{FileWalk, Files, Unreadable};
 use super::path;
 use super::problems::{Problem, Problems, suggestion};
 use super::scope::flatten;
@@ -24,8 +23,8 @@ pub(super) struct Layers {
     pub(super) merged: Table,
     /// Whether a text is missing from `merged`, so that what seems to be wrong there may be right.
     pub(super) incomplete: bool,
-    /// Files that are known already, and after reading all of them.
-    pub(super) files: Files,
+    /// The files that are read, and those that include the current one.
+    pub(super) walk: FileWalk,
     /// The tables of single settings.
     pub(super) flat_sets: Vec<Table>,
     /// The agents that the texts describe, and which of them is wanted.
@@ -36,10 +35,6 @@ pub(super) struct Layers {
     pub(super) elsewhere: bool,
     /// The application's settings that are paths.
     pub(super) paths: Vec<Vec<String>>,
-    /// The files that were read, each by the path that is the same for all that lead to it.
-    pub(super) read: BTreeSet<PathBuf>,
-    /// Files that include the current one, outermost first.
-    open: Vec<PathBuf>,
     /// The text that includes the current one in the end.
     root: Option<usize>,
     ranks: usize,
@@ -48,7 +43,7 @@ pub(super) struct Layers {
 impl Layers {
     /// Nothing yet, of that agent if there are several.
     pub(super) fn of(agent: Option<String>, files: Files, elsewhere: bool) -> Self {
-        Self { agents: AgentTables::of(agent), files, elsewhere, ..Self::default() }
+        Self { agents: AgentTables::of(agent), walk: FileWalk::of(files), elsewhere, ..Self::default() }
     }
 
     pub(super) fn defaults(&mut self) {
@@ -62,30 +57,26 @@ impl Layers {
 
     /// Reads a file; `asked` is where another one includes it.
     pub(super) fn file(&mut self, path: &Path, asked: Option<Span>) {
-        let failed = |this: &mut Self, reason: String, help: &str| {
-            this.incomplete = true;
-            if this.elsewhere {
-                return;
+        match self.walk.enter(path) {
+            Ok(Some(text)) => {
+                self.text(crate::printable(path), SourceKind::File, Some(path), text);
+                self.walk.leave();
             }
-            let message = Mistake::Syntax
-                .of(format!("can't read the configuration {}: {reason}", crate::printable(path)));
-            this.problems.0.push(Problem { span: asked, message, help: Some(help.into()) });
-        };
-        let hint = match asked {
-            Some(_) => "an included file is found relative to the one that includes it",
-            None => "give the path of a TOML file",
-        };
-        let File { canonical, text } = match self.files.read(path) {
-            Ok(file) => file,
-            Err(Unreadable { reason, help }) => return failed(self, reason, help.unwrap_or(hint)),
-        };
-        if self.open.contains(&canonical) {
-            return failed(self, "it includes itself".into(), "remove one `include` of the circle");
-        }
-        if self.read.insert(canonical.clone()) {
-            self.open.push(canonical);
-            self.text(crate::printable(path), SourceKind::File, Some(path), text);
-            self.open.pop();
+            Ok(None) => {}
+            Err(Unreadable { reason, help }) => {
+                self.incomplete = true;
+                if self.elsewhere {
+                    return;
+                }
+                let hint = match asked {
+                    Some(_) => "an included file is found relative to the one that includes it",
+                    None => "give the path of a TOML file",
+                };
+                let message = Mistake::Syntax
+                    .of(format!("can't read the configuration {}: {reason}", crate::printable(path)));
+                let help = Some(help.unwrap_or(hint).into());
+                self.problems.0.push(Problem { span: asked, message, help });
+            }
         }
     }
 

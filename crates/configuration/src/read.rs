@@ -75,11 +75,11 @@ pub(super) fn read(request: &ReadRequest<'_>, files: Files) -> ReadOutcome {
     let base = layers.hold(waiting, of_files.clone());
     layers.sets(SourceKind::Change, changes.iter().copied());
     let [of_files, base] = layers.divide([of_files, base], &options.extra_tables);
-    let files = std::mem::take(&mut layers.files);
+    let files = std::mem::take(&mut layers.walk.files);
     let changes = std::mem::take(&mut layers.flat_sets);
     let sets = sets.into_iter().map(|table| (SourceKind::Set, table));
     let upper = sets.chain(changes.iter().map(|table| (SourceKind::Change, table.clone()))).collect();
-    let paths = std::mem::take(&mut layers.read);
+    let paths = std::mem::take(&mut layers.walk.read);
     let described = layers.agents.described();
     let others = described.as_ref().map_or(Vec::new(), |described| described.others.clone());
     let below = Below { files: of_files, base, upper };

@@ -175,11 +175,16 @@ impl Console {
             .enable_all()
             .thread_name("console work")
             .max_blocking_threads(THREADS)
+            // A thread that exists needs none to be made.
+            .thread_keep_alive(Duration::from_secs(u64::from(u32::MAX)))
             .build()?;
         let thread = std::thread::Builder::new().name("console".into()).spawn(move || {
             // Its threads get that from it. Where it can't be had, nothing is worse than without.
             let _ = rustix::process::nice(10);
-            runtime.block_on(serve(listeners, tls, host, &ended));
+            runtime.block_on(async {
+                tokio::task::spawn_blocking(|| {});
+                serve(listeners, tls, host, &ended).await;
+            });
             // What still runs for somebody is no reason to wait.
             runtime.shutdown_background();
         })?;
@@ -246,19 +251,16 @@ async fn receive(listener: TcpListener, tls: Option<Tls>, host: Arc<ConsoleHost>
     loop {
         if let Ok((stream, from)) = listener.accept().await {
             reserve.refill();
-            // One that is closed at once asks again later.
-            if let Some(place) = host.guests.admit().map(Arc::new) {
-                tokio::spawn(greet(stream, from, (tls.clone(), Arc::clone(&host)), place));
-            }
+            let place = Arc::new(host.guests.admit());
+            tokio::spawn(greet(stream, from, (tls.clone(), Arc::clone(&host)), place));
         } else if host.guests.dismiss() {
             // No descriptor is left, for example, and that of the one that has been idle for the longest is free in a moment.
             tokio::time::sleep(Duration::from_millis(5)).await;
         } else if let Some((stream, from)) = accept_with(&mut reserve, &listener).await {
-            if let Some(place) = host.guests.admit().map(Arc::new) {
-                let brief = greet(stream, from, (tls.clone(), Arc::clone(&host)), place);
-                // The next one needs the reserve, too.
-                let _ = tokio::time::timeout(BRIEF, brief).await;
-            }
+            let place = Arc::new(host.guests.admit());
+            let brief = greet(stream, from, (tls.clone(), Arc::clone(&host)), place);
+            // The next one needs the reserve, too.
+            let _ = tokio::time::timeout(BRIEF, brief).await;
             reserve.refill();
         } else {
             // It may be otherwise in a while.
@@ -298,13 +300,15 @@ async fn converse<S>(stream: S, from: SocketAddr, host: Arc<ConsoleHost>, place:
 where
     S: AsyncRead + AsyncWrite + Unpin + Send + 'static,
 {
+    let only_stops = place.only_stops;
     let service = service_fn(move |request| {
         let (host, place) = (Arc::clone(&host), Arc::clone(&place));
         async move { Ok::<_, std::convert::Infallible>(respond::respond(&host, &place, from, request).await) }
     });
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
-        .header_read_timeout(REQUEST)
+        .header_read_timeout(if only_stops { BRIEF } else { REQUEST })
+        .keep_alive(!only_stops)
         .max_buf_size(HEAD)
         .max_headers(HEADERS)
         .serve_connection(TokioIo::new(Patient::new(stream)), service)

@@ -1,9 +1,9 @@
-// The agent over HTTP. A token comes behind the # of the link that the agent prints, where no log ever sees it.
+// HTTP client of the agent. The token is in the fragment of the printed link, which no log contains.
 
 const BASE = "/api/v1";
 const KEY = "slate.token";
 
-// Another link in a tab that is open is another run.
+// A new link in an open tab belongs to another run.
 function take() {
   const given = new URLSearchParams(location.hash.slice(1));
   const token = given.get("token");
@@ -14,16 +14,16 @@ function take() {
 }
 take();
 
-/** The token of this tab; empty when nobody has given one. */
+/** The token of this tab; empty without one. */
 export const token = () => sessionStorage.getItem(KEY) ?? "";
 
-/** Takes a token, or a link that has one. */
+/** Stores a token, or the token of a link. */
 export function giveToken(text) {
   const found = text.trim().match(/token=([^&\s]+)/)?.[1] ?? text.trim();
   sessionStorage.setItem(KEY, found);
 }
 
-/** What the agent refuses, with what to do about it. */
+/** A refusal of the agent, with its remedy. */
 export class Problem extends Error {
   constructor(status, detail, help = "", report = "") {
     super(detail);
@@ -31,10 +31,10 @@ export class Problem extends Error {
   }
 }
 
-/** When anything was heard of the agent last, ms of `performance.now`. */
+/** Time of the last message from the agent, ms of `performance.now`. */
 export const life = { heard: performance.now() };
 
-/** An answer that is read as it comes. A refusal is told with status 200, as it is no failure that belongs in the browser's log. */
+/** A streamed response. Refusals have status 200, because browsers log each other status as an error. */
 export async function request(method, path, { body, signal } = {}) {
   const options = { method, signal, headers: { Authorization: `Bearer ${token()}`, Prefer: "refusal=200" } };
   if (body !== undefined) {
@@ -67,15 +67,15 @@ export const patch = (path, body) => ask("PATCH", path, body);
 export const post = (path, body) => ask("POST", path, body);
 export const remove = (path) => ask("DELETE", path);
 
-/** The path of an operation about a property, such as `/slate/exp1/r2/planner/params`. */
+/** The path of an operation on a property, such as `/slate/exp1/r2/planner/params`. */
 export const at = (agent, path, kind = "slate") =>
   `/${kind}/${encodeURIComponent(agent)}/${path.split("/").map(encodeURIComponent).join("/")}`;
 
-/** Where an image, which can set no header, comes from. */
+/** The address of an image, for elements that cannot set a header. */
 export const source = (agent, path, query) =>
   `${BASE}${at(agent, path)}?${new URLSearchParams({ ...query, token: token() })}`;
 
-/** Opens a WebSocket, with the token among its subprotocols. */
+/** Opens a WebSocket with the token among its subprotocols. */
 export function openSocket(name) {
   const scheme = location.protocol === "https:" ? "wss" : "ws";
   return new WebSocket(`${scheme}://${location.host}${BASE}/${name}`, ["slate.v1", `slate.token.${token()}`]);

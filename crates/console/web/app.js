@@ -1,4 +1,4 @@
-// The page: its head, the choice of a layout, the tiles.
+// The page: head, choice of the layout, tiles.
 import { html, render, useEffect, useMemo, useState } from "/lib/preact.js";
 import { get, giveToken, Problem, token } from "/api.js";
 import { connect, connection, onConnection } from "/live.js";
@@ -20,7 +20,7 @@ import { select } from "/selection.js";
 const panels = new Map();
 const broken = [];
 
-// A panel of the project stands behind the others, and so in the place of one with the same id.
+// A panel of the project replaces a built-in one with the same id.
 async function loadPanels() {
   const paths = await (await fetch("/panels.json")).json();
   const loaded = await Promise.allSettled(paths.map((path) => import(path)));
@@ -34,7 +34,7 @@ async function loadPanels() {
 
 const settings = () => new URLSearchParams(location.hash.slice(1));
 
-// What the link asks for: a layout in it, or the name of one.
+// The layout that the link requests, by content or by name.
 function wanted() {
   const given = settings();
   const layout = given.get("layout") ? read(given.get("layout")) : null;
@@ -78,7 +78,7 @@ function App() {
 
   useEffect(() => follow("/layouts", ({ value }) => value && setSaved(Object.fromEntries(Object.entries(value).filter(([, it]) => isFit(it))))), []);
   useEffect(() => {
-    // A link with a token is one of another run.
+    // A link with a token belongs to another run.
     const changed = () => (settings().has("token") ? location.reload() : setView(wanted()));
     addEventListener("hashchange", changed);
     return () => removeEventListener("hashchange", changed);
@@ -112,7 +112,7 @@ function App() {
   openedBy((panel, options) => change(withPanel(layout, panel, options)));
 
   useEffect(() => {
-    // `g` and a letter goes to a layout; a press inside a field is meant for that.
+    // `g` and a letter opens a layout; keys in a text field are text.
     let goes = 0;
     const press = (event) => {
       if (event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey) && !event.altKey && !event.shiftKey) {
@@ -123,7 +123,7 @@ function App() {
       const inField = event.target.closest?.("input, textarea, select, [contenteditable]");
       if (inField || event.ctrlKey || event.metaKey || event.altKey) return;
       if (performance.now() - goes < 1200) {
-        // Of several with that letter the next one.
+        // Of several layouts with that letter, the next one.
         const found = Object.keys(all).filter((name) => name.startsWith(event.key));
         goes = 0;
         if (found.length) show(found[(found.indexOf(view.name) + 1) % found.length]);

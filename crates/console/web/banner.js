@@ -1,4 +1,4 @@
-// What nobody may overlook: a stop, actuators that are not armed, a connection that is gone.
+// Conditions that must not be overlooked: a stop, disarmed actuators, a lost connection.
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { post, Problem } from "/api.js";
 import { connection, useReadings } from "/live.js";
@@ -6,7 +6,7 @@ import { problemOf, reload, useOver, useResource } from "/store.js";
 import { Trouble } from "/parts.js";
 import { isOver } from "/stop.js";
 
-// What ends a stop is held for so long that nobody does it by mistake, ms.
+// How long the reset button must be held, so that no accident ends a stop, ms.
 const HOLD = 1000;
 
 function Hold({ children, done }) {

@@ -1,4 +1,4 @@
-// The bar at the bottom: what is recorded, the last seconds to look back at, and the controls of a recording that is played.
+// The bar at the bottom: recordings, history, and the controls of a playback.
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { post, Problem } from "/api.js";
 import { clock, isPast, lookBack, lookLive, onConnection } from "/live.js";
@@ -8,18 +8,18 @@ import { time } from "/format.js";
 import { Trouble } from "/parts.js";
 
 const RATES = { 0.1: "× 0.1", 0.5: "× 0.5", 1: "× 1", 2: "× 2", 5: "× 5", 10: "× 10" };
-// A step of the slider, ns.
+// Step of the slider, ns.
 const STEP = 2e7;
 
 const size = (bytes) => (bytes < 1e6 ? `${(bytes / 1e3).toFixed(0)} kB` : `${(bytes / 1e6).toFixed(1)} MB`);
 const nameOf = (file) => file.split("/").at(-1).replace(/\.mcap$/, "");
 
-/** A name that no recording has yet. */
+/** A name that no recording has. */
 function free(stem, files) {
   for (let number = 1; ; number += 1) if (!files.some(({ name }) => name === `${stem}-${number}`)) return `${stem}-${number}`;
 }
 
-/** A place in time, dragged; `move` is called with each, one at a time. */
+/** A slider over time; `move` receives each position, one at a time. */
 function Slider({ from, to, now, move, label }) {
   const [held, setHeld] = useState(null);
   return html`<input type="range" class="time" aria-label=${label} aria-valuetext=${time(held ?? now)} min=${from} max=${Math.max(to, from + 1)} step=${STEP} value=${held ?? now}
@@ -41,7 +41,7 @@ function Recording({ recordings, act, isAllowed }) {
 function Playback({ playback, act, isAllowed }) {
   const { time: now, from, to, is_paused: isPaused, rate } = playback;
   const busy = useRef({ is: false, place: 0 }).current;
-  // One at a time: each takes the agent a moment.
+  // One request at a time: each takes the agent a moment.
   const seek = async (place) => {
     busy.place = place;
     if (busy.is) return;
@@ -78,7 +78,7 @@ function Past({ flight, agent }) {
     ${isPast() ? html`<span class="number past">${ago.toFixed(1)} s ago</span><button class="primary" onClick=${lookLive}>Go live</button>` : html`<span class="number muted">live</span>`}`;
 }
 
-/** The bar, of an agent that can be recorded. */
+/** The bar of an agent with a recorder. */
 export function Bar({ agent }) {
   const [problem, setProblem] = useState(null);
   const operations = useResource("")?.operations ?? [];
@@ -90,7 +90,7 @@ export function Bar({ agent }) {
   useEffect(() => {
     if (isRemembered && agent) rememberedBy(agent.name);
   }, [isRemembered, agent?.name]);
-  // Of a run that is over nothing more is recorded, and nothing is kept.
+  // After the end of a run nothing is recorded.
   if (!recordings || over) return null;
   const act = async (path, body) => {
     try {

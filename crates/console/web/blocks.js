@@ -1,9 +1,9 @@
-// Which block of MAPE-K each module is. The ports of the blocks say it: a Monitor has a percept, an Analyze a change, the Plan
-// sends to the plan of an Execute and a ReactiveModel to its reflexes.
+// The MAPE-K block of each module, by its ports: a Monitor has a percept, an Analyze a change, the Plan
+// sends to the plan of an Execute, and a ReactiveModel to its reflexes.
 
 export const BLOCKS = ["Monitor", "Analyze", "Plan", "Execute", "Knowledge", "ReactiveModel"];
 
-/** The module that a property or an input belongs to: the longest name that the path begins with. */
+/** The module of a property or an input: the longest name that is a prefix of the path. */
 export function moduleOf(path, names) {
   let own = "";
   for (const name of names) if (name.length > own.length && path.startsWith(`${name}/`)) own = name;
@@ -31,7 +31,7 @@ export function robots(modules, properties, links) {
       : name.includes("knowledge") ? "Knowledge" : "";
     const blocks = Object.fromEntries(BLOCKS.map((name) => [name, []]));
     for (const module of own) {
-      // What every module has says nothing about one.
+      // Ports of every module do not identify a block.
       const written = outputs.get(module.name).filter(({ path, access }) => access === "output" && !/\/(histogram|state|timing)$/.test(path));
       blocks[block(module)]?.push({ ...module, outputs: written });
     }

@@ -1,10 +1,10 @@
-// A dialog over the page that leaves the stop where it is: nothing may stand between a hand and that, so none is modal.
+// A dialog that is not modal, because the stop must stay reachable.
 import { html, useLayoutEffect, useRef } from "/lib/preact.js";
 
-/** Over the panels until it is closed: by `Esc`, by a press beside it, or when the keyboard leaves it. */
+/** A dialog over the panels; `Esc`, a press outside, or moving the focus out closes it. */
 export function Dialog({ label, kind, close, children }) {
   const box = useRef(null);
-  // Before anybody sees it: the next key is meant for it.
+  // Before the first frame, so that it receives the next key.
   useLayoutEffect(() => {
     const before = document.activeElement;
     (box.current.querySelector("[data-first]") ?? box.current).focus();

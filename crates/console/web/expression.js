@@ -1,15 +1,15 @@
-// Numbers that are computed of others, such as `hypot({r2/odometry/twist/linear}, 2)`: names of numbers stand in braces.
+// Expressions of properties, such as `hypot({r2/odometry/twist/linear}, 2)`: names are in braces.
 
 const FUNCTIONS = { abs: Math.abs, atan2: Math.atan2, cos: Math.cos, degrees: (angle) => (angle * 180) / Math.PI, exp: Math.exp, hypot: Math.hypot, log: Math.log, max: Math.max, min: Math.min, sin: Math.sin, sqrt: Math.sqrt, tan: Math.tan };
 const CONSTANTS = { pi: Math.PI };
 const PARTS = /\s*(?:(\d+\.?\d*(?:e[+-]?\d+)?|\.\d+)|\{([^{}]+)\}|([a-z]\w*)|([-+*/^(),]))/iy;
 
-// What has a unit is of the unit of all its parts, if that is one; a number that is written there has none, and is no part.
+// The unit of a sum is that of all its operands if they have one in common; constants have no unit.
 const same = (units) => (units.every((unit) => unit === units[0]) ? units[0] : "");
 const factor = (left, right) => (left === null ? right : right === null ? left : "");
 const UNITS = { abs: same, hypot: same, max: same, min: same, atan2: (units) => (same(units) ? "rad" : ""), degrees: ([unit]) => (unit === "rad" ? "deg" : "") };
 
-/** What functions there are. */
+/** The names of the functions. */
 export const functions = Object.keys(FUNCTIONS).join(", ");
 
 function parts(text) {
@@ -24,7 +24,7 @@ function parts(text) {
   return found;
 }
 
-/** An expression: the names of its `inputs`, and what it and its unit are of theirs, in their order. Throws what is wrong with it. */
+/** Parses an expression: the names of its `inputs`, and functions for its value and its unit. Throws a syntax error. */
 export function parse(text) {
   const [all, inputs] = [parts(text), []];
   let place = 0;

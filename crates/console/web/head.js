@@ -1,4 +1,4 @@
-// The head of the page: which agent, how it is, which layout.
+// The head of the page: agent, connection, layouts.
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { clock, isPast, useReading } from "/live.js";
 import { time, word } from "/format.js";
@@ -8,7 +8,7 @@ import { copy, nameOf, write } from "/layouts.js";
 import { Problem, get, put } from "/api.js";
 import { Dialog } from "/dialog.js";
 
-// The digits change often; nothing else of the head does.
+// Only the digits change often.
 function Clock() {
   const [text, setText] = useState("");
   useReading("loop/state", 2);
@@ -28,7 +28,7 @@ function Verdict({ path, isNamed }) {
 
 function Layouts({ view, layout, layouts, built, change, saved, show }) {
   const [note, setNote] = useState("");
-  // What the page asks in a dialog of its own, as one of the browser would be in the way of the stop.
+  // Questions use a dialog of the page, because a browser dialog would block the stop.
   const [asked, setAsked] = useState(null);
   const close = () => setAsked(null);
   const tell = (text) => {
@@ -76,7 +76,7 @@ function Layouts({ view, layout, layouts, built, change, saved, show }) {
 export function Head(properties) {
   const { agent, state, view, layouts, show, help, find } = properties;
   const bar = useRef(null);
-  // A narrow bar shows a part of itself.
+  // A narrow bar scrolls to the current layout.
   useEffect(() => bar.current?.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "center" }), [view.name]);
   const verdicts = useProperties().filter(({ interface: name }) => name === "Verdict");
   const names = { live: "Live", connecting: "Connecting", silent: "No answer", lost: "No connection" };

@@ -1,4 +1,4 @@
-// The keys.
+// Keyboard shortcuts.
 import { html } from "/lib/preact.js";
 import { Dialog } from "/dialog.js";
 
@@ -14,7 +14,7 @@ const KEYS = [
   ["?", "show these shortcuts"],
 ];
 
-/** A dialog with the keys. */
+/** A dialog with the keyboard shortcuts. */
 export const Help = ({ close }) => html`<${Dialog} label="Keyboard shortcuts" kind="help" close=${close}>
   <h2>Keyboard shortcuts</h2>
   <dl>${KEYS.map(([key, does]) => html`<div class="field" key=${key}><dt><kbd>${key}</kbd></dt><dd>${does}</dd></div>`)}</dl>

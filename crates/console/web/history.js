@@ -1,17 +1,17 @@
-// What values were, as far as the page has seen them: one that was plotted once is kept as long as the page is open.
+// Histories of values since the page was opened: a plotted value is kept as long as the page is open.
 import { part, selection } from "/schema.js";
 import { watch } from "/live.js";
 import { at, get, Problem } from "/api.js";
 
 const RATE = 20;
-// Ten minutes of them.
+// Ten minutes.
 const MOST = 10 * 60 * RATE;
 
 const histories = new Map();
 
 /**
- * The values of a part of a property since somebody asked for them first: `times` in s, and `values`, which are numbers or names. Of
- * what a JSONPath leads to it is the first one.
+ * History of a part of a property since its first request: `times` in s, and `values`, which are numbers or names. For a
+ * JSONPath it is the first match.
  */
 export function history(path, pointer, rate = RATE) {
   const key = `${path} ${pointer}`;
@@ -29,26 +29,26 @@ export function history(path, pointer, rate = RATE) {
   return found;
 }
 
-// Whose past can be asked for, if anybody's, and what is to be filled with it.
+// The agent whose past can be read, and the histories to fill with it.
 let rememberer = null;
 const waiting = [];
-// One after the other, so that what is asked for now never waits behind them.
+// One request after the other, so that the newest one never waits.
 let queue = Promise.resolve();
 
-/** Has an agent tell what was before this page was open. */
+/** Sets the agent that provides values from before this page was opened. */
 export function rememberedBy(agent) {
   if (rememberer === agent) return;
   rememberer = agent;
   waiting.forEach((later) => later(agent));
 }
 
-/** Calls a function with what a property, or a part of it, was before this page was open, if an agent keeps that. */
+/** Calls a function with values from before this page was opened, if the agent keeps them. */
 export function recall(path, most, take, part = "") {
   const fill = async (agent) => {
     try {
       take((await get(`${at(agent, path, "history")}?${new URLSearchParams({ limit: most, ...selection(part) })}`)).values);
     } catch (problem) {
-      // It goes without; the bar says what is kept.
+      // The history starts at the opening; the bar shows what is kept.
       if (!(problem instanceof Problem)) throw problem;
     }
   };
@@ -57,7 +57,7 @@ export function recall(path, most, take, part = "") {
   if (rememberer) later(rememberer);
 }
 
-/** Forgets all that was, as another run has begun. */
+/** Clears all histories, after the start of another run. */
 export function forgetHistories() {
   for (const { times, values, listeners } of histories.values()) {
     times.length = values.length = 0;
@@ -77,7 +77,7 @@ const plain = (value) => (typeof value === "boolean" ? Number(value) : typeof va
 
 function add(history, time, value) {
   const { times, values } = history;
-  // Another run has begun, or the agent went back to a snapshot.
+  // Another run has started, or the agent has resumed from a snapshot.
   if (time < times.at(-1)) times.length = values.length = 0;
   if (time === times.at(-1)) return;
   times.push(time);

@@ -1,15 +1,15 @@
-// What most people want to look back at is kept from the moment the page is open, whatever it shows: routes, gates, missions,
-// clearances, and what actuators get. So a plot that is opened after something happened has it.
+// Histories that are kept from the opening of the page, whatever it shows: routes, gates, missions,
+// clearances and commands, so that a plot opened after an event contains it.
 import { follow } from "/store.js";
 import { history } from "/history.js";
 import { numbers } from "/schema.js";
 
 const STATES = { ExecuteStatus: "/route", GateState: "/priority", Verdict: "/state" };
 const STATE_RATE = 50;
-// An agent of many robots has more than anybody looks at.
+// A limit for agents with many robots.
 const MOST = 48;
 
-/** Begins to keep. */
+/** Starts to keep these histories. */
 export function keep() {
   let [properties, interfaces, count] = [[], {}, 0];
   const kept = new Set();

@@ -1,10 +1,10 @@
-// Which panels stand where. A layout is columns of tiles, and each has a share of the room:
+// Layouts of panels. A layout is columns of tiles, each with a share of the available space:
 // `{ title, columns: [{ share, tiles: [{ panel, share, options }] }] }`.
 
 const tile = (panel, share = 1, options = {}) => ({ panel, share, options });
 const column = (share, ...tiles) => ({ share, tiles });
 
-/** The layouts that are always there. */
+/** The built-in layouts. */
 export const BUILT_IN = {
   overview: { title: "Overview", columns: [column(3, tile("map")), column(2, tile("overview", 3), tile("log", 2))] },
   inspect: { title: "Inspect", columns: [column(3, tile("tree")), column(2, tile("inspector"))] },
@@ -18,10 +18,10 @@ export const BUILT_IN = {
   drive: { title: "Drive", columns: [column(3, tile("map")), column(2, tile("drive", 3), tile("overview", 2))] },
 };
 
-/** A copy that can be changed. */
+/** A copy that may be changed. */
 export const copy = (layout) => structuredClone(layout);
 
-/** With one more panel: below the last, or beside a single one. Numbers go into a plot that is there. */
+/** A layout with one more panel: below the last one, or beside a single one. Numbers are added to an existing plot. */
 export function withPanel(layout, panel, options) {
   const { columns } = layout;
   const plot = panel === "plot" && options.series && columns.flatMap(({ tiles }) => tiles).find((tile) => tile.panel === panel && tile.options?.series);
@@ -35,7 +35,7 @@ export function withPanel(layout, panel, options) {
   return map((own, place) => (place === columns.length - 1 ? { ...own, tiles: [...own.tiles, fresh] } : own));
 }
 
-/** The name under which a layout of a title is kept, beside those that there are: one with another title is never written over. */
+/** The file name of a layout by its title, which no layout of another title has. */
 export function nameOf(title, known) {
   const plain = title.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase();
   const stem = plain.replace(/[^a-z0-9]+/g, "-").slice(0, 56).replace(/^-|-$/g, "") || "layout";
@@ -46,10 +46,10 @@ export function nameOf(title, known) {
   }
 }
 
-/** As text that fits behind the # of a link. */
+/** A layout as text for the fragment of a link. */
 export const write = (layout) => btoa(unescape(encodeURIComponent(JSON.stringify(layout)))).replaceAll("+", "-").replaceAll("/", "_");
 
-/** What such a text says; nothing when it is none. */
+/** The layout of such a text; nothing if it is invalid. */
 export function read(text) {
   try {
     const layout = JSON.parse(decodeURIComponent(escape(atob(text.replaceAll("-", "+").replaceAll("_", "/")))));
@@ -59,7 +59,7 @@ export function read(text) {
   }
 }
 
-/** Whether something that came from elsewhere is a layout. */
+/** Whether a value from outside is a valid layout. */
 export const isFit = (layout) =>
   typeof layout?.title === "string" &&
   Array.isArray(layout.columns) &&

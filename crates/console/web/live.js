@@ -1,16 +1,16 @@
-// Values as they come, over one WebSocket. Whoever wants a property watches it; what several want comes once, as often as the
-// most eager of them likes. A page that nobody sees asks for one value a second. Who looks back gets what was then instead, while
-// the robot goes on.
+// Live values over one WebSocket. Each property is subscribed once, at the highest rate that a watcher requests.
+// A hidden page requests one value a second. While the page shows a past time, watchers receive values of that time, and
+// the robot continues.
 import { at, get, life, openSocket, Problem } from "/api.js";
 import { selection } from "/schema.js";
 import { useEffect, useRef, useState } from "/lib/preact.js";
 
 const RETRY = [500, 1000, 2000];
 const HIDDEN_RATE = 1;
-// A page asks at least once a second. After so long without a word the agent does not respond, and how often that is looked for, ms.
+// A page sends a request at least once a second. Silence after which the agent does not respond, and period of the check, ms.
 const SILENCE = 2500;
 const LOOK = 500;
-// How soon it is asked again for what was not there.
+// Delay of the next request for a missing property, ms.
 const MISSING = 2000;
 
 const subscriptions = new Map();
@@ -20,13 +20,13 @@ let socket = null;
 let nextId = 1;
 let attempts = 0;
 
-/** How the connection is: `connecting`, `live`, `silent` or `lost`, and since when (ms of `performance.now`). */
+/** State of the connection: `connecting`, `live`, `silent` or `lost`, and its start (ms of `performance.now`). */
 export const connection = { state: "connecting", since: performance.now() };
 
-/** The agent's time, ns: `live` as far as it is known, `now` that which is looked at. */
+/** The agent's time, ns: `live` is the newest known one, `now` the one that is shown. */
 export const clock = { now: 0, live: 0 };
 
-// What is looked at instead of the present, and what of it is shown already.
+// The past time that is requested, and the one that is shown.
 let past = null;
 let shown = null;
 let isAsking = false;
@@ -36,13 +36,13 @@ function tell(state, since = performance.now()) {
   for (const listener of connectionListeners) listener(connection);
 }
 
-/** Calls a function whenever the connection changes; returns what ends that. */
+/** Calls a function at each change of the connection; returns a function that ends this. */
 export function onConnection(listener) {
   connectionListeners.add(listener);
   return () => connectionListeners.delete(listener);
 }
 
-/** Connects, and goes on doing so. */
+/** Connects, and reconnects after each loss. */
 export function connect() {
   socket = openSocket("live");
   socket.onopen = () => {
@@ -59,11 +59,11 @@ export function connect() {
   };
 }
 
-// An agent that is frozen keeps its connections.
+// A frozen agent keeps its connections.
 let looked = performance.now();
 setInterval(() => {
   const now = performance.now();
-  // A page that was frozen itself has heard nothing either, and one that nobody sees asks less often.
+  // A page that was frozen has received nothing, and a hidden one sends fewer requests.
   if (now - looked > 2 * LOOK || document.hidden) life.heard = now;
   looked = now;
   const isSilent = now - life.heard > SILENCE;
@@ -91,7 +91,7 @@ function hear(message) {
   if (message.problem) {
     subscription.problem = message.problem;
     for (const { fail } of subscription.watchers.values()) fail?.(new Problem(message.problem.status, message.problem.detail, message.problem.help));
-    // A value that has no such part is followed by others.
+    // If only the part is missing, later values may have it.
     if (message.sequence === undefined) setTimeout(() => subscription.watchers.size && subscribe([subscription]), MISSING);
     return;
   }
@@ -107,19 +107,19 @@ function hear(message) {
   deliver(subscription, subscription.last, past !== null);
 }
 
-/** Tells who watches; what is of the present alone reaches who wants that always. */
+/** Calls the watchers of a subscription; a current value reaches only `live` ones while a past time is shown. */
 function deliver(subscription, reading, isLiveAlone = false) {
   for (const [listener, { live }] of subscription.watchers) if (!isLiveAlone || live) listener(reading);
 }
 
-/** Shows what was at a time, ns, of an agent that keeps its last seconds or plays a recording. */
+/** Shows a past time, ns, of an agent that keeps its last seconds or plays a recording. */
 export async function lookBack(agent, time) {
   past = { agent, time };
   clock.now = time;
   connectionListeners.forEach((listener) => listener(connection));
   if (isAsking) return;
   isAsking = true;
-  // Whoever drags goes on while answers come; only the last place counts.
+  // During a drag only the last position counts.
   while (past !== null && shown !== past) {
     const wanted = past;
     await Promise.all([...subscriptions.values()].map((subscription) => recall(subscription, wanted)));
@@ -134,10 +134,10 @@ async function recall(subscription, { agent, time }) {
     const { values } = await get(`${at(agent, subscription.path, "history")}?${new URLSearchParams({ to: time, limit: 1, ...selection(subscription.part) })}`);
     if (past === null) return;
     if (values.length) deliverPast(subscription, { ...values.at(-1), received: performance.now(), isRecalled: true });
-    // Nothing had been written yet.
+    // Nothing was written before that time.
     else for (const { live, none } of subscription.watchers.values()) if (!live) none?.();
   } catch (problem) {
-    // What was left out of the record stays as it was, and is said to be of now.
+    // A property without history keeps its value, which is marked as current.
     if (!(problem instanceof Problem)) throw problem;
   }
 }
@@ -146,7 +146,7 @@ function deliverPast(subscription, reading) {
   for (const [listener, { live }] of subscription.watchers) if (!live) listener(reading);
 }
 
-/** Goes back to the present. */
+/** Returns to the present. */
 export function lookLive() {
   if (past === null) return;
   past = shown = null;
@@ -155,20 +155,20 @@ export function lookLive() {
   connectionListeners.forEach((listener) => listener(connection));
 }
 
-/** Whether the past is looked at. */
+/** Whether a past time is shown. */
 export const isPast = () => past !== null;
 
 /**
- * Whether a reading is shown though an earlier time is looked at, as nothing is kept of then. Of a time alone that is said when all that
- * is kept has come.
+ * Whether a reading is current although a past time is shown, because the property has no history. For a time alone this is known
+ * when all histories have arrived.
  */
 export const isOfNow = ({ time, isRecalled = isAsking }) => shown !== null && !isRecalled && time > clock.now;
 
 /**
  * Calls a function with each reading `{value, time, sequence, received}` of a property, at most `rate` times a second, or with
- * each value that is kept if `every`; with `live`, also while somebody looks back. With `part`, a JSON Pointer or JSONPath, the
- * value is that of the part, or a list of all that the path leads to; `fail` is told why there is none, and `none` is called when
- * there was none yet at the time that is looked at. Returns what ends that.
+ * each kept value if `every`; with `live`, also while a past time is shown. With `part`, a JSON Pointer or JSONPath, the
+ * value is that of the part, or a list of all matches; `fail` receives the reason of a missing value, and `none` is called when
+ * there was no value at the past time. Returns a function that ends the subscription.
  */
 export function watch(path, listener, { rate = 10, every = false, live = false, part = "", fail, none } = {}) {
   const key = [path, part, every ? "every" : ""].join("|");
@@ -192,7 +192,7 @@ export function watch(path, listener, { rate = 10, every = false, live = false, 
   };
 }
 
-// Nobody sees more than a picture at a time, however much has come.
+// At most one update per frame.
 const due = new Set();
 function refresh() {
   for (const redraw of due) redraw();
@@ -203,7 +203,7 @@ function later(redraw) {
   due.add(redraw);
 }
 
-/** The newest readings of properties, by their paths, for a component. */
+/** The newest readings of properties by path, for a component. */
 export function useReadings(paths, rate = 10) {
   const readings = useRef({});
   const [, redraw] = useState(0);
@@ -231,7 +231,7 @@ export function useReadings(paths, rate = 10) {
   return readings.current;
 }
 
-/** The newest reading of a property, for a component; nothing before there is one. */
+/** The newest reading of a property, for a component; undefined before the first one. */
 export function useReading(path, rate = 10) {
   return useReadings(path ? [path] : [], rate)[path];
 }

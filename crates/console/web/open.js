@@ -1,8 +1,8 @@
-// Panels that others open: beside those which are there.
+// Panels that other panels open.
 let open = () => {};
 
-/** Says who opens panels. */
+/** Sets the function that opens panels. */
 export const openedBy = (opener) => (open = opener);
 
-/** Opens a panel with its options beside the others, such as a plot of one number. */
+/** Opens a panel with options beside the others, such as a plot of one number. */
 export const openPanel = (panel, options = {}) => open(panel, options);

@@ -1,4 +1,4 @@
-// Everything by its name: layouts, panels, properties, and what can be done.
+// Search by name: layouts, panels, properties and commands.
 import { html, useEffect, useMemo, useRef, useState } from "/lib/preact.js";
 import { post, Problem, put } from "/api.js";
 import { Dialog } from "/dialog.js";
@@ -12,22 +12,22 @@ import { Trouble } from "/parts.js";
 
 const MOST = 40;
 
-/** How well words fit a name of a kind, the better the less; nothing when one of them is not in it. */
+/** Rank of a name of a kind for some words, the best is the least; null if a word is missing. */
 function fit(words, kind, name) {
   const low = name.toLowerCase();
   let sum = 0;
   for (const word of words) {
-    // A kind is meant by its beginning alone: what is switched off is an action, too, and has no "on".
+    // A kind matches by its beginning only.
     if (kind.toLowerCase().startsWith(word)) continue;
     const place = low.indexOf(word);
     if (place < 0) return null;
-    // The beginning of a word is meant more often than its middle.
+    // The beginning of a word ranks above its middle.
     sum += place === 0 || /[^a-z0-9]/.test(low[place - 1]) ? 0 : 20;
   }
   return sum + name.length / 10;
 }
 
-/** A dialog in which a few letters find everything. */
+/** A dialog that finds everything by a few letters. */
 export function Palette({ agent, layouts, panels, show, help, close }) {
   const list = useRef(null);
   const properties = useProperties();
@@ -36,7 +36,7 @@ export function Palette({ agent, layouts, panels, show, help, close }) {
   const [text, setText] = useState("");
   const [place, setPlace] = useState(0);
   const [problem, setProblem] = useState(null);
-  // Another tool may have switched one since.
+  // Another tool may have changed a module.
   useEffect(() => reload("/modules"), []);
   const isAllowed = agent && agent.role !== "viewer";
   const arm = async () => {

@@ -1,12 +1,12 @@
-// Small parts that panels have in common.
+// Small components that panels share.
 import { html, useEffect, useRef, useState } from "/lib/preact.js";
 import { age } from "/format.js";
 import { clock, isOfNow } from "/live.js";
 
-/** What a panel says when it has nothing to show, and why. */
+/** The text of a panel without content, with the reason. */
 export const Empty = ({ children }) => html`<p class="empty">${children}</p>`;
 
-/** A refusal of the agent, with what to do about it, and where it is in a file on demand. */
+/** A refusal of the agent, with its remedy and, on demand, its place in a file. */
 export const Trouble = ({ problem }) => {
   if (!problem) return null;
   const { message, help, report } = problem;
@@ -16,12 +16,12 @@ export const Trouble = ({ problem }) => {
   </div>`;
 };
 
-/** A name and what it is, as a row of a list. */
+/** A name and a value, as a row of a list. */
 export const Field = ({ name, children, state, title }) =>
   html`<div class="field" title=${title}><dt>${name}</dt><dd data-state=${state}>${children}</dd></div>`;
 
-/** How old a reading is, by the agent's clock; what should be no older than `limit` seconds and is stands out, and so does what is of
- *  now while the past is looked at. */
+/** The age of a reading by the agent's clock; ages above `limit` seconds are highlighted, and so are current
+ *  values while a past time is shown. */
 export const Age = ({ time, limit = Infinity }) => {
   if (time === undefined || time === null) return html`<span class="muted">never</span>`;
   if (isOfNow({ time })) return html`<span class="stale" title="No history of this property at the selected time">current value</span>`;
@@ -29,13 +29,13 @@ export const Age = ({ time, limit = Infinity }) => {
   return html`<span class=${seconds > limit ? "stale" : "muted"}>${age(Math.max(0, seconds))}</span>`;
 };
 
-/** A part of a whole, as a bar. */
+/** A share as a bar. */
 export const Bar = ({ share, label }) =>
   html`<svg class="bar" role="img" aria-label=${label} viewBox="0 0 100 6" preserveAspectRatio="none">
     <rect width="100" height="6" class="bar-back" /><rect width=${100 * Math.min(1, Math.max(0, share))} height="6" class="bar-front" />
   </svg>`;
 
-/** The size of an element in CSS pixels, and a reference to put on it. */
+/** The size of an element in CSS pixels, and the reference to set on it. */
 export function useSize() {
   const [element, setElement] = useState(null);
   const [size, setSize] = useState(null);
@@ -50,7 +50,7 @@ export function useSize() {
   return [setElement, size];
 }
 
-/** A menu that opens at a press of its title, and closes at Escape and at a press elsewhere. */
+/** A menu that a press on its title opens, and Escape or a press elsewhere closes. */
 export function Menu({ title, children }) {
   const menu = useRef(null);
   useEffect(() => {

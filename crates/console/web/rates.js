@@ -1,10 +1,10 @@
-// How often properties are written.
+// Rates of properties.
 import { useMemo, useRef } from "/lib/preact.js";
 
-// After so long without news it is none, ms.
+// Silence after which a rate is zero, ms.
 const SILENCE = 2500;
 
-/** The rates of properties with their values, by their paths: Hz of the agent's time, after two looks. */
+/** Rates of properties with values, by path: Hz of the agent's time, from the second look on. */
 export function useRates(properties) {
   const before = useRef(new Map());
   return useMemo(() => {
@@ -13,7 +13,7 @@ export function useRates(properties) {
     for (const { path, sequence, time } of properties) {
       const last = before.current.get(path);
       const isNews = sequence !== last?.sequence;
-      // Another run counts from the beginning.
+      // Another run starts from the beginning.
       const rate = !last || sequence < last.sequence ? undefined
         : isNews ? (time > last.time ? ((sequence - last.sequence) * 1e9) / (time - last.time) : undefined)
         : now - last.when > SILENCE ? 0 : last.rate;
@@ -24,5 +24,5 @@ export function useRates(properties) {
   }, [properties]);
 }
 
-/** A rate in words; nothing while it is not known. */
+/** A rate as text; empty while it is unknown. */
 export const hertz = (rate) => (rate === undefined ? "" : rate ? `${rate.toFixed(rate < 10 ? 1 : 0)} Hz` : "–");

@@ -1,10 +1,10 @@
-// Who commands a robot: one of its routes, or a person at the controls.
+// The commander of a robot: one of its routes, or a person.
 import { useReadings } from "/live.js";
 import { useResource } from "/store.js";
 
 const PERSON = "TELEOPERATION";
 
-/** The gates of a robot's actuators: properties whose paths have the robot's name, or all of an agent with one robot alone. */
+/** The gates of a robot's actuators: those whose paths contain its name, or all of an agent with a single robot. */
 export function gatesOf(actuators, robot) {
   const gates = actuators.map(({ name }) => `${name}/gate`);
   const own = gates.filter((path) => path.split("/").includes(robot));

@@ -1,4 +1,4 @@
-// What a value is made of, after the JSON Schema of its interface.
+// The structure of values, from the JSON Schema of their interfaces.
 
 const typeOf = (schema) => {
   const types = [schema.type ?? []].flat();
@@ -7,7 +7,7 @@ const typeOf = (schema) => {
   return types.find((type) => type !== "null") ?? "any";
 };
 
-/** The names of the fields, as the interface has them. */
+/** The names of the fields, in the order of the interface. */
 export const order = (schema) => schema["x-order"] ?? Object.keys(schema.properties);
 
 /** The leaves of a value: `{pointer, name, type, unit, doc, schema}`; lists are one leaf. */
@@ -23,10 +23,10 @@ export function leaves(schema, pointer = "") {
     .flatMap((name) => leaves(schema.properties[name], `${pointer}/${name}`));
 }
 
-/** The leaves that can be drawn over time. */
+/** The leaves that can be plotted. */
 export const numbers = (schema) => leaves(schema).filter(({ type }) => ["number", "integer", "boolean"].includes(type));
 
-/** How the API is asked for a part of a value: nothing for all of it, a JSON Pointer, or a JSONPath, which begins with `$`. */
+/** The query parameters for a part of a value: none, a JSON Pointer, or a JSONPath, which begins with `$`. */
 export const selection = (part) => (!part ? {} : part.startsWith("$") ? { select: part } : { pointer: part });
 
 /** The unit at a JSON Pointer, which may lead into lists. */

@@ -1,16 +1,16 @@
-// The property that one panel shows because it was chosen in another.
+// The property that is selected in one panel and shown in others.
 import { useEffect, useState } from "/lib/preact.js";
 
 let selected = "";
 const listeners = new Set();
 
-/** Chooses a property for all panels. */
+/** Selects a property for all panels. */
 export function select(path) {
   selected = path;
   listeners.forEach((listener) => listener(path));
 }
 
-/** The property that is chosen, for a component. */
+/** The selected property, for a component. */
 export function useSelected() {
   const [path, setPath] = useState(selected);
   useEffect(() => {

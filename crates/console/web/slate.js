@@ -1,5 +1,5 @@
-// What panels are made with. A panel is a file that exports `{ id, title, Panel }`; `Panel` gets its `options`, `setOptions`, and
-// draws itself with `html`. A project adds its own in the folder `console/panels`, with nothing to build:
+// The API of panels. A panel is a file that exports `{ id, title, Panel }`; `Panel` receives its `options` and `setOptions`, and
+// renders itself with `html`. Panels of a project are in the folder `console/panels` and need no build:
 //
 //   import { html, useReading } from "/slate.js";
 //   const Panel = () => html`<p>${useReading("simulator/r2/clearance")?.value.distance} m</p>`;

@@ -1,14 +1,14 @@
-// The stop. It is there before anything else is, needs nothing else of the page, and is one press without a question.
+// The stop. It loads before the rest of the page, depends on nothing of it, and needs one press without a question.
 import { post } from "/api.js";
 
 const button = document.getElementById("stop");
 const answer = document.getElementById("stop-answer");
-// After so long the person has to know that he can't rely on it, ms.
+// Time after which a missing confirmation is shown, ms.
 const CONFIRMED = 300;
 
 const others = new Set();
 
-/** Has a function called with each stop, such as one that says it on a socket of its own; returns what ends that. */
+/** Registers a function for each stop, such as one with a socket of its own; returns a function that removes it. */
 export function alsoStop(send) {
   others.add(send);
   return () => others.delete(send);
@@ -35,7 +35,7 @@ function say(text, state) {
   button.dataset.state = state;
 }
 
-/** Takes back what was said of the last stop, when that is over; one that has failed is said until another run begins. */
+/** Clears the confirmation when a stop has ended; the report of a failed stop stays until another run starts. */
 export function isOver(isOtherRun = false) {
   if (button.dataset.state === "done" || isOtherRun) say("Ctrl .", "");
 }

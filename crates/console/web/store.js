@@ -1,4 +1,4 @@
-// What the agent is made of, asked for now and then as long as somebody shows it.
+// Polled resources of the agent, as long as a component shows them.
 import { get, Problem } from "/api.js";
 import { useEffect, useState } from "/lib/preact.js";
 
@@ -35,7 +35,7 @@ async function refresh(resource) {
 
 const notify = (resource) => [...resource.watchers.keys()].forEach((watcher) => watcher(resource));
 
-/** Calls a function whenever what is at a path of the API is another one, looking every `seconds`; returns what ends that. */
+/** Calls a function at each change of a resource, polled every `seconds`; returns a function that ends this. */
 export function follow(path, watcher, seconds = Infinity) {
   const found = resource(path);
   const before = Math.min(...found.watchers.values());
@@ -48,42 +48,42 @@ export function follow(path, watcher, seconds = Infinity) {
   };
 }
 
-/** Looks again at once, as after a change. */
+/** Reloads resources at once, as after a change. */
 export function reload(...paths) {
   for (const path of paths) if (resources.has(path)) refresh(resource(path));
 }
 
-/** Looks again at everything, as after another run has begun at the same address. */
+/** Reloads all resources, as after the start of another run at the same address. */
 export function reloadAll() {
   for (const resource of resources.values()) if (resource.watchers.size) refresh(resource);
 }
 
-/** What is at a path of the API, for a component; nothing before it is known. */
+/** A resource, for a component; undefined before its first answer. */
 export function useResource(path, seconds = Infinity) {
   const [, redraw] = useState(0);
   useEffect(() => (path !== null ? follow(path, () => redraw((count) => count + 1), seconds) : undefined), [path, seconds]);
   return path !== null ? resource(path).value : undefined;
 }
 
-/** Why the agent does not say what is at a path, for a component that already shows it. */
+/** The reason why a resource is not available, for a component that already shows it. */
 export const problemOf = (path) => resource(path).problem;
 
-/** How the recording is played that the agent plays; nothing of one that plays none. */
+/** The state of the playback; nothing in an agent that plays no recording. */
 export function usePlayback() {
   const operations = useResource("")?.operations ?? [];
   return useResource(operations.some(({ path }) => path.endsWith("/playback")) ? "/playback" : null, 0.5);
 }
 
-/** The agent: name, role of who looks, why it is stopped. */
+/** The agent: its name, the role of the user, the reason of a stop. */
 export const useAgent = () => useResource("/agent", 1);
 
-/** The properties, without values. */
+/** The properties without values. */
 export const useProperties = () => useResource("/properties", 5) ?? [];
 
-/** What values are made of, by the names of interfaces. */
+/** The schemas of interfaces, by name. */
 export const useInterfaces = () => useResource("/interfaces", 30) ?? {};
 
-/** How the run ended, if it is over: the agent may stay as long as somebody looks. */
+/** The result of a run that has ended; the agent may stay while a page is open. */
 export function useOver() {
   const documents = useResource("/documents") ?? [];
   return useResource(documents.includes("run") ? "/documents/run" : null, 1)?.over ?? null;

@@ -1,4 +1,4 @@
-// What a state was over time, as a strip: a part for each value, with its name where there is room.
+// The history of a state as a strip: a segment for each value, with its name if it fits.
 import { html, useEffect, useState } from "/lib/preact.js";
 import { clock } from "/live.js";
 import { history } from "/history.js";
@@ -6,10 +6,10 @@ import { colors } from "/theme.js";
 import { time, word } from "/format.js";
 import { useSize } from "/parts.js";
 
-// So that no short reflex is overlooked, Hz.
+// High enough for the shortest reflex, Hz.
 const RATE = 50;
 
-/** The parts of a state's history from a time on: `{from, to, value}` in s. */
+/** The segments of a state's history in an interval: `{from, to, value}` in s. */
 export function parts({ times, values }, begin, end) {
   const found = [];
   let newest = times.length - 1;
@@ -23,7 +23,7 @@ export function parts({ times, values }, begin, end) {
   return found.filter(({ to }) => to > begin);
 }
 
-/** How much of a time each value held, as shares. */
+/** The share of the time of each value. */
 export function shares(found, begin) {
   const sums = {};
   let whole = 0;
@@ -35,7 +35,7 @@ export function shares(found, begin) {
   return Object.fromEntries(Object.entries(sums).map(([value, sum]) => [value, whole ? sum / whole : 0]));
 }
 
-// The routes have their own colours and rows, so that they are told apart without them too.
+// Routes have their own colours and rows, so that they differ without colours, too.
 const ROUTES = { DELIBERATIVE: { color: "deliberative", row: 0 }, REACTIVE: { color: "reactive", row: 1 }, IDLE: { color: "idle", row: 2 } };
 
 function look(value, values) {

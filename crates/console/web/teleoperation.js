@@ -1,13 +1,13 @@
-// A person who drives: on a socket of its own, so that no picture is ever in the way of what he says.
+// Teleoperation over a socket of its own, so that no image delays a command.
 import { openSocket } from "/api.js";
 import { alsoStop } from "/stop.js";
 
-// A command holds for 150 ms, so one that is lost is no jerk.
+// A command holds for 150 ms, so a lost one causes no jerk.
 const PERIOD = 50;
-// A page that says nothing for so long was frozen: what a person held then has to be taken anew, ms.
+// Silence after which the page counts as frozen, and held inputs must be released and held again, ms.
 export const LAPSE = 500;
 
-/** The controls of one actuator, until `leave` is called. `told` gets `{state, gate, delay, problem, hold, lapses}` whenever that changes. */
+/** Control of one actuator, until `leave`. `told` receives `{state, gate, delay, problem, hold, lapses}` at each change. */
 export class Controls {
   constructor(actuator, told) {
     Object.assign(this, { actuator, told, command: null, sent: new Map(), sequence: 0, timer: 0 });
@@ -42,7 +42,7 @@ export class Controls {
     this.told(this.status);
   }
 
-  /** Commands from now on, 20 times a second, until `release`. Whoever has the controls and holds nothing commands to stand. */
+  /** Sends a command 20 times a second, until `release`. Without an input the command is a standstill. */
   drive(command) {
     this.command = command;
     if (this.timer) return;
@@ -58,14 +58,14 @@ export class Controls {
     }, PERIOD);
   }
 
-  /** The page was frozen, or nothing is heard of the agent: what is held then is let go, and has to be held anew. */
+  /** Releases held inputs after a freeze of the page or silence of the agent; they must be held again. */
   lapse() {
     if (!this.command || Object.values(this.command).every((speed) => speed === 0)) return;
     this.command = Object.fromEntries(Object.keys(this.command).map((name) => [name, 0]));
     this.tell({ lapses: this.status.lapses + 1 });
   }
 
-  /** Ends the command: said once, and then silence. */
+  /** Ends the command: sent once, then silence. */
   release() {
     if (!this.timer) return;
     clearInterval(this.timer);
@@ -73,7 +73,7 @@ export class Controls {
     this.say({ release: true });
   }
 
-  /** Gives the controls to whoever wants them next. */
+  /** Releases control for the next client. */
   leave() {
     this.release();
     this.endStop();

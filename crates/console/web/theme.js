@@ -1,4 +1,4 @@
-// Dark or light: as the system says, until somebody says otherwise.
+// Dark or light: by the system's setting, or the user's choice.
 
 const KEY = "slate.theme";
 const listeners = new Set();
@@ -12,7 +12,7 @@ function apply() {
   listeners.forEach((listener) => listener());
 }
 
-/** Dark becomes light, and light dark. */
+/** Switches between dark and light. */
 export function toggleTheme() {
   localStorage.setItem(KEY, document.documentElement.dataset.theme === "dark" ? "light" : "dark");
   apply();
@@ -20,7 +20,7 @@ export function toggleTheme() {
 
 let cache = null;
 
-/** The colours of the theme by their names, for what is drawn on a canvas. */
+/** The colours of the theme by name, for canvases. */
 export function colors() {
   if (cache) return cache;
   const style = getComputedStyle(document.documentElement);
@@ -30,7 +30,7 @@ export function colors() {
   return cache;
 }
 
-/** Calls a function when the colours are other ones; returns what ends that. */
+/** Calls a function when the colours change; returns a function that ends this. */
 export function onTheme(listener) {
   listeners.add(listener);
   return () => listeners.delete(listener);

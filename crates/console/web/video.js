@@ -1,4 +1,4 @@
-// Pictures as they come, each with its time, so that what was found in one is not drawn upon the next.
+// Streams of images, each with its time, so that detections are drawn on their own image.
 import { at, Problem, request } from "/api.js";
 
 const AGAIN = 1000;
@@ -12,7 +12,7 @@ const find = (bytes, text) => {
   return -1;
 };
 
-/** Takes the parts out of a stream of them: calls `take` with the `time`, ns, and the bytes of each. */
+/** Splits a multipart stream: calls `take` with the `time`, ns, and the bytes of each part. */
 async function parts(body, take) {
   const reader = body.getReader();
   let bytes = new Uint8Array(0);
@@ -36,7 +36,7 @@ async function parts(body, take) {
   }
 }
 
-/** Calls a function with each picture `{ bitmap, time }` of a property, and another one when there is none; returns what ends that. */
+/** Calls a function with each image `{ bitmap, time }` of a property, and another one without an image; returns a function that ends this. */
 export function video(agent, path, rate, show, fail) {
   const ended = new AbortController();
   const run = async () => {

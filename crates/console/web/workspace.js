@@ -1,9 +1,9 @@
-// The tiles of a layout, whose borders are dragged, or moved with the arrow keys.
+// The tiles of a layout; their borders move by dragging or by arrow keys.
 import { Component, html, useRef } from "/lib/preact.js";
 
 const LEAST = 0.15;
 
-// A panel that breaks leaves the others as they are.
+// A failing panel does not affect the others.
 class Shield extends Component {
   componentDidCatch(error) {
     console.error(error);
@@ -42,7 +42,7 @@ function Tile({ tile, number, panels, change, close, split }) {
   </section>`;
 }
 
-/** A border between two neighbours; `move` gets how far it goes as a share of both. */
+/** A border between two neighbours; `move` receives its displacement as a share of both. */
 function Border({ direction, move }) {
   const start = useRef(null);
   const at = (event) => (direction === "column" ? event.clientX : event.clientY);
@@ -74,7 +74,7 @@ function moved(parts, place, share) {
   return parts.map((part, own) => (own === place ? { ...part, share: first } : own === place + 1 ? { ...part, share: both - first } : part));
 }
 
-/** All tiles; `change` gets the layout as it shall be. */
+/** All tiles; `change` receives the changed layout. */
 export function Workspace({ layout, panels, change }) {
   const columns = layout.columns;
   const setColumns = (columns) => change({ ...layout, columns });

@@ -20,6 +20,9 @@ const HEAR: Duration = Duration::from_millis(5);
 /// How many connections there may be; for one more, the one that has been idle for the longest goes.
 const MOST: usize = 64;
 
+/// How many more there may be when none of those is idle. They can only stop the actuators; for one more, the oldest goes.
+const MOST_STOPPING: usize = 16;
+
 /// How many of them may be WebSockets.
 pub const MOST_SOCKETS: usize = 24;
 
@@ -45,6 +48,8 @@ struct PresentConnection {
     last: u64,
     /// Requests that are being answered.
     busy: usize,
+    /// Whether it can only stop the actuators.
+    only_stops: bool,
     is_socket: bool,
     /// Whether it is the page in a browser.
     is_page: bool,
@@ -77,6 +82,8 @@ impl Belongings {
 pub struct ConnectionSlot {
     guests: Arc<Connections>,
     number: u64,
+    /// Whether all other places are taken, so that it can only stop the actuators.
+    pub only_stops: bool,
     /// Notified when it is to go.
     pub leave: Arc<Notify>,
     belongings: Arc<Mutex<Belongings>>,
@@ -93,11 +100,16 @@ impl Connections {
         self.present.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Counts one more; nothing when all places are taken by who is at work.
-    pub fn admit(self: &Arc<Self>) -> Option<ConnectionSlot> {
+    /// Counts one more. When all places are taken by who is at work, there is one for a stop.
+    pub fn admit(self: &Arc<Self>) -> ConnectionSlot {
         let mut present = self.present();
-        if present.1.len() >= MOST && !dismiss(&mut present.1) {
-            return None;
+        let of = |guests: &BTreeMap<u64, PresentConnection>, stopping: bool| {
+            guests.values().filter(|guest| guest.only_stops == stopping).count()
+        };
+        let is_full = of(&present.1, false) >= MOST;
+        let only_stops = is_full && !dismiss(&mut present.1, |guest| guest.is_idle() && !guest.only_stops);
+        if only_stops && of(&present.1, true) >= MOST_STOPPING {
+            dismiss(&mut present.1, |guest| guest.only_stops);
         }
         present.0 += 1;
         let number = present.0;
@@ -105,18 +117,19 @@ impl Connections {
         let guest = PresentConnection {
             last: number,
             busy: 0,
+            only_stops,
             is_socket: false,
             is_page: false,
             leave: Arc::clone(&leave),
             belongings: Arc::clone(&belongings),
         };
         present.1.insert(number, guest);
-        Some(ConnectionSlot { guests: Arc::clone(self), number, leave, belongings })
+        ConnectionSlot { guests: Arc::clone(self), number, only_stops, leave, belongings }
     }
 
     /// Lets the connection go that was idle for the longest; false when none is idle.
     pub fn dismiss(&self) -> bool {
-        dismiss(&mut self.present().1)
+        dismiss(&mut self.present().1, PresentConnection::is_idle)
     }
 
     /// How many pages browsers show.
@@ -150,9 +163,12 @@ impl Connections {
     }
 }
 
-fn dismiss(present: &mut BTreeMap<u64, PresentConnection>) -> bool {
-    let idle = present.iter().filter(|(_, guest)| guest.is_idle());
-    let oldest = idle.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number);
+fn dismiss(
+    present: &mut BTreeMap<u64, PresentConnection>,
+    may_go: impl Fn(&PresentConnection) -> bool,
+) -> bool {
+    let those = present.iter().filter(|(_, guest)| may_go(guest));
+    let oldest = those.min_by_key(|(_, guest)| guest.last).map(|(number, _)| *number);
     let dismissed = oldest.and_then(|oldest| present.remove(&oldest));
     dismissed.inspect(|guest| guest.leave.notify_one()).is_some()
 }

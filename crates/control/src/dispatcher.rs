@@ -26,6 +26,9 @@ const BODY: usize = 1 << 20;
 /// How long a request may take to come.
 const REQUEST: Duration = Duration::from_secs(10);
 
+/// How long a stop waits for its reason.
+const REASON: Duration = Duration::from_millis(100);
+
 /// How long a change waits for the one before it; less than callers wait for an answer.
 const TURN: Duration = Duration::from_secs(50);
 
@@ -119,8 +122,9 @@ impl Dispatcher {
             return refused.map(whole);
         }
         if operation.name == STOP {
-            // What can't be understood is no reason not to stop.
-            let body = read(headers, body, true).await.unwrap_or_default();
+            // What can't be understood, or has not come yet, is no reason not to stop.
+            let read = tokio::time::timeout(REASON, read(headers, body, true)).await;
+            let body = read.ok().and_then(Result::ok).flatten();
             return Ok(self.stop(MatchedOperation { operation, captured }, caller, query, body));
         }
         check_query(operation, &query)?;

@@ -195,8 +195,7 @@ async fn receive(listener: UnixListener, host: Arc<SocketHost>) {
 }
 
 fn welcome(stream: UnixStream, host: &Arc<SocketHost>) {
-    // One that is closed at once asks again later.
-    let Some(place) = host.guests.admit().map(Arc::new) else { return };
+    let place = Arc::new(host.guests.admit());
     let is_last = host.reserve().is_given();
     let host = Arc::clone(host);
     tokio::spawn(async move {
@@ -209,6 +208,7 @@ fn welcome(stream: UnixStream, host: &Arc<SocketHost>) {
 }
 
 async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<ConnectionSlot>, is_last: bool) {
+    let is_brief = is_last || place.only_stops;
     let service = service_fn(move |request| {
         let (host, place) = (Arc::clone(&host), Arc::clone(&place));
         // A stop is carried out as soon as its head is there, whatever becomes of the connection.
@@ -224,14 +224,14 @@ async fn converse(stream: UnixStream, host: Arc<SocketHost>, place: Arc<Connecti
     let connection = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(None)
-        .keep_alive(!is_last)
+        .keep_alive(!is_brief)
         .serve_connection(TokioIo::new(Patient::new(stream)), service);
     let connection = std::pin::pin!(async move {
         // Who is gone misses nothing.
         let _ = connection.await;
     });
-    if is_last {
-        // It has the last descriptor.
+    if is_brief {
+        // It has the last descriptor, or place.
         let _ = tokio::time::timeout(REQUEST, connection).await;
     } else {
         connection.await;
@@ -302,6 +302,9 @@ async fn answer(
     let path = head.uri.path();
     let query = Query::parse(head.uri.query().unwrap_or_default())?;
     let found = of_request(head.method.as_str(), path)?;
+    if place.only_stops && !is_stop(&found) {
+        return Err(Problem::too_many());
+    }
     host.dispatcher.answer(found, caller, (path, &head.headers), query, body).await
 }
 

@@ -252,7 +252,7 @@ impl Actuator {
     /// Gives the actuator its safe command if the present one has ended, for who watches the loop; whether that was so.
     /// Until then the gate is not entered, so that nobody meets it there.
     pub fn expire_stale(&self) -> bool {
-        if self.expires().is_none_or(|expires| self.clock.now() < expires) {
+        if !self.is_stale() {
             return false;
         }
         let Some(mut inner) = self.free() else { return false };
@@ -260,6 +260,18 @@ impl Actuator {
         let now = self.clock.now();
         inner.publish(now);
         true
+    }
+
+    /// As [`expire_stale`](Actuator::expire_stale), for a thread that reads the command afterwards: it waits for another one
+    /// that is in the gate.
+    pub fn expire_before_read(&self) {
+        if self.is_stale() {
+            self.locked().publish(self.clock.now());
+        }
+    }
+
+    fn is_stale(&self) -> bool {
+        self.expires().is_some_and(|expires| self.clock.now() >= expires)
     }
 
     /// Follows the controls, and ends what is stale; adds what the actuator gets to the digest.

@@ -1,4 +1,4 @@
-//! Threads: those beside the loop that are in no hurry, and how those of modules are named.
+//! Threads: those beside the loop that are in no hurry, the one that must not be late, and how those of modules are named.
 
 /// Lets this thread, and those that it starts, wake up behind all others: it runs at once where a processor is free, and its waking
 /// takes none away from a thread that is at work, such as the loop.
@@ -12,6 +12,46 @@ pub fn give_way() {
         // SAFETY: the parameters live during the call, and 0 is this thread.
         let _ = unsafe { libc::sched_setscheduler(0, libc::SCHED_BATCH, &raw const parameters) };
     }
+}
+
+/// Lets this thread, but none that it starts, wake up before all others of ordinary priority: for a thread that does little,
+/// and does it on time.
+///
+/// It is the lowest real-time priority where the system allows one, else a short time slice, which Linux 6.12 and later
+/// takes as a wish to run soon. A thread that has a priority of its own already keeps it.
+pub fn take_precedence() {
+    #[cfg(target_os = "linux")]
+    {
+        // SAFETY: it takes no pointer, and 0 is this thread.
+        if !matches!(unsafe { libc::sched_getscheduler(0) }, libc::SCHED_OTHER | libc::SCHED_BATCH) {
+            return;
+        }
+        let real_time = |attributes: &mut libc::sched_attr| {
+            attributes.sched_policy = libc::SCHED_FIFO as u32;
+            attributes.sched_priority = 1;
+        };
+        let short_slice = |attributes: &mut libc::sched_attr| {
+            attributes.sched_policy = libc::SCHED_OTHER as u32;
+            attributes.sched_runtime = SHORT_SLICE;
+        };
+        let _ = set_scheduling(real_time) || set_scheduling(short_slice);
+    }
+}
+
+/// The shortest time slice that Linux gives, nanoseconds.
+#[cfg(target_os = "linux")]
+const SHORT_SLICE: u64 = 100_000;
+
+/// Sets how this thread is scheduled, but not those that it starts; false when the system refuses.
+#[cfg(target_os = "linux")]
+fn set_scheduling(choose: impl FnOnce(&mut libc::sched_attr)) -> bool {
+    // SAFETY: it is made of integers alone.
+    let mut attributes: libc::sched_attr = unsafe { std::mem::zeroed() };
+    attributes.size = size_of::<libc::sched_attr>() as u32;
+    attributes.sched_flags = libc::SCHED_FLAG_RESET_ON_FORK as u64;
+    choose(&mut attributes);
+    // SAFETY: the attributes live during the call and say their size; 0 is this thread, and there are no flags.
+    unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const attributes, 0) == 0 }
 }
 
 /// What Linux shows of a thread's name, bytes.
@@ -56,6 +96,26 @@ mod tests {
         assert_eq!(after.join().unwrap(), libc::SCHED_BATCH);
         assert_eq!(policy(), before);
     }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    #[allow(clippy::unwrap_used, reason = "a test that fails panics")]
+    fn thread_that_takes_precedence_passes_it_to_no_other() {
+        // SAFETY: it takes no pointer, and 0 is this thread.
+        let policy = || unsafe { libc::sched_getscheduler(0) } & !RESET_ON_FORK;
+        let before = policy();
+        let (own, child) = std::thread::spawn(move || {
+            take_precedence();
+            (policy(), std::thread::spawn(policy).join().unwrap())
+        })
+        .join()
+        .unwrap();
+        assert!(matches!(own, libc::SCHED_FIFO | libc::SCHED_OTHER), "{own}");
+        assert_eq!((child, policy()), (before, before));
+    }
+
+    /// With which the system marks what is not passed on.
+    const RESET_ON_FORK: i32 = 0x4000_0000;
 
     #[test]
     fn threads_of_long_names_differ() {

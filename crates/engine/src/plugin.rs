@@ -11,7 +11,8 @@ use crate::isolation;
 use crate::library::{Library, make, open};
 
 pub use crate::library::{
-    InterfaceOutline, LibraryError, LibraryOutline, ModuleOutline, PortOutline, Residence, code_of, seal,
+    InterfaceOutline, KnownLibraries, LibraryError, LibraryOutline, ModuleOutline, PortOutline, Residence,
+    code_of, seal,
 };
 
 /// Opens a plugin's library, after its outline was checked.

@@ -34,7 +34,7 @@ pub struct Batch {
     pub success_rate: Option<f64>,
     /// 95 % Wilson interval of the success rate.
     pub success_interval: [f64; 2],
-    /// What the robot collided with, and how far it went for it.
+    /// Collisions of the robot, and its distance travelled.
     #[serde(flatten)]
     pub collisions: Collisions,
     /// Success weighted by path length: the mean over all runs of 0 for a failure and else the shortest way divided by
@@ -55,7 +55,7 @@ pub struct Batch {
     pub route_switches: Option<Spread>,
     /// Reflexes per run.
     pub reflexes: Option<Spread>,
-    /// What was measured beside all this, over the runs where it was: [`Summary::figures`].
+    /// Further figures, over the runs that have them: [`Summary::figures`].
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub figures: BTreeMap<String, Spread>,
     /// The same of further robots, by name: [`Summary::robots`].
@@ -85,10 +85,10 @@ pub struct Collisions {
 /// The statistics of a further robot that was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Companion {
-    /// What it collided with, and how far it went for it.
+    /// Its collisions and its distance travelled.
     #[serde(flatten)]
     pub collisions: Collisions,
-    /// What was measured of it, over the runs where it was.
+    /// Its figures, over the runs that have them.
     pub figures: BTreeMap<String, Spread>,
 }
 
@@ -211,7 +211,7 @@ impl Batch {
         }
     }
 
-    /// The same of a batch of so many runs; with fewer it was cut off.
+    /// The same statistics of a batch of `asked` runs; with fewer it was interrupted.
     #[must_use]
     pub fn out_of(mut self, asked: u64) -> Batch {
         self.interrupted = self.runs < asked;

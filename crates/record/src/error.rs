@@ -8,7 +8,7 @@ pub enum Error {
     Write {
         /// The directory or file.
         path: PathBuf,
-        /// What the operating system answered.
+        /// Error of the operating system.
         source: io::Error,
     },
     /// A plot could not be drawn.

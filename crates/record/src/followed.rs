@@ -2,16 +2,16 @@
 
 use slate_runtime::configuration::Configuration;
 
-/// A robot that a report follows: the topics with what is known of it.
+/// A robot that a report follows, with its topics.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Followed {
-    /// What it is called.
+    /// Name.
     pub name: String,
-    /// Where it is.
+    /// Topic of its pose.
     pub pose: String,
-    /// What its Execute does.
+    /// Topic of the status of its Execute.
     pub status: Option<String>,
-    /// How far it is from other things.
+    /// Topic of its clearance.
     pub clearance: Option<String>,
 }
 
@@ -22,7 +22,7 @@ impl Followed {
         let robots = robots.into_iter().flat_map(|table| table.iter());
         let followed = robots.filter_map(|(name, entry)| {
             let robot = entry.value.as_table()?;
-            // What another agent has is in the recording of that one.
+            // Topics of another agent are in that agent's recording.
             let is_own = |topic: &&str| !topic.starts_with("slate://");
             let topic = |key: &str| Some(robot.get(key)?.value.as_str().filter(is_own)?.to_owned());
             let (pose, status, clearance) = (topic("pose")?, topic("status"), topic("clearance"));

@@ -1,12 +1,12 @@
-//! What stays of a run: recordings ([`Recorder`]), what makes the same run again from one ([`replay`]), and recordings as
-//! files ([`bag`]); logs of other systems ([`logs`]); reports with trajectories, timelines, summaries and statistics of batches; and values as ROS 2
-//! messages, as logs hold them ([`ros`]).
+//! Recordings of runs ([`Recorder`]), their replay ([`replay`]) and tools for them ([`bag`]); logs of other systems
+//! ([`logs`]); values as ROS 2 messages ([`ros`]); reports of runs and batches.
 //!
-//! Plain data in, files out. A [`Report`] of one run is a folder of five files: `scene.svg`, `trajectory.csv`,
-//! `trajectory.svg`, `timeline.svg` and `summary.json`. A [`Batch`] is the statistics over the summaries of many runs.
+//! A [`Report`] of one run is a folder with `scene.svg`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`,
+//! `animation.svg` and `summary.json`; a [`TrajectoryStream`] writes the trajectory while the run goes. A [`Batch`] has the
+//! statistics of the summaries of many runs.
 //!
-//! The same data gives the same bytes. Of everything that is written, only [`Summary::wall_time_s`] differs between
-//! two runs of the same configuration and seed.
+//! The same data give the same bytes. Only [`Summary::wall_time_s`] differs between two runs of the same configuration and
+//! seed.
 
 pub mod bag;
 mod batch;
@@ -32,4 +32,4 @@ pub use recorder::{CONFIGURATION, Misspelt, RecordError, RecordState, Recorded, 
 pub use report::Report;
 pub use scene::{Bounds, Circle, Cone, Goal, Polygon, Robot, Scene};
 pub use summary::{Outcome, Summary};
-pub use trajectory::{Route, Sample, Trajectory};
+pub use trajectory::{Route, Sample, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};

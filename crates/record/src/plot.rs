@@ -19,7 +19,7 @@ use crate::{Route, Sample, Scene, Trajectory};
 use plotters::style::RGBColor;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What is drawn, and what is written above it.
+/// A drawing and its headings.
 pub(crate) struct Drawing<'a> {
     pub title: String,
     pub caption: String,
@@ -63,7 +63,7 @@ fn drawable(metres: f64) -> bool {
     metres.abs() <= 1e6
 }
 
-/// The smallest interval that holds all that was included.
+/// The smallest interval that contains all included numbers.
 #[derive(Clone, Copy, Default)]
 struct Extent(Option<(f64, f64)>);
 

@@ -62,7 +62,7 @@ impl Report<'_> {
     }
 
     /// Writes `scene.svg`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and `summary.json`. The directory is made if it is
-    /// missing; files from an earlier run are replaced, and only once all the new ones are on the disk.
+    /// missing; files of an earlier run are replaced once all the new ones are on the disk.
     ///
     /// # Errors
     /// If a plot cannot be drawn, or if the directory or a file cannot be written.

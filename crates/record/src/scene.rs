@@ -10,7 +10,7 @@ pub struct Scene {
     pub polygons: Vec<Polygon>,
     /// Round fixed obstacles.
     pub circles: Vec<Circle>,
-    /// Where the robots shall go.
+    /// Goals of the robots.
     pub goals: Vec<Goal>,
     /// The robots where they begin.
     #[serde(default)]
@@ -48,7 +48,7 @@ pub struct Circle {
     pub radius: f64,
 }
 
-/// A place where a robot shall go.
+/// Goal of a robot.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Goal {
     /// Shown beside the goal.
@@ -74,7 +74,7 @@ pub struct Robot {
     pub outline: Vec<[f64; 2]>,
     /// Opposite corners of each wheel, in the same frame.
     pub wheels: Vec<[[f64; 2]; 2]>,
-    /// What its range sensors cover, in the same frame.
+    /// Cones of its range sensors, in the same frame.
     pub cones: Vec<Cone>,
 }
 
@@ -86,7 +86,7 @@ impl Robot {
     }
 }
 
-/// What a range sensor covers.
+/// Cone of a range sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Cone {
     /// Where the sensor is, metres.

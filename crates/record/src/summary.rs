@@ -41,7 +41,7 @@ pub struct Summary {
     pub conditions: BTreeMap<String, String>,
     /// How the run ended.
     pub outcome: Outcome,
-    /// What there is to say about the outcome, such as the error.
+    /// Message about the outcome, such as the error.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub message: Option<String>,
     /// Simulated time from start to end, seconds.
@@ -64,10 +64,10 @@ pub struct Summary {
     pub route_switches: u64,
     /// Actions pushed by reactive models.
     pub reflexes: u64,
-    /// What was measured beside all this, by the name that the judge gives it: `gap_in_band`, ...
+    /// Further figures, by the referee's name: `gap_in_band`, ...
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub figures: BTreeMap<String, f64>,
-    /// What was measured of further robots, by robot and by the name that the judge gives it: `path_length`, ...
+    /// Figures of further robots, by robot and the referee's name: `path_length`, ...
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub robots: BTreeMap<String, BTreeMap<String, f64>>,
     /// The units of `figures` and of those in `robots`, by name; none for pure numbers.
@@ -75,7 +75,7 @@ pub struct Summary {
     pub units: BTreeMap<String, String>,
     /// Steps of the main loop.
     pub ticks: u64,
-    /// Digest of all that the run computed; equal runs have equal digests.
+    /// Digest of everything the run computed; equal runs have equal digests.
     pub digest: String,
 }
 
@@ -109,9 +109,9 @@ impl Summary {
         Ok(serde_json::to_string(self)?)
     }
 
-    /// What happened, in one line.
+    /// Headline of the run.
     pub fn headline(&self) -> String {
-        // What only repeats the outcome is left out.
+        // A message that only repeats the outcome is left out.
         let message = self.message.as_ref().filter(|message| **message != self.outcome.to_string());
         self.title() + &message.map_or(String::new(), |message| format!(": {message}"))
     }

@@ -1,5 +1,11 @@
+mod stream;
+mod thinned;
+
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
+
+pub use stream::TrajectoryStream;
+pub use thinned::{ThinnedTrajectory, TrajectoryPosition};
 
 /// Which of the two routes commands a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -74,16 +80,22 @@ impl Trajectory {
     /// The text of `trajectory.csv`: RFC 4180 with a header and line feeds. Numbers have as many digits as it takes to
     /// read the same value back; a missing route is `none`.
     pub fn csv(&self) -> String {
-        let mut text = String::from("time_s,robot,x_m,y_m,theta_rad,route,action\n");
-        for sample in &self.samples {
-            let Sample { robot, x, y, theta, route, action, .. } = sample;
-            let (time, route) = (sample.seconds(), route.map_or("none", Route::name));
-            let (robot, action) = (quoted(robot), quoted(action));
-            // Writing to a string cannot fail.
-            let _ = writeln!(text, "{time},{robot},{x},{y},{theta},{route},{action}");
-        }
+        let mut text = String::from(HEADER);
+        self.samples.iter().for_each(|sample| append_row(sample, &mut text));
         text
     }
+}
+
+/// The first line of `trajectory.csv`.
+const HEADER: &str = "time_s,robot,x_m,y_m,theta_rad,route,action\n";
+
+/// Appends a row of `trajectory.csv`.
+fn append_row(sample: &Sample, text: &mut String) {
+    let Sample { robot, x, y, theta, route, action, .. } = sample;
+    let (time, route) = (sample.seconds(), route.map_or("none", Route::name));
+    let (robot, action) = (quoted(robot), quoted(action));
+    // Writing to a string cannot fail.
+    let _ = writeln!(text, "{time},{robot},{x},{y},{theta},{route},{action}");
 }
 
 fn quoted(field: &str) -> String {

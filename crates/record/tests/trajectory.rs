@@ -1,10 +1,15 @@
 //! `trajectory.csv`.
+#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
 
 use crate::common;
 
 use common::sample;
 use proptest::prelude::*;
-use slate_record::{Route, Sample, Trajectory};
+use slate_record::{Route, Sample, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};
+use std::fs;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
 
 const HEADER: &str = "time_s,robot,x_m,y_m,theta_rad,route,action\n";
 
@@ -24,6 +29,87 @@ fn header_and_rows_are_as_promised() {
 #[test]
 fn without_samples_there_is_the_header() {
     assert_eq!(Trajectory::default().csv(), HEADER);
+}
+
+/// The samples of two robots at times of a run, until it has so many.
+fn grow(trajectory: &mut ThinnedTrajectory, times: std::ops::Range<u64>) {
+    for time in times.map(|number| number * ThinnedTrajectory::PERIOD) {
+        let robots = ["r1", "r2"].map(|robot| sample(time, robot, time as f64 * 1e-9, 0.5, None, ""));
+        trajectory.add(time, false, robots);
+    }
+}
+
+#[test]
+fn thinned_trajectory_is_bounded_and_even() {
+    let mut trajectory = ThinnedTrajectory::default();
+    grow(&mut trajectory, 0..100_000);
+    let samples = trajectory.samples();
+    assert!((ThinnedTrajectory::LIMIT / 2..=ThinnedTrajectory::LIMIT).contains(&samples.len()));
+    assert!(samples.chunks(2).all(|both| both[0].time == both[1].time), "the robots have the same times");
+    let step = samples[2].time - samples[0].time;
+    assert_eq!(step, 16 * ThinnedTrajectory::PERIOD);
+    assert!(samples.windows(3).all(|three| three[2].time - three[0].time == step), "no gap is left");
+    let mut again = ThinnedTrajectory::default();
+    grow(&mut again, 0..100_000);
+    assert_eq!(again, trajectory, "the same run has the same samples");
+}
+
+#[test]
+fn reader_of_thinned_trajectory_gets_what_is_new() {
+    let mut trajectory = ThinnedTrajectory::default();
+    let mut position = TrajectoryPosition::default();
+    grow(&mut trajectory, 0..10);
+    assert_eq!(trajectory.read(&mut position).len(), 20);
+    assert!(trajectory.read(&mut position).is_empty());
+    grow(&mut trajectory, 10..11);
+    let before = position;
+    assert_eq!(trajectory.read(&mut position).len(), 2);
+    assert!(position.follows(before));
+    grow(&mut trajectory, 11..10_001);
+    assert_eq!(trajectory.read(&mut position), trajectory.samples(), "all again, as some were removed");
+    assert!(!position.follows(before));
+}
+
+/// An empty folder for one test.
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("trajectory-{name}"));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).unwrap();
+    folder
+}
+
+/// Waits until a file has the text of a trajectory.
+#[allow(clippy::disallowed_methods, reason = "the file is written on the wall clock")]
+fn wait_for(path: &std::path::Path, trajectory: &Mutex<ThinnedTrajectory>) {
+    let samples = trajectory.lock().unwrap().samples().to_vec();
+    let wanted = Trajectory { samples }.csv();
+    let end = std::time::Instant::now() + Duration::from_secs(60);
+    while !fs::read_to_string(path).is_ok_and(|text| text == wanted) {
+        assert!(std::time::Instant::now() < end, "{} rows wanted", wanted.lines().count());
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn trajectory_file_follows_the_run() {
+    let path = folder("stream").join("trajectory.csv");
+    fs::write(&path, "of an earlier run").unwrap();
+    let trajectory = Arc::new(Mutex::new(ThinnedTrajectory::default()));
+    let own = Arc::clone(&trajectory);
+    let read = move |position: &mut TrajectoryPosition| own.lock().unwrap().read(position).to_vec();
+    let stream = TrajectoryStream::start(&path, read).unwrap();
+    grow(&mut trajectory.lock().unwrap(), 0..100);
+    wait_for(&path, &trajectory);
+    grow(&mut trajectory.lock().unwrap(), 100..101);
+    wait_for(&path, &trajectory);
+    // Half of it is removed.
+    grow(&mut trajectory.lock().unwrap(), 101..10_100);
+    wait_for(&path, &trajectory);
+    grow(&mut trajectory.lock().unwrap(), 10_100..10_300);
+    let samples = trajectory.lock().unwrap().samples().to_vec();
+    drop(stream);
+    assert_eq!(fs::read_to_string(&path).unwrap(), Trajectory { samples }.csv(), "nothing is left out");
+    assert_eq!(fs::read_dir(path.parent().unwrap()).unwrap().count(), 1, "nothing else is left");
 }
 
 proptest! {

@@ -24,7 +24,7 @@ pub struct ModuleMemory {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Document {
+struct MemoryDocument {
     /// The version of the format.
     slate_memory: u64,
     kind: String,
@@ -35,7 +35,7 @@ struct Document {
 
 /// What is read first, whatever else a later version has.
 #[derive(Deserialize)]
-struct Beginning {
+struct MemoryVersion {
     slate_memory: u64,
 }
 
@@ -49,7 +49,7 @@ impl ModuleMemory {
     /// # Errors
     /// When the encoder refuses it, which no memory makes it do.
     pub fn to_bytes(&self) -> io::Result<Vec<u8>> {
-        let document = Document {
+        let document = MemoryDocument {
             slate_memory: VERSION,
             kind: self.kind.clone(),
             checksum: self.checksum(),
@@ -67,19 +67,18 @@ impl ModuleMemory {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, String> {
         let version =
             |found: u64| format!("it has version {found} of the format, and this program reads {VERSION}");
-        let document: Document =
-            ciborium::from_reader(bytes).map_err(|error| {
-                match ciborium::from_reader::<Beginning, _>(bytes) {
-                    Ok(Beginning { slate_memory: found }) if found != VERSION => version(found),
-                    _ => match error {
-                        ciborium::de::Error::Io(_) => {
-                            format!("it ends too early, after byte {}", bytes.len())
-                        }
-                        ciborium::de::Error::Semantic(..) => "something else is in it".into(),
-                        other => describe(other),
-                    },
-                }
-            })?;
+        let document: MemoryDocument = ciborium::from_reader(bytes).map_err(|error| {
+            match ciborium::from_reader::<MemoryVersion, _>(bytes) {
+                Ok(MemoryVersion { slate_memory: found }) if found != VERSION => version(found),
+                _ => match error {
+                    ciborium::de::Error::Io(_) => {
+                        format!("it ends too early, after byte {}", bytes.len())
+                    }
+                    ciborium::de::Error::Semantic(..) => "something else is in it".into(),
+                    other => describe(other),
+                },
+            }
+        })?;
         if document.slate_memory != VERSION {
             return Err(version(document.slate_memory));
         }

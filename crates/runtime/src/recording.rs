@@ -246,7 +246,7 @@ pub enum Change {
         /// Its name.
         actuator: Option<String>,
     },
-    /// A module had a setting changed. Who makes the run again has it from the module.
+    /// A module had a setting changed. A rerun has it from the module.
     Own {
         /// The module.
         module: String,

@@ -67,7 +67,7 @@ pub struct RemoteProperty {
     pub path: String,
     /// What it is for.
     pub doc: String,
-    /// Who writes it.
+    /// Its writer.
     pub access: Access,
     /// Its type.
     pub descriptor: &'static Descriptor,
@@ -293,15 +293,15 @@ pub struct Site {
     pub agents: BTreeMap<String, String>,
     /// What the agent shares of its knowledge; nothing when it takes no part in a team.
     pub knowledge: Option<SharedKnowledge>,
-    /// How it knows others and what they may do; whoever reaches it may do all unless said.
+    /// How it knows others and what they may do; every client may do all unless it says otherwise.
     pub security: Option<ShareSecurity>,
     /// The time that the agent's values carry, nanoseconds; in lockstep it goes by the simulation.
     pub time: Arc<dyn Fn() -> u64 + Send + Sync>,
     /// A clock that goes on steadily, nanoseconds; the same as `time` when the agent is not in lockstep.
     pub steady: Arc<dyn Fn() -> u64 + Send + Sync>,
-    /// Is notified when messages are in a mailbox; whoever shares notifies it when values came.
+    /// Is notified when messages are in a mailbox; the sharing notifies it when values came.
     pub wake: Arc<Wake>,
-    /// Who is told what is there.
+    /// Where the sharing reports what is there.
     pub host: SharingHost,
 }
 
@@ -326,7 +326,7 @@ pub(crate) trait SharingAgent: Send + Sync {
     fn log(&self, level: Level, text: &str);
 }
 
-/// The agent, for whoever shares for it.
+/// The agent, as the sharing sees it.
 #[derive(Clone)]
 pub struct SharingHost {
     agent: Arc<dyn SharingAgent>,

@@ -19,7 +19,7 @@ const REASON: usize = 1024;
 /// How often it looks whether the agent ends, where nothing else tells it.
 const LOOK: Duration = Duration::from_millis(500);
 
-/// How long who has asked may take to receive the answer, or the agent to receive who asks.
+/// Time limit for a client to receive the answer, and for the agent to receive a client.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// What is answered.
@@ -70,7 +70,7 @@ impl Drop for StopLine {
             // What it calls does not panic.
             let _ = thread.join();
         }
-        // Who removed it before did the same.
+        // Another process may have removed it already.
         let _ = std::fs::remove_file(&self.path);
     }
 }
@@ -83,7 +83,7 @@ fn listen(socket: &UnixDatagram, closed: &AtomicBool, stop: &impl Fn(&str)) {
             Ok((length, from)) => {
                 stop(&String::from_utf8_lossy(&reason[..length]));
                 if let Some(path) = from.as_pathname() {
-                    // Who is gone misses nothing.
+                    // A client that has left needs no answer.
                     let _ = socket.send_to(STOPPED, path);
                 }
             }
@@ -121,7 +121,7 @@ pub fn stop(socket: &Path, reason: &str, patience: Duration) -> Result<()> {
     if &answer[..length] == STOPPED { Ok(()) } else { Err(Error::from(ErrorKind::InvalidData)) }
 }
 
-/// The socket of who waits for an answer.
+/// The socket of a client that waits for an answer.
 struct Answering(PathBuf);
 
 impl Drop for Answering {

@@ -12,9 +12,10 @@ use crate::common;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use common::hanging::{Hanging, Lags, hangs, read_by_a_module};
 use common::{complaint, load, lockstep, number};
 use slate_blackboard::interface::Value;
-use slate_runtime::{Control, ControlsError, Options, Teleoperation};
+use slate_runtime::{Control, ControlsError, Mode, Options, Teleoperation};
 
 const DRIVE: &str = r#"
 [modules.counter]
@@ -258,4 +259,21 @@ fn controls_given_back_end_while_the_loop_hangs() {
     // The gate's 100 ms, and what a busy machine may add.
     let turned = last.saturating_sub(let_go.unwrap());
     assert!(turned < 400, "the wheel turned for {turned} ms more");
+}
+
+#[test]
+fn time_to_live_holds_for_reader_on_another_thread() {
+    let (hanging, mut lags) = (Hanging::start("", "", Mode::Staged), Lags::default());
+    let enough = hanging.until("wheel/command/value", |at, command| {
+        lags.see(at, command);
+        lags.count() >= hangs()
+    });
+    assert!(enough, "it did not end so often");
+    drop(hanging);
+    lags.check("another thread");
+}
+
+#[test]
+fn time_to_live_holds_for_module_on_its_own_thread() {
+    read_by_a_module("", "a module on a thread of its own");
 }

@@ -46,7 +46,7 @@ impl DescriptionError {
     pub(crate) fn within(
         source_name: &str,
         text: &str,
-        path: &[Step<'_>],
+        path: &[DocumentStep<'_>],
         message: impl Into<String>,
     ) -> Self {
         let document = Document::parse(text).ok();
@@ -54,8 +54,8 @@ impl DescriptionError {
         let mut item = document.as_ref().map(Document::as_item);
         for step in path {
             item = item.and_then(|item| match step {
-                Step::Key(key) => item.get(key),
-                Step::Index(index) => item.get(index),
+                DocumentStep::Key(key) => item.get(key),
+                DocumentStep::Index(index) => item.get(index),
             });
             span = item.and_then(Item::span).or(span);
         }
@@ -77,7 +77,7 @@ impl DescriptionError {
 }
 
 /// A step on the way to a value of a document.
-pub(crate) enum Step<'a> {
+pub(crate) enum DocumentStep<'a> {
     Key(&'a str),
     Index(usize),
 }

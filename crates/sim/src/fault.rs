@@ -56,7 +56,7 @@ pub struct Fault {
 /// A fault as it is configured.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Entry {
+struct FaultEntry {
     robot: String,
     sensor: String,
     kind: String,
@@ -83,7 +83,7 @@ pub(crate) fn read(
     for (name, entry) in table {
         let path = format!("world.faults.{}", Key::new(name).display_repr());
         let wrong = |key: &str, message: String| Err(DescriptionError::new(&format!("{path}{key}"), message));
-        let entry: Entry = match serde_json::from_value(entry.clone()) {
+        let entry: FaultEntry = match serde_json::from_value(entry.clone()) {
             Ok(entry) => entry,
             Err(error) => return wrong("", error.to_string()),
         };

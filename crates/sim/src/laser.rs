@@ -70,7 +70,7 @@ impl LaserScanner {
         for beam in 0..self.beams.len() {
             let nearest = nearest_along(origin, frame.rotate(self.beams[beam]), nearby);
             let range = self.measure(nearest);
-            // What a scanner says has fewer digits than what there is.
+            // A scanner reports fewer digits.
             self.ranges.push(range as f32);
         }
     }

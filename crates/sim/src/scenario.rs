@@ -190,7 +190,7 @@ impl Scenario {
     /// The scenario of a `[world]` table under a seed.
     ///
     /// # Errors
-    /// What is missing or does not fit.
+    /// An error names the missing or invalid setting.
     pub fn new(table: &Value, seed: u64) -> Result<Self, DescriptionError> {
         let wrong = |message: String| DescriptionError::new("[world]", message);
         // JSON's numbers are whole or not as they like, as people write them.

@@ -50,7 +50,7 @@ impl Wanderer {
     /// A wanderer that decides by that stream and listens to that ring.
     ///
     /// # Errors
-    /// When it shall listen and no sonar looks ahead.
+    /// When it must listen and no sonar looks ahead.
     pub fn new(walk: RandomWalk, ring: Option<&SonarDescription>, random: Random) -> Result<Self, String> {
         let placements = ring.map_or(&[][..], |ring| &ring.placements);
         let among = |range: RangeInclusive<f64>| {

@@ -196,7 +196,7 @@ impl Instance for Simulator {
         });
         for robot in 0..self.simulation.robot_count() {
             let Abilities { drive, bumper, laser, robot_sensor } = self.abilities[robot];
-            // What the wheels are told now takes effect in the next cycle.
+            // A wheel command of now takes effect in the next cycle.
             let wheels = match drive {
                 DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(io.wheels.get())),
                 DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(io.wheels.get())),
@@ -298,7 +298,7 @@ impl Simulator {
 
     fn see(&self, robot: usize, io: &SightingsIo) {
         let Some(sensor) = self.simulation.robot_sensor(robot) else { return };
-        // What it saw before is there already.
+        // An older measurement is there already.
         if sensor.last() != Some(self.simulation.now()) {
             return;
         }

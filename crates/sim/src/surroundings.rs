@@ -202,7 +202,7 @@ impl Surroundings {
                     nearest = min(nearest, outline.gap(self.outline(number)).distance);
                 }
             });
-            // What was not looked at is farther from the reference point than `reach`.
+            // The bodies left out are farther from the reference point than `reach`.
             if nearest <= reach - radius || reach.is_infinite() {
                 return nearest;
             }

@@ -21,7 +21,7 @@ pub(crate) fn each<T: Send, M: Send>(
         }
         return;
     }
-    // Who is done takes the next part, so that a thread that begins late keeps nobody waiting.
+    // An idle thread takes the next part, so that a late one delays no other.
     let parts = Mutex::new(items.chunks_mut(PART).enumerate());
     let next = || parts.lock().ok()?.next();
     let do_parts = |memory: &mut M| {

@@ -5,7 +5,7 @@ use slate_module::math::{cos, sin};
 use slate_worlds::WORLDS;
 
 pub use crate::error::DescriptionError;
-use crate::error::{Step, text_of};
+use crate::error::{DocumentStep, text_of};
 use crate::geometry::{Point, Polygon};
 
 /// Static bodies and the area that they stand in.
@@ -130,19 +130,19 @@ impl World {
     /// Names the file, the line and what was expected.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
         let world: Self = DescriptionError::parse(source_name, text)?;
-        let wrong = |path: &[Step<'_>], message: String| {
+        let wrong = |path: &[DocumentStep<'_>], message: String| {
             Err(DescriptionError::within(source_name, text, path, message))
         };
         let Bounds { minimum: [west, south], maximum: [east, north] } = world.bounds;
         if !(west < east && south < north && [west, south, east, north].iter().all(|value| value.is_finite()))
         {
             return wrong(
-                &[Step::Key("bounds")],
+                &[DocumentStep::Key("bounds")],
                 "expected a `maximum` to the north-east of `minimum`".into(),
             );
         }
         for (index, body) in world.bodies.iter().enumerate() {
-            let path = [Step::Key("bodies"), Step::Index(index)];
+            let path = [DocumentStep::Key("bodies"), DocumentStep::Index(index)];
             if body.polygon().is_none() {
                 return wrong(
                     &path,

@@ -147,7 +147,7 @@ impl Plan for FollowPlanner {
         memory.wants = (motion.linear, motion.angular);
         let (dx, dy) = (leader.x - pose.x, leader.y - pose.y);
         let range = math::hypot(dx, dy);
-        // On the straight way to the leader, as far from it as it shall be; who is nearer has arrived.
+        // On the straight path to the leader, at the wanted distance; a nearer robot has arrived.
         let ahead = math::max(range - params.following_distance, 0.0) / math::max(range, 0.01);
         noticed.goal.set(Point2 { x: pose.x + ahead * dx, y: pose.y + ahead * dy });
         noticed.motion.set(motion);
@@ -158,7 +158,7 @@ impl Plan for FollowPlanner {
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
             right: wheels.right,
-            // Nobody tells of whom nobody sees, so that it has to look ahead unasked.
+            // A hidden leader causes no report, so that the plan looks ahead by itself.
             duration: if hidden { PERIOD } else { HOLD },
         }));
     }

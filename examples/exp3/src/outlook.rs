@@ -97,7 +97,7 @@ impl Outlook<'_> {
             cost += sure * self.touch(pose, heading, place);
             way = math::max(way, self.way_round(pose, leader, place));
         }
-        // Whom somebody else stands before may be lost, however near it is.
+        // A robot behind another one may be lost, however near it is.
         cost += match self.hidden {
             true => squared(way),
             false => math::max(squared(way - self.distance), squared(self.distance - gap)),

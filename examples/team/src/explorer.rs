@@ -35,7 +35,7 @@ pub struct ExplorerParams {
 
 /// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct ExplorerState {
     /// Next corner of the square.
     corner: u8,
     /// Whether it knows of other robots.
@@ -56,10 +56,10 @@ impl Plan for Explorer {
         "Drives round its part of the arena, and looks where another robot wants it to.";
     type Noticed = Noticing;
     type Params = ExplorerParams;
-    type State = Memory;
+    type State = ExplorerState;
 
     fn run(
-        memory: &mut Memory,
+        memory: &mut ExplorerState,
         noticed: &Noticing,
         situation: &Situation<'_>,
         params: &ExplorerParams,
@@ -81,7 +81,7 @@ impl Plan for Explorer {
         if !situation.needs_plan() || noticed.orders.iter().len() > 0 {
             return;
         }
-        // As soon as somebody else is there.
+        // As soon as another robot is there.
         if let Some(place) = memory.worth.filter(|_| memory.team && !memory.told) {
             plan.append(SendToLook::request(place));
         }

@@ -331,7 +331,12 @@ fn what_has_nothing_in_it_is_no_success() {
     fails(&folder, 2, &["repair", "empty.mcap"], &[empty]);
     fails(&folder, 2, &["repair", "empty.mcap", "--out", "mended.mcap"], &[empty]);
     let import = ["import", "wrong.log", "--format", "carmen", "--lenient", "--out", "log.mcap"];
-    fails(&folder, 2, &import, &["wrong.log", "it has no message: 2 parts are wrong, the first:", "line 1"]);
+    fails(
+        &folder,
+        2,
+        &import,
+        &["wrong.log", "it has no message: 2 parts are invalid, the first:", "line 1"],
+    );
     assert_eq!(std::fs::read(folder.join("empty.mcap")).unwrap(), b"");
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 2, "something is left behind");
     let nothing = Writer::new(Vec::new(), "test", &Header::default(), Compression::None).unwrap();
@@ -378,7 +383,7 @@ fn the_configuration_and_the_world_of_a_run_are_taken_out_of_its_recording_and_g
     let out = ["attachments", "here/run.mcap", "--out", "taken"];
     let listed = done(&folder, &out);
     assert!(listed.contains("taken/configuration.toml") && listed.contains("taken/mine.toml"), "{listed}");
-    fails(&folder, 2, &out, &["taken/configuration.toml", "there already", "--force"]);
+    fails(&folder, 2, &out, &["taken/configuration.toml", "exists already", "--force"]);
     // What the run was made of is gone.
     std::fs::remove_dir_all(folder.join("worlds")).unwrap();
     let again =
@@ -440,11 +445,11 @@ fn what_is_there_is_replaced_only_when_that_is_asked_for_and_what_is_read_never(
     ];
     for (verb, old) in verbs {
         let to = |out| [verb, &["--out", out]].concat();
-        fails(&folder, 2, &to(old), &[old, "there already", "`--force`"]);
+        fails(&folder, 2, &to(old), &[old, "exists already", "`--force`"]);
         done(&folder, &[&to(old)[..], &["--force"]].concat());
         if verb[0] != "plot" {
             let itself = [&to("./run.mcap")[..], &["--force"]].concat();
-            fails(&folder, 2, &itself, &["run.mcap", "it is what is read"]);
+            fails(&folder, 2, &itself, &["run.mcap", "it is an input"]);
         }
         assert_eq!(std::fs::read(folder.join("run.mcap")).unwrap(), whole, "{verb:?}");
     }
@@ -482,7 +487,7 @@ fn what_is_wrong_names_file_place_and_mend() {
         &folder,
         2,
         &["plot", "run.mcap", "/r2/range/range", "--from", "1000"],
-        &["nothing of `/r2/range/range` in the time that is asked for"],
+        &["`/r2/range/range` has no value in that time span"],
     );
     let to = ["filter", "run.mcap", "--out", "nowhere/x.mcap"];
     fails(&folder, 2, &to, &["nowhere/x.mcap` can't be written"]);

@@ -45,8 +45,8 @@ visit(async () => {
   const rows = async () => (await page.locator(".log tr").allInnerTexts()).map((text) => text.replaceAll(/\s+/g, " "));
   const place = async (words) => (await rows()).findIndex((text) => text.includes(words));
   await until("the line that is later", async () => (await place("much later")) > 0);
-  assert((await place("knowledge/params")) < (await place("is looked at")), "the line that is looked at counts as later");
-  assert((await place("is looked at; what follows was later")) < (await place("much later")), `a later line is not behind the mark: ${(await rows()).join("; ")}`);
+  assert((await place("knowledge/params")) < (await place("Time shown")), "the line that is looked at counts as later");
+  assert((await place("later messages follow")) < (await place("much later")), `a later line is not behind the mark: ${(await rows()).join("; ")}`);
   const later = page.locator(".log tr[data-later=true]");
   assert((await later.allInnerTexts()).every((text) => !text.includes("knowledge/params")), "the line that is looked at is marked as later");
   assert((await later.filter({ hasText: "much later" }).count()) === 1, "the later line is not marked");
@@ -55,9 +55,9 @@ visit(async () => {
   // Further back nothing had been said.
   await page.focus(".foot .time");
   await page.keyboard.press("Home");
-  await until("all lines are later", async () => (await place("is looked at")) === 0 && (await place("knowledge/params")) > 0);
+  await until("all lines are later", async () => (await place("Time shown")) === 0 && (await place("knowledge/params")) > 0);
   await page.click("button:has-text('Go live')");
-  await until("no line is later", async () => (await place("is looked at")) < 0 && (await later.count()) === 0);
+  await until("no line is later", async () => (await place("Time shown")) < 0 && (await later.count()) === 0);
 
   // A moment is marked by a key, and is in the log.
   await page.keyboard.press("b");

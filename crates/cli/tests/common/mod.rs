@@ -4,6 +4,7 @@
 
 use std::io::Write;
 use std::os::unix::net::UnixStream;
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
@@ -68,14 +69,59 @@ pub struct Running {
     /// Where sockets are; the path of a socket can't be long.
     sockets: PathBuf,
     runs: Vec<Child>,
+    /// The program, and the user who calls it, where that is another one than whose this process is.
+    ordinary: Option<(PathBuf, u32)>,
 }
+
+/// A user who is nobody else.
+const ORDINARY_USER: u32 = 54_321;
 
 impl Running {
     /// Nothing runs yet.
     pub fn new(name: &str) -> Self {
         let sockets = std::env::temp_dir().join(format!("slate-test-{}-{name}", std::process::id()));
         std::fs::create_dir_all(&sockets).unwrap();
-        Self { folder: folder(name), sockets, runs: Vec::new() }
+        Self { folder: folder(name), sockets, runs: Vec::new(), ordinary: None }
+    }
+
+    /// Calls the command as an ordinary user from now on, for whom the limits of the system hold.
+    pub fn become_ordinary_user(&mut self) {
+        let found = Command::new("id").arg("-u").output().unwrap();
+        if text(&found.stdout).trim() != "0" {
+            return;
+        }
+        let program = self.sockets.join("program");
+        // It may lie where only its owner gets to.
+        std::fs::copy(env!("CARGO_BIN_EXE_slate"), &program).unwrap();
+        for place in [&self.sockets, &self.folder, &program] {
+            std::os::unix::fs::chown(place, Some(ORDINARY_USER), Some(ORDINARY_USER)).unwrap();
+        }
+        self.ordinary = Some((program, ORDINARY_USER));
+    }
+
+    /// As [`command`](Running::command), for a process that gets no thread beside its first.
+    pub fn command_without_threads(&self, arguments: &[&str]) -> Command {
+        let own = self.command(arguments);
+        let mut limited = Command::new("prlimit");
+        limited.arg("--nproc=1:1").arg(own.get_program()).args(own.get_args());
+        self.prepare(&mut limited);
+        limited
+    }
+
+    /// Lets the first run make no more threads, nor processes.
+    pub fn take_threads(&self) {
+        let mut limit = Command::new("prlimit");
+        limit.args(["--pid", &self.runs[0].id().to_string(), "--nproc=1:1"]);
+        self.prepare(&mut limit);
+        assert!(limit.status().unwrap().success());
+    }
+
+    fn prepare(&self, command: &mut Command) {
+        command.current_dir(&self.folder).env("XDG_RUNTIME_DIR", &self.sockets);
+        command.env("XDG_STATE_HOME", &self.sockets);
+        if let Some((_, user)) = self.ordinary {
+            command.uid(user).gid(user);
+        }
     }
 
     /// Where the command is called.
@@ -117,8 +163,10 @@ impl Running {
 
     /// The command, to be called in another way.
     pub fn command(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_slate"));
-        command.args(arguments).current_dir(&self.folder).env("XDG_RUNTIME_DIR", &self.sockets);
+        let own = Path::new(env!("CARGO_BIN_EXE_slate"));
+        let mut command = Command::new(self.ordinary.as_ref().map_or(own, |(program, _)| program));
+        command.args(arguments);
+        self.prepare(&mut command);
         command
     }
 

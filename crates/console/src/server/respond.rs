@@ -61,6 +61,11 @@ async fn answer(
     from: SocketAddr,
     request: Request<Incoming>,
 ) -> Result<Response<ResponseBody>, Problem> {
+    let asks_for_stop =
+        || of_request(request.method().as_str(), request.uri().path()).is_ok_and(|found| is_stop(&found));
+    if place.only_stops && !asks_for_stop() {
+        return Err(Problem::too_many());
+    }
     let is_socket = request.headers().contains_key(UPGRADE);
     host.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {

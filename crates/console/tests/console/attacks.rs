@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::io::Write;
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
 use slate_console::{Console, Settings};
@@ -213,6 +215,47 @@ fn connections_that_say_nothing_keep_nobody_out() {
     run.client("viewer").send("POST", "/stop", None).json();
     run.client("viewer").send("GET", "/agent", None).json();
     drop(silent);
+}
+
+/// Connections whose requests begin and never end, as far as the agent lets them.
+fn endless(run: &Running, count: usize, path: &str) -> Vec<TcpStream> {
+    let client = run.client("viewer");
+    let head = client.head("POST", path);
+    let begin = |_| {
+        let mut stream = client.connect();
+        let _ = write!(stream, "{head}Content-Type: application/json\r\nContent-Length: 1000\r\n\r\n{{");
+        stream
+    };
+    (0..count).map(begin).collect()
+}
+
+#[test]
+fn stop_works_beside_requests_that_never_end() {
+    let run = Running::start("endless");
+    let mut busy = Vec::new();
+    let is_full = || run.client("viewer").send("GET", "/agent", None).status == 503;
+    let fills = |_| {
+        // One whose request was not read yet made room for who asks.
+        busy.extend(endless(&run, 64, "/api/v1/watch"));
+        is_full()
+    };
+    assert!((0..20).any(fills), "there is a place left");
+    run.client("viewer").send("POST", "/stop", None).json();
+    drop(busy);
+    assert!((0..1000).any(|_| !is_full()), "those who are gone keep others out");
+    assert!(!run.get("/agent").json()["stopped"].is_null());
+}
+
+#[test]
+fn stop_does_not_wait_for_its_body() {
+    let run = Running::start("bodiless");
+    assert!(run.get("/agent").json()["stopped"].is_null());
+    let begin = Instant::now();
+    let _slow = endless(&run, 1, "/api/v1/stop");
+    while run.get("/agent").json()["stopped"].is_null() {
+        // A body may take twice as long.
+        assert!(begin.elapsed() < Duration::from_secs(5), "it waits for the body");
+    }
 }
 
 #[test]

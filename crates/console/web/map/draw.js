@@ -1,4 +1,4 @@
-// How a map is drawn.
+// Drawing of the map.
 import { step, toPixel, toWorld } from "/map/view.js";
 
 const STYLE = {
@@ -23,7 +23,7 @@ function text(context, colors, words, x, y, color = colors.text) {
   context.fillText(words, x, y);
 }
 
-/** Lines each metre or so. */
+/** A grid of lines, about one per metre. */
 export function grid(context, colors, view, size) {
   const distance = step(view.scale, 48);
   const [left, top] = toWorld(view, size, 0, 0);
@@ -46,7 +46,7 @@ export function grid(context, colors, view, size) {
   context.globalAlpha = 1;
 }
 
-/** A bar that says how long a metre is. */
+/** A scale bar. */
 export function scaleBar(context, colors, view, size) {
   const distance = step(view.scale, 60);
   const length = distance * view.scale;
@@ -75,8 +75,8 @@ export function world(context, colors, view, size, { polygons = [], circles = []
   }
 }
 
-/** Where a robot has been: a line of another dash and colour for each route, and squares where that changes. Of several robots each
- *  has a band of its `own` colour beneath, which is also that of a line without a route. */
+/** The trail of a robot: a line with a dash and a colour for each route, and squares at changes. Each of several robots
+ *  has a band of its `own` colour below, which is also the colour of a trail without routes. */
 export function trail(context, colors, view, size, { points: all }, now, own = null) {
   const points = all.at(-1)?.time > now ? all.filter(({ time }) => time <= now) : all;
   let begin = 0;
@@ -113,7 +113,7 @@ export function trail(context, colors, view, size, { points: all }, now, own = n
   context.setLineDash([]);
 }
 
-/** A robot: its body, its wheels, and where its front is. */
+/** A robot: its body, its wheels, and its front. */
 export function robot(context, colors, view, size, body, { x, y, theta }, color) {
   const [sine, cosine] = [Math.sin(theta), Math.cos(theta)];
   const place = ([ahead, left]) => toPixel(view, size, x + ahead * cosine - left * sine, y + ahead * sine + left * cosine);
@@ -135,7 +135,7 @@ export function robot(context, colors, view, size, body, { x, y, theta }, color)
   text(context, colors, body.name, left + 0.3 * view.scale + 4, top - 0.22 * view.scale);
 }
 
-/** A pose that has no body. */
+/** A pose without a body. */
 export function arrow(context, colors, view, size, { x, y, theta }, words, color = colors.accent) {
   const [left, top] = toPixel(view, size, x, y);
   context.save();
@@ -148,7 +148,7 @@ export function arrow(context, colors, view, size, { x, y, theta }, words, color
   text(context, colors, words, left + 12, top - 8);
 }
 
-/** What sonars heard: an arc at its distance, fainter where nothing was. */
+/** Echoes of sonars: an arc at the range, fainter without an echo. */
 export function sonar(context, colors, view, size, pose, { echoes, placements, field_of_view: opening }) {
   const [sine, cosine] = [Math.sin(pose.theta), Math.cos(pose.theta)];
   echoes.forEach(({ heard, range }, place) => {
@@ -173,7 +173,7 @@ export function sonar(context, colors, view, size, pose, { echoes, placements, f
   });
 }
 
-/** What a laser hit. */
+/** Points of a laser scan. */
 export function laser(context, colors, view, size, pose, { angle_min: first, angle_increment: between, ranges, range_max: most }) {
   context.fillStyle = colors.accent;
   ranges.forEach((range, place) => {
@@ -184,7 +184,7 @@ export function laser(context, colors, view, size, pose, { angle_min: first, ang
   });
 }
 
-/** Which other robots a robot sees. */
+/** Sightings of other robots. */
 export function sightings(context, colors, view, size, pose, { list }) {
   context.setLineDash([3, 4]);
   context.strokeStyle = colors.muted;
@@ -213,7 +213,7 @@ export function goal(context, colors, view, size, x, y, words, color = colors.ac
   text(context, colors, words, left + 13, top + 4, color);
 }
 
-/** A length between two places. */
+/** A distance between two points. */
 export function ruler(context, colors, view, size, [from, to]) {
   const [one, other] = [toPixel(view, size, ...from), toPixel(view, size, ...to)];
   context.strokeStyle = colors.text;

@@ -1,14 +1,14 @@
-// What a person changes on a map: goals, where a robot is, what is where. Each knows how it is taken back.
+// Changes that a person makes on a map: goals, poses, cells of the occupancy grid. Each can be undone.
 import { at, patch, post, put } from "/api.js";
 
-// As many points as a stroke has.
+// Maximum number of points of a stroke.
 const POINTS = 32;
 
-/** Whether a property takes places to go to, after its name: of poses some say where a robot is. */
+/** Whether a property accepts goals, by its name: some poses are estimates. */
 const isGoal = (path) => /goal|target|order|waypoint|destination/i.test(path.split("/").at(-1));
 
-/** What somebody of a role can change on the map, by the tool that does it: `{path, how, turned, shows}`.
- *  `parameters` say which of them are an operator's, too. */
+/** Targets that a role can change on the map, by tool: `{path, how, turned, shows}`.
+ *  `parameters` names those of an operator. */
 export function targets(properties, links, interfaces, role, parameters = []) {
   if (role === "viewer") return { goal: [], pose: [], paint: [] };
   const linked = new Set(links.map(({ to }) => to));
@@ -16,7 +16,7 @@ export function targets(properties, links, interfaces, role, parameters = []) {
   const how = ({ access }) => (access === "messages" ? "send" : "set");
   const of = (...names) => open.filter(({ interface: name }) => names.includes(name));
   const place = (property) => ({ path: property.path, how: how(property), turned: property.interface === "Pose2" });
-  // Of a module that tells where its robot is, the pose that it tells.
+  // The pose that the module itself publishes.
   const shows = ({ path, access }) => {
     const module = path.slice(0, path.lastIndexOf("/") + 1);
     const own = properties.find((other) => other.access === "output" && other.path.startsWith(module) && ["PoseEstimate", "Pose2"].includes(other.interface));
@@ -24,7 +24,7 @@ export function targets(properties, links, interfaces, role, parameters = []) {
   };
   const goals = [...of("Point2"), ...of("Pose2").filter(({ path }) => isGoal(path))].map(place);
   const poses = of("Pose2").filter(({ path }) => !isGoal(path)).map((property) => ({ ...place(property), shows: shows(property) }));
-  // A goal that a module tells and nobody reads would lead nowhere.
+  // A goal without a reader would have no effect.
   const isRead = ({ path }) => {
     const goal = path.replace(/params$/, "goal");
     return !properties.some(({ path }) => path === goal) || links.some(({ from }) => from === `/${goal}` || from.startsWith(`/${goal}/`));
@@ -33,7 +33,7 @@ export function targets(properties, links, interfaces, role, parameters = []) {
   const goalParameters = properties
     .filter(({ access, interface: name }) => access === "setting" && interfaces[name]?.properties?.goal_x && interfaces[name].properties.goal_y)
     .filter(isRead)
-    // An operator changes no parameters but those that the configuration names.
+    // An operator changes only the parameters in the configuration.
     .filter(({ path }) => role === "developer" || ["goal_x", "goal_y"].every((name) => operable.has(`${path}/${name}`)))
     .map(({ path }) => ({ path, how: "parameters", turned: false }));
   const canvases = of("MapStroke").filter(({ access }) => access === "messages").map(({ path }) => ({ path, how: "send" }));
@@ -42,7 +42,7 @@ export function targets(properties, links, interfaces, role, parameters = []) {
 
 const give = (agent, { path, how }, value) => (how === "send" ? post : put)(at(agent, path), value);
 
-/** Sets a goal, or where a robot is; returns what takes that back, if `before`, what it was, is known. */
+/** Sets a goal or a pose; returns a function that undoes this, if the previous value `before` is known. */
 export async function setPlace(agent, target, { x, y, theta }, before) {
   if (target.how === "parameters") {
     await patch(at(agent, target.path), { goal_x: x, goal_y: y });
@@ -52,13 +52,13 @@ export async function setPlace(agent, target, { x, y, theta }, before) {
   return before && (() => give(agent, target, before));
 }
 
-/** Paints a stroke; returns what takes it back. */
+/** Paints a stroke; returns a function that undoes it. */
 export async function paint(agent, target, points, width, mark) {
   await post(at(agent, target.path), { width, mark, points: simplified(points) });
   return () => post(at(agent, target.path), { width: 0, mark: "UNDO", points: [] });
 }
 
-/** The same line with as many points as a stroke has at most: those that are least off are left out (Douglas and Peucker). */
+/** A stroke with at most the permitted number of points (Douglas and Peucker, 1973). */
 export function simplified(points) {
   for (let most = 0.005; ; most *= 2) {
     const kept = thin(points, most);

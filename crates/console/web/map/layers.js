@@ -1,10 +1,10 @@
-// What robots believe of the world, drawn: grid maps, planned ways, estimates with how sure they are.
+// Beliefs of robots: occupancy grids, planned paths, pose estimates with covariance.
 import { toPixel } from "/map/view.js";
 
-// Of a normal distribution in two dimensions, 95 of 100 are within so many deviations.
+// Standard deviations of the 95 % region of a normal distribution in two dimensions.
 const SURE = 2.4477;
 
-// Pictures of grids, made once for each value and theme.
+// Images of grids, one for each value and theme.
 const pictures = new Map();
 
 const rgb = (color) => {
@@ -12,7 +12,7 @@ const rgb = (color) => {
   return [0, 2, 4].map((place) => Number.parseInt(digits.slice(place, place + 2), 16));
 };
 
-/** A grid as a picture, a pixel for each cell, its first row at the top; nothing when it says more than it has. */
+/** A grid as an image, a pixel for each cell, its first row at the top; nothing if its size is inconsistent. */
 function picture(path, { value, sequence }, colors) {
   const key = `${sequence} ${colors.free} ${colors.occupied}`;
   const known = pictures.get(path);
@@ -30,7 +30,7 @@ function picture(path, { value, sequence }, colors) {
     const row = height - 1 - Math.floor(cell / width);
     const place = 4 * (row * width + (cell % width));
     image.data.set(color, place);
-    // What is not sure is faint.
+    // Uncertain cells are faint.
     image.data[place + 3] = Math.round(255 * Math.min(1, 0.15 + 1.7 * Math.abs(percent / 100 - 0.5)));
   }
   context.putImageData(image, 0, 0);
@@ -38,8 +38,8 @@ function picture(path, { value, sequence }, colors) {
   return canvas;
 }
 
-/** A grid map: free cells tinted, occupied ones dark on light or light on dark, unknown ones left out; faint where it is of another
- *  time than all else. */
+/** An occupancy grid: free cells tinted, occupied ones dark on light or light on dark, unknown ones transparent; faint if it is of another
+ *  time than the rest. */
 export function gridMap(context, colors, view, size, path, reading, isOfNow = false) {
   const drawn = picture(path, reading, colors);
   if (!drawn) return;
@@ -60,7 +60,7 @@ export function gridMap(context, colors, view, size, path, reading, isOfNow = fa
   context.restore();
 }
 
-/** What occupied cells are at most: those of a grid within it, for a view of all of it. */
+/** Bounds of the occupied cells of a grid. */
 export function boundsOf({ origin, resolution, width, height }) {
   const [sine, cosine] = [Math.sin(origin.theta), Math.cos(origin.theta)];
   const corners = [[0, 0], [width, 0], [0, height], [width, height]].map(([across, up]) => [
@@ -71,7 +71,7 @@ export function boundsOf({ origin, resolution, width, height }) {
   return { minimum: [axis(0, Math.min), axis(1, Math.min)], maximum: [axis(0, Math.max), axis(1, Math.max)] };
 }
 
-/** A way that is planned: a line with a bead at each turn. */
+/** A planned path: a line with a bead at each turn. */
 export function plannedPath(context, colors, view, size, points) {
   if (points.length < 2) return;
   const pixels = points.map(({ x, y }) => toPixel(view, size, x, y));
@@ -95,7 +95,7 @@ export function plannedPath(context, colors, view, size, points) {
   }
 }
 
-/** The half axes of the ellipse that has 95 of 100, m, and its turn; of rows of x, y, theta or of ROS's six. */
+/** Half axes, m, and angle of the 95 % ellipse of a covariance with rows of x, y, theta or of ROS's six. */
 export function ellipse(covariance) {
   const row = covariance.length === 36 ? 6 : 3;
   const [a, b, d] = [covariance[0], covariance[1], covariance[row + 1]];
@@ -109,7 +109,7 @@ export function ellipse(covariance) {
   };
 }
 
-/** Where a robot believes to be: an arrow, the ellipse where it is with 95 in 100, and the opening of its heading. */
+/** A pose estimate: an arrow, the 95 % ellipse of its position, and the opening of its heading. */
 export function estimate(context, colors, view, size, { pose, covariance }, words, isHeld = false) {
   const [left, top] = toPixel(view, size, pose.x, pose.y);
   if (covariance) {
@@ -151,7 +151,7 @@ export function estimate(context, colors, view, size, { pose, covariance }, word
   context.fillText(words, left + 14, top + 18);
 }
 
-/** What a brush is about to paint. */
+/** A stroke before it is painted. */
 export function brushStroke(context, colors, view, size, points, width, mark) {
   context.strokeStyle = { OCCUPIED: colors.occupied, FREE: colors.free, MEASURED: colors.muted }[mark];
   context.lineWidth = Math.max(2, width * view.scale);

@@ -1,16 +1,16 @@
-// What a map can show of an agent: found by the interfaces of its properties, so that it needs no configuration.
+// Content of a map, found by the interfaces of properties, so that it needs no configuration.
 
 const DRIVEN = ["Pose2"];
 
-/** The robot that a property is about: the one whose name is a part of its path. */
+/** The robot of a property: the one whose name is a part of its path. */
 const robotOf = (path, names) => path.split("/").find((part) => names.includes(part));
 
-// Of several goals of a robot the one that its Plan has made of what it was told.
+// Of several goals of a robot, the one that its Plan computed.
 const where = (goals) => goals.filter(({ path, robot }) => !path.includes("knowledge") || !goals.some((other) => other.robot === robot && !other.path.includes("knowledge")));
 
 const isWithin = (path, whole) => path === whole || path.startsWith(`${whole}/`);
 
-/** The scans that sensors make: not what blocks make of them, which lies upon them. Without links, the first of each kind. */
+/** Scans of sensors, without scans that blocks compute. Without links, the first of each kind. */
 export function measured(scans, links) {
   const moduleOf = (path) => path.slice(0, path.lastIndexOf("/"));
   const plain = links.map(({ to, from }) => ({ to: to.replace(/^\//, ""), from: String(from).replace(/^(slate:\/\/[^/]*)?\//, "") }));
@@ -19,7 +19,7 @@ export function measured(scans, links) {
   return scans.filter((scan, place) => (links.length ? !isMade(scan) : isFirst(scan, place)));
 }
 
-/** Where a sensor is, of a robot that is at a pose: `mount` is its place on the robot, a Transform. */
+/** The pose of a sensor on a robot at a pose: `mount` is a Transform. */
 export function mounted(pose, mount) {
   if (!mount) return pose;
   const { translation: at, rotation: turn } = mount;
@@ -27,7 +27,7 @@ export function mounted(pose, mount) {
   return { x: pose.x + at.x * cosine - at.y * sine, y: pose.y + at.x * sine + at.y * cosine, theta: pose.theta + 2 * Math.atan2(turn.z, turn.w) };
 }
 
-/** Poses, scans, goals and the rest, each with the robot that it belongs to. */
+/** Poses, scans, goals and the rest, each with its robot. */
 export function find(properties, world) {
   const names = (world?.robots ?? []).map(({ name }) => name);
   const outputs = properties.filter(({ access }) => access === "output");
@@ -45,7 +45,7 @@ export function find(properties, world) {
       .filter(({ robot }) => robot?.pose);
   return {
     robots,
-    // What no robot of the scene is: a bare arrow.
+    // A pose of no robot of the scene: an arrow.
     poses: [...poses.filter(({ robot }) => !robot), ...of("Odometry").filter(({ path }) => !robotOf(path, names))].map(({ path }) => ({ path })),
     scans: anchored("SonarScan", "LaserScan").map((scan) => ({ ...scan, mount: of("Transform").find(({ path }) => path === `${scan.path}_mount`)?.path })),
     sightings: anchored("Sightings"),

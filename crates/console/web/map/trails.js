@@ -1,4 +1,4 @@
-// Where robots have been, and by which route: kept as long as the page is open, whatever it shows.
+// Trails of robots by route: kept as long as the page is open, whatever it shows.
 import { recall } from "/history.js";
 import { watch } from "/live.js";
 
@@ -8,8 +8,8 @@ const STEP = 0.01;
 const trails = new Map();
 
 /**
- * The trail of a robot: `points` of `{x, y, route, time}`, oldest first. What was before this page was open is from `table`, columns
- * of a document of the run, if that has them, else from what the agent remembers.
+ * The trail of a robot: `points` of `{x, y, route, time}`, oldest first. Points from before the opening of the page are from `table`,
+ * the columns of a document of the run, else from the agent's history.
  */
 export function trail(pose, status, table) {
   const key = `${pose} ${status}`;
@@ -24,7 +24,7 @@ export function trail(pose, status, table) {
   if (status) watch(status, ({ value }) => (found.route = value.route), { rate: 20, live: true });
   watch(pose, ({ value: { x, y }, time }) => add(found, x, y, time), { rate: 20, live: true });
   recall(pose, 4000, (places) => {
-    // The run itself has told more.
+    // The document of the run has more points.
     if (found.table) return undefined;
     if (!status) return prepend(found, places, []);
     return recall(status, 4000, (states) => prepend(found, places, states));
@@ -40,7 +40,7 @@ function remember(trail, table) {
   trail.points.unshift(...points);
 }
 
-// Both in the order of time: each place has the route that was chosen last.
+// Both in the order of time: each point has the latest route.
 function prepend(trail, places, states) {
   const first = trail.points[0]?.time ?? Infinity;
   const before = { points: [], route: "IDLE" };
@@ -55,7 +55,7 @@ function prepend(trail, places, states) {
 
 function add(trail, x, y, time) {
   const last = trail.points.at(-1);
-  // Another run has begun, or the agent went back to a snapshot.
+  // Another run has started, or the agent has resumed from a snapshot.
   if (last && time < last.time) trail.points.length = 0;
   const moved = !last || Math.hypot(x - last.x, y - last.y) >= STEP;
   if (!moved && last.route === trail.route) return;
@@ -63,7 +63,7 @@ function add(trail, x, y, time) {
   if (trail.points.length > MOST) trail.points.splice(0, MOST / 4);
 }
 
-/** Forgets where robots have been. */
+/** Clears all trails. */
 export function forget() {
   for (const trail of trails.values()) trail.points.length = 0;
 }

@@ -1,9 +1,9 @@
-// From metres to pixels and back. The middle of the picture is a place in the world; `scale` is pixels a metre.
+// Conversion between metres and pixels. The centre of the view is a point of the world; `scale` is pixels per metre.
 
-// Room around the world, pixels; above it stands where the robots are.
+// Margin around the world, pixels; the readout of the robots is above it.
 const [ABOVE, AROUND] = [66, 26];
 
-/** A view that shows all of these bounds. */
+/** A view that shows the whole bounds. */
 export function fit({ minimum, maximum }, { width, height }) {
   const room = [maximum[0] - minimum[0], maximum[1] - minimum[1]];
   const scale = Math.max(2, Math.min((width - 2 * AROUND) / (room[0] || 1), (height - ABOVE - AROUND) / (room[1] || 1)));
@@ -14,7 +14,7 @@ export const toPixel = (view, { width, height }, x, y) => [width / 2 + (x - view
 
 export const toWorld = (view, { width, height }, left, top) => [view.x + (left - width / 2) / view.scale, view.y - (top - height / 2) / view.scale];
 
-/** Closer or farther, with one pixel kept where it is. */
+/** Zooms with one pixel fixed. */
 export function zoom(view, size, left, top, factor) {
   const [x, y] = toWorld(view, size, left, top);
   const scale = Math.min(4000, Math.max(2, view.scale * factor));
@@ -23,7 +23,7 @@ export function zoom(view, size, left, top, factor) {
   return { ...kept, x: view.x + x - otherX, y: view.y + y - otherY };
 }
 
-/** A step of 1, 2 or 5 that is at least so many pixels wide. */
+/** A step of 1, 2 or 5 times a power of ten with at least this width in pixels. */
 export function step(scale, pixels) {
   const least = pixels / scale;
   const power = 10 ** Math.floor(Math.log10(least));

@@ -1,18 +1,18 @@
-// Driving by hand: by keys, a stick on the screen, or a gamepad; only as long as something is held.
+// Teleoperation by keys, a stick on the screen, or a gamepad, only while an input is held.
 import { Empty, Field, html, number, Trouble, useAgent, useEffect, useLayoutEffect, useReading, useRef, useResource, useState, word } from "/slate.js";
 import { lookLive } from "/live.js";
 import { Controls, LAPSE } from "/teleoperation.js";
 import { stop } from "/stop.js";
 
-// What a full stick means at first; a person raises it when he knows the robot.
+// Initial speeds at full deflection; the user can raise them.
 const SPEED = 0.3;
 const TURN = 0.8;
-// From here on an answer is so late that one drives slower, ms.
+// Round-trip time above which the speed is halved, ms.
 const LATE = 300;
 const KEYS = { w: [1, 0], arrowup: [1, 0], s: [-1, 0], arrowdown: [-1, 0], a: [0, 1], arrowleft: [0, 1], d: [0, -1], arrowright: [0, -1] };
 const DEAD = 0.12;
 
-/** A command of an actuator for how far ahead and to the left the stick is, each from -1 to 1; nothing where that is not known. */
+/** A command of an actuator for a deflection of the stick ahead and to the left, each from -1 to 1; null for an unknown interface. */
 function command(kind, [ahead, left], { speed, turn }, chassis) {
   const [linear, angular] = [ahead * speed, left * turn];
   if (kind === "Twist2") return { linear, angular };
@@ -24,7 +24,7 @@ function command(kind, [ahead, left], { speed, turn }, chassis) {
   return null;
 }
 
-/** A stick: where the finger is, as shares of its radius. */
+/** A stick: the position of the finger, as shares of its radius. */
 function Stick({ position, move, release }) {
   const base = useRef(null);
   const at = (event) => {
@@ -70,14 +70,14 @@ function Panel({ options, setOptions }) {
     setPosition(place);
     if (!controls || controls.status.state !== "holds") return;
     const wanted = command(actuator.interface, place, limits, chassis);
-    // Who drives sees the present.
+    // Driving shows the present.
     if (place[0] || place[1]) {
       lookLive();
       setLapsed(false);
     }
     if (wanted) controls.drive(wanted);
   };
-  // Without a command another one would drive, such as the plan: whoever has the controls and holds nothing lets the robot stand.
+  // Without a command another commander would drive, such as the plan, so control without an input commands a standstill.
   const letGo = () => {
     held.current.clear();
     go([0, 0]);
@@ -96,7 +96,7 @@ function Panel({ options, setOptions }) {
   useEffect(() => () => controls?.leave(), [controls]);
 
   const isHeld = status?.state === "holds";
-  // As soon as the page says that keys drive they do, and not only after it is drawn.
+  // Keys count from the moment in which the page shows that control is taken.
   useLayoutEffect(() => {
     if (!isHeld) return undefined;
     const sum = () => go([...held.current].reduce(([ahead, left], key) => [ahead + KEYS[key][0], left + KEYS[key][1]], [0, 0]));
@@ -115,9 +115,9 @@ function Panel({ options, setOptions }) {
       }
     };
     const up = (event) => held.current.delete(event.key.toLowerCase()) && sum();
-    // A hidden page is too slow to command anything.
+    // A hidden page is too slow for commands.
     const hidden = () => document.hidden && leave();
-    // A stick that is held has to be taken anew, too.
+    // A held stick must be held again, too.
     const blur = () => (letGo(), setGrips((count) => count + 1));
     letGo();
     addEventListener("keydown", down);
@@ -134,11 +134,11 @@ function Panel({ options, setOptions }) {
     };
   }, [isHeld]);
 
-  // What was held while the page was frozen is let go.
+  // Inputs held while the page was frozen are released.
   const lapses = status?.lapses ?? 0;
   useEffect(() => (letGo(), setLapsed(lapses > 0)), [lapses]);
 
-  // A gamepad is asked, as it says nothing by itself. It drives only while its lower left shoulder button is held.
+  // A gamepad must be polled. It drives only while its lower left shoulder button is held.
   useEffect(() => {
     if (!isHeld) return undefined;
     let [was, isLapsed, looked] = [false, false, performance.now()];

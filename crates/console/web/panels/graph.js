@@ -1,11 +1,11 @@
-// Modules, gates and the links between them, with how much goes over each. A link is made by dragging from a module to another
-// one, or in the list of inputs; whether it fits is found out before it is made.
-import { Age, duration, Empty, Field, get, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
+// Modules, gates and links, with their rates. A link is made by dragging from one module to another,
+// or in the list of inputs, after a dry run.
+import { Age, conditionOf, duration, Empty, Field, get, hertz, html, Problem, put, reload, remove, select, Trouble, useAgent, useEffect, useMemo, useRates, useReadings, useRef, useResource, useSize, useState, word } from "/slate.js";
 import { moduleOf } from "/blocks.js";
 
 const enc = (path) => path.split("/").map(encodeURIComponent).join("/");
 
-/** As much of a name as there is room for in a node. */
+/** A name, shortened to the space in a node. */
 const short = (text, most) => (text.length > most ? `${text.slice(0, most - 1)}…` : text);
 
 const count = (number, name) => `${number} ${name}${number === 1 ? "" : "s"}`;
@@ -13,10 +13,10 @@ const count = (number, name) => `${number} ${name}${number === 1 ? "" : "s"}`;
 /** The outline of a gate. */
 const gateOutline = (width, height) => `M9 0H${width - 9}L${width} ${height / 2}L${width - 9} ${height}H9L0 ${height / 2}z`;
 
-// How soon the layout is requested after a change of the size, and again after a failure, ms.
+// Delay of a request for the layout after a change of the size, and after a failure, ms.
 const [SETTLE, RETRY] = [50, 2000];
 
-/** The graph with its layout, which the agent computes: requested anew whenever the key or the size changes. */
+/** The graph with its layout, which the agent computes; requested anew when the key or the size changes. */
 function useGraph(key, hide, size) {
   const [graph, setGraph] = useState(null);
   const [attempt, setAttempt] = useState(0);
@@ -42,7 +42,7 @@ function useGraph(key, hide, size) {
   return graph;
 }
 
-/** Edges with what is known of their links at present. */
+/** Edges with the present state of their links. */
 function joined(edges, links) {
   const known = new Map(links.map((link) => [`${link.to} ${link.from.replace(/^\//, "")}`, link]));
   return edges.map((edge) => ({
@@ -54,7 +54,7 @@ function joined(edges, links) {
   }));
 }
 
-/** Makes a link, after it was found out whether it fits. */
+/** Makes a link after a dry run. */
 function Relink({ input, from, sources, done, isAllowed }) {
   const [source, setSource] = useState(from);
   const [checked, setChecked] = useState(null);
@@ -93,9 +93,9 @@ function Relink({ input, from, sources, done, isAllowed }) {
       <button disabled=${!from} onClick=${() => act(() => remove(`/links/${enc(input)}`))}>Remove link</button> <button onClick=${done}>Cancel</button></p>`}</div>`;
 }
 
-/** What goes over the links of an edge. */
+/** Rates, ages and queues of the links of an edge. */
 function Edge({ edge, rates, change, close }) {
-  // Messages have no value that stays.
+  // A message has no value that stays.
   const readings = useReadings(edge.links.filter(({ sends }) => !sends).map(({ source }) => source), 4);
   const told = (links) => links.map(({ source, to, from, sends, age, queue, trouble, evicted }) => html`<section key=${to}>
     <button class="output" title="Show in the Inspector panel" onClick=${() => select(sends ? to : source)}><span>${sends ? `${source} sends to` : "from"}</span><span class="number">/${sends ? to : source}</span></button>
@@ -136,16 +136,16 @@ function Panel({ options, setOptions }) {
   const conditions = new Map(modules.map((module) => [module.name, module]));
   const gates = new Map(actuators.map((actuator) => [actuator.name, actuator]));
   const rate = ({ links }) => (links.length > 1 ? `${links.length} links` : links[0].sends ? "messages" : rates.get(links[0].source) === 0 ? "0 Hz" : hertz(rates.get(links[0].source)));
-  // The slowest and the fastest of what a module writes.
+  // The lowest and the highest rate of a module's outputs.
   const pace = (name) => {
     const paths = isGate(name) ? [`${name}/command`] : outputsOf(name).map((path) => path.slice(1));
     const own = paths.map((path) => rates.get(path)).filter((rate) => rate > 0);
     const [least, most] = [Math.min(...own), Math.max(...own)];
-    // Nearly the same is the same.
+    // Similar rates are shown as one.
     if (own.length === 0 || most < 1.15 * least) return own.length ? hertz(most) : "";
     return `${hertz(least).replace(" Hz", "")}–${hertz(most)}`;
   };
-  // Thicker where more goes.
+  // Wider at a higher rate.
   const width = ({ links }) => {
     const most = Math.max(0, ...links.map(({ source }) => rates.get(source) ?? 0));
     return 1.1 + 0.5 * Math.log10(1 + most);
@@ -186,14 +186,14 @@ function Panel({ options, setOptions }) {
   const key = (event, name) => (event.key === "Enter" || event.key === " ") && (event.preventDefault(), choose(name));
   const shown = edges.find(({ from, to }) => `${from} ${to}` === edgeChosen);
   const isChosen = ({ from, to }) => (edgeChosen ? edgeChosen === `${from} ${to}` : chosen === from || chosen === to);
-  // What stands in the box of its robot.
+  // The name within the box of its robot.
   const own = (name) => (nodes.get(name).group ? name.slice(name.indexOf("/") + 1) : name);
   const more = (name) => {
     const module = conditions.get(name);
     const gate = gates.get(name);
     if (gate) return `gate, ${gate.stopped ? "stopped" : word(gate.gate?.mode).toLowerCase() || "no command yet"}`;
     if (!module) return nodes.get(name).note;
-    return module?.condition !== "WORKING" ? word(module?.condition) : module.kind === own(name) ? "" : module.kind;
+    return module.condition !== "WORKING" ? conditionOf(module) : module.kind === own(name) ? "" : module.kind;
   };
   const source = (input) => links.find(({ to }) => to === input)?.from ?? "";
   return html`
@@ -222,7 +222,7 @@ function Panel({ options, setOptions }) {
             <text x=${WIDTH - 10} y="30" class="small pace">${pace(name)}</text></g>`;
         })}
         ${edges.filter((edge) => isChosen(edge)).map((edge) => {
-          // Labels stand at the far ends, where the lines of the chosen module are apart.
+          // Labels stand at the far ends, where the edges of the selected module are apart.
           const [x, y] = chosen === edge.to ? edge.start : edge.end;
           return html`<text key=${`${edge.from} ${edge.to}`} class="rate" x=${x} y=${y - 5}>${rate(edge)}</text>`;
         })}</svg></div>

@@ -1,16 +1,16 @@
-// Images as the robot sees them, and upon them what its modules have found.
+// Images, with detections of modules as overlays.
 import { Empty, html, leaves, Menu, part, source, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState, watch } from "/slate.js";
 import { video } from "/video.js";
 
-// What an item that was found is called, if it says so.
+// Fields that name a detection.
 const NAMES = ["name", "label", "class", "id"];
 
-// So many readings are kept to find the one of a picture.
+// Number of readings kept to find the one of an image.
 const KEPT = 50;
 
 const isPixel = (schema) => schema?.["x-unit"] === "px";
 
-/** How things that were found lie in a value: a list of them behind a pointer, or the value itself; nothing when it has no place in pixels. */
+/** Where detections are in a value: a list behind a pointer, or the value itself; null without coordinates in pixels. */
 function places(schema) {
   const of = (item) => isPixel(item?.properties?.x) && isPixel(item.properties.y);
   if (of(schema)) return { pointer: null };
@@ -18,7 +18,7 @@ function places(schema) {
   return list ? { pointer: list.pointer } : null;
 }
 
-/** One thing, drawn by what it says: a box of its width and height, a circle of its radius or its pixels, else a cross. */
+/** A detection: a box by width and height, a circle by radius or area, else a cross. */
 function Found({ item, words, place, scale }) {
   const { x, y, width, height, radius, pixels } = item;
   if (![x, y].every(Number.isFinite) || pixels === 0) return null;
@@ -30,7 +30,7 @@ function Found({ item, words, place, scale }) {
   return html`<g class="found" data-place=${place}>${shape}<text x=${x} y=${Math.max(14 / scale, top - 5 / scale)} style=${{ fontSize: `${13 / scale}px`, strokeWidth: `${3 / scale}px` }}>${words}</text></g>`;
 }
 
-/** What was found in a picture: of each property what it was at the picture's time. */
+/** Detections of an image: of each property the value at the time of the image. */
 function Overlay({ paths, kinds, size, room, time, readings }) {
   const scale = room ? Math.min(room.width / size.width, room.height / size.height) || 1 : 1;
   const items = paths.flatMap((path, place) => {
@@ -90,7 +90,7 @@ function Panel({ options, setOptions }) {
   }, [overlays.join(" ")]);
 
   if (!images.length) return html`<${Empty}>No module of this agent publishes an image.</${Empty}>`;
-  // Where a pointer is in the picture, which stands in the middle of its box.
+  // The pixel under the pointer; the image is centred in its box.
   const point = (event) => {
     const { left, top, width, height } = canvas.current.getBoundingClientRect();
     const scale = Math.min(width / shown.width, height / shown.height);

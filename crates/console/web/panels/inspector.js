@@ -1,7 +1,7 @@
-// One property: what it is made of, who writes and reads it, its value as it comes.
+// One property: its fields, its writer, its readers, its live value.
 import { Age, at, brief, Empty, Field, html, leaves, number, openPanel, part, patch, post, Problem, put, reload, Trouble, unitAt, useAgent, useEffect, useInterfaces, useProperties, useReading, useResource, useSelected, useState, watch } from "/slate.js";
 
-/** One value in one line, with the unit that its schema says. */
+/** A value in one line, with the unit of its schema. */
 function written(value, { type, unit, schema }) {
   if (value === undefined) return "–";
   if (type === "number" || type === "integer") return number(value, unit);
@@ -9,7 +9,7 @@ function written(value, { type, unit, schema }) {
   return brief(value, schema);
 }
 
-/** Sets an input without a link, or sends a message. */
+/** An editor that sets an input without a link, or sends a message. */
 function Editor({ property, value }) {
   const agent = useAgent();
   const [text, setText] = useState("");
@@ -21,7 +21,7 @@ function Editor({ property, value }) {
     setProblem(null);
     setSaid("");
   }, [property.path]);
-  // What was there comes a moment later.
+  // The present value arrives a moment later.
   useEffect(() => setText((text) => text || (value === undefined ? "" : JSON.stringify(value, null, 1))), [value === undefined]);
   const apply = async (event) => {
     event.preventDefault();
@@ -44,7 +44,7 @@ function Editor({ property, value }) {
     <${Trouble} problem=${problem} /></form>`;
 }
 
-/** A part of the value that a person names: each that a JSON Pointer or a JSONPath leads to, as it comes. */
+/** A part of the value by JSON Pointer or JSONPath, live. */
 function Part({ path, schema }) {
   const [text, setText] = useState("");
   const [reading, setReading] = useState(null);

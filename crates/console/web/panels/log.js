@@ -1,18 +1,18 @@
-// The lines of the log, as they come. Who looks back sees those until then, and behind a mark those that were later.
+// Messages of the log, live. While a past time is shown, a line separates the messages up to that time from later ones.
 import { at, clock, Empty, get, html, isPast, onConnection, Problem, time, Trouble, useAgent, useEffect, usePlayback, useRef, useState } from "/slate.js";
 import { lookBack } from "/live.js";
 
 const LEVELS = ["error", "warn", "info", "debug", "trace"];
 const MOST = 2000;
 
-/** The lines that the last seconds have of a level, also from before the page was open and longer ago than the agent tells of itself. */
+/** Messages of a level in the last seconds, also from before the opening of the page. */
 async function kept(agent, level) {
   const { values } = await get(`${at(agent, "log/tail", "history")}?limit=${MOST}`);
   const lines = values.map(({ value, ...stamp }) => ({ ...value, ...stamp, level: value.level.toLowerCase() }));
   return lines.filter((line) => LEVELS.indexOf(line.level) <= LEVELS.indexOf(level));
 }
 
-/** Lines in the order of time, each once: a recording that is played again tells them anew, with other numbers. */
+/** Messages in the order of time, each once: a repeated playback sends them again with other numbers. */
 function ordered(lines, isPlayed) {
   const known = new Map(lines.map((line) => [isPlayed ? `${line.time} ${line.module} ${line.text}` : line.sequence, line]));
   return [...known.values()].sort((one, other) => one.time - other.time || one.sequence - other.sequence);
@@ -31,9 +31,9 @@ function Panel({ options, setOptions }) {
   const [, redraw] = useState(0);
   const [before, setBefore] = useState([]);
   const level = options.level ?? "info";
-  // What is looked at instead of the present, if anything is.
+  // Whether a past time is shown.
   const isStill = isPast() || Boolean(playback?.is_paused);
-  // Of one that is played on, its lines come before it is known how far it is.
+  // In a running playback, messages arrive before its position is known.
   const lead = isStill ? 0 : 1e9 * (playback?.rate ?? Infinity);
   const moment = isPast() ? clock.now : playback ? playback.begin + playback.time + lead : null;
   useEffect(() => onConnection(() => redraw((count) => count + 1)), []);
@@ -44,7 +44,7 @@ function Panel({ options, setOptions }) {
   useEffect(() => {
     let [after, ended, timer] = [null, false, 0];
     setLines(null);
-    // A line seldom comes alone, so they are asked for together.
+    // Messages come in bursts, so they are requested together.
     const more = async () => {
       try {
         const fresh = await get(`/log?level=${level}${after === null ? "" : `&after=${after}`}`);
@@ -52,7 +52,7 @@ function Panel({ options, setOptions }) {
         if (fresh.length) after = fresh.at(-1).sequence;
         setLines((before) => (fresh.length || before === null ? [...(before ?? []), ...fresh].slice(-MOST) : before));
       } catch {
-        // The banner says what is wrong; it goes on when that is over.
+        // The banner shows the reason; requests continue.
         if (!ended) after = null;
       }
       timer = setTimeout(more, 500);
@@ -68,7 +68,7 @@ function Panel({ options, setOptions }) {
     if (!scroll.current) return;
     const mark = scroll.current.querySelector(".looked-at");
     if (!(mark && isStill) && !paused) scroll.current.scrollTop = scroll.current.scrollHeight;
-    // What was just then is read at the bottom.
+    // The messages of the shown time are at the bottom.
     else if (mark && isStill && marked.current !== moment) mark.scrollIntoView({ block: "end" });
     marked.current = mark ? moment : null;
   });
@@ -88,7 +88,7 @@ function Panel({ options, setOptions }) {
     else return;
     event.preventDefault();
   };
-  // Every panel shows what was then, if the agent keeps it.
+  // All panels show that time, if the agent keeps it.
   const jump = async (when) => {
     try {
       setProblem(null);
@@ -103,7 +103,7 @@ function Panel({ options, setOptions }) {
   };
   const later = moment === null ? -1 : shown.findIndex((line) => line.time > moment);
   const mark = html`<tr class="looked-at" key="looked-at"><td colspan="4">${isStill ? `Time shown: ${time(moment)}${later < 0 ? "" : "; later messages follow"}` : "Later messages follow"}</td></tr>`;
-  // Who scrolls back wants to read.
+  // Scrolling back pauses the log.
   const scrolled = ({ target }) => setPaused(target.scrollHeight - target.scrollTop - target.clientHeight > 30);
   return html`
     <div class="bar-of-tools">

@@ -1,4 +1,4 @@
-// The world from above: bodies, robots with what they sense, where they have been by which route, where they shall go.
+// The world from above: bodies, robots, scans, trails by route, goals.
 import { clock, colors, degrees, Empty, fixed, html, isOfNow, isPast, Menu, onTheme, Problem, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useResource, useSize, useState, watch, word } from "/slate.js";
 import * as draw from "/map/draw.js";
 import { paint as paintStroke, setPlace, targets } from "/map/edit.js";
@@ -18,13 +18,13 @@ const LAYERS = { world: "World", grids: "Occupancy grids", paths: "Planned paths
 const MARKS = { OCCUPIED: "Occupied", FREE: "Free", MEASURED: "As measured" };
 const BRUSHES = [0.1, 0.2, 0.4, 0.8];
 
-// So near to a pose it is taken hold of, pixels.
+// Distance from a pose within which it is dragged, pixels.
 const GRASP = 24;
 
-// Of several robots, each has a colour of its own.
+// Each of several robots has a colour of its own.
 const own = (scheme, place) => scheme.series[place % scheme.series.length];
 
-// Nothing says how large the world of a robot without a simulator is.
+// The size of the world is unknown without a simulator.
 const SOMEWHERE = { minimum: [-3, -3], maximum: [3, 3] };
 
 function Panel({ options, setOptions }) {
@@ -60,7 +60,7 @@ function Panel({ options, setOptions }) {
   const choices = able[tool] ?? [];
   const chosen = choices.find(({ path }) => path === target) ?? choices[0];
 
-  // What is drawn is watched, each at the rate of a picture.
+  // Drawn properties are watched at the frame rate.
   const watched = useMemo(() => {
     const { robots, poses, sightings, goals, grids, paths: ways, estimates } = scene;
     const paths = [...robots.flatMap(({ name, pose, status }) => [pose, status, ...gates[name]]), ...poses.map(({ path }) => path)];
@@ -70,7 +70,7 @@ function Panel({ options, setOptions }) {
     if (isShown("grids")) paths.push(...grids.map(({ path }) => path));
     if (isShown("paths")) paths.push(...ways.map(({ path }) => path));
     if (isShown("estimates")) paths.push(...estimates.map(({ path }) => path));
-    // What is dragged is seen, whatever else is.
+    // A dragged object is always drawn.
     if (tool === "pose" || tool === "goal") paths.push(...able[tool].map(({ shows, path, how }) => shows ?? (how === "send" ? null : path)));
     return [...new Set(paths.filter(Boolean))];
   }, [scene, shownScans, actuators, able, tool, options.scans, options.sightings, options.goals, options.grids, options.paths, options.estimates]);
@@ -80,7 +80,7 @@ function Panel({ options, setOptions }) {
       watch(path, (reading) => {
         state.readings.set(path, reading);
         state.dirty = true;
-        // Without a world, the first grid map says how large it is.
+        // Without a world, the first occupancy grid defines the bounds.
         if (reading.value.resolution > 0 && !state.isBound) {
           state.isBound = true;
           setGridBounds(layers.boundsOf(reading.value));
@@ -121,7 +121,7 @@ function Panel({ options, setOptions }) {
     };
   });
 
-  // What a person who does not see the picture is told, and who does can copy.
+  // The same as text, for users of screen readers and for copying.
   useEffect(() => {
     const timer = setInterval(() => {
       setSummary(scene.robots.map(({ name, pose, status, isScripted }) => {
@@ -185,7 +185,7 @@ function Panel({ options, setOptions }) {
     if (isShown("estimates")) {
       for (const { path, robot } of scene.estimates) {
         const isHeld = state.aim && chosen?.shows === path;
-        if (value(path) && !isHeld) layers.estimate(context, scheme, view, size, value(path), `${robot ?? path}, believed`);
+        if (value(path) && !isHeld) layers.estimate(context, scheme, view, size, value(path), `${robot ?? path} estimate`);
       }
     }
     if (isShown("poses")) {
@@ -194,7 +194,7 @@ function Panel({ options, setOptions }) {
         if (pose) draw.arrow(context, scheme, view, size, pose, path);
       }
     }
-    // Above the robot that has come there.
+    // Above the robot that has arrived.
     if (isShown("goals")) drawGoals();
     if (state.ruler) draw.ruler(context, scheme, view, size, state.ruler);
     if (state.aim) {
@@ -206,7 +206,7 @@ function Panel({ options, setOptions }) {
     draw.scaleBar(context, scheme, view, size);
   }
 
-  // Whatever is changed can be taken back, the last first.
+  // Every change can be undone, the last one first.
   async function change(words, work) {
     try {
       setProblem(null);
@@ -240,7 +240,7 @@ function Panel({ options, setOptions }) {
       await last.undo();
     });
   };
-  // The pose that is under a pointer and can be taken hold of.
+  // The pose under the pointer that can be dragged.
   const grasped = (left, top) => {
     const shown = chosen?.shows && value(chosen.shows);
     const pose = shown?.pose ?? shown;
@@ -286,7 +286,7 @@ function Panel({ options, setOptions }) {
       state.moved = true;
       if (options.follow) setOptions({ follow: "" });
     } else if (state.aim?.from) {
-      // Taken hold of, it keeps its heading.
+      // A dragged pose keeps its heading.
       const [x, y] = world2(event);
       const { from, start } = state.aim;
       Object.assign(state.aim, { x: round(start.x + x - from[0]), y: round(start.y + y - from[1]) });

@@ -1,5 +1,5 @@
-// A robot as MAPE-K: what its blocks say, which route decides, what Execute does.
-import { Age, brief, Empty, html, Problem, put, reload, select, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState, word } from "/slate.js";
+// A robot as MAPE-K: outputs of its blocks, the current route, the actions of Execute.
+import { Age, brief, conditionOf, Empty, html, Problem, put, reload, select, Trouble, useAgent, useInterfaces, useMemo, useProperties, useReadings, useResource, useState, word } from "/slate.js";
 import { robots } from "/blocks.js";
 import { useRoute } from "/route.js";
 import { Strip } from "/strip.js";
@@ -10,7 +10,7 @@ function Block({ module, interfaces, readings, active }) {
   const short = module.name.slice(module.name.lastIndexOf("/") + 1);
   const state = module.panics ? "bad" : module.condition === "INACTIVE" ? "off" : module.misses ? "degraded" : undefined;
   return html`<article class="block" data-active=${active ?? ""} data-state=${state}>
-    <header><b>${short}</b> <span class="muted">${module.condition === "WORKING" ? "" : word(module.condition)}${module.waiting_for ? ` for ${module.waiting_for}` : ""}</span></header>
+    <header><b>${short}</b> <span class="muted">${module.condition === "WORKING" ? "" : conditionOf(module)}</span></header>
     ${module.outputs.map(({ path, interface: name, doc }) => {
       const reading = readings[path];
       return html`<button class="output" key=${path} title=${`${doc} /${path}`} onClick=${() => select(path)}>
@@ -20,10 +20,10 @@ function Block({ module, interfaces, readings, active }) {
   </article>`;
 }
 
-/** A switch of a module, for who may. */
+/** A switch of a module, for a role that may use it. */
 function Switch({ module, isAllowed, fail }) {
   const isOn = module.condition !== "INACTIVE";
-  // What is shown may be a second old, and a press means what the person sees.
+  // The shown state may be a second old; a press sets what the user sees.
   const turn = async ({ target }) => {
     try {
       await put(`/modules/${encodeURIComponent(module.name).replaceAll("%2F", "/")}`, { enabled: target.checked });

@@ -1,5 +1,5 @@
-// How the agent is, at a glance: what is out of the ordinary first.
-import { duration, Empty, Field, html, number, useInterfaces, useProperties, useReadings, useResource, word } from "/slate.js";
+// The state of the agent at a glance, exceptional conditions first.
+import { conditionOf, duration, Empty, Field, html, number, useInterfaces, useProperties, useReadings, useResource, word } from "/slate.js";
 import { useRoute } from "/route.js";
 
 const HEALTHY = ["WORKING", "INACTIVE"];
@@ -35,8 +35,8 @@ function Panel() {
   const [loop, cycle] = [value("loop/state"), value("loop/histogram")];
   return html`<div class="overview scroll" tabindex="0" role="group" aria-label="Overview">
     ${ill.length > 0 && html`<section><div class="group"><h3>Needs attention</h3></div><dl>
-      ${ill.map(({ name, condition, waiting_for: port, misses, panics }) => html`<${Field} key=${name} name=${name} state=${HEALTHY.includes(condition) ? "degraded" : "bad"}>
-        ${word(condition)}${port ? ` for ${port}` : ""}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl></section>`}
+      ${ill.map(({ name, misses, panics, ...module }) => html`<${Field} key=${name} name=${name} state=${HEALTHY.includes(module.condition) ? "degraded" : "bad"}>
+        ${conditionOf(module)}${misses ? `, ${misses} misses` : ""}${panics ? `, ${panics} panics` : ""}</${Field}>`)}</dl></section>`}
     ${statuses.map((path) => html`<${Robot} key=${path} name=${path.split("/")[0]} status=${value(path)} />`)}
     ${clearances.length > 0 && html`<section><div class="group"><h3>Clearance</h3></div><dl>
       ${clearances.map((path) => html`<${Field} key=${path} name=${path.replace(/^simulator\//, "").replace(/\/clearance$/, "")}>

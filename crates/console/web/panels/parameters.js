@@ -1,15 +1,15 @@
-// Parameters of modules: with ranges and units, taken back one by one, compared with the files, and saved into them.
+// Parameters of modules with ranges and units: undone one by one, compared with the files, saved.
 import { Dialog } from "/dialog.js";
 import { at, Empty, html, leaves, number, part, patch, post, Problem, reload, remove, Trouble, useAgent, useEffect, useInterfaces, useMemo, useProperties, useReadings, useRef, useResource, useState } from "/slate.js";
 
-/** A decimal number, as people write it: with a comma or a point, a true minus, its unit behind it; nothing of what is none. */
+/** A decimal number as people write it: with comma or point, a minus sign, a unit behind it; null if it is none. */
 function numberOf(text, unit) {
   const bare = text.trim();
   const digits = (unit && bare.endsWith(unit) ? bare.slice(0, -unit.length) : bare).trim().replace(",", ".").replace("−", "-");
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(digits) ? Number(digits) : null;
 }
 
-/** Why a text is none of a parameter, in words of who has typed it; nothing when it is one. */
+/** The reason why a text is not a valid value, in the words of the user; null if it is valid. */
 function wrongly(text, { name, type, unit, range }, module) {
   const found = numberOf(text, unit);
   const [low, high] = range ?? [];
@@ -21,7 +21,7 @@ function wrongly(text, { name, type, unit, range }, module) {
   return new Problem(422, `${wrong}: nothing was changed`, `${name} of ${module} is ${kind}${such}${unit ? `, in ${unit}` : ""}, such as ${type === "integer" ? Math.round(low ?? 1) : Math.max(low ?? 0.5, Math.min(high ?? 0.5, 0.5))}`);
 }
 
-/** The least and the greatest value of a slider: what the parameter allows; nothing where nobody has said. */
+/** Bounds of a slider: the range of the parameter; null without one. */
 const bounds = ({ range }) => (range && range[1] - range[0] < 1e6 ? { low: range[0], high: range[1] } : null);
 
 function Parameter({ leaf, module, value, file, set, fail, isAllowed }) {
@@ -33,22 +33,22 @@ function Parameter({ leaf, module, value, file, set, fail, isAllowed }) {
   const differs = file !== undefined;
   const enter = (event) => {
     event.preventDefault();
-    // Whoever types and enters at once is faster than the page is drawn.
+    // Typing and entering at once is faster than rendering.
     const typed = event.type === "submit" ? event.target.querySelector("input").value : text;
     const isTouched = text !== null || (typed !== null && typed !== String(value ?? "NaN"));
     const isGiven = isTouched && typed.trim() !== "";
     const problem = isGiven && isNumber ? wrongly(typed, leaf, module) : null;
     setIsWrong(problem !== null);
-    // What is wrong stays to be mended.
+    // An invalid text stays for correction.
     if (problem) return fail(problem);
     if (isWrong) fail(null);
     if (isGiven) set(isNumber ? numberOf(typed, unit) : typed);
     setText(null);
     return undefined;
   };
-  // Parameters of several modules have the same name.
+  // Parameters of several modules may have the same name.
   const label = `${module} ${name}${unit ? `, ${unit}` : ""}`;
-  // A slider has no more digits than a hundredth of its range tells apart.
+  // The slider rounds to a hundredth of its range.
   const rounded = ({ target }) => Number(Number(target.value).toPrecision(3));
   const id = `parameter-${leaf.path}-${name}`;
   const choices = type === "enumeration" ? leaf.schema.anyOf[0].enum : null;
@@ -67,7 +67,7 @@ function Parameter({ leaf, module, value, file, set, fail, isAllowed }) {
 
 const nameOf = (path) => path.replace(/^modules\./, "").replaceAll('"', "");
 
-/** What is going to be taken back, whoever has changed it: a goal among it moves the robot. */
+/** The changes to revert, whoever made them: a goal among them moves the robot. */
 function Revert({ differences, revert, close }) {
   return html`<${Dialog} label="Revert" kind="revert" close=${close}>
     <h2>Revert unsaved changes</h2>
@@ -78,7 +78,7 @@ function Revert({ differences, revert, close }) {
   </${Dialog}>`;
 }
 
-/** What is going to be written, whoever has changed it, and into which files; or why it can't be. */
+/** The changes to save, whoever made them, and their files; or the reason of a refusal. */
 function Save({ differences, save, close }) {
   const [files, setFiles] = useState(null);
   const [problem, setProblem] = useState(null);
@@ -113,7 +113,7 @@ function Panel({ options, setOptions }) {
   const known = useResource("/parameters", 10) ?? [];
   const told = useMemo(() => new Map(known.map((parameter) => [`${parameter.module} ${parameter.name}`, parameter])), [known]);
   const [text, setText] = useState("");
-  // What can be undone, the last in the end; in the page as drawn it may be behind who is fast.
+  // Changes that can be undone, the last one at the end; the rendered count may lag.
   const undone = useRef([]);
   const [undoable, setUndoable] = useState(0);
   const turn = useRef(Promise.resolve());
@@ -127,7 +127,7 @@ function Panel({ options, setOptions }) {
   const isAllowed = agent?.role === "developer";
   const changed = new Map(differences.map((difference) => [difference.path.replaceAll('"', ""), difference]));
   const again = () => reload("/settings/differences", "/properties");
-  // One after the other, as two requests at once may arrive the wrong way round.
+  // One after the other, because concurrent requests may arrive in another order.
   const attempt = (work) => {
     const done = turn.current.then(() => tried(work));
     turn.current = done.catch(() => {});
@@ -160,7 +160,7 @@ function Panel({ options, setOptions }) {
   };
   const revert = () => attempt(() => remove("/settings")).then((done) => done && ((undone.current = []), setUndoable(0), setSaid("All unsaved changes were reverted")));
   const save = () => attempt(() => post("/settings/save", {})).then((done) => done && setSaid(`Saved: ${done.files.join(", ") || "no changes"}`));
-  // What the command line says is none of the files', and stays out of them.
+  // Settings of the command line are not saved.
   const own = differences.filter(({ path, origin }) => path.startsWith("modules.") && !origin?.startsWith("--"));
   return html`
     <div class="bar-of-tools">

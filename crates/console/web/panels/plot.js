@@ -1,4 +1,4 @@
-// Numbers over time.
+// Plots of numbers over time.
 import { at, clock, colors, Empty, get, html, number, numbers, onTheme, selection, Trouble, unitAt, useAgent, useEffect, useInterfaces, useMemo, useProperties, useRef, useSize, useState } from "/slate.js";
 import { functions, parse } from "/expression.js";
 import { history } from "/history.js";
@@ -8,10 +8,10 @@ const WINDOWS = { 10: "10 s", 30: "30 s", 60: "1 min", 300: "5 min", 600: "10 mi
 
 const title = ({ name, path, pointer }) => name ?? `${path}${pointer}`;
 
-/** The histories that a line is made of. */
+/** The histories that a line consists of. */
 const sources = ({ path, pointer, inputs }) => (inputs ?? [{ path, pointer }]).map((input) => history(input.path, input.pointer));
 
-/** From a time on, with the value before it: times and values. */
+/** Times and values of a history from a time on, with the value before it. */
 function since({ times, values }, begin) {
   let last = times.length;
   while (last > 0 && times[last - 1] > clock.now / 1e9 + 0.1) last -= 1;
@@ -20,7 +20,7 @@ function since({ times, values }, begin) {
   return [times.slice(Math.max(0, place - 1), last), values.slice(Math.max(0, place - 1), last)];
 }
 
-/** The same of a line; what is computed has a value whenever one of its parts has, and the others hold. */
+/** The same of a line; an expression has a value at each time of one of its inputs, and the others hold. */
 function table(line, begin) {
   const parts = sources(line).map((source) => since(source, begin));
   if (!line.compute) return parts[0];
@@ -39,10 +39,10 @@ function table(line, begin) {
   }
 }
 
-/** The JSON Pointer of what a JSONPath with names and places alone leads to; nowhere for any other. */
+/** The JSON Pointer of a JSONPath of names and indices alone; null for any other. */
 const plain = (path) => (/\.\.|[*?:,]/.test(path) ? "/" : path.replace(/^\$/, "").replace(/\[["']?([^\]"']+)["']?\]/g, "/$1").replaceAll(".", "/"));
 
-/** A part of a property that a JSON Pointer or a JSONPath leads to, behind the property's path; nothing if there is no such property. */
+/** A part of a property, by a JSON Pointer or a JSONPath behind its path; undefined if there is no such property. */
 function partOf(name, properties, interfaces) {
   const place = name.indexOf("$");
   const fits = ({ path }) => (place < 0 ? name.startsWith(`${path}/`) : name.slice(0, place).replace(/\/$/, "") === path);
@@ -52,7 +52,7 @@ function partOf(name, properties, interfaces) {
   return { name, path: property.path, pointer, unit: unitAt(interfaces[property.interface], place < 0 ? pointer : plain(pointer)), isPart: true };
 }
 
-/** What a name means: a number, or after “=” one that is computed; throws what is wrong with it. */
+/** The line of a name: a number, or an expression after “=”; throws an error. */
 function lineOf(name, find) {
   if (!name.startsWith("=")) return find(name);
   const { inputs, compute, unit } = parse(name.slice(1));
@@ -63,10 +63,10 @@ function lineOf(name, find) {
   return { name, inputs: found, compute, unit: unit(found.map((input) => input.unit)) };
 }
 
-/** What is plotted before anybody has chosen: what the first actuator gets. */
+/** The initial plot: the command of the first actuator. */
 const usual = (choices) => choices.filter(({ path }) => path.endsWith("/command")).slice(0, 2);
 
-/** The range of an axis: a tenth more than there is, and some room about a number that stays the same. */
+/** The range of an axis: a tenth more than the data, and a margin around a constant. */
 function vertical(chart, least, most) {
   if (least === null || most === null) return [0, 1];
   const room = most - least || Math.abs(most) || 1;
@@ -75,7 +75,7 @@ function vertical(chart, least, most) {
 
 const DASHES = [[], [6, 3], [2, 2], [8, 3, 2, 3]];
 
-/** What the lines are where the pointer is: `{time, values}`, each the last before it; nothing while it is elsewhere. */
+/** The values of the lines at the pointer: `{time, values}`, each the last one before it; null without a pointer. */
 function pointed({ cursor, data }) {
   if (cursor.idx === null || cursor.idx === undefined || !(cursor.left >= 0)) return null;
   const last = (values) => {
@@ -139,7 +139,7 @@ function Chart({ series, seconds, paused, size, point }) {
     };
   }, [key, seconds, size.width, size.height, document.documentElement.dataset.theme]);
 
-  // The newest part of each line, on one axis of time.
+  // The newest part of each line, on a common time axis.
   function histories() {
     const all = series.flatMap(sources);
     return { all, data: (begin) => (all.length ? uPlot.join(series.map((line) => table(line, begin))) : [[]]) };
@@ -147,7 +147,7 @@ function Chart({ series, seconds, paused, size, point }) {
   return html`<div class="chart" ref=${box} role="img" aria-label=${`Plot of ${series.map(title).join(", ")}`}></div>`;
 }
 
-/** The number of each line where the pointer is, else the newest, with what it is. */
+/** The value of each line at the pointer, else the newest one. */
 function Legend({ series, at, remove }) {
   const [, redraw] = useState(0);
   useEffect(() => {
@@ -188,12 +188,12 @@ function Panel({ options, setOptions }) {
     try {
       return lineOf(name, find);
     } catch {
-      // One of another run, or of a link that somebody wrote.
+      // A line of another run, or of an edited link.
       return undefined;
     }
   }).filter(Boolean), [chosen.join(" "), byTitle]);
   const seconds = options.seconds ?? 30;
-  /** Finds out whether there is a number at a part. */
+  /** Checks that a part is a number. */
   const check = async ({ inputs, isPart, path, pointer }) => {
     for (const input of inputs ?? [{ isPart, path, pointer }]) {
       if (!input.isPart) continue;
@@ -204,7 +204,7 @@ function Panel({ options, setOptions }) {
   };
   const add = async (event) => {
     event.preventDefault();
-    // While a name is chosen from the list, each of its letters is a change; a whole expression is entered.
+    // Each letter of a name is a change; an expression is entered as a whole.
     const isEntered = event.type === "submit";
     try {
       const found = isEntered ? lineOf(text, find) : byTitle.get(text);

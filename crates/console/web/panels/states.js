@@ -1,4 +1,4 @@
-// States over time: routes, gates, missions, and every other value that is one of a few names.
+// States over time: routes, gates, missions, and all other enumerations.
 import { Empty, html, leaves, useInterfaces, useMemo, useProperties, useState } from "/slate.js";
 import { Strip } from "/strip.js";
 

@@ -1,15 +1,15 @@
-// How long everything takes: cycles, stages, modules, threads.
-import { Bar, duration, Empty, html, useMemo, useReadings, useRef, useResource, useState, word } from "/slate.js";
+// Durations of cycles, stages, modules and threads.
+import { Bar, conditionOf, duration, Empty, html, useMemo, useReadings, useRef, useResource, useState } from "/slate.js";
 
 const STAGES = ["PreLoop", "SensorAcquire", "SensorPrepare", "SensorProcess", "WorldState", "Think", "Skill", "Act", "ActExec", "PostLoop"];
 
 const share = (part, whole) => (whole ? part / whole : 0);
 
-function Row({ name, condition, histogram, timing, most, misses, panics }) {
+function Row({ name, condition, waiting_for, histogram, timing, most, misses, panics }) {
   const state = panics || condition === "ILL" ? "bad" : misses ? "degraded" : condition === "INACTIVE" ? "off" : undefined;
   const cell = (value) => html`<td class="number">${value === undefined ? "–" : duration(value)}</td>`;
   return html`<tr data-state=${state}>
-    <th scope="row">${name}</th><td>${condition === undefined ? "" : word(condition)}</td>
+    <th scope="row">${name}</th><td>${condition === undefined ? "" : conditionOf({ condition, waiting_for })}</td>
     <td class="number">${timing?.period ? `${(1e9 / timing.period).toFixed(1)} Hz` : "–"}</td>
     ${cell(timing?.jitter)}${cell(histogram?.p50)}${cell(histogram?.p90)}${cell(histogram?.p99)}${cell(histogram?.max)}
     <td><${Bar} share=${share(histogram?.p99 ?? 0, most)} label=${histogram ? `99th percentile ${duration(histogram.p99)}` : "no samples yet"} /></td>
@@ -20,14 +20,14 @@ function Head({ first, sort, setSort }) {
   const column = (name, id, title) => html`<th class="number" aria-sort=${sort === id && id ? "descending" : undefined} title=${title}>
     ${id && setSort ? html`<button class="quiet" onClick=${() => setSort(id)}>${name}${sort === id ? " ▾" : ""}</button>` : name}</th>`;
   return html`<thead><tr><th>${first}</th><th>Condition</th>${column("Rate")}${column("Jitter", "", "Largest difference between successive periods")}
-    ${column("Median", "p50")}${column("90 %", "p90")}${column("99 %", "p99")}${column("Maximum", "max")}
+    ${column("p50", "p50")}${column("p90", "p90")}${column("p99", "p99")}${column("Maximum", "max")}
     <th>p99 / period</th>${column("Misses", "", "Ticks that missed their deadline")}${column("Panics")}</tr></thead>`;
 }
 
-/** What each thread took of a processor since the last look, and how long it waited for one in the middle. */
+/** Load of each thread since the last look, and its mean scheduling latency. */
 function useLoads() {
   const threads = useResource("/threads", 2) ?? [];
-  // What another visit has left is of no known time.
+  // Values of an earlier visit have no known interval.
   const begun = useRef(threads).current;
   const before = useRef({ when: 0, threads: new Map() });
   return useMemo(() => {
@@ -59,7 +59,7 @@ function Panel() {
   const modules = useResource("/modules", 2);
   const properties = useResource("/properties", 5) ?? [];
   const found = properties.map(({ path }) => path).filter((path) => /^loop\/[^/]+\/histogram$/.test(path));
-  // In the order in which they run; those of another loop behind them.
+  // In the order of execution; stages of another loop at the end.
   const rank = (path) => (STAGES.indexOf(path.split("/")[1]) + STAGES.length + 1) % (STAGES.length + 1);
   const stages = found.sort((one, other) => rank(one) - rank(other));
   const names = (modules ?? []).map(({ name }) => name);

@@ -1,10 +1,10 @@
-// Every property: what it is now, how old that is, how often it comes.
+// All properties with value, age and rate.
 import { Age, brief, Empty, hertz, html, select, useInterfaces, useRates, useResource, useSelected, useState } from "/slate.js";
 
-// What every module has; it tells little and is much.
+// Properties of every module, hidden by default.
 const USUAL = /\/(enabled|histogram|state|timing)$/;
 
-/** The rows of a tree: folders and properties, those below what is closed left out. */
+/** The visible rows of a tree of folders and properties. */
 function rows(properties, isOpen) {
   const found = [];
   const seen = new Set();
@@ -51,7 +51,7 @@ function Panel({ options, setOptions }) {
   const [closed, setClosed] = useState(() => new Set());
   const rates = useRates(properties ?? []);
   const wanted = text.toLowerCase().split(/\s+/).filter(Boolean);
-  // A parameter is a field of what its module has.
+  // Parameters are fields of a property of their module.
   const parameters = ({ path, access, interface: name }) => (access === "setting" ? Object.keys(interfaces[name]?.properties ?? {}).map((field) => `${path}/${field}`) : []);
   const fits = (property) => wanted.every((part) => [property.path, property.interface, ...parameters(property)].some((text) => text.toLowerCase().includes(part)));
   const shown = (properties ?? []).filter((property) => (options.usual || wanted.length || !USUAL.test(property.path)) && fits(property));

@@ -2,6 +2,7 @@
 
 mod checksum;
 mod copy;
+mod known;
 mod open;
 mod outline;
 mod seal;
@@ -9,6 +10,7 @@ mod whole;
 
 use std::path::PathBuf;
 
+pub use known::KnownLibraries;
 pub(crate) use open::{Library, make, open};
 pub use open::{Residence, code_of, file_of, open_as_it_is};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};

@@ -8,7 +8,7 @@ use super::cycle::Position;
 use super::gauges::StageGauge;
 use super::guest::{Absent, Guest};
 use super::plan::{Plan, PlanParts};
-use super::{Core, Levels, ModuleThreads, Schedule, Seat, Shared, TAKEOVER, Takeover, WatchedModule};
+use super::{Core, Levels, ModuleThreads, Schedule, Seat, SharedLoop, TAKEOVER, Takeover, WatchedModule};
 use crate::actuators::Actuator;
 use crate::clock::TimeSource;
 
@@ -87,14 +87,14 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Shared {
+impl SharedLoop {
     /// From the next cycle on the loop runs these modules, by their stages, and ends stale commands of these actuators;
     /// `threaded` are watched beside them. A module that is not among them says neither the order nor the time any more.
     pub fn compose(&self, levels: Vec<Levels>, threaded: Vec<Arc<Seat>>, actuators: Vec<Arc<Actuator>>) {
         self.compose_with(levels, threaded, actuators, || Ok::<(), ()>(()));
     }
 
-    /// As [`compose`](Shared::compose), and does `work` in the same moment, before it: when that fails, all stays as it
+    /// As [`compose`](SharedLoop::compose), and does `work` in the same moment, before it: when that fails, all stays as it
     /// is. Nothing when the loop was lost.
     pub fn compose_with<R: Send + 'static, E: Send + 'static>(
         &self,
@@ -286,7 +286,7 @@ impl Shared {
 }
 
 /// The life of the thread that makes plans for a module's stages, as the loop has no time for that.
-fn make_plans(shared: &Weak<Shared>, takeover: &Arc<Takeover>) {
+fn make_plans(shared: &Weak<SharedLoop>, takeover: &Arc<Takeover>) {
     while takeover.wait() {
         let Some(shared) = shared.upgrade() else { return };
         shared.follow(takeover);

@@ -4,13 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use super::guest::{Asked, PutAway, ask, dismiss};
+use super::policy::LoopPosition;
+use super::roles::{PolicyRole, TakeoverRole, TimeRole};
 use super::takeover::Choice;
-use super::{
-    Control, Core, Cycle, Flow, Playing, PolicyRole, STAGE_LIMIT, Seat, Shared, TakeoverRole, TimeRole,
-    workers,
-};
+use super::{Control, Core, Cycle, Flow, Playing, STAGE_LIMIT, Seat, SharedLoop, workers};
 use crate::clock::monotonic;
-use crate::main_loop::policy::LoopPosition;
 use crate::runner::StepCall;
 use crate::timing::Span;
 
@@ -58,7 +56,7 @@ struct Turn {
 
 impl Turn {
     /// How many steps one of that duration stands for in its histogram.
-    fn stands_for(&self, shared: &Shared, has_deadline: bool, duration: u64) -> u32 {
+    fn stands_for(&self, shared: &SharedLoop, has_deadline: bool, duration: u64) -> u32 {
         match () {
             () if has_deadline || self.traced || duration >= LONG && !shared.lockstep => 1,
             () if self.sampled => SAMPLED as u32,
@@ -67,7 +65,7 @@ impl Turn {
     }
 
     /// How many cycles this one stands for.
-    fn stands_for_cycles(&self, shared: &Shared) -> u32 {
+    fn stands_for_cycles(&self, shared: &SharedLoop) -> u32 {
         if shared.lockstep && !self.traced { SAMPLED as u32 } else { 1 }
     }
 
@@ -92,7 +90,7 @@ const SAMPLED: u64 = 16;
 const LONG: u64 = 50_000;
 
 /// One cycle, or the rest of one that another thread began.
-pub fn cycle(shared: &Shared) -> Flow {
+pub fn cycle(shared: &SharedLoop) -> Flow {
     let Some(mut turn) = begin(shared) else { return Flow::Lost };
     loop {
         // SAFETY: this thread holds the token; every reference ends before a step is made, as the step may lose it.
@@ -139,7 +137,7 @@ pub fn cycle(shared: &Shared) -> Flow {
 }
 
 /// Waits for the beginning of a cycle, unless it has begun; nothing when the time source did not return.
-fn begin(shared: &Shared) -> Option<Turn> {
+fn begin(shared: &SharedLoop) -> Option<Turn> {
     let (inside, last) = {
         // SAFETY: this thread holds the token; the reference ends before the time source is asked.
         let core = unsafe { shared.core() };
@@ -175,7 +173,7 @@ fn begin(shared: &Shared) -> Option<Turn> {
 }
 
 /// The time of the next cycle; nothing when the time source did not return.
-fn time_of_next(shared: &Shared, last: Option<u64>) -> Option<u64> {
+fn time_of_next(shared: &SharedLoop, last: Option<u64>) -> Option<u64> {
     let planned = last.map_or(0, |last| last + shared.period);
     if !shared.clock.is_driven() {
         return Some(planned);
@@ -198,7 +196,7 @@ fn time_of_next(shared: &Shared, last: Option<u64>) -> Option<u64> {
     }
 }
 
-fn begin_cycle(shared: &Shared, core: &mut Core, time: u64) {
+fn begin_cycle(shared: &SharedLoop, core: &mut Core, time: u64) {
     let beginning = core.pace.wait(shared, time);
     // In lockstep only the pace suffers, and nothing that a module sees.
     if beginning.late > 0 && !shared.lockstep {
@@ -229,7 +227,7 @@ enum Stages {
 }
 
 /// Ends a stage, and begins the one that comes next.
-fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
+fn next_stage(shared: &SharedLoop, turn: &mut Turn) -> Stages {
     let (after, stages_so_far, count, asks) = {
         // SAFETY: this thread holds the token; the reference ends before the policy is asked.
         let core = unsafe { shared.core() };
@@ -307,7 +305,7 @@ fn next_stage(shared: &Shared, turn: &mut Turn) -> Stages {
     Stages::Next
 }
 
-fn end_stage(shared: &Shared, core: &mut Core, turn: &mut Turn) {
+fn end_stage(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) {
     let Core { plan, position, .. } = core;
     let Some(stage) = position.stage.and_then(|stage| plan.stages.get(stage)) else { return };
     if position.deadline != 0 {
@@ -342,7 +340,7 @@ enum Next {
 }
 
 #[inline]
-fn next_step(shared: &Shared, core: &mut Core, turn: &mut Turn) -> Next {
+fn next_step(shared: &SharedLoop, core: &mut Core, turn: &mut Turn) -> Next {
     if core.position.helped {
         // The thread that gave the steps to the workers was lost.
         core.position.helped = false;
@@ -383,7 +381,7 @@ fn write_before(playback: &mut Playing, now: u64, module: &str) {
 
 impl Core {
     /// The modules of the present stage that have not had their turn don't get it.
-    fn leave_out(&mut self, shared: &Shared) {
+    fn leave_out(&mut self, shared: &SharedLoop) {
         let Self { plan, position, .. } = self;
         let seats = &plan.seats[position.seat..position.end];
         position.seat = position.end;
@@ -395,7 +393,7 @@ impl Core {
     }
 
     /// Says that cycles had to be left out.
-    fn report_overrun(&mut self, shared: &Shared, late: u64) {
+    fn report_overrun(&mut self, shared: &SharedLoop, late: u64) {
         // Of the cycle before, which is at its end.
         let began = self.position.began;
         self.notices.report_overrun(shared, late, began, &self.plan.seats);
@@ -403,7 +401,7 @@ impl Core {
 }
 
 /// What follows the last stage.
-fn end(shared: &Shared, turn: &mut Turn) -> Flow {
+fn end(shared: &SharedLoop, turn: &mut Turn) -> Flow {
     // SAFETY: this thread holds the token, and no step is left in this cycle.
     let core = unsafe { shared.core() };
     core.position.inside = false;

@@ -2,11 +2,11 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use super::{End, Flow, Shared, cycle};
+use super::{End, Flow, SharedLoop, cycle};
 
 /// Drives the loop until the run ends. When a step that this thread made was given up, another thread has the loop, and
 /// this one waits for it to be lost in turn.
-pub fn drive(shared: &Shared) {
+pub fn drive(shared: &SharedLoop) {
     let cycles = || {
         while shared.run.is_running() {
             match cycle(shared) {

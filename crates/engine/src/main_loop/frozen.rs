@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use slate_blackboard::bytes;
 
 use super::cycle::Position;
-use super::{Core, Shared};
+use super::{Core, SharedLoop};
 use crate::digest::Digest;
 
 /// How far the loop was.
@@ -29,7 +29,7 @@ pub struct FrozenLoop {
 
 impl FrozenLoop {
     /// The loop between two cycles, as who has the token sees it.
-    pub fn of(shared: &Shared, core: &Core) -> Self {
+    pub fn of(shared: &SharedLoop, core: &Core) -> Self {
         let own = core.time_source.as_ref().filter(|guest| guest.seat.is_none());
         let gauges = &shared.measures.gauges;
         Self {
@@ -49,7 +49,7 @@ impl FrozenLoop {
     }
 
     /// Lets the next cycle follow those of this loop.
-    pub fn thaw(self, shared: &Shared, core: &mut Core) {
+    pub fn thaw(self, shared: &SharedLoop, core: &mut Core) {
         core.cycle = self.cycle;
         core.time = self.time;
         core.digest = core.digest.take().and(self.digest).map(Digest::resumed);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use slate_module::Level;
 
-use super::{Core, LoopLog, Seat, Shared, WatchedModule};
+use super::{Core, LoopLog, Seat, SharedLoop, WatchedModule};
 use crate::clock::monotonic;
 
 /// Such code, and whose it is.
@@ -93,7 +93,7 @@ pub(super) type PutAway = fn(&mut Core) -> &'static str;
 
 /// Asks a guest. The caller holds the loop's token and no reference to the core, and looks at nothing of the loop after
 /// [`Asked::Lost`].
-pub(super) fn ask<R: Role, A>(shared: &Shared, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A>
+pub(super) fn ask<R: Role, A>(shared: &SharedLoop, question: impl FnOnce(&mut R::Code) -> A) -> Asked<A>
 where
     Guest<R::Code>: Send + 'static,
 {

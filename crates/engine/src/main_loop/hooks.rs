@@ -1,9 +1,9 @@
 use std::sync::{Arc, OnceLock};
 
-use super::{Flow, Shared};
+use super::{Flow, SharedLoop};
 
 /// What is called between two cycles with the agent's time; [`Flow::Lost`] when it lost the token.
-pub type AfterCycle = Box<dyn Fn(&Shared, u64) -> Flow + Send + Sync>;
+pub type AfterCycle = Box<dyn Fn(&SharedLoop, u64) -> Flow + Send + Sync>;
 
 /// What sends to other agents what was written; it is called after each tick that wrote something.
 pub type AfterTick = Box<dyn Fn() + Send + Sync>;

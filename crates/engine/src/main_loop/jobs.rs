@@ -6,10 +6,10 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::{Flow, Seat, Shared};
+use super::{Flow, Seat, SharedLoop};
 
 /// What is done between two cycles; nothing of the core may be held when a module's code is called.
-pub(super) type Job = Box<dyn FnOnce(&Shared) -> Flow + Send>;
+pub(super) type Job = Box<dyn FnOnce(&SharedLoop) -> Flow + Send>;
 
 /// The job that waits.
 #[derive(Default)]
@@ -49,13 +49,13 @@ thread_local! {
     static HELD: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
 }
 
-impl Shared {
+impl SharedLoop {
     /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
     /// nothing when it lost the token, because a module of `seats` did not return in time.
     pub fn between_cycles<R: Send + 'static>(
         &self,
         seats: &[Arc<Seat>],
-        work: impl FnOnce(&Shared) -> Option<R> + Send + 'static,
+        work: impl FnOnce(&SharedLoop) -> Option<R> + Send + 'static,
     ) -> Result<R, NotReturned> {
         let (sender, receiver) = channel();
         let job: Job = Box::new(move |shared| match work(shared) {
@@ -101,7 +101,7 @@ impl Shared {
     ) -> (Option<u64>, R) {
         let (begin, begun) = channel();
         let (held, jobs) = channel::<Job>();
-        let between = move |shared: &Shared| {
+        let between = move |shared: &SharedLoop| {
             // Who asked does not wait any more when it can't be sent, and has ended its work when nothing more comes.
             if begin.send(shared.cycles()).is_ok() {
                 while let Ok(job) = jobs.recv() {
@@ -135,7 +135,7 @@ impl Shared {
     ) -> Option<R> {
         let involved = seats.to_vec();
         if !own_thread {
-            let between = move |_: &Shared| {
+            let between = move |_: &SharedLoop| {
                 let free = involved.iter().all(|seat| seat.is_idle() || seat.readmit());
                 if free { work().map(Some) } else { Some(None) }
             };

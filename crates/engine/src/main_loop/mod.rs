@@ -18,6 +18,7 @@ mod pace;
 mod plan;
 mod playing;
 mod policy;
+mod roles;
 mod run;
 mod seat;
 mod takeover;
@@ -68,6 +69,7 @@ use handover::LoopCourse;
 use jobs::Jobs;
 use notices::Notices;
 use plan::Plan;
+use roles::{POLICY, PolicyRole, TAKEOVER, TIME_SOURCE, TimeRole};
 use run::Successor;
 use timeouts::StageTimeouts;
 use token::LoopToken;
@@ -155,6 +157,29 @@ pub struct Core {
 }
 
 impl Core {
+    /// A loop without modules, which `time_source` may tell the time.
+    fn new(pace: Pace, workers: Workers, lockstep: bool, time_source: Option<Box<dyn TimeSource>>) -> Self {
+        Self {
+            plan: Plan::default(),
+            aside: Plan::default(),
+            course: LoopCourse::default(),
+            actuators: Vec::new(),
+            digest: lockstep.then(Digest::default),
+            pace,
+            observer: None,
+            workers,
+            cycle: 0,
+            time: None,
+            policy: None,
+            takeover: None,
+            time_source: time_source.map(|code| Guest { what: TIME_SOURCE, seat: None, code }),
+            playback: None,
+            absent: Vec::new(),
+            position: Position::default(),
+            notices: Notices::default(),
+        }
+    }
+
     /// Goes on from another time.
     pub fn jump(&mut self, time: u64) {
         self.time = Some(time);
@@ -167,46 +192,8 @@ impl Core {
     }
 }
 
-/// Who says which stage comes next, of the program.
-struct PolicyRole;
-
-impl Role for PolicyRole {
-    type Code = dyn LoopPolicy;
-
-    fn guest(core: &mut Core) -> &mut Option<Guest<dyn LoopPolicy>> {
-        &mut core.policy
-    }
-}
-
-/// The module that may take the loop.
-struct TakeoverRole;
-
-impl Role for TakeoverRole {
-    type Code = Arc<Takeover>;
-
-    fn guest(core: &mut Core) -> &mut Option<Guest<Arc<Takeover>>> {
-        &mut core.takeover
-    }
-
-    /// It stays: while its module is late it is not asked, and that ends what it has taken.
-    fn put_away(_: &mut Core) -> &'static str {
-        TAKEOVER
-    }
-}
-
-/// Who says what time it is.
-struct TimeRole;
-
-impl Role for TimeRole {
-    type Code = dyn TimeSource;
-
-    fn guest(core: &mut Core) -> &mut Option<Guest<dyn TimeSource>> {
-        &mut core.time_source
-    }
-}
-
 /// The loop as all threads see it.
-pub struct Shared {
+pub struct SharedLoop {
     /// The properties.
     pub board: Arc<Board>,
     /// The agent's time.
@@ -249,7 +236,7 @@ impl LoopLog<'_> {
 }
 
 // SAFETY: the core is used only by the thread that holds the token, and the track of the loop too.
-unsafe impl Sync for Shared {}
+unsafe impl Sync for SharedLoop {}
 
 /// What a loop is made with.
 pub struct Parameters {
@@ -273,31 +260,13 @@ pub struct Parameters {
     pub time_source: Option<Box<dyn TimeSource>>,
 }
 
-impl Shared {
+impl SharedLoop {
     /// A loop without modules.
     pub fn new(parameters: Parameters) -> Self {
         let Parameters { board, clock, logger, period, lockstep, schedule, workers, pace, time_source } =
             parameters;
         let synchronization = Arc::new(Synchronization::default());
-        let core = Core {
-            plan: Plan::default(),
-            aside: Plan::default(),
-            course: LoopCourse::default(),
-            actuators: Vec::new(),
-            digest: lockstep.then(Digest::default),
-            pace,
-            observer: None,
-            workers,
-            cycle: 0,
-            time: None,
-            policy: None,
-            takeover: None,
-            time_source: time_source.map(|code| Guest { what: TIME_SOURCE, seat: None, code }),
-            playback: None,
-            absent: Vec::new(),
-            position: Position::default(),
-            notices: Notices::default(),
-        };
+        let core = Core::new(pace, workers, lockstep, time_source);
         Self {
             measures: LoopMeasures::new(&board, &synchronization),
             board,
@@ -464,8 +433,3 @@ impl Shared {
         drop(before);
     }
 }
-
-/// What the log calls them.
-const POLICY: &str = "the policy of the main loop";
-const TAKEOVER: &str = "the policy of a module";
-const TIME_SOURCE: &str = "the time source";

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_module::Level;
 
 use super::plan::PlannedStage;
-use super::{Seat, Shared};
+use super::{Seat, SharedLoop};
 use crate::clock::monotonic;
 
 /// At least so much between two notices of a kind, nanoseconds.
@@ -50,7 +50,7 @@ pub(super) struct Notices {
 
 impl Notices {
     /// A cycle began late by `late` nanoseconds, as the one before, which began at `began`, took too long.
-    pub fn report_overrun(&mut self, shared: &Shared, late: u64, began: u64, seats: &[Arc<Seat>]) {
+    pub fn report_overrun(&mut self, shared: &SharedLoop, late: u64, began: u64, seats: &[Arc<Seat>]) {
         let Some(unsaid) = self.overruns.pass(monotonic()) else { return };
         let mut took: Vec<_> = seats
             .iter()
@@ -78,7 +78,7 @@ impl Notices {
     /// The time of a stage was up before those modules had their turn.
     pub fn report_time_up<'s>(
         &mut self,
-        shared: &Shared,
+        shared: &SharedLoop,
         stage: &PlannedStage,
         missed: impl Iterator<Item = &'s Arc<Seat>>,
     ) {

@@ -1,6 +1,6 @@
 use std::time::Duration;
 
-use super::Shared;
+use super::SharedLoop;
 use crate::clock::monotonic;
 
 /// How fast virtual time goes.
@@ -58,7 +58,7 @@ impl Pace {
     /// Sleeps until the cycle of that virtual time begins.
     ///
     /// Beginnings lie on a fixed grid, so that periods do not drift; what was missed is left out, not caught up.
-    pub(super) fn wait(&mut self, shared: &Shared, time: u64) -> Beginning {
+    pub(super) fn wait(&mut self, shared: &SharedLoop, time: u64) -> Beginning {
         // Where nothing depends on the wall clock nobody asks for it: that takes as long as a short module.
         if self.rate == Rate::Max && self.minimum == 0 && shared.clock.is_driven() {
             return Beginning { nominal: 0, late: 0 };

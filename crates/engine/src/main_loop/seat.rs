@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::{Publication, Shared};
+use super::{Publication, SharedLoop};
 use crate::clock::monotonic;
 use crate::isolation::Isolation;
 use crate::runner::{Health, ModuleCondition, Runner, count};
@@ -423,7 +423,7 @@ impl Seat {
     }
 
     /// Records a step, from a monotonic time on; whoever drives the seat does.
-    pub fn record(&self, shared: &Shared, start: u64, duration: u64, cycle: u64) {
+    pub fn record(&self, shared: &SharedLoop, start: u64, duration: u64, cycle: u64) {
         if let Some((track, label)) = self.track.get() {
             track.record(Span { label: *label, start: shared.clock.at(start), duration, cycle });
         }

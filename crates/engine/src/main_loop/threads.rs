@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_module::Trigger;
 
-use super::{Seat, Shared};
+use super::{Seat, SharedLoop};
 use crate::background::thread_name;
 use crate::clock::monotonic;
 use crate::runner::{ModuleCondition, Runner, StepCall};
@@ -22,7 +22,7 @@ impl ModuleThreads {
     ///
     /// # Errors
     /// When it can't be started.
-    pub fn start(&mut self, shared: &Arc<Shared>, seat: &Arc<Seat>) -> io::Result<()> {
+    pub fn start(&mut self, shared: &Arc<SharedLoop>, seat: &Arc<Seat>) -> io::Result<()> {
         let run = shared.run.number();
         let (thread_shared, driven) = (Arc::clone(shared), Arc::clone(seat));
         let thread = std::thread::Builder::new()
@@ -68,7 +68,7 @@ fn join(seat: &Seat, thread: JoinHandle<()>) {
 }
 
 /// The life of a module's own thread in that run.
-fn work(shared: &Shared, run: u64, seat: &Seat) {
+fn work(shared: &SharedLoop, run: u64, seat: &Seat) {
     let wake = &seat.wake;
     let mut kicks = seat.kicks().unwrap_or(0);
     while shared.run.is_in(run) && !seat.is_retired() {
@@ -84,6 +84,9 @@ fn work(shared: &Shared, run: u64, seat: &Seat) {
             let runner = seat.runner();
             let now = shared.clock.now();
             if is_its_turn(seat, &mut kicks) && runner.is_due(now) {
+                if runner.inputs.ports.iter().any(|input| input.writer.is_none()) {
+                    expire(shared);
+                }
                 runner.prepare(now);
                 (Some(runner.call()), Duration::ZERO)
             } else {
@@ -97,6 +100,13 @@ fn work(shared: &Shared, run: u64, seat: &Seat) {
                 wake.wait_timeout(patience);
             }
         }
+    }
+}
+
+/// Ends what actuators were commanded for too long, so that a step sees no such command, however late the watchdog is.
+fn expire(shared: &SharedLoop) {
+    for actuator in shared.actuators().iter() {
+        actuator.expire_before_read();
     }
 }
 
@@ -139,7 +149,7 @@ fn patience(runner: &Runner, now: u64) -> Duration {
 }
 
 /// A step of a seat that is claimed; nothing comes of it when it was given up.
-fn step(shared: &Shared, seat: &Seat, call: StepCall) {
+fn step(shared: &SharedLoop, seat: &Seat, call: StepCall) {
     let start = monotonic();
     seat.begin(false, start);
     // SAFETY: the runner was prepared, and the seat keeps others out.

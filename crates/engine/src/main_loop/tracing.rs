@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::sync::{Arc, OnceLock};
 
-use super::{Shared, WatchedModule};
+use super::{SharedLoop, WatchedModule};
 use crate::clock::monotonic;
 use crate::timing::{Exported, Label, Recorder, Recording, Span, Switch, Trace, TraceTrack};
 
@@ -67,7 +67,7 @@ impl Tracing {
 /// something has happened.
 #[derive(Clone)]
 pub struct AgentTrace {
-    shared: Arc<Shared>,
+    shared: Arc<SharedLoop>,
 }
 
 impl std::fmt::Debug for AgentTrace {
@@ -78,7 +78,7 @@ impl std::fmt::Debug for AgentTrace {
 
 impl AgentTrace {
     /// Of that loop.
-    pub fn new(shared: Arc<Shared>) -> Self {
+    pub fn new(shared: Arc<SharedLoop>) -> Self {
         Self { shared }
     }
 

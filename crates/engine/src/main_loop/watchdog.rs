@@ -4,7 +4,8 @@ use std::time::Duration;
 use slate_module::Level;
 
 use super::notices::{Limit, milliseconds, repeated};
-use super::{End, Seat, Shared};
+use super::{End, Seat, SharedLoop};
+use crate::background::take_precedence;
 use crate::clock::monotonic;
 
 /// With so many threads lost at a time the run stops in order.
@@ -21,7 +22,7 @@ const ENDING: u64 = 1_000_000_000;
 /// Sees steps that do not return, and moves the loop past them; and ends commands that are not renewed, whatever the loop
 /// does.
 pub struct Watchdog {
-    shared: Arc<Shared>,
+    shared: Arc<SharedLoop>,
     /// Nanoseconds.
     hang: u64,
 }
@@ -48,12 +49,14 @@ struct Seen {
 
 impl Watchdog {
     /// Watches that loop, whose steps may take so long.
-    pub fn new(shared: Arc<Shared>, hang: Duration) -> Self {
+    pub fn new(shared: Arc<SharedLoop>, hang: Duration) -> Self {
         Self { shared, hang: hang.as_nanos() as u64 }
     }
 
     /// Watches until the run is over and no thread is in a step any more.
     pub fn watch(self) {
+        // A module that takes all that it gets of the processors must not keep it waiting.
+        take_precedence();
         let mut watched = self.shared.watched();
         let mut seen = vec![Seen::default(); watched.len()];
         let mut ended = None;

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use slate_blackboard::wake::Wake;
 
-use super::{Seat, Shared};
+use super::{Seat, SharedLoop};
 use crate::clock::monotonic;
 use crate::digest::Digest;
 use crate::runner::StepCall;
@@ -108,7 +108,13 @@ impl Workers {
 
     /// Waits for the workers and commits what they did, in the order in which it was given to them. Their steps are
     /// recorded when the number of the `traced` cycle is given.
-    pub fn commit(&self, shared: &Shared, now: u64, traced: Option<u64>, mut digest: Option<&mut Digest>) {
+    pub fn commit(
+        &self,
+        shared: &SharedLoop,
+        now: u64,
+        traced: Option<u64>,
+        mut digest: Option<&mut Digest>,
+    ) {
         for worker in &self.workers {
             // SAFETY: only the holder of the loop's token uses it.
             let Some(seat) = (unsafe { (*worker.given.get()).take() }) else { continue };

@@ -57,7 +57,7 @@ pub struct ConditionParams {
 
 /// Newest report.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Told {
+pub struct LastCondition {
     change: u64,
     condition: Option<Condition>,
     /// Start of the health of a failed sensor, seconds.
@@ -72,11 +72,11 @@ impl Analyze for TellCondition {
     const DOC: &'static str = "Reports when a sensor fails and when it has recovered.";
     type Observed = ObservedHealth;
     type Params = ConditionParams;
-    type State = Told;
+    type State = LastCondition;
     type Value = SensorCondition;
 
     fn process(
-        told: &mut Told,
+        told: &mut LastCondition,
         observed: &ObservedHealth,
         params: &ConditionParams,
         now: &Tick,

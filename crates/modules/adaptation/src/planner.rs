@@ -21,7 +21,7 @@ pub struct Noticing {
 
 /// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct PlannerState {
     /// Condition of each sensor.
     sensors: [Option<Condition>; 2],
     /// Newest change: sensor and its number.
@@ -47,10 +47,10 @@ impl Plan for AdaptationPlanner {
     const DOC: &'static str = "Chooses what a robot does about its sensors that fail and recover.";
     type Noticed = Noticing;
     type Params = ();
-    type State = Memory;
+    type State = PlannerState;
 
     fn run(
-        memory: &mut Memory,
+        memory: &mut PlannerState,
         noticed: &Noticing,
         situation: &Situation<'_>,
         _: &(),
@@ -71,7 +71,7 @@ impl Plan for AdaptationPlanner {
             memory.given_up[memory.chosen] = true;
         }
         let alternatives = &noticed.alternatives;
-        let Memory { sensors, given_up, .. } = &*memory;
+        let PlannerState { sensors, given_up, .. } = &*memory;
         // A sensor of which nothing is known yet is taken to be well, and the last alternative needs none.
         let is_healthy = |sensor: &Option<Condition>| sensor.is_none_or(|is| is == Condition::HEALTHY);
         let is_possible = |number: &usize| {

@@ -29,7 +29,7 @@ pub struct RangeSensor {
 
 /// The last measurement, and how the robot has moved since it was another one.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct RangeHealthState {
     /// When the first tick was, nanoseconds.
     begun: Option<u64>,
     ranges: Vec<f64>,
@@ -51,10 +51,15 @@ impl Monitor for RangeHealthMonitor {
     const DOC: &'static str = "Watches how a sensor does that measures ranges.";
     type Sensors = RangeSensor;
     type Params = ();
-    type State = Memory;
+    type State = RangeHealthState;
     type Value = SensorHealth;
 
-    fn interpret(memory: &mut Memory, sensors: &RangeSensor, _: &(), now: &Tick) -> Option<SensorHealth> {
+    fn interpret(
+        memory: &mut RangeHealthState,
+        sensors: &RangeSensor,
+        _: &(),
+        now: &Tick,
+    ) -> Option<SensorHealth> {
         let begun = *memory.begun.get_or_insert(now.now());
         if let Some(Odometry { pose, .. }) = sensors.odometry.updated() {
             let (x, y, theta) =
@@ -68,7 +73,7 @@ impl Monitor for RangeHealthMonitor {
             let ranges = || scan.echoes.iter().map(|echo| echo.range);
             // Compared as bits: what is no number is always the same, too.
             let same = ranges().map(f64::to_bits).eq(memory.ranges.iter().map(|range| range.to_bits()));
-            // Who hears nothing anywhere says the same wherever it goes.
+            // Without any echo, readings stay the same everywhere.
             if !same || !heard {
                 memory.ranges.clear();
                 memory.ranges.extend(ranges());

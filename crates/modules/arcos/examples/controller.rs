@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::Parser;
-use slate_arcos_controller::{Controller, ControllerError, Faults, Options};
+use slate_arcos_controller::{Controller, ControllerError, ControllerOptions, Faults};
 
 /// Answers at a pseudo-terminal like the controller of a Pioneer, and moves a simulated robot.
 #[derive(Parser)]
@@ -51,7 +51,7 @@ fn main() {
 fn run(arguments: Arguments) -> Result<(), ControllerError> {
     let Arguments { world, at, link, seed, drop, corrupt, silent_after } = arguments;
     let faults = Faults { drop, corrupt, ..Faults::default() };
-    let controller = Controller::start(Options { world, at, seed, link, faults })?;
+    let controller = Controller::start(ControllerOptions { world, at, seed, link, faults })?;
     println!("{}", controller.path().display());
     let mut shown = [f64::NAN; 3];
     for second in 0_u64.. {

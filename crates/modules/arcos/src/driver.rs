@@ -48,9 +48,9 @@ pub struct Reading {
     pub bumper: Bumper,
 }
 
-/// Settings of the thread.
+/// DriverSettings of the thread.
 #[derive(Clone, Debug)]
-pub struct Settings {
+pub struct DriverSettings {
     /// The serial device.
     pub device: PathBuf,
     /// Its speed.
@@ -75,7 +75,7 @@ const PATIENCE: Duration = Duration::from_secs(3);
 const FAREWELL: Duration = Duration::from_millis(100);
 
 /// The life of the thread.
-pub fn run(stop: &Stop, settings: Settings) {
+pub fn run(stop: &Stop, settings: DriverSettings) {
     let mut driver = Driver {
         stop,
         began: wall(),
@@ -114,7 +114,7 @@ fn wall() -> Instant {
 struct Driver<'a> {
     stop: &'a Stop,
     began: Instant,
-    settings: Settings,
+    settings: DriverSettings,
     odometer: Odometer,
     /// The ring of the robot that is connected, and since when.
     ring: Option<(&'static Model, Ring, Duration)>,

@@ -6,7 +6,7 @@ use slate_interfaces::{Bumper, Chassis, Odometry, SonarScan, WheelSpeeds};
 use slate_module::aspect::{Actuators, Aspect, Threads};
 use slate_module::prelude::*;
 
-use crate::driver::{self, Order, Reading, Settings};
+use crate::driver::{self, DriverSettings, Order, Reading};
 use crate::model::{MODELS, Model};
 use crate::status::{Connection, PioneerStatus};
 
@@ -67,7 +67,7 @@ pub struct PioneerState {
     pose: [f64; 3],
     #[serde(skip)]
     status: PioneerStatus,
-    /// Settings of the thread.
+    /// DriverSettings of the thread.
     #[serde(skip)]
     params: Option<PioneerParams>,
 }
@@ -114,7 +114,7 @@ impl Module for Pioneer {
         }
         // All that are known have the same body.
         io.chassis.set(model(params).ok().flatten().unwrap_or(&MODELS[0]).chassis());
-        // What the gate let through before it was stopped is not to reach a robot that is back already.
+        // A command from before the stop must not reach a reconnected robot.
         let command = io.wheels.fresh().filter(|_| !is_lost);
         let WheelSpeeds { left, right } = command.copied().unwrap_or(WheelSpeeds::ZERO);
         // Without room the thread has not looked for long, and finds the command too old in any case.
@@ -177,9 +177,9 @@ fn model(params: &PioneerParams) -> Result<Option<&'static Model>, Refusal> {
         .ok_or_else(|| Refusal(format!("no robot `{name}` is known; known are {}", known())))
 }
 
-fn settings(params: &PioneerParams, state: &PioneerState) -> Result<Settings, Refusal> {
+fn settings(params: &PioneerParams, state: &PioneerState) -> Result<DriverSettings, Refusal> {
     let [x, y, theta] = state.pose;
-    Ok(Settings {
+    Ok(DriverSettings {
         device: PathBuf::from(params.device.as_str()),
         baud: params.baud as u32,
         model: model(params)?,

@@ -14,7 +14,7 @@ use rustix::termios::{
 /// Why a device can't be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PortError {
-    /// There is none.
+    /// The device is missing.
     #[error("{} is not there: is the robot's cable plugged in?", .0.display())]
     Missing(PathBuf),
     /// It may not be opened.

@@ -162,7 +162,7 @@ impl Identity {
     /// Parses three texts that end with zero. Missing ones are empty.
     pub fn decode(data: &[u8]) -> Self {
         let mut texts = data.split(|byte| *byte == 0).map(|text| {
-            // What comes from the line may be anything, and goes to terminals.
+            // Text from the line is arbitrary, and goes to terminals.
             let printable = |byte: &u8| if matches!(byte, b' '..=b'~') { char::from(*byte) } else { '_' };
             text.iter().map(printable).collect()
         });

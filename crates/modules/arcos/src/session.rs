@@ -39,7 +39,7 @@ pub enum Event {
     },
     /// A standard report.
     Report(Report),
-    /// There is no connection, or there is none any more; it is tried again at once.
+    /// The connection is lost or not made; it is tried again at once.
     Lost(Loss),
 }
 
@@ -70,9 +70,9 @@ fn known() -> String {
     MODELS.map(|model| model.name).join(", ")
 }
 
-/// Where a session stands.
+/// State of a session.
 #[derive(Clone, Debug)]
-enum State {
+enum SessionState {
     /// Ends the connection, and waits.
     Begin { pause: Duration },
     /// Waits for the controller to have ended it.
@@ -82,12 +82,12 @@ enum State {
     /// Waits for the first report.
     Opening { identity: Identity, model: &'static Model, asked: Duration, tries: u32 },
     /// Reports come.
-    Open(Open),
+    Open(OpenConnection),
 }
 
 /// An open connection.
 #[derive(Clone, Debug)]
-struct Open {
+struct OpenConnection {
     /// When the last report came.
     heard: Duration,
     model: &'static Model,
@@ -124,7 +124,7 @@ impl Switch {
 /// A conversation with a controller.
 #[derive(Clone, Debug)]
 pub struct Session {
-    state: State,
+    state: SessionState,
     decoder: Decoder,
     outgoing: Vec<u8>,
     /// When something was sent last.
@@ -147,7 +147,7 @@ impl Session {
     /// Makes a session with a time to live of commands. The default model is that of the controller.
     pub fn new(model: Option<&'static Model>, time_to_live: Duration) -> Self {
         Self {
-            state: State::Begin { pause: PAUSE },
+            state: SessionState::Begin { pause: PAUSE },
             decoder: Decoder::default(),
             outgoing: Vec::new(),
             spoke: Duration::ZERO,
@@ -162,7 +162,7 @@ impl Session {
 
     /// Restarts on another line; drops unsent bytes and partial packets.
     pub fn begin(&mut self) {
-        self.state = State::Begin { pause: PAUSE };
+        self.state = SessionState::Begin { pause: PAUSE };
         self.outgoing.clear();
         self.decoder.clear();
     }
@@ -188,7 +188,7 @@ impl Session {
         for command in [Command::Stop, Command::Close] {
             command.encode(&mut self.outgoing);
         }
-        self.state = State::Begin { pause: PAUSE };
+        self.state = SessionState::Begin { pause: PAUSE };
     }
 
     /// Takes bytes that came.
@@ -206,7 +206,7 @@ impl Session {
 
     fn packet(&mut self, data: &[u8], now: Duration) -> Option<Event> {
         match &mut self.state {
-            State::Sync { step, .. } if data.first() == Some(step) => {
+            SessionState::Sync { step, .. } if data.first() == Some(step) => {
                 let step = *step;
                 if step < 2 {
                     self.ask(step + 1, now);
@@ -215,17 +215,17 @@ impl Session {
                 let identity = Identity::decode(&data[1..]);
                 let Some(model) = self.model.or_else(|| Model::reported(&identity.model)) else {
                     // It will not be another one soon.
-                    self.state = State::Begin { pause: SILENCE };
+                    self.state = SessionState::Begin { pause: SILENCE };
                     return Some(Event::Lost(Loss::Unknown(identity.model)));
                 };
-                self.state = State::Opening { identity, model, asked: now, tries: 1 };
+                self.state = SessionState::Opening { identity, model, asked: now, tries: 1 };
                 self.open(now);
                 None
             }
-            State::Opening { identity, model, .. } => {
+            SessionState::Opening { identity, model, .. } => {
                 let report = Report::decode(data)?;
                 let (identity, model) = (std::mem::take(identity), *model);
-                self.state = State::Open(Open {
+                self.state = SessionState::Open(OpenConnection {
                     heard: now,
                     model,
                     sent: (0, 0),
@@ -237,11 +237,11 @@ impl Session {
                 });
                 Some(Event::Connected { identity, model })
             }
-            State::Open(open) => {
+            SessionState::Open(open) => {
                 let report = Report::decode(data)?;
                 open.heard = now;
                 open.moving = report.moving || report.left != 0 || report.right != 0;
-                // Who switches the motors off at the robot wants them off: they are switched on once.
+                // Motors that a person switches off at the robot stay off: they are switched on once.
                 self.switched_off = !report.motors() && open.motors.is_on;
                 open.motors.is_on |= report.motors();
                 open.sonars.is_on |= report.sonars();
@@ -255,23 +255,23 @@ impl Session {
     /// Advances the time: sends due packets, and detects timeouts.
     pub fn poll(&mut self, now: Duration) -> Option<Event> {
         match &mut self.state {
-            State::Begin { pause } => {
+            SessionState::Begin { pause } => {
                 let until = now + *pause;
                 // A robot that its watchdog has stopped drives on at the next packet of any kind, as it was told last. So
                 // the first one is a stop, and then the old connection ends, if there is one.
                 self.send(Command::Stop, now);
                 self.send(Command::Close, now);
                 (self.bytes, self.packets) = (0, 0);
-                self.state = State::Pause { until };
+                self.state = SessionState::Pause { until };
                 None
             }
-            State::Pause { until } => {
+            SessionState::Pause { until } => {
                 if now >= *until {
                     self.ask(0, now);
                 }
                 None
             }
-            State::Sync { step, asked, tries } => {
+            SessionState::Sync { step, asked, tries } => {
                 if now.saturating_sub(*asked) < PATIENCE {
                     return None;
                 }
@@ -287,7 +287,7 @@ impl Session {
                 self.send(Command::Sync(step), now);
                 None
             }
-            State::Opening { asked, tries, .. } => {
+            SessionState::Opening { asked, tries, .. } => {
                 if now.saturating_sub(*asked) < PATIENCE {
                     return None;
                 }
@@ -298,7 +298,7 @@ impl Session {
                 self.open(now);
                 None
             }
-            State::Open(open) => {
+            SessionState::Open(open) => {
                 if now.saturating_sub(open.heard) >= SILENCE {
                     // A packet may have been cut off.
                     let noise = self.bytes > packet::LARGEST as u64;
@@ -311,12 +311,12 @@ impl Session {
     }
 
     fn lose(&mut self, loss: Loss) -> Event {
-        self.state = State::Begin { pause: PAUSE };
+        self.state = SessionState::Begin { pause: PAUSE };
         Event::Lost(loss)
     }
 
     fn ask(&mut self, step: u8, now: Duration) {
-        self.state = State::Sync { step, asked: now, tries: 1 };
+        self.state = SessionState::Sync { step, asked: now, tries: 1 };
         self.send(Command::Sync(step), now);
     }
 
@@ -328,10 +328,10 @@ impl Session {
     /// Sends a command over an open connection.
     fn keep(&mut self, now: Duration) {
         let fresh = self.commanded.filter(|(_, since)| now.saturating_sub(*since) < self.time_to_live);
-        // What was not sent yet would only grow old.
+        // Unsent commands would only grow old.
         let waits = !self.outgoing.is_empty();
         let spoke = self.spoke;
-        let State::Open(open) = &mut self.state else { return };
+        let SessionState::Open(open) = &mut self.state else { return };
         if waits {
             return;
         }

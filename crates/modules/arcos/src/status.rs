@@ -1,9 +1,9 @@
 use slate_module::prelude::*;
 
-/// How the connection to a robot stands.
+/// State of the connection to a robot.
 #[interface]
 pub enum Connection {
-    /// There is none, and it is tried again and again.
+    /// No connection; it is tried again and again.
     Down,
     /// The robot reports.
     Up,

@@ -13,7 +13,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use slate_arcos::port::{Port, PortError};
-use slate_arcos_controller::{Controller, Faults, Options};
+use slate_arcos_controller::{Controller, ControllerOptions, Faults};
 use slate_interfaces::WheelSpeeds;
 use slate_module::blackboard::Board;
 use slate_module::blackboard::interface::Value;
@@ -73,7 +73,7 @@ fn unique(name: &str) -> PathBuf {
 }
 
 fn controller(link: &Path, at: [f64; 3], faults: Faults) -> Controller {
-    let options = Options { at, link: Some(link.into()), faults, ..Options::default() };
+    let options = ControllerOptions { at, link: Some(link.into()), faults, ..ControllerOptions::default() };
     Controller::start(options).unwrap()
 }
 
@@ -381,7 +381,7 @@ fn a_robot_that_comes_later_is_found() {
     let device = Value::Text(link.display().to_string());
     running.board.write("pioneer/params/device", &device, 0).unwrap();
     running.until("a reason", || running.text("pioneer/status/text").contains("later is not there"));
-    let mut options = Options { link: Some(link.clone()), ..Options::default() };
+    let mut options = ControllerOptions { link: Some(link.clone()), ..ControllerOptions::default() };
     options.faults.silent = true;
     let controller = Controller::start(options).unwrap();
     running.until("a reason", || running.text("pioneer/status/text").contains("does not answer"));
@@ -425,7 +425,7 @@ fn devices_that_are_none_are_refused_in_words() {
     assert!(refused(&missing, 9600).to_string().contains("plugged in"));
     assert_eq!(refused(Path::new("/dev/null"), 9600), PortError::NotSerial("/dev/null".into()));
     assert_eq!(refused(&std::env::temp_dir(), 9600), PortError::NotSerial(std::env::temp_dir()));
-    let controller = Controller::start(Options::default()).unwrap();
+    let controller = Controller::start(ControllerOptions::default()).unwrap();
     let first = Port::open(controller.path(), 9600).unwrap();
     assert_eq!(refused(controller.path(), 9600), PortError::Busy(controller.path().into()));
     drop(first);

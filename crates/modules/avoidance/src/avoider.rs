@@ -137,7 +137,7 @@ impl Avoider {
             return Decision::Clear;
         }
         let stuck = self.stuck(pose, parameters, time);
-        // Who got stuck gets bolder: what blocks it may be an echo's arc and not a thing.
+        // A stuck robot gets bolder: an echo's arc may block it and no body.
         let margin = if stuck { 0.3 * parameters.min_clearance } else { parameters.min_clearance };
         let due =
             self.due.is_none_or(|due| !(0.0..parameters.decision_period).contains(&(due - 1e-9 - time)));
@@ -169,7 +169,7 @@ impl Avoider {
             self.choice = None;
             self.way.clear();
             if planned.is_some() {
-                // Who stands as planned makes no progress, and is not stuck.
+                // A robot that stands as planned makes no progress, and is not stuck.
                 self.anchor = None;
             }
             return Decision::Clear;

@@ -159,7 +159,7 @@ impl LocalMap {
                 *known = Mark { confidence: math::min(confidence + mark.confidence, 1.0), since, ..mark };
             }
             None => {
-                // There are fewer cells than numbers in a `u16`, and each holds one mark at most.
+                // A `u16` can number all cells, and each holds one mark at most.
                 self.slots[slot] = self.marks.len() as u16;
                 self.marks.push(mark);
             }

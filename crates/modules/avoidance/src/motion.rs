@@ -64,7 +64,7 @@ impl<'a> Surroundings<'a> {
             drive: None,
         };
         let mut reach = parameters.lookahead_distance + margin;
-        // There is always room for the nearest.
+        // The nearest always fit.
         for _ in 0..8 {
             if surroundings.gather(map, others, pose, reach, time) {
                 break;
@@ -166,13 +166,13 @@ impl<'a> Surroundings<'a> {
             if let Some([forward, left]) = obstacle.velocity {
                 let (x, y) = (obstacle.x + forward * later, obstacle.y + left * later);
                 let distance = seen_from(x, y);
-                // Who comes nearer than the margin does so to a robot that stands, too.
+                // A robot that comes nearer than the margin would do so to a standing one, too.
                 return distance >= self.margin
                     || distance >= self.footprint.distance_within(x, y, reach) - SLACK;
             }
             let margin = self.margin + obstacle.speed * later;
             let distance = seen_from(obstacle.x, obstacle.y);
-            // What may move must be left at once; along what stands the robot may drive.
+            // The robot must leave moving obstacles at once, and may drive along standing ones.
             let least = if obstacle.speed > 0.0 {
                 obstacle.distance + 0.5 * obstacle.speed * later
             } else {

@@ -84,7 +84,7 @@ impl Geometry {
 }
 
 /// Iterates over the cells that a line segment crosses, as column and row, also outside of a grid (Amanatides and Woo, 1987).
-pub(crate) struct Line {
+pub(crate) struct LineCells {
     cell: (i64, i64),
     step: (i64, i64),
     /// Fraction of the segment at which it leaves the current column and row.
@@ -94,7 +94,7 @@ pub(crate) struct Line {
     left: i64,
 }
 
-impl Line {
+impl LineCells {
     /// Between two points in cells, which are finite and no farther apart than a grid is large.
     pub fn new(from: (f64, f64), to: (f64, f64)) -> Self {
         let axis = |from: f64, to: f64| {
@@ -120,7 +120,7 @@ impl Line {
     }
 }
 
-impl Iterator for Line {
+impl Iterator for LineCells {
     type Item = (i64, i64);
 
     fn next(&mut self) -> Option<(i64, i64)> {
@@ -153,7 +153,7 @@ mod tests {
         fn a_line_crosses_neighbouring_cells_up_to_its_end(
             ax in -50.0..50.0_f64, ay in -50.0..50.0_f64, bx in -50.0..50.0_f64, by in -50.0..50.0_f64,
         ) {
-            let cells: Vec<_> = Line::new((ax, ay), (bx, by)).collect();
+            let cells: Vec<_> = LineCells::new((ax, ay), (bx, by)).collect();
             let of = |x: f64, y: f64| (x.floor() as i64, y.floor() as i64);
             prop_assert_eq!(cells[0], of(ax, ay));
             prop_assert_eq!(*cells.last().unwrap(), of(bx, by));

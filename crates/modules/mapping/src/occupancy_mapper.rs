@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{LaserScan, MapStroke, OccupancyGrid, Pose2};
 use slate_module::prelude::*;
 
-use crate::geometry::{Geometry, Line, MOST};
+use crate::geometry::{Geometry, LineCells, MOST};
 use crate::painting::{BARE, Painting};
 
 /// Ports of [`OccupancyMapper`].
@@ -168,7 +168,7 @@ impl OccupancyMapperState {
             self.update(geometry, (to.0.floor() as i64, to.1.floor() as i64), HIT);
         }
         for (to, _) in beams() {
-            for cell in Line::new(from, to) {
+            for cell in LineCells::new(from, to) {
                 self.update(geometry, cell, MISS);
             }
         }

@@ -3,7 +3,7 @@ use slate_interfaces::{OccupancyGrid, Path, Point2, Pose2};
 use slate_module::prelude::*;
 
 use crate::distance::Distances;
-use crate::geometry::{Geometry, Line};
+use crate::geometry::{Geometry, LineCells};
 use crate::search::{BLOCKED, Search};
 
 /// Ports of [`PathPlanner`].
@@ -211,7 +211,7 @@ fn is_straight(
     limit: u16,
 ) -> bool {
     let middle = |(column, row): (usize, usize)| (column as f64 + 0.5, row as f64 + 0.5);
-    let mut cells = Line::new(middle(from), middle(to));
+    let mut cells = LineCells::new(middle(from), middle(to));
     cells.all(|(column, row)| {
         let cell = usize::try_from(column).ok().zip(usize::try_from(row).ok());
         cell.is_some_and(|(column, row)| {

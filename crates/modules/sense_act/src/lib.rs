@@ -51,7 +51,7 @@ impl Module for SenseAct {
     type State = SenseActState;
 
     fn tick(state: &mut SenseActState, io: &SenseActIo, params: &SenseActParams, now: &Tick) -> Outcome {
-        // Who writes to the blackboard directly may write a 0.
+        // A direct write to the blackboard may be 0.
         let every = params.every.max(1);
         // A state that was restored has no policy, though one of before may still be there.
         let is_new = state.every.swap(every, Ordering::Relaxed) == 0;

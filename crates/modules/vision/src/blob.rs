@@ -4,7 +4,7 @@ use slate_interfaces::Image;
 
 /// A detected blob.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Found {
+pub(crate) struct Blob {
     /// Center, pixels from the left and from the top.
     pub x: f64,
     pub y: f64,
@@ -33,7 +33,7 @@ impl Search {
     /// Finds the 4-connected pixels about the brightest one with at least `share` of its brightness.
     ///
     /// `None` for a black image; of equally bright pixels the topmost counts.
-    pub fn brightest(&mut self, image: &Image, share: f64) -> Option<Found> {
+    pub fn brightest(&mut self, image: &Image, share: f64) -> Option<Blob> {
         let mut peak = (0.0, (0, 0));
         for y in 0..image.height {
             for x in 0..image.width {
@@ -61,7 +61,7 @@ impl Search {
             beside.into_iter().for_each(|next| self.visit(image, next));
         }
         let mean = |sum: u64| sum as f64 / f64::from(pixels);
-        Some(Found { x: mean(sum_x), y: mean(sum_y), brightness: most, pixels })
+        Some(Blob { x: mean(sum_x), y: mean(sum_y), brightness: most, pixels })
     }
 
     fn visit(&mut self, image: &Image, (x, y): (u32, u32)) {
@@ -94,7 +94,7 @@ mod tests {
         work: impl FnOnce(&mut Image) -> R,
     ) -> R {
         let mut memory = vec![0_u128; Image::DESCRIPTOR.shape(pixels.len()).bytes(pixels.len()).div_ceil(16)];
-        // SAFETY: the memory has room for those pixels, and nobody else has it.
+        // SAFETY: the memory has room for those pixels, and is not shared.
         let image = unsafe { Image::from_raw_mut(memory.as_mut_ptr().cast(), pixels.len()) };
         (image.width, image.height, image.format) = (width, height, format);
         image.step = width * format.pixel_size() as u32;
@@ -112,7 +112,7 @@ mod tests {
         ];
         let found =
             with_image(5, 3, ImageFormat::MONO8, &pixels, |image| Search::default().brightest(image, 0.75));
-        assert_eq!(found, Some(Found { x: 1.5, y: 1.5, brightness: 200.0 / 255.0, pixels: 4 }));
+        assert_eq!(found, Some(Blob { x: 1.5, y: 1.5, brightness: 200.0 / 255.0, pixels: 4 }));
     }
 
     #[test]

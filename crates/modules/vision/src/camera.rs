@@ -10,7 +10,7 @@ use slate_module::blackboard::Channel;
 use slate_module::blackboard::channel::{Budget, Latest, Loan};
 
 use crate::handover::Handover;
-use crate::source::Source;
+use crate::source::ImageSource;
 
 /// Maximum number of cameras of a master.
 pub(crate) const CAMERAS: usize = 16;
@@ -33,7 +33,7 @@ struct Node {
 #[derive(Debug)]
 pub(crate) struct Camera {
     text: String,
-    pub source: Source,
+    pub source: ImageSource,
     /// Channel, once the size of the pictures is known.
     channel: OnceLock<Arc<Channel>>,
     seats: [Seat; SEATS],
@@ -119,7 +119,7 @@ impl Seat {
 }
 
 impl Node {
-    fn new(text: &str, source: Source) -> Self {
+    fn new(text: &str, source: ImageSource) -> Self {
         let camera = Camera {
             text: text.into(),
             source,

@@ -2,7 +2,7 @@
 //!
 //! [`VisionMaster`] owns the cameras and provides the service [`Vision`]. A module with the port
 //! [`Aspect<Vision>`](slate_module::aspect::Aspect) reads the newest picture of a camera by a text such as `pattern:640x480@30` (see
-//! [`Source`]). It runs only while the service is provided, and keeps the master's plugin loaded. [`BlobFinder`] is an example. On a
+//! [`ImageSource`]). It runs only while the service is provided, and keeps the master's plugin loaded. [`BlobFinder`] is an example. On a
 //! recording, [`VisionPlayer`] replaces the master.
 //!
 //! ```
@@ -59,7 +59,7 @@ mod vision_player;
 pub use blob_finder::{Blob, BlobFinder, BlobFinderIo, BlobFinderParams, BlobFinderState};
 pub use report::{CameraReport, CameraState};
 pub use service::{Picture, Vision};
-pub use source::{Files, Rate, Source, SourceError};
+pub use source::{Files, ImageSource, Rate, SourceError};
 pub use vision_master::{VisionMaster, VisionMasterIo, VisionMasterState};
 pub use vision_player::{VisionPlayer, VisionPlayerIo, VisionPlayerState};
 

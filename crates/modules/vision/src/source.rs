@@ -11,7 +11,7 @@ use std::str::FromStr;
 ///
 /// The default rate is 30 Hz.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Source {
+pub enum ImageSource {
     /// Test pattern.
     Pattern {
         /// Pixels of a row.
@@ -88,7 +88,7 @@ impl std::error::Error for SourceError {}
 pub(crate) const LONGEST: u32 = 8192;
 const FASTEST: u32 = 1000;
 
-impl FromStr for Source {
+impl FromStr for ImageSource {
     type Err = SourceError;
 
     fn from_str(text: &str) -> Result<Self, SourceError> {
@@ -145,13 +145,13 @@ mod tests {
     fn texts_name_cameras() {
         assert_eq!(
             "pattern:640x480@25".parse(),
-            Ok(Source::Pattern { width: 640, height: 480, rate: Rate(25) })
+            Ok(ImageSource::Pattern { width: 640, height: 480, rate: Rate(25) })
         );
         assert_eq!(Rate(25).period(), 40_000_000);
-        let Ok(Source::Files { files, rate }) = "file:/data/a@b-%04d.pgm@10".parse() else { panic!() };
+        let Ok(ImageSource::Files { files, rate }) = "file:/data/a@b-%04d.pgm@10".parse() else { panic!() };
         assert_eq!((files.path(7).as_path(), rate), (Path::new("/data/a@b-0007.pgm"), Rate(10)));
         assert!(files.are_numbered());
-        let Ok(Source::Files { files, rate }) = "file:one.pgm".parse() else { panic!() };
+        let Ok(ImageSource::Files { files, rate }) = "file:one.pgm".parse() else { panic!() };
         assert_eq!((files.path(7).as_path(), rate), (Path::new("one.pgm"), Rate(30)));
         assert!(!files.are_numbered());
     }
@@ -172,7 +172,7 @@ mod tests {
             ("file:%99d.pgm", "after `%` stands no number of digits from 1 to 18"),
             ("file:%d-%d.pgm", "it has more than one `%`"),
         ] {
-            let error = text.parse::<Source>().unwrap_err().to_string();
+            let error = text.parse::<ImageSource>().unwrap_err().to_string();
             assert!(error.starts_with(&format!("`{text}` names no camera: {problem};")), "{error}");
         }
     }
@@ -180,7 +180,7 @@ mod tests {
     proptest! {
         #[test]
         fn no_text_makes_it_panic(text in "(pattern|file|x)?:?.{0,30}", number in any::<u64>()) {
-            if let Ok(Source::Files { files, rate }) = text.parse::<Source>() {
+            if let Ok(ImageSource::Files { files, rate }) = text.parse::<ImageSource>() {
                 prop_assert!(rate.period() > 0);
                 prop_assert!(!files.path(number).as_os_str().is_empty());
             }

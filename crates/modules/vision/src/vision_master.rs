@@ -13,7 +13,7 @@ use crate::pattern;
 use crate::pgm::{self, Pgm};
 use crate::report::{CameraReport, CameraState};
 use crate::service::Vision;
-use crate::source::{Files, Source};
+use crate::source::{Files, ImageSource};
 
 /// Ports of [`VisionMaster`].
 #[ports]
@@ -50,11 +50,11 @@ pub struct VisionMaster;
 #[derive(Default, Serialize, Deserialize)]
 pub struct VisionMasterState {
     #[serde(skip)]
-    cameras: Option<Open>,
+    cameras: Option<OpenCameras>,
 }
 
 /// Cameras and their drivers.
-struct Open {
+struct OpenCameras {
     cameras: Arc<Cameras>,
     /// Driver of each camera, in their order.
     drivers: Vec<Driver>,
@@ -88,7 +88,7 @@ impl Module for VisionMaster {
             (0..CAMERAS).for_each(|number| io.threads.stop(&thread_name(number)));
             let cameras = Arc::new(Cameras::default());
             io.vision.provide(Vision::new(&cameras), Arc::clone(&cameras));
-            Open { cameras, drivers: Vec::new(), states: Vec::new(), shown: [0; SHOWN] }
+            OpenCameras { cameras, drivers: Vec::new(), states: Vec::new(), shown: [0; SHOWN] }
         });
         let cameras = Arc::clone(&open.cameras);
         let mut has_news = false;
@@ -118,7 +118,7 @@ fn thread_name(camera: usize) -> String {
 impl Driver {
     fn new(number: usize, camera: &Camera, state: &mut CameraState) -> Self {
         match camera.source {
-            Source::Pattern { width, height, .. } => {
+            ImageSource::Pattern { width, height, .. } => {
                 match camera.channel(width as usize * height as usize).writer() {
                     Ok(writer) => Self::Pattern { writer, due: 0 },
                     Err(error) => {
@@ -127,13 +127,15 @@ impl Driver {
                     }
                 }
             }
-            Source::Files { .. } => Self::Thread(thread_name(number)),
+            ImageSource::Files { .. } => Self::Thread(thread_name(number)),
         }
     }
 
     fn tick(&mut self, camera: &Arc<Camera>, io: &VisionMasterIo, now: &Tick, state: &mut CameraState) {
         match (self, &camera.source) {
-            (Self::Pattern { writer, due }, Source::Pattern { width, height, rate }) if now.now() >= *due => {
+            (Self::Pattern { writer, due }, ImageSource::Pattern { width, height, rate })
+                if now.now() >= *due =>
+            {
                 *due = (now.now() / rate.period() + 1) * rate.period();
                 let size = *width as usize * *height as usize;
                 write(writer, size, now.now(), |image| {
@@ -141,7 +143,7 @@ impl Driver {
                 });
                 came(writer, now.now(), now, state);
             }
-            (Self::Thread(name), Source::Files { files, rate }) => {
+            (Self::Thread(name), ImageSource::Files { files, rate }) => {
                 camera.handover.take(|content| match (&mut content.result, &mut content.writer) {
                     (Ok((items, time)), Some(writer)) => {
                         // No reader of these pictures can hold their writer up.
@@ -179,7 +181,7 @@ fn came(writer: &Writer, taken: u64, now: &Tick, state: &mut CameraState) {
     (state.picture, state.taken, state.came) = (writer.last().sequence, taken, now.now());
 }
 
-impl Open {
+impl OpenCameras {
     /// Publishes new pictures of the first cameras.
     fn show(&mut self, io: &VisionMasterIo) {
         let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
@@ -214,7 +216,7 @@ pub(crate) fn write(writer: &mut Writer, bytes: usize, now: u64, draw: impl FnOn
 fn fill(writer: &mut Writer, bytes: usize, draw: impl FnOnce(&mut Image)) {
     let mut draft = writer.draft();
     assert!(bytes <= draft.capacity(), "whoever draws has looked whether there is room");
-    // SAFETY: the draft has room for that many bytes, all of them initialised, and nobody else has it.
+    // SAFETY: the draft has room for that many bytes, all of them initialised, and is not shared.
     draw(unsafe { Image::from_raw_mut(draft.as_mut_ptr(), bytes) });
 }
 

@@ -35,11 +35,11 @@ pub struct VisionPlayerState {
     cameras: Option<Arc<Cameras>>,
     /// State of each camera.
     #[serde(skip)]
-    shown: Vec<Shown>,
+    shown: Vec<ImageOutput>,
 }
 
 #[derive(Default)]
-struct Shown {
+struct ImageOutput {
     writer: Option<Writer>,
     /// Number of the newest picture.
     picture: u64,
@@ -58,7 +58,7 @@ impl Module for VisionPlayer {
         let cameras = Arc::clone(state.cameras.get_or_insert_with(|| {
             let cameras = Arc::new(Cameras::default());
             io.vision.provide(Vision::new(&cameras), Arc::clone(&cameras));
-            state.shown = (0..CAMERAS).map(|_| Shown::default()).collect();
+            state.shown = (0..CAMERAS).map(|_| ImageOutput::default()).collect();
             cameras
         }));
         let images = [&io.image, &io.image_2, &io.image_3, &io.image_4];
@@ -73,7 +73,7 @@ impl Module for VisionPlayer {
     }
 }
 
-impl Shown {
+impl ImageOutput {
     /// Publishes the report and newest picture of a camera.
     fn show(&mut self, camera: &Camera, told: &CameraState, image: Option<&Input<Image>>) {
         if !told.problem.as_str().is_empty() {

@@ -28,7 +28,7 @@ pub struct SetWheelSpeed {
     left: f64,
 }
 
-/// What [`SetWheelSpeed`] is started with.
+/// Arguments of [`SetWheelSpeed`].
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Speeds {
     /// Radians per second.
@@ -69,7 +69,7 @@ pub struct TurnAngle {
     heading: Option<f64>,
 }
 
-/// What [`TurnAngle`] is started with.
+/// Arguments of [`TurnAngle`].
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Turn {
     /// Radians, counter-clockwise.
@@ -149,7 +149,7 @@ pub struct GoToOrigin {
     drive: Option<SetWheelSpeed>,
 }
 
-/// What [`GoToOrigin`] is started with.
+/// Arguments of [`GoToOrigin`].
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Leg {
     /// To the east, metres.
@@ -226,7 +226,7 @@ pub struct AvoidObstacle {
     drive: SetWheelSpeed,
 }
 
-/// What [`AvoidObstacle`] is started with.
+/// Arguments of [`AvoidObstacle`].
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub struct Evasion {
     /// The turn on the spot that comes first, radians.

@@ -73,7 +73,7 @@ pub struct PassPositionParams {
 
 /// Newest report.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Told {
+pub struct LastPosition {
     last: Option<(f64, f64)>,
 }
 
@@ -85,11 +85,11 @@ impl Analyze for PassPosition {
     const DOC: &'static str = "Reports when the robot has moved.";
     type Observed = ObservedPosition;
     type Params = PassPositionParams;
-    type State = Told;
+    type State = LastPosition;
     type Value = Position;
 
     fn process(
-        told: &mut Told,
+        told: &mut LastPosition,
         observed: &ObservedPosition,
         params: &PassPositionParams,
         _: &Tick,

@@ -54,7 +54,7 @@ pub struct AvoidObstacleParams {
 
 /// State of [`AvoidObstacleModel`].
 #[derive(Default, Serialize, Deserialize)]
-pub struct Memory {
+pub struct AvoidObstacleState {
     avoider: Option<Avoider>,
     others: Tracks,
     motion: OwnMotion,
@@ -74,10 +74,10 @@ impl ReactiveModel for AvoidObstacleModel {
     const DOC: &'static str = "Leads the robot round obstacles that its sonars detect.";
     type Sensors = AvoidObstacleSensors;
     type Params = AvoidObstacleParams;
-    type State = Memory;
+    type State = AvoidObstacleState;
 
     fn run(
-        memory: &mut Memory,
+        memory: &mut AvoidObstacleState,
         sensors: &AvoidObstacleSensors,
         params: &AvoidObstacleParams,
         now: &Tick,
@@ -85,7 +85,7 @@ impl ReactiveModel for AvoidObstacleModel {
         let (scan, position, orientation) =
             (sensors.sonar.fresh()?, sensors.position.fresh()?, sensors.orientation.fresh()?);
         let (goal, robot) = (sensors.goal.fresh()?, sensors.robot.fresh()?);
-        let Memory { avoider, others, motion } = memory;
+        let AvoidObstacleState { avoider, others, motion } = memory;
         let avoider = match avoider {
             Some(avoider) => avoider,
             None => {

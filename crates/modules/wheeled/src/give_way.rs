@@ -59,12 +59,12 @@ impl ReactiveModel for GiveWayModel {
         let robots = sensors.robots.fresh()?;
         let (position, orientation) = (sensors.position.fresh()?, sensors.orientation.fresh()?);
         let (goal, robot) = (sensors.goal.fresh()?, sensors.robot.fresh()?);
-        // What is no number is nowhere.
+        // NaN is nowhere.
         let near = |seen: &&Sighting| seen.range < params.min_separation && seen.bearing.is_finite();
         let side = |seen: &Sighting| match seen.bearing.abs() {
             ahead if ahead < ALONG => Some(-params.linear_velocity),
             behind if behind > std::f64::consts::PI - ALONG => Some(params.linear_velocity),
-            // Who comes from the side passes, or stops: there is no way to make room.
+            // A robot from the side passes, or stops: this one can't make room.
             _ => None,
         };
         let mut ways = robots.list.iter().filter(near).filter_map(side);

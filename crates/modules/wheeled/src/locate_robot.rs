@@ -72,7 +72,7 @@ pub struct LocateRobotParams {
 
 /// Newest report, and time of the newest detection.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Told {
+pub struct LastSighting {
     last: Option<(f64, f64, f64, f64)>,
     is_seen: bool,
     seen_at: f64,
@@ -86,11 +86,11 @@ impl Analyze for LocateRobot {
     const DOC: &'static str = "Tracks the position of another robot.";
     type Observed = ObservedRobots;
     type Params = LocateRobotParams;
-    type State = Told;
+    type State = LastSighting;
     type Value = Located;
 
     fn process(
-        told: &mut Told,
+        told: &mut LastSighting,
         observed: &ObservedRobots,
         params: &LocateRobotParams,
         now: &Tick,

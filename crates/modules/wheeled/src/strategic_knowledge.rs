@@ -1,4 +1,4 @@
-//! What a robot knows that may reach its goal in several ways: what any robot on wheels does, and how these ways have done.
+//! Knowledge of a robot with several strategies: those of any wheeled robot, and their outcomes.
 
 use slate_plugin::mapek::{StrategyModel, StrategyPorts};
 use slate_plugin::prelude::*;

@@ -8,7 +8,7 @@ use slate_plugin::prelude::*;
 
 use crate::actions::GoToOrigin;
 
-/// What the Plan notices and knows, and what it tells.
+/// Inputs, knowledge and outputs of the Plan.
 #[ports]
 pub struct StrategyNoticing {
     position: Noticed<Position>,

@@ -16,7 +16,7 @@ pub fn copy(path: &Path, out: &Path, selection: &Selection) -> Result<u64, Error
     whole::write(out, |file| match join(vec![input], file, out, selection, None)? {
         0 if selection.is_span() => {
             let what =
-                "it has no such message in the time that is asked for; `slate bag info` says how long it is";
+                "no selected message is in that time span; `slate bag info` shows the times of the file";
             Err(Error::Unfit { path: path.into(), what: what.into() })
         }
         messages => Ok(messages),

@@ -22,7 +22,7 @@ pub fn plot(
     let mut decoder = Decoder::default();
     let mut drawn: Vec<Curve> =
         fields.iter().map(|field| Curve { name: field.clone(), points: Vec::new() }).collect();
-    // What the topics meant have instead.
+    // The numbers that the named topics have instead.
     let mut others: Vec<Option<String>> = vec![None; fields.len()];
     let mut start = reader.start();
     selection.visit(&mut reader, |message| {
@@ -52,7 +52,7 @@ pub fn plot(
         let what = match others {
             None if selection.is_span() && reader.channels().any(|channel| is_of(&channel.topic)) => {
                 format!(
-                    "it has nothing of `{}` in the time that is asked for; `slate bag info` says how long it is",
+                    "`{}` has no value in that time span; `slate bag info` shows the times of the file",
                     curve.name
                 )
             }

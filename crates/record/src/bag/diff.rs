@@ -24,11 +24,11 @@ pub struct Compared {
 pub struct Diff {
     /// The first difference by log time; nothing if the messages are identical.
     pub first: Option<Difference>,
-    /// What was counted of each topic.
+    /// Counts per topic.
     pub topics: BTreeMap<String, Counts>,
     /// The topics that were left out as what they have is measured.
     pub measured: BTreeSet<String>,
-    /// What is no value in the first and in the second file, and is compared byte by byte.
+    /// Messages of the first and the second file that can't be decoded, and are compared byte by byte.
     pub unread: [Vec<Unread>; 2],
 }
 
@@ -41,11 +41,11 @@ pub struct Difference {
     pub topic: String,
     /// Which message of its topic it is, from 0 on.
     pub number: u64,
-    /// The first field that differs, such as `pose/x`; in parentheses if it is none of the value, as `(log time)`.
+    /// The first field that differs, such as `pose/x`; one outside of the value is in parentheses, as `(log time)`.
     pub field: String,
-    /// What the first file has there; nothing if it has no such message.
+    /// The value in the first file; `None` if it has no such message.
     pub a: Option<String>,
-    /// What the second file has there; nothing if it has no such message.
+    /// The value in the second file; `None` if it has no such message.
     pub b: Option<String>,
 }
 
@@ -127,7 +127,7 @@ pub fn diff_of(a: &Path, b: &Path, compared: &Compared) -> Result<Diff, Error> {
     }
     diff.unread = sides.map(|side| side.decoder.into_unread());
     if let Some((time, topic, number)) = first {
-        let found = |path| Found::read(path, &topic, number, &compared.selection);
+        let found = |path| FoundMessage::read(path, &topic, number, &compared.selection);
         let (a, b) = (found(a)?, found(b)?);
         let (field, a, b) = compare(a, b);
         diff.first = Some(Difference { time, topic, number, field, a, b });
@@ -135,7 +135,7 @@ pub fn diff_of(a: &Path, b: &Path, compared: &Compared) -> Result<Diff, Error> {
     Ok(diff)
 }
 
-/// One of the files.
+/// One of the two files.
 struct Side<'a> {
     reader: Reader<BufReader<File>>,
     compared: &'a Compared,
@@ -150,7 +150,7 @@ struct Side<'a> {
     waiting: BTreeMap<String, VecDeque<Mark>>,
 }
 
-/// What is remembered of a message.
+/// A message that waits for its counterpart.
 struct Mark {
     time: u64,
     number: u64,
@@ -206,7 +206,7 @@ fn measures(message: &Message) -> bool {
         || TOPICS.iter().any(|own| own.name == channel.topic && own.schema == schema)
 }
 
-/// Of all that is compared.
+/// Digest of everything that is compared.
 fn digest(message: &Message) -> u128 {
     let mut hash = xxhash_rust::xxh3::Xxh3Default::new();
     let mut text = |text: &[u8]| {
@@ -227,13 +227,13 @@ fn digest(message: &Message) -> u128 {
     hash.digest128()
 }
 
-/// Who sent the messages of a channel, if it is a mailbox.
+/// The sender of the messages of a channel, if it is a mailbox.
 fn sender(channel: &Channel) -> &str {
     channel.metadata.get("sender").map_or("", String::as_str)
 }
 
 /// A message that was looked for.
-struct Found {
+struct FoundMessage {
     encoding: String,
     sender: String,
     schema: Option<Schema>,
@@ -244,7 +244,7 @@ struct Found {
     value: Value,
 }
 
-impl Found {
+impl FoundMessage {
     fn read(path: &Path, topic: &str, number: u64, selection: &Selection) -> Result<Option<Self>, Error> {
         let mut reader = open(path)?;
         let (mut start, mut seen) = (reader.start(), 0);
@@ -276,11 +276,11 @@ impl Found {
 }
 
 /// The first field that differs, and what both have there.
-fn compare(a: Option<Found>, b: Option<Found>) -> (String, Option<String>, Option<String>) {
+fn compare(a: Option<FoundMessage>, b: Option<FoundMessage>) -> (String, Option<String>, Option<String>) {
     let (a, b) = match (a, b) {
         (Some(a), Some(b)) => (a, b),
         (a, b) => {
-            let text = |found: Found| found.value.to_string();
+            let text = |found: FoundMessage| found.value.to_string();
             return ("(message)".into(), a.map(text), b.map(text));
         }
     };

@@ -3,7 +3,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use crate::logs::open;
-use crate::storage::whole::Part;
+use crate::storage::whole::PartialFile;
 use crate::storage::{Decoder, Error, Message, Selection, Unread, Value, seconds};
 
 /// A file that [`export_csv`] has written.
@@ -34,7 +34,7 @@ pub fn export_csv(
         std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
     }
     let mut decoder = Decoder::default();
-    let mut open: BTreeMap<String, Open> = BTreeMap::new();
+    let mut open: BTreeMap<String, OpenTable> = BTreeMap::new();
     selection.visit(&mut reader, |message| {
         let topic = &message.channel.topic;
         let unfit = |what| Error::Unfit { path: path.into(), what };
@@ -53,7 +53,7 @@ pub fn export_csv(
                 let what = format!("`{other}` and `{topic}` would both be written there; select one of them");
                 return Err(Error::Unfit { path: target, what });
             }
-            open.insert(topic.clone(), Open::new(topic, target, &fields)?);
+            open.insert(topic.clone(), OpenTable::new(topic, target, &fields)?);
         }
         let Some(table) = open.get_mut(topic) else { return Ok(true) };
         table.row(message, &fields).and_then(|fits| match fits {
@@ -64,7 +64,7 @@ pub fn export_csv(
             ))),
         })
     })?;
-    let finish = |open: Open| open.part.finish().map(|()| open.table);
+    let finish = |open: OpenTable| open.part.finish().map(|()| open.table);
     let tables = open.into_values().map(finish).collect::<Result<_, _>>()?;
     Ok((tables, decoder.into_unread()))
 }
@@ -79,16 +79,16 @@ fn file_name(topic: &str) -> String {
 }
 
 /// A table that is written.
-struct Open {
+struct OpenTable {
     table: Table,
     columns: Vec<String>,
-    part: Part,
+    part: PartialFile,
 }
 
-impl Open {
+impl OpenTable {
     fn new(topic: &str, path: PathBuf, fields: &[(String, String)]) -> Result<Self, Error> {
         let columns: Vec<_> = fields.iter().map(|(name, _)| name.clone()).collect();
-        let part = Part::create(&path)?;
+        let part = PartialFile::create(&path)?;
         let mut open = Self { table: Table { path, topic: topic.into(), rows: 0 }, columns, part };
         let columns = open.columns.clone();
         open.line(["time_s", "sequence"].into_iter().chain(columns.iter().map(String::as_str)))?;

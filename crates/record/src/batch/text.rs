@@ -102,7 +102,7 @@ impl Batch {
         Ok(())
     }
 
-    /// What a figure is called in the table.
+    /// Name of a figure in the table.
     fn label(&self, name: &str) -> String {
         let unit = self.units.get(name).map_or(String::new(), |unit| format!(" [{unit}]"));
         name.replace('_', " ") + &unit

@@ -9,7 +9,7 @@ use super::lines::plain;
 use super::{bblogger, carmen, openrdk, rosbag2};
 use crate::storage::Error;
 
-/// What a log is.
+/// Format of a log.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// A recording of Slate, of ROS 2, or of anybody.
@@ -31,7 +31,7 @@ impl Format {
     pub const ALL: [Self; 6] =
         [Self::Mcap, Self::Carmen, Self::OpenRdk, Self::Bblogger, Self::Rosbag1, Self::Rosbag2];
 
-    /// What it is called.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Mcap => "mcap",
@@ -64,7 +64,7 @@ impl Serialize for Format {
 /// As much of a file as is looked at.
 const HEAD: u64 = 256 << 10;
 
-/// Tells from its content what a log is; nothing when it is none that is known.
+/// Detects the format of a log from its content; `None` when it is unknown.
 ///
 /// # Errors
 /// When it can't be read.
@@ -75,7 +75,7 @@ pub fn recognise(path: &Path) -> Result<Option<Format>, Error> {
     }
     let mut head = Vec::new();
     let file = File::open(path).map_err(failed)?;
-    // What can't be unpacked is no log.
+    // A file that can't be unpacked is no log.
     match plain(file).and_then(|file| file.take(HEAD).read_to_end(&mut head)) {
         Ok(_) => {}
         Err(error) if error.kind() == ErrorKind::InvalidData || error.kind() == ErrorKind::UnexpectedEof => {}

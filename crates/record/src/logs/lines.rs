@@ -17,7 +17,7 @@ pub(super) struct Lines {
     bytes: Vec<u8>,
 }
 
-/// What a file holds, unpacked if gzip has packed it.
+/// The content of a file, unpacked if it is packed with gzip.
 pub(super) fn plain(file: File) -> io::Result<Box<dyn BufRead>> {
     let mut input = BufReader::with_capacity(1 << 16, file);
     Ok(match input.fill_buf()?.starts_with(&[0x1f, 0x8b]) {
@@ -53,7 +53,7 @@ impl Lines {
         }))
     }
 
-    /// What is wrong with the line that was read last.
+    /// The error of the line that was read last.
     pub fn error(&self, what: String) -> Error {
         Error::Line { path: self.path.clone(), line: self.number, what }
     }

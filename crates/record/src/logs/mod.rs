@@ -41,39 +41,39 @@ use crate::storage::{Error, Reader, whole};
 use lines::Lines;
 use output::Output;
 
-/// How a log is read.
+/// Options of an import.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
-    /// What it is; told from its content unless given.
+    /// Its format; detected from its content unless given.
     pub format: Option<Format>,
-    /// Whether what is wrong is left out and counted, instead of ending it all.
+    /// Whether invalid parts are left out and counted, instead of ending the import.
     pub is_lenient: bool,
 }
 
-/// What became of a log.
+/// Result of an import.
 #[derive(Clone, Debug, Serialize)]
 pub struct Imported {
-    /// What it was.
+    /// Its format.
     pub format: Format,
-    /// How many messages it has now.
+    /// Number of messages of the result.
     pub messages: u64,
-    /// How many lines or records of it were wrong, and are left out.
+    /// Number of invalid lines or records, which are left out.
     pub wrong: u64,
-    /// What was wrong with the first of them.
+    /// Errors of the first of them.
     pub wrongs: Vec<String>,
-    /// What is not read because it has no meaning here, by its name, and how often it is there.
+    /// Kinds of records that are not read as they have no meaning here, each with its count.
     pub unread: BTreeMap<String, u64>,
 }
 
 impl Imported {
-    /// How many wrong lines are told of, and how many names of what is not read.
+    /// Maximum number of errors, and of names of unread records.
     const TOLD: usize = 10;
 
     fn new(format: Format) -> Self {
         Self { format, messages: 0, wrong: 0, wrongs: Vec::new(), unread: BTreeMap::new() }
     }
 
-    /// Counts what is wrong when that is wanted, else it is the error.
+    /// Counts an error of a lenient import, else returns it.
     fn wrong(&mut self, options: &Options, error: Error) -> Result<(), Error> {
         if !options.is_lenient {
             return Err(error);
@@ -85,7 +85,7 @@ impl Imported {
         Ok(())
     }
 
-    /// Refuses a log of which nothing is there. A recording that is whole may be empty.
+    /// Refuses a log without any message. A whole recording may be empty.
     fn check(&self, path: &Path) -> Result<(), Error> {
         let is_recording = matches!(self.format, Format::Mcap | Format::Rosbag1 | Format::Rosbag2);
         if self.messages > 0 || is_recording && self.wrong == 0 {
@@ -93,13 +93,13 @@ impl Imported {
         }
         let mut why: Vec<String> = Vec::new();
         match (self.wrongs.first(), self.wrong) {
-            (Some(first), 1) => why.push(format!("what is in it is wrong: {first}")),
-            (Some(first), wrong) => why.push(format!("{wrong} parts are wrong, the first: {first}")),
+            (Some(first), 1) => why.push(format!("its content is invalid: {first}")),
+            (Some(first), wrong) => why.push(format!("{wrong} parts are invalid, the first: {first}")),
             (None, _) => {}
         }
         if !self.unread.is_empty() {
             let names: Vec<_> = self.unread.keys().map(String::as_str).collect();
-            why.push(format!("what has these names is not read: {}", names.join(", ")));
+            why.push(format!("records of these names are not read: {}", names.join(", ")));
         }
         if why.is_empty() {
             why.push("it is empty".into());
@@ -133,14 +133,14 @@ pub fn import(path: &Path, out: &Path, options: &Options) -> Result<Imported, Er
     })
 }
 
-/// Reads a log of any known format as a recording; one that is none of MCAP by way of a temporary file.
+/// Reads a log of any known format as a recording; one of another format than MCAP through a temporary file.
 ///
 /// # Errors
 /// As [`import`].
 pub fn open(path: impl AsRef<Path>) -> Result<Reader<BufReader<File>>, Error> {
     let path = path.as_ref();
     match recognise(path)? {
-        // What nobody knows is told by the reader of recordings.
+        // The reader of recordings names an unknown format.
         None | Some(Format::Mcap) => Reader::open(path),
         Some(format) => {
             let failed = |source| Error::Write { path: std::env::temp_dir(), source };
@@ -158,7 +158,7 @@ fn unknown(path: &Path) -> Error {
     Error::Unfit { path: path.into(), what }
 }
 
-/// A file that is gone when it is closed.
+/// A file without a name, which disappears when it is closed.
 fn unnamed() -> std::io::Result<File> {
     static NEXT: AtomicU64 = AtomicU64::new(0);
     loop {

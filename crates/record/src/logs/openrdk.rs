@@ -7,13 +7,13 @@ use std::io::Write;
 use slate_interfaces::Pose2;
 
 use super::lines::Lines;
-use super::output::{Bytes, Output, Sweep};
+use super::output::{Output, OutputBytes, Sweep};
 use super::words::{Words, shortened};
 use super::{Imported, Options};
 use crate::ros::Definition;
 use crate::storage::Error;
 
-/// What the system's own player takes for them, metres.
+/// Default of OpenRDK's own player, metres.
 const RANGES: (f64, f64) = (0.02, 80.0);
 
 const DAY: u64 = 24 * 3600 * 1000;
@@ -21,17 +21,17 @@ const DAY: u64 = 24 * 3600 * 1000;
 /// How many lines are looked at to tell the two systems from each other.
 const LOOKED_AT: usize = 50;
 
-struct Entry {
+struct OpenRdkEntry {
     /// The name of the line in lower case.
     topic: String,
-    what: What,
+    what: OpenRdkData,
     odometry: Pose2,
     estimated: Pose2,
     /// Milliseconds after midnight.
     time: u64,
 }
 
-enum What {
+enum OpenRdkData {
     Scan(Vec<f32>),
     Odometry,
     /// Radians.
@@ -58,13 +58,13 @@ pub(super) fn wrote(lines: &[&str]) -> bool {
 }
 
 /// Nothing for a line of another kind.
-fn parse(line: &str) -> Result<Option<Entry>, String> {
+fn parse(line: &str) -> Result<Option<OpenRdkEntry>, String> {
     let mut words = Words::new(line);
     let name = words.word("its name")?;
     let what = match name {
-        "FLASER" => What::Scan(words.list("ranges")?),
-        "ODOM" => What::Odometry,
-        "PANTILT" => What::PanTilt(words.number("the pan angle")?, words.number("the tilt angle")?),
+        "FLASER" => OpenRdkData::Scan(words.list("ranges")?),
+        "ODOM" => OpenRdkData::Odometry,
+        "PANTILT" => OpenRdkData::PanTilt(words.number("the pan angle")?, words.number("the tilt angle")?),
         _ => return Ok(None),
     };
     let (odometry, estimated) = (words.pose("the pose by odometry")?, words.pose("the estimated pose")?);
@@ -72,7 +72,7 @@ fn parse(line: &str) -> Result<Option<Entry>, String> {
     words.word("the host")?;
     milliseconds(&mut words, "the time at which they were sent")?;
     words.end()?;
-    Ok(Some(Entry { topic: name.to_ascii_lowercase(), what, odometry, estimated, time }))
+    Ok(Some(OpenRdkEntry { topic: name.to_ascii_lowercase(), what, odometry, estimated, time }))
 }
 
 fn milliseconds(words: &mut Words<'_>, what: &str) -> Result<u64, String> {
@@ -119,16 +119,16 @@ pub(super) fn read<W: Write>(
         output.value(&format!("/{topic}/odometry_pose"), time, &entry.odometry)?;
         output.value(&format!("/{topic}/estimated_pose"), time, &entry.estimated)?;
         match &entry.what {
-            What::Odometry => {}
-            What::PanTilt(pan, tilt) => {
-                let _ = Bytes::new(&mut buffer).double(*pan).double(*tilt);
+            OpenRdkData::Odometry => {}
+            OpenRdkData::PanTilt(pan, tilt) => {
+                let _ = OutputBytes::new(&mut buffer).double(*pan).double(*tilt);
                 let definition = || Definition {
                     name: "openrdk_msgs/msg/PanTilt".into(),
                     text: "# [rad]\nfloat64 pan\n# [rad]\nfloat64 tilt\n".into(),
                 };
                 output.message("/pantilt", time, definition, &buffer)?;
             }
-            What::Scan(ranges) => {
+            OpenRdkData::Scan(ranges) => {
                 // A beam in each degree, as the system's own player has it.
                 let angle_increment = PI / 180.0;
                 let angle_min = -angle_increment * ranges.len() as f64 / 2.0;

@@ -96,7 +96,7 @@ impl<W: Write> Output<W> {
         Ok(id)
     }
 
-    /// What can't be written of the recording.
+    /// Error of a recording that can't be written as wanted.
     pub fn unfit(&self, what: String) -> Error {
         self.writer.unfit(what)
     }
@@ -141,16 +141,16 @@ impl<W: Write> Output<W> {
     /// Ends the recording, and returns how many messages it has.
     pub fn finish(self) -> Result<u64, Error> {
         let mut out = self.writer.finish()?;
-        // What can't be flushed is told when the file is closed.
+        // A failure is reported when the file is closed.
         let _ = out.flush();
         Ok(self.messages)
     }
 }
 
 /// The bytes of a message of which the definition is written by hand: little-endian CDR.
-pub(super) struct Bytes<'a>(ros::CdrWriter<'a>);
+pub(super) struct OutputBytes<'a>(ros::CdrWriter<'a>);
 
-impl<'a> Bytes<'a> {
+impl<'a> OutputBytes<'a> {
     pub fn new(out: &'a mut Vec<u8>) -> Self {
         out.clear();
         Self(ros::CdrWriter::new(out))
@@ -167,7 +167,7 @@ impl<'a> Bytes<'a> {
     }
 
     pub fn singles(mut self, numbers: &[f32]) -> Self {
-        // There are no more of them than bytes in a line.
+        // They are no more than the bytes of a line.
         self.0.length(numbers.len() as u32);
         for number in numbers {
             self.0.numbers(&number.to_ne_bytes(), 4);

@@ -81,7 +81,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// Whether digits became an infinity, which nobody wrote.
+/// Whether digits overflowed to infinity.
 fn is_overflow(word: &str, number: f64) -> bool {
     number.is_infinite() && word.bytes().any(|byte| byte.is_ascii_digit())
 }

@@ -87,7 +87,7 @@ struct HeldMessage {
 }
 
 impl HeldMessage {
-    /// Of all that makes it the same message in another recording of its run.
+    /// Digest that is the same in other recordings of its run.
     fn digest(&self) -> u128 {
         let mut hash = xxhash_rust::xxh3::Xxh3Default::new();
         let sender = self.channel.metadata.get("sender").map_or("", String::as_str);
@@ -141,14 +141,14 @@ impl MergeInput {
     }
 }
 
-/// What several files have beside messages, which is copied once.
+/// Metadata and attachments of several files, each copied once.
 #[derive(Default)]
 struct Heads {
     metadata: Vec<Metadata>,
     attachments: Vec<Attachment>,
 }
 
-/// What is written.
+/// The merged file.
 struct Merger<'a, W> {
     writer: Writer<W>,
     selection: &'a Selection,
@@ -169,7 +169,7 @@ impl<W: Write> Merger<'_, W> {
         for mut metadata in all {
             if is_counted && metadata.name == "run" {
                 let texts = &mut metadata.metadata;
-                // What is made again from a run, and compared with it, has all that the run wrote and nothing else.
+                // Only a whole run can be repeated and compared.
                 texts.get_mut("whole").into_iter().for_each(|whole| *whole = "false".into());
             }
             let kept = if is_counted { input.recount.keep(metadata) } else { Some(metadata) };
@@ -232,7 +232,7 @@ impl<W: Write> Merger<'_, W> {
 struct MergedIds {
     /// By name, encoding and definition.
     schemas: BTreeMap<(String, String, Vec<u8>), u16>,
-    /// By all that a channel says but its number.
+    /// By topic, encoding, schema and metadata.
     channels: BTreeMap<(String, String, u16, BTreeMap<String, String>), u16>,
     /// By file and number there.
     known: BTreeMap<(usize, u16), u16>,

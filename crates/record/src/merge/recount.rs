@@ -1,4 +1,4 @@
-//! What a recording of an agent says of its messages, counted anew where only a part of them is copied.
+//! Counts in the metadata of an agent's recording, renewed where only a part of its messages is copied.
 
 use std::collections::BTreeMap;
 
@@ -9,12 +9,12 @@ use crate::storage::{Decoder, Message, Metadata, Selection};
 /// The records of metadata that count messages, or say when they are.
 const TOLD: [&str; 3] = ["dropped", "end", "flight"];
 
-/// What is counted of one file.
+/// Counts of one file.
 #[derive(Default)]
 pub(super) struct Recount {
-    /// What the file says, until all is counted.
+    /// Metadata of the file, until all is counted.
     waiting: Vec<Metadata>,
-    /// What is added to the agent's time for that of the file.
+    /// Offset from the agent's time to that of the file, nanoseconds.
     epoch: u64,
     values: u64,
     /// When the first and the last message that is copied was recorded.
@@ -65,7 +65,7 @@ impl Recount {
         self.times = Some((from.min(log_time), to.max(log_time)));
     }
 
-    /// What is to be said of what was copied.
+    /// The renewed metadata.
     pub fn told(self, selection: &Selection, prefix: &str) -> Vec<Metadata> {
         let said = self.waiting.iter().find(|metadata| metadata.name == "dropped");
         let counts: BTreeMap<String, u64> = match said.filter(|_| !selection.is_span()) {

@@ -10,7 +10,7 @@ use crate::storage::Error;
 pub struct Part<'a> {
     /// The file.
     pub file: &'a Path,
-    /// What its topics stand under then, such as `first` or `team/r1`; nothing for an empty text.
+    /// Prefix of its topics, such as `first` or `team/r1`; none if empty.
     pub prefix: &'a str,
 }
 
@@ -29,7 +29,7 @@ pub(crate) struct Together {
     groups: Vec<usize>,
     /// Of each topic, from when until when each group has messages.
     spans: BTreeMap<String, BTreeMap<usize, (u64, u64)>>,
-    /// What was copied last, by what it is: of each copy, the files that have it.
+    /// The messages copied last, by digest: for each copy, the files that have it.
     seen: BTreeMap<u128, VecDeque<BTreeSet<usize>>>,
     order: VecDeque<u128>,
 }
@@ -88,7 +88,7 @@ impl Together {
         }
     }
 
-    /// Refuses what would be mixed.
+    /// Refuses messages of different runs in one topic.
     pub fn check(&self, out: &Path) -> Result<(), Error> {
         let is_mixed = |spans: &BTreeMap<usize, (u64, u64)>| {
             let mut spans: Vec<_> = spans.values().collect();
@@ -113,5 +113,5 @@ impl Together {
     }
 }
 
-/// So many topics are named.
+/// Maximum number of named topics.
 const NAMED: usize = 5;

@@ -1,4 +1,4 @@
-//! What robots noticed, planned and did, in order.
+//! Events of robots in order: changes noticed, plans, actions.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ struct Decision {
     clearance: Option<f64>,
 }
 
-/// What was known of an Execute when it spoke last.
+/// The last status of an Execute.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Status {
     pub route: Option<Route>,
@@ -96,7 +96,7 @@ impl Decisions {
         self.rows.sort_by_key(|row| row.from);
     }
 
-    /// What happens from now on is something new.
+    /// Begins a new row for the next event.
     fn cut(&mut self, robot: &str) {
         self.open.remove(robot);
     }
@@ -187,7 +187,7 @@ impl Decisions {
     }
 }
 
-/// What the numbers of a status mean, from its own definition.
+/// Names of the numbers of a status, from its own definition.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Names {
     routes: BTreeMap<i64, String>,

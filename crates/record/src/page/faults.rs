@@ -1,4 +1,4 @@
-//! What went wrong, each thing once.
+//! Faults, each in one row.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use super::table::{Table, seconds};
 /// More are not kept.
 const MOST: usize = 10_000;
 
-/// What is counted again within this time is the same thing that goes on, nanoseconds.
+/// Maximum time between two counts of one lasting fault, nanoseconds.
 const GOES_ON: u64 = 1_000_000_000;
 
 /// Faults in the order of their times. What happened to several modules at once is one thing, and so is what goes on: a robot that is
@@ -35,7 +35,7 @@ impl Faults {
         self.push(Fault { from: time, until: time, who: who.into(), what, count: None });
     }
 
-    /// Something that happened so many times more, and so many in all.
+    /// A fault that happened `more` times again, and `all` times in total.
     pub fn count(&mut self, time: u64, who: &str, what: &str, more: f64, all: f64) {
         let key = (who.to_owned(), what.to_owned());
         let open = self.counted.get(&key).and_then(|at| self.all.get_mut(*at));

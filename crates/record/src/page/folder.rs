@@ -1,15 +1,15 @@
-//! What a page tells of the folder that a run has left.
+//! The page of a run's folder.
 
 use std::path::{Path, PathBuf};
 
 use super::decisions::Decisions;
 use super::recording::{Recording, between, distances};
 use super::table::Table;
-use super::{Known, Part, Section, Story};
+use super::{Known, Section, SectionPart, Story};
 use crate::storage::Error;
 use crate::{Route, Sample, Summary, Trajectory};
 
-/// Nobody's picture or log is larger.
+/// Maximum size of a picture or log, bytes.
 const LARGEST: u64 = 64 << 20;
 
 pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Result<Story, Error> {
@@ -55,7 +55,7 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
     Ok(Story { title: summary.headline(), source, sections, unread })
 }
 
-/// What to do about a folder that has no figures.
+/// Help for a folder without figures.
 fn not_left(path: &Path) -> String {
     let entries = std::fs::read_dir(path).into_iter().flatten().flatten().map(|entry| entry.path());
     let is_left = |folder: &PathBuf| folder.join("summary.json").is_file();
@@ -107,7 +107,7 @@ fn pictures(path: &Path) -> Result<Section, Error> {
     ];
     for (name, caption) in pictures {
         if let Some(svg) = text(&path.join(name))? {
-            section.parts.push(Part::Found(name, caption.into(), svg.into_bytes()));
+            section.parts.push(SectionPart::Found(name, caption.into(), svg.into_bytes()));
         }
     }
     if section.parts.is_empty() {
@@ -116,7 +116,7 @@ fn pictures(path: &Path) -> Result<Section, Error> {
     Ok(section)
 }
 
-/// What robots did, as their ways tell it.
+/// Decisions of robots, from their trajectories.
 fn decisions(trajectory: &Trajectory) -> Section {
     let mut section = Section::new("Decisions");
     section.text("When routes and actions changed, as often as the way was sampled; a recording has more.");

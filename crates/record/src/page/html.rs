@@ -69,7 +69,7 @@ pub(super) fn escaped(text: &str) -> String {
     out
 }
 
-/// What a link within the page leads to.
+/// Anchor of a heading.
 fn anchor(heading: &str) -> String {
     heading.to_lowercase().split_whitespace().collect::<Vec<_>>().join("-")
 }
@@ -125,7 +125,7 @@ impl Html {
         ));
     }
 
-    /// A table, or its first rows when it has more than so many.
+    /// A table, or its first `most` rows.
     pub fn table(&mut self, table: &Table, most: usize) {
         self.push(format_args!("<div class=\"wide\"><table>\n"));
         let shown = table.rows.len().min(most);

@@ -23,7 +23,7 @@ pub use crate::followed::Followed;
 use html::Html;
 use table::Table;
 
-/// What is known of a recording beside what is in it, such as from the configuration that comes with it.
+/// Context of a recording, such as from the configuration attached to it.
 #[derive(Clone, Debug, Default)]
 pub struct Known {
     /// The world at the start.
@@ -44,7 +44,7 @@ pub struct Page {
 /// How many rows of a table a page has; its file has all.
 const ROWS: usize = 300;
 
-/// What a page is made of.
+/// Content of a page.
 #[derive(Debug, Default)]
 struct Story {
     title: String,
@@ -57,11 +57,11 @@ struct Story {
 #[derive(Debug, Default)]
 struct Section {
     heading: &'static str,
-    parts: Vec<Part>,
+    parts: Vec<SectionPart>,
 }
 
 #[derive(Debug)]
-enum Part {
+enum SectionPart {
     Text(String),
     Table(Table),
     /// A picture that was drawn now: the name of its file, what it shows, and its text.
@@ -78,17 +78,17 @@ impl Section {
     /// A table, or what is said when it has no rows.
     fn table(&mut self, table: Table, empty: &str) {
         self.parts.push(match table.is_empty() {
-            true => Part::Text(empty.into()),
-            false => Part::Table(table),
+            true => SectionPart::Text(empty.into()),
+            false => SectionPart::Table(table),
         });
     }
 
     fn has_table(&self) -> bool {
-        self.parts.iter().any(|part| matches!(part, Part::Table(_)))
+        self.parts.iter().any(|part| matches!(part, SectionPart::Table(_)))
     }
 
     fn text(&mut self, text: impl Into<String>) {
-        self.parts.push(Part::Text(text.into()));
+        self.parts.push(SectionPart::Text(text.into()));
     }
 }
 
@@ -187,13 +187,15 @@ fn put_all(story: &Story, path: &Path, out: &Path) -> Result<Vec<PathBuf>, Error
     let mut files = vec![put("report.html".into(), page(story).as_bytes())?];
     for part in story.sections.iter().flat_map(|section| &section.parts) {
         match part {
-            Part::Drawn(name, _, svg) => files.push(put(format!("{name}.svg"), svg.as_bytes())?),
-            Part::Table(table) => files.push(put(format!("{}.csv", table.name), table.csv().as_bytes())?),
+            SectionPart::Drawn(name, _, svg) => files.push(put(format!("{name}.svg"), svg.as_bytes())?),
+            SectionPart::Table(table) => {
+                files.push(put(format!("{}.csv", table.name), table.csv().as_bytes())?)
+            }
             // Those of the folder are where they were.
-            Part::Found(name, _, picture) if path != out => {
+            SectionPart::Found(name, _, picture) if path != out => {
                 files.push(put((*name).into(), picture)?);
             }
-            Part::Text(_) | Part::Found(..) => {}
+            SectionPart::Text(_) | SectionPart::Found(..) => {}
         }
     }
     Ok(files)
@@ -207,10 +209,10 @@ fn page(story: &Story) -> String {
         html.heading(section.heading);
         for part in &section.parts {
             match part {
-                Part::Text(text) => html.paragraph(text, false),
-                Part::Table(table) => html.table(table, ROWS),
-                Part::Drawn(_, caption, svg) => html.drawn(svg, caption),
-                Part::Found(_, caption, svg) => html.found(svg, caption),
+                SectionPart::Text(text) => html.paragraph(text, false),
+                SectionPart::Table(table) => html.table(table, ROWS),
+                SectionPart::Drawn(_, caption, svg) => html.drawn(svg, caption),
+                SectionPart::Found(_, caption, svg) => html.found(svg, caption),
             }
         }
     }

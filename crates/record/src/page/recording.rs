@@ -1,4 +1,4 @@
-//! What a page tells of a recording, read once from its beginning to its end.
+//! The content of a recording for its page, read in one pass.
 
 mod telling;
 
@@ -9,7 +9,7 @@ use super::decisions::{Decisions, Names, Status, constants, said, units};
 use super::faults::Faults;
 use super::robots::followed_among;
 use super::table::{Table, seconds};
-use super::tracks::{Series, Tracks};
+use super::tracks::{RobotTracks, Series};
 use super::{Followed, Known};
 use crate::Sample;
 use crate::storage::{ChannelTopic, Decoder, Error, Message, Unread, Value};
@@ -20,7 +20,7 @@ const MOST: usize = 10_000;
 
 type Texts = BTreeMap<String, String>;
 
-/// What is known of a recording.
+/// The summarised content of a recording.
 pub(super) struct Recording {
     path: PathBuf,
     texts: BTreeMap<String, Texts>,
@@ -28,7 +28,7 @@ pub(super) struct Recording {
     messages: u64,
     topics: Vec<ChannelTopic>,
     robots: Vec<FollowedRobot>,
-    tracks: Tracks,
+    tracks: RobotTracks,
     judged: BTreeMap<String, Vec<(String, String)>>,
     verdict: Option<String>,
     /// The newest histograms and counts of deadlines that were missed, by who was measured.
@@ -67,7 +67,7 @@ impl Recording {
         let topics = reader.topics();
         let is_there = |robot: &Followed| topics.iter().any(|topic| topic.topic == robot.pose);
         let mut followed = known.robots.clone();
-        // What was not recorded can't be followed.
+        // Robots without a recorded pose can't be followed.
         followed.retain(is_there);
         if followed.is_empty() {
             followed = followed_among(&topics);
@@ -85,7 +85,7 @@ impl Recording {
             length: 0,
             messages: 0,
             topics: Vec::new(),
-            tracks: Tracks::new(followed.len()),
+            tracks: RobotTracks::new(followed.len()),
             robots: followed.into_iter().map(robot).collect(),
             judged: BTreeMap::new(),
             verdict: None,
@@ -273,7 +273,7 @@ impl Recording {
             || if plugin.is_empty() { format!("library {file}") } else { format!("plugin {plugin}") };
         let from = |done: &str| if file.is_empty() { done.to_owned() } else { format!("{done} from {file}") };
         if action == "order" || action == "ask" {
-            // What came of it are changes of its own.
+            // Its effects are changes of their own.
             return;
         }
         let by = if action == "own" { plugin.as_str() } else { "from outside" }.to_owned();

@@ -3,7 +3,7 @@
 use crate::followed::Followed;
 use crate::storage::ChannelTopic;
 
-/// So many are followed at most when nobody says which: a picture of more shows nothing.
+/// Maximum number of followed robots by default: a picture of more is unreadable.
 const MOST: usize = 8;
 
 /// Those whose places are among the topics: where robots truly are, else what odometry says, else any poses.

@@ -1,7 +1,7 @@
-/// What a report tells in rows; also a file of comma-separated values.
+/// A table of a report; also a file of comma-separated values.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Table {
-    /// What its file is called, without an extension.
+    /// Name of its file, without an extension.
     pub name: String,
     pub columns: Vec<Column>,
     pub rows: Vec<Vec<String>>,
@@ -16,7 +16,7 @@ pub(super) struct Column {
     is_modules: bool,
 }
 
-/// So many names are seen at once in a cell.
+/// Maximum number of names shown in a cell.
 const SEEN: usize = 3;
 
 impl Column {

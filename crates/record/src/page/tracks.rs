@@ -6,21 +6,21 @@ const MOST: usize = 20_000;
 
 /// Where robots were, with what shows no more left out when there is much of it.
 #[derive(Debug, Default)]
-pub(super) struct Tracks {
-    robots: Vec<Track>,
+pub(super) struct RobotTracks {
+    robots: Vec<RobotTrack>,
 }
 
 #[derive(Debug, Default)]
-struct Track {
+struct RobotTrack {
     samples: Vec<Sample>,
-    /// Of so many samples one is kept.
+    /// One of this many samples is kept.
     stride: usize,
     seen: usize,
 }
 
-impl Tracks {
+impl RobotTracks {
     pub fn new(robots: usize) -> Self {
-        Self { robots: (0..robots).map(|_| Track { stride: 1, ..Track::default() }).collect() }
+        Self { robots: (0..robots).map(|_| RobotTrack { stride: 1, ..RobotTrack::default() }).collect() }
     }
 
     pub fn add(&mut self, robot: usize, sample: Sample) {

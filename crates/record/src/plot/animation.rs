@@ -97,7 +97,7 @@ impl Pace {
         (sample.seconds() - self.first) / self.speed / self.total
     }
 
-    /// What all animations have in common.
+    /// Attributes that all animations share.
     fn repeat(&self) -> String {
         format!("dur=\"{:.2}s\" repeatCount=\"indefinite\"", self.total)
     }

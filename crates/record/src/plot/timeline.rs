@@ -26,11 +26,11 @@ const EDGE: i32 = 16 * PIXEL;
 
 pub(crate) fn timeline(report: &Drawing) -> Result<String, Error> {
     let colors = palette(report);
-    let robots: Vec<Robot> = report
+    let robots: Vec<RobotStrip> = report
         .trajectory
         .robots()
         .into_iter()
-        .map(|name| Robot {
+        .map(|name| RobotStrip {
             name,
             color: colors.get(name).copied().unwrap_or(INK),
             is_scripted: report.scene.scripted.iter().any(|scripted| scripted == name),
@@ -45,14 +45,14 @@ pub(crate) fn timeline(report: &Drawing) -> Result<String, Error> {
     image((LEFT + WIDTH + LEGEND, TITLE_HEIGHT + panels + EDGE), |canvas| draw(canvas, report, &robots))
 }
 
-struct Robot<'a> {
+struct RobotStrip<'a> {
     name: &'a str,
     color: RGBColor,
     is_scripted: bool,
     samples: Vec<&'a Sample>,
 }
 
-fn draw(canvas: &Canvas, report: &Drawing, robots: &[Robot]) -> Result<(), Error> {
+fn draw(canvas: &Canvas, report: &Drawing, robots: &[RobotStrip]) -> Result<(), Error> {
     let (mut first, mut last) = (u64::MAX, 0);
     for sample in &report.trajectory.samples {
         first = first.min(sample.time);
@@ -81,7 +81,7 @@ fn draw(canvas: &Canvas, report: &Drawing, robots: &[Robot]) -> Result<(), Error
 /// One coordinate of all robots.
 fn panel(
     canvas: &Canvas,
-    robots: &[Robot],
+    robots: &[RobotStrip],
     (name, value): (&str, fn(&Sample) -> f64),
     time: (f64, f64),
     top: i32,
@@ -116,7 +116,7 @@ fn panel(
         })
     };
     // Those that the run is about are above the others.
-    let (scripted, controlled): (Vec<&Robot>, Vec<&Robot>) =
+    let (scripted, controlled): (Vec<&RobotStrip>, Vec<&RobotStrip>) =
         robots.iter().partition(|robot| robot.is_scripted);
     for robot in scripted.into_iter().chain(controlled) {
         let points: Vec<Option<Pixel>> = robot.samples.iter().map(|sample| pixel(sample)).collect();
@@ -125,7 +125,7 @@ fn panel(
     Ok(())
 }
 
-impl Robot<'_> {
+impl RobotStrip<'_> {
     /// Of its line.
     fn width(&self) -> u32 {
         if self.is_scripted { 2 } else { 4 }
@@ -133,7 +133,7 @@ impl Robot<'_> {
 }
 
 /// The route of one robot, as coloured bands.
-fn strip(canvas: &Canvas, robot: &Robot, time: (f64, f64), top: i32) -> Result<(), Error> {
+fn strip(canvas: &Canvas, robot: &RobotStrip, time: (f64, f64), top: i32) -> Result<(), Error> {
     for (route, samples) in parts(&robot.samples) {
         if let [first, .., last] = samples {
             let (from, to) = (column(first.seconds(), time), column(last.seconds(), time));
@@ -150,7 +150,7 @@ fn strip(canvas: &Canvas, robot: &Robot, time: (f64, f64), top: i32) -> Result<(
 }
 
 /// Right of the panels: the robots, and below them the routes, if any robot has some.
-fn legends(canvas: &Canvas, robots: &[Robot]) -> Result<(), Error> {
+fn legends(canvas: &Canvas, robots: &[RobotStrip]) -> Result<(), Error> {
     let names = robots.iter().map(|robot| {
         let script = if robot.is_scripted { " (scripted)" } else { "" };
         (Mark::Line(robot.color, robot.width()), format!("{}{script}", robot.name))

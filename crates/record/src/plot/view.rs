@@ -69,7 +69,7 @@ fn edges(circle: &crate::Circle) -> [[f64; 2]; 2] {
     [[x - radius, y - radius], [x + radius, y + radius]]
 }
 
-/// Where robots shall go.
+/// Goals of robots.
 pub(super) fn goals(canvas: &Canvas, view: &View, scene: &Scene) -> Result<(), Error> {
     for goal in &scene.goals {
         if let Some(at) = view.pixel(goal.x, goal.y) {

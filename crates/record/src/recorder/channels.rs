@@ -18,15 +18,15 @@ pub(crate) struct Channel {
     pub access: Access,
     /// The bytes of the largest value.
     pub largest: usize,
-    /// Values that could not be handed over.
+    /// Number of values that could not be handed over.
     pub dropped: Arc<AtomicU64>,
-    /// Whether anybody wants values.
+    /// Whether any recording wants its values.
     pub wanted: Arc<AtomicBool>,
-    /// Whoever wants all that there can be watches: else debug outputs have no values.
+    /// Recordings watch the property: else debug outputs have no values.
     watchers: Watchers,
     watch: Arc<Mutex<Option<Watch>>>,
     repeats: bool,
-    /// What knows who sends messages.
+    /// The mailbox, which knows its senders, if it is one.
     mailbox: Option<Arc<Mailbox>>,
 }
 
@@ -99,7 +99,7 @@ pub(crate) fn repeats(path: &str) -> bool {
     !is_host && !["timing", "histogram", "process"].contains(&name)
 }
 
-/// What stands before a message to a mailbox.
+/// Header of a message to a mailbox.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sent {
     /// The agent's time, nanoseconds.

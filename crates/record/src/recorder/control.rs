@@ -21,14 +21,14 @@ use super::flight::Captured;
 use super::host::Host;
 use super::lock::locked;
 use super::save::save_to;
-use super::target::{Progress, Target};
-use super::thread::{Order, Shared};
+use super::target::{ActiveRecording, Progress};
+use super::thread::{Order, ThreadHandle};
 use super::{FIRST, RecordError, Recorded, Recorder, TOOLS, selection, wants_of_flight};
 
 /// How long the thread that writes may take to answer; less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// How long a tool waits until its change is in the file; a disk that takes longer holds nobody up.
+/// Maximum wait of a tool until its change is in the file.
 const SETTLED: Duration = Duration::from_secs(1);
 
 /// How many recordings there may be at a time.
@@ -42,15 +42,15 @@ fn over() -> RecordingRefusal {
     refusal("nothing is recorded of this agent any more", "its log says why; start it again")
 }
 
-/// What the log says of a recording that has ended.
+/// Log line of a recording that has ended.
 pub(super) fn told(recorded: &Recorded) -> String {
     let Recorded { file, values, dropped, .. } = recorded;
     format!("the recording {} has {values} values; {dropped} are missing", slate_runtime::printable(file))
 }
 
 impl Recorder {
-    /// What the thread shares, and what is known of the agent.
-    fn parts(&self) -> Result<(Arc<Shared>, Arc<Host>), RecordingRefusal> {
+    /// The handle of the thread, and the recorded agent.
+    fn parts(&self) -> Result<(Arc<ThreadHandle>, Arc<Host>), RecordingRefusal> {
         let state = self.state();
         match (&state.thread, &state.host) {
             (Some(thread), Some(host)) => Ok((Arc::clone(&thread.shared), Arc::clone(host))),
@@ -58,7 +58,7 @@ impl Recorder {
         }
     }
 
-    fn ask(&self, shared: &Shared, order: Order) -> Result<(), RecordingRefusal> {
+    fn ask(&self, shared: &ThreadHandle, order: Order) -> Result<(), RecordingRefusal> {
         if !shared.ask(order) {
             return Err(over());
         }
@@ -89,7 +89,7 @@ impl Recorder {
     }
 
     /// The last seconds, as they are in memory now.
-    fn capture(&self, shared: &Shared) -> Result<Captured, RecordingRefusal> {
+    fn capture(&self, shared: &ThreadHandle) -> Result<Captured, RecordingRefusal> {
         let (sender, receiver) = sync_channel(1);
         self.ask(shared, Order::Capture(sender))?;
         Self::answer(&receiver)?.ok_or_else(|| {
@@ -139,10 +139,11 @@ impl RecordingControl for Recorder {
             unwritten(reason)
         })?;
         let progress = Progress::new(number, file, agent.now());
-        let mut target = Target::new(opened, what.clone(), within, host.is_lockstep, Arc::clone(&progress));
+        let mut target =
+            ActiveRecording::new(opened, what.clone(), within, host.is_lockstep, Arc::clone(&progress));
         self.show(board);
         let own = what.clone();
-        // What is written from now on stays in the rings until the recording is there that it belongs into.
+        // Values written from now on stay in the rings until their recording is there.
         let taking = locked(&shared.taking);
         self.hub.want(number, Box::new(move |channel| selection::selects(&own, &channel.path)));
         // A property that was made anew has the channel that came last.
@@ -157,7 +158,7 @@ impl RecordingControl for Recorder {
         let asked = self.ask(&shared, Order::Add(Box::new(target)));
         drop(taking);
         asked.inspect_err(|_| {
-            // Nobody writes it.
+            // No thread writes it.
             self.hub.want_no_more(number);
             locked(&shared.recordings).retain(|other| other.number != number);
             let _ = std::fs::remove_file(file);
@@ -179,7 +180,7 @@ impl RecordingControl for Recorder {
             names.collect::<Vec<_>>().join(", ")
         };
         let named = |progress: &&Arc<Progress>| {
-            // That of the run ends with the run unless somebody names it.
+            // The run's own recording ends with the run unless a tool names it.
             file.map_or(progress.number != FIRST, |file| progress.entry().file == file)
         };
         let mut meant = recordings.iter().filter(named);
@@ -224,7 +225,7 @@ impl RecordingControl for Recorder {
                 Ok(RecordingEntry { values: recorded.values, bytes: recorded.bytes, ..progress.entry() })
             }
             Err(reason) => {
-                let help = "`slate bag repair` makes a whole file of what is there";
+                let help = "`slate bag repair` makes a whole file of it";
                 Err(refusal(error(reason).to_string(), help))
             }
         }

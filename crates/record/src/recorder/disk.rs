@@ -1,4 +1,4 @@
-//! What a file is written through: a thread of its own, so that a disk that stands still holds nobody up.
+//! Writes a file in a thread of its own, so that a stalled disk blocks no other thread.
 
 use std::collections::VecDeque;
 use std::io::{self, Write};
@@ -10,16 +10,16 @@ use std::time::{Duration, Instant};
 
 use super::lock::locked;
 
-/// How long whoever closes a file waits for a disk that takes nothing; less than tools wait.
+/// Maximum wait of a closing file for a stalled disk; less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// The end of whoever writes. What is written is handed over when it is flushed, and at the end.
+/// The writing end. Bytes are handed over when they are flushed, and at the end.
 pub(super) struct Disk {
     open: Vec<u8>,
     queue: Arc<DiskQueue>,
 }
 
-/// What waits for a disk.
+/// Queue of a disk.
 #[derive(Debug, Default)]
 pub(super) struct DiskQueue {
     /// Bytes that were written until now.
@@ -28,12 +28,12 @@ pub(super) struct DiskQueue {
     handed: AtomicU64,
     /// and those of them that the disk has not.
     waiting: AtomicU64,
-    state: Mutex<State>,
+    state: Mutex<DiskState>,
     changed: Condvar,
 }
 
 #[derive(Debug, Default)]
-struct State {
+struct DiskState {
     pieces: VecDeque<Vec<u8>>,
     /// Memory that can be used again.
     spare: Option<Vec<u8>>,
@@ -86,7 +86,7 @@ impl Write for Disk {
 
 impl Drop for Disk {
     fn drop(&mut self) {
-        // Whoever closes the file sees a failure in the queue.
+        // The queue keeps a failure for the closing of the file.
         let _ = self.hand_over();
         self.queue.state().is_closed = true;
         self.queue.changed.notify_all();
@@ -94,18 +94,18 @@ impl Drop for Disk {
 }
 
 impl DiskQueue {
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, DiskState> {
         locked(&self.state)
     }
 
-    fn wait<'a>(&'a self, state: MutexGuard<'a, State>, within: Duration) -> MutexGuard<'a, State> {
+    fn wait<'a>(&'a self, state: MutexGuard<'a, DiskState>, within: Duration) -> MutexGuard<'a, DiskState> {
         self.changed.wait_timeout(state, within).unwrap_or_else(PoisonError::into_inner).0
     }
 
     fn work_safely(&self, mut writer: Box<dyn Write + Send>) {
         let done = catch_unwind(AssertUnwindSafe(|| self.work(&mut writer)));
         if done.is_err() {
-            self.fail("what writes it has panicked".into());
+            self.fail("its writer has panicked".into());
             // It may panic again when it is closed.
             std::mem::forget(writer);
         }
@@ -163,7 +163,7 @@ impl DiskQueue {
         self.handed.load(Ordering::Acquire)
     }
 
-    /// Whether the first so many bytes that were handed over are in the hands of the system.
+    /// Whether the first `bytes` handed over are in the hands of the system.
     pub fn has(&self, bytes: u64) -> bool {
         self.handed().saturating_sub(self.waiting()) >= bytes
     }
@@ -178,7 +178,7 @@ impl DiskQueue {
         self.state().since.map_or(Duration::ZERO, |since| since.elapsed())
     }
 
-    /// Waits until no more than so many bytes wait; not for a disk that takes nothing any more.
+    /// Waits until at most `most` bytes wait; gives up on a disk that takes none for `patience`.
     ///
     /// # Errors
     /// Why it has not taken them.
@@ -194,7 +194,7 @@ impl DiskQueue {
         state.failure.clone().map_or(Ok(()), Err)
     }
 
-    /// As [`settle`](DiskQueue::settle), for whoever has time.
+    /// As [`settle`](DiskQueue::settle), with the usual patience.
     pub fn settle_in_time(&self, most: u64) -> Result<(), String> {
         self.settle(most, PATIENCE)
     }

@@ -23,9 +23,9 @@ type Carried = (String, u64, &'static str);
 /// How much there is of a file before its disk has it, bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
-    /// From so many on a piece is closed.
+    /// Size at which a piece is closed, bytes.
     pub chunk: u64,
-    /// So many may wait for the disk, and two of the largest values.
+    /// Maximum number of bytes that wait for the disk, besides two of the largest values.
     pub buffer: u64,
 }
 
@@ -44,9 +44,9 @@ pub(super) struct File {
     others: BTreeMap<u32, u16>,
     /// By what they carry. A property that is made anew, as links changed, goes on in the channel of the one before.
     known: BTreeMap<Carried, u16>,
-    /// What the present piece has defined.
+    /// Definitions of the present piece.
     repeated: Repeated,
-    /// What is added to the agent's time for the file's.
+    /// Offset from the agent's time to that of the file, nanoseconds.
     epoch: u64,
     limits: Limits,
     /// Bytes of the present piece.
@@ -302,13 +302,13 @@ impl File {
         }
     }
 
-    /// Whether so many bytes more may wait for the disk.
+    /// Whether `length` more bytes may wait for the disk.
     pub fn has_room(&self, length: usize) -> bool {
         let (waiting, more) = (self.disk.waiting(), length as u64);
         waiting == 0 || waiting + self.open + more <= self.limits.buffer.max(2 * more)
     }
 
-    /// Waits until there is room for more, where the disk is all that there is to wait for.
+    /// Waits for the disk until it has room for more.
     pub fn settle(&mut self) {
         if self.failure.is_none() && !self.has_room(0) {
             let settled = self.disk.settle_in_time(self.limits.buffer / 2);
@@ -348,7 +348,7 @@ impl File {
         self.disk.handed()
     }
 
-    /// Whether the first so many bytes of pieces are in the hands of the system.
+    /// Whether the first `bytes` of pieces are in the hands of the system.
     pub fn has(&self, bytes: u64) -> bool {
         self.disk.has(bytes)
     }
@@ -372,7 +372,7 @@ impl Sink for File {
 /// Bytes of a message beside what is in it.
 const HEAD: u64 = 31;
 
-/// What went wrong, as the system says it if it was the system.
+/// The text of an error; of one of the system, its own.
 fn text(error: mcap::McapError) -> String {
     match error {
         mcap::McapError::Io(error) => error.to_string(),

@@ -1,4 +1,4 @@
-//! What the last seconds say of the run: how it was when the first value that they have was written.
+//! Metadata of the last seconds: the state of the run at their first value.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use super::flight::{Captured, Past};
 use super::host::Host;
 use super::run::{CONFIGURATION, Preface, absolute, told_stages};
 
-/// What stands at the beginning of a file with the last seconds. What was changed within them is told among them.
+/// The beginning of a file with the last seconds. Changes within them are messages of the file.
 pub(super) fn preface(host: &Host, composer: &dyn RecordedAgent, captured: &Captured) -> Preface {
     let now = || host.preface(composer, false, false);
     let Some((began, first)) = &host.began else { return now() };
@@ -49,7 +49,7 @@ fn changed(first: &Preface, past: &Past) -> Option<Preface> {
         let inboxes: BTreeSet<String> = links.values().cloned().collect();
         let told = |link: &Link| {
             let (to, from) = (link.to.value.clone(), link.from.value.to_string());
-            // What was an inbox is one.
+            // An inbox stays one.
             match absolute(&to) {
                 inbox if inboxes.contains(&inbox) => (from.trim_start_matches('/').to_owned(), inbox),
                 _ => (to, from),

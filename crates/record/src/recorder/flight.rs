@@ -11,7 +11,7 @@ use slate_runtime::recording::{Change, History, HistoryWish, Left, TakeValue};
 use super::channels::Channel;
 use super::hub::{OTHERS, Want};
 use super::messages::{CHANGE, read_change};
-use super::ring::{HEAD, Head};
+use super::ring::{HEAD, ValueHead};
 
 /// The last seconds of an agent.
 pub(super) struct Flight {
@@ -24,7 +24,7 @@ pub(super) struct Flight {
     /// Bytes of all pieces but the open one.
     bytes: usize,
     /// The last value of each property that is in no piece any more.
-    before: BTreeMap<u32, Value>,
+    before: BTreeMap<u32, FlightValue>,
     past: Past,
     /// A piece that can be used again.
     spare: Option<Piece>,
@@ -33,12 +33,12 @@ pub(super) struct Flight {
     wanted: Vec<Option<bool>>,
 }
 
-/// What the first value that is there comes after.
+/// State before the first value that is kept.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Past {
     /// Whether there were values before.
     pub is_there: bool,
-    /// What the settings were changed to that were changed since the beginning; nothing for what the files say.
+    /// Settings changed since the beginning; `None` for the value of the files.
     pub settings: BTreeMap<String, Option<String>>,
     /// The order of the modules, where it was another one at the beginning.
     pub stages: Option<Vec<(String, Vec<String>)>>,
@@ -59,14 +59,14 @@ struct Piece {
 
 /// A value that was written.
 #[derive(Clone, Debug)]
-struct Value {
-    head: Head,
+struct FlightValue {
+    head: ValueHead,
     bytes: Vec<u8>,
 }
 
-/// What was in memory at a moment.
+/// The values in memory at a moment.
 pub(super) struct Captured {
-    before: BTreeMap<u32, Value>,
+    before: BTreeMap<u32, FlightValue>,
     pub past: Past,
     pieces: Vec<Arc<Piece>>,
     pub channels: Vec<Channel>,
@@ -74,7 +74,7 @@ pub(super) struct Captured {
     pub to: u64,
 }
 
-/// So many pieces fill the memory, or the time.
+/// Number of pieces that fill the memory, or the time.
 const PIECES: usize = 32;
 
 /// The largest piece, bytes.
@@ -130,7 +130,7 @@ impl Flight {
         open.to = if stamp.time > open.to { stamp.time } else { open.to };
         // Lengths fit, as they came in such a head.
         let (items, length) = (items as u32, bytes.len() as u32);
-        let head = Head { id, items, length, sequence: stamp.sequence, time: stamp.time };
+        let head = ValueHead { id, items, length, sequence: stamp.sequence, time: stamp.time };
         open.bytes.extend_from_slice(&head.to_bytes());
         open.bytes.extend_from_slice(bytes);
         while let Some(first) = self.pieces.front()
@@ -161,7 +161,7 @@ impl Flight {
                 }
                 return;
             }
-            let value = self.before.entry(head.id).or_insert_with(|| Value { head, bytes: Vec::new() });
+            let value = self.before.entry(head.id).or_insert_with(|| FlightValue { head, bytes: Vec::new() });
             value.head = head;
             value.bytes.clear();
             value.bytes.extend_from_slice(bytes);
@@ -181,11 +181,11 @@ impl Flight {
         (from, to, (self.bytes + self.open.bytes.len()) as u64)
     }
 
-    /// What is there now; it takes no copy of it.
+    /// The present values, without a copy.
     pub fn capture(&mut self, channels: &[Channel]) -> Captured {
         let (from, to, _) = self.extent();
         if !self.open.bytes.is_empty() {
-            // Who asks again and again leaves short pieces.
+            // Frequent captures leave short pieces.
             self.open.bytes.shrink_to_fit();
             self.close();
         }
@@ -217,10 +217,10 @@ impl Past {
 }
 
 impl Piece {
-    fn each(&self, mut take: impl FnMut(Head, &[u8])) {
+    fn each(&self, mut take: impl FnMut(ValueHead, &[u8])) {
         let mut rest = self.bytes.as_slice();
         while let Some((head, behind)) = rest.split_first_chunk::<HEAD>() {
-            let head = Head::from_bytes(head);
+            let head = ValueHead::from_bytes(head);
             let (bytes, behind) = behind.split_at_checked(head.length as usize).unwrap_or((behind, &[]));
             take(head, bytes);
             rest = behind;
@@ -242,9 +242,9 @@ impl Piece {
     }
 
     /// The value that begins at a place.
-    fn at(&self, place: u32) -> Option<(Head, &[u8])> {
+    fn at(&self, place: u32) -> Option<(ValueHead, &[u8])> {
         let (head, behind) = self.bytes.get(place as usize..)?.split_first_chunk::<HEAD>()?;
-        let head = Head::from_bytes(head);
+        let head = ValueHead::from_bytes(head);
         Some((head, behind.get(..head.length as usize)?))
     }
 }
@@ -263,7 +263,7 @@ impl Captured {
         let is_own =
             |channel: &Channel| channel.path == wish.path && channel.descriptor.hash == descriptor.hash;
         let ids = (0..).zip(&self.channels).filter(|(_, channel)| is_own(channel)).map(|(id, _)| id);
-        let mut found: Vec<(Head, &[u8])> = Vec::new();
+        let mut found: Vec<(ValueHead, &[u8])> = Vec::new();
         for id in ids {
             found.extend(self.before.get(&id).map(|value| (value.head, value.bytes.as_slice())));
             for piece in &self.pieces {
@@ -271,7 +271,7 @@ impl Captured {
             }
         }
         found.retain(|(head, _)| wish.has(head.time, head.sequence));
-        // Whoever goes on at one of them misses none.
+        // A reader that continues at one of them misses none.
         found.sort_by_key(|(head, _)| (head.time, head.sequence, head.id));
         let told: Vec<_> = wish.places(found.len()).filter_map(|place| found.get(place).copied()).collect();
         let left = told.iter().position(|(head, bytes)| {
@@ -286,7 +286,7 @@ impl Captured {
     }
 
     /// The values that were there before, each of another property, and then all values in the order in which they came.
-    pub fn each(&self, mut take: impl FnMut(bool, Head, &[u8])) {
+    pub fn each(&self, mut take: impl FnMut(bool, ValueHead, &[u8])) {
         self.before.values().for_each(|value| take(true, value.head, &value.bytes));
         self.pieces.iter().for_each(|piece| piece.each(|head, bytes| take(false, head, bytes)));
     }
@@ -383,7 +383,7 @@ mod tests {
                     });
                     prop_assert_eq!(told.left, left);
                     prop_assert_eq!(&values[..], &wanted[..wanted.len().min(6)]);
-                    // Whoever goes on there gets all that is left, also of the same time, and nothing twice.
+                    // A reader that continues there gets the rest, also of the same time, and nothing twice.
                     let Some(left) = left else { continue };
                     let rest = HistoryWish { from: left.time, sequence: left.sequence, ..wish };
                     let mut values = Vec::new();

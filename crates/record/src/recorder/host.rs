@@ -1,4 +1,4 @@
-//! What a recorder knows of its agent from the start.
+//! The recorded agent, as a recorder knows it from the start.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -22,13 +22,13 @@ pub(super) struct Host {
     pub is_lockstep: bool,
     /// From cycle to cycle, nanoseconds.
     pub period: u64,
-    /// What the last seconds would begin with if nothing were changed, and the time of that; nothing when none are kept.
+    /// Time and preface of the last seconds before any change; `None` when none are kept.
     pub began: Option<(u64, Preface)>,
-    /// What is known of the run.
+    /// Metadata of the run.
     pub run: BTreeMap<String, String>,
-    /// What modules remembered when it began.
+    /// Stored memories of modules at its beginning.
     pub memories: BTreeMap<String, String>,
-    /// What goes along beside the configuration: names, and what is in them.
+    /// Files attached beside the configuration: names and content.
     pub files: Vec<(String, Vec<u8>)>,
 }
 

@@ -1,4 +1,4 @@
-//! Where the values of all threads come together.
+//! Collects the values of all threads.
 
 use std::cell::RefCell;
 use std::collections::BTreeMap;
@@ -11,9 +11,9 @@ use slate_blackboard::message::Message;
 use slate_blackboard::{Property, Stamp};
 
 use super::channels::{Channel, Sent};
-use super::ring::{Head, Inlet, Outlet, ring, warm_ring};
+use super::ring::{Inlet, Outlet, ValueHead, ring, warm_ring};
 
-/// What every value of an agent goes through.
+/// Collects the values of all threads of an agent.
 pub(crate) struct Hub {
     number: u64,
     /// Bytes that a thread may be ahead,
@@ -22,35 +22,35 @@ pub(crate) struct Hub {
     begin: AtomicUsize,
     /// Whether values are taken.
     is_on: AtomicBool,
-    /// Whether anybody wants what is no property.
+    /// Whether any recording wants log and changes.
     listens: AtomicBool,
-    /// Whether whoever writes waits for a full ring.
+    /// Whether a writing thread waits while its ring is full.
     waits: AtomicBool,
-    /// The bytes of the largest value that anybody wants.
+    /// Size of the largest wanted value, bytes.
     largest: AtomicUsize,
-    /// Set when what is there shall be in the file at once.
+    /// Set when the present values must be in the file at once.
     pub urgent: AtomicBool,
     channels: Mutex<Vec<Channel>>,
-    /// Who wants which values, by number.
+    /// The recordings and the values they want, by number.
     wants: Mutex<BTreeMap<u64, Wanting>>,
-    /// Rings that nobody takes values out of yet.
+    /// Rings that are not drained yet.
     fresh: Mutex<Vec<(ThreadId, Outlet)>>,
     /// Rings for threads that have none, so that they need not make one in the middle of a tick.
     spares: Mutex<Vec<(Inlet, Outlet)>>,
-    /// Who takes values out; nobody before the beginning.
+    /// The thread that takes values out; none before the beginning.
     reader: OnceLock<Thread>,
 }
 
-/// Whether somebody wants the values of a property.
+/// Whether a recording wants the values of a property.
 pub(crate) type Want = Box<dyn Fn(&Channel) -> bool + Send>;
 
 struct Wanting {
     wants: Want,
-    /// Whether for them is computed what is written only while somebody watches.
+    /// Whether it watches, so that debug outputs have values.
     watches: bool,
 }
 
-/// Where values go that come from the rings.
+/// Receives the values from the rings.
 pub(crate) trait Sink: Send {
     /// Takes a value of the channel with that number; what is no property has one of its own.
     fn value(&mut self, channel: Option<&Channel>, id: u32, items: usize, stamp: Stamp, bytes: &[u8]);
@@ -68,7 +68,7 @@ const LARGEST: usize = 1 << 30;
 /// The largest one that is made for more than two of the largest values, unless more is asked for.
 const LARGEST_FOR_SEVERAL: usize = 32 << 20;
 
-/// The largest one while nobody takes values out, as perhaps nobody ever will.
+/// The largest one before a reader takes values out, as perhaps none ever will.
 const LARGEST_BEFORE: usize = 64 << 20;
 
 /// The ring of this thread to each recorder.
@@ -87,7 +87,7 @@ static NUMBERS: AtomicU64 = AtomicU64::new(0);
 /// How many rings are kept for threads that have none: the loop's, the one of its timing, and another.
 const SPARES: usize = 3;
 
-/// Has values of a property come that somebody wants, and no others. Returns whether anybody does.
+/// Lets values of a property come if a recording wants them. Returns whether one does.
 fn ask(wants: &BTreeMap<u64, Wanting>, channel: &Channel) -> bool {
     let mut wanting = wants.values().filter(|wanting| (wanting.wants)(channel)).peekable();
     let is_wanted = wanting.peek().is_some();
@@ -97,7 +97,7 @@ fn ask(wants: &BTreeMap<u64, Wanting>, channel: &Channel) -> bool {
 }
 
 impl Hub {
-    /// Nobody wants anything yet; each thread that writes values may be ahead by so many bytes.
+    /// A hub without recordings; each writing thread may be ahead by so many bytes.
     pub fn new(buffer: u64) -> Arc<Self> {
         let buffer = usize::try_from(buffer).unwrap_or(LARGEST);
         Arc::new(Self {
@@ -117,9 +117,9 @@ impl Hub {
         })
     }
 
-    /// What sees the values of a property.
+    /// The tap of a property.
     pub fn tap(self: &Arc<Self>, property: &Property) -> Option<Arc<dyn Tap>> {
-        // What the recorder says of itself would make it say more.
+        // The recorder's own properties would record themselves.
         if property.path().starts_with("record/") {
             return None;
         }
@@ -136,7 +136,7 @@ impl Hub {
         Some(Arc::new(PropertyTap { hub: Arc::clone(self), id, dropped, wanted }))
     }
 
-    /// Somebody of that number wants values from now on.
+    /// Adds a recording of that number.
     pub fn want(&self, number: u64, want: Want) {
         self.begin.store(self.buffer, Ordering::Relaxed);
         self.add(number, want, true);
@@ -159,11 +159,11 @@ impl Hub {
         }
         wants.insert(number, Wanting { wants: want, watches });
         self.ask(&wants);
-        // Who reads what is there now, and then takes what comes, misses nothing.
+        // A recording that reads the present values and then takes new ones misses none.
         fence(Ordering::SeqCst);
     }
 
-    /// And no longer.
+    /// Removes a recording.
     pub fn want_no_more(&self, number: u64) {
         let mut wants = self.wants();
         wants.remove(&number);
@@ -230,7 +230,7 @@ impl Hub {
         }
         let length = parts.iter().map(|part| part.len()).sum::<usize>();
         let Ok(length) = u32::try_from(length) else { return false };
-        let head = Head { id, items, length, sequence, time };
+        let head = ValueHead { id, items, length, sequence, time };
         // Nothing else of this thread writes values meanwhile, and at its end it is too late.
         let push = |own: &RefCell<Vec<Own>>| match own.try_borrow_mut() {
             Ok(mut own) => self.push_to(&mut own, head, parts),
@@ -240,7 +240,12 @@ impl Hub {
     }
 
     #[inline]
-    fn push_to<const PARTS: usize>(&self, own: &mut Vec<Own>, head: Head, parts: [&[u8]; PARTS]) -> bool {
+    fn push_to<const PARTS: usize>(
+        &self,
+        own: &mut Vec<Own>,
+        head: ValueHead,
+        parts: [&[u8]; PARTS],
+    ) -> bool {
         if let Some(own) = own.iter_mut().find(|own| own.hub == self.number)
             && own.inlet.push(head, parts)
         {
@@ -254,7 +259,7 @@ impl Hub {
     fn push_with_patience<const PARTS: usize>(
         &self,
         own: &mut Vec<Own>,
-        head: Head,
+        head: ValueHead,
         parts: [&[u8]; PARTS],
     ) -> bool {
         let needed = head.length as usize;
@@ -287,14 +292,14 @@ impl Hub {
                 return false;
             }
             if !self.is_on() || inlet.is_abandoned() {
-                // Whoever recorded has given up, which it says.
+                // The recorder has given up, and reports that.
                 return true;
             }
             std::thread::yield_now();
         }
     }
 
-    /// The bytes of a ring that is for values of so many and more.
+    /// Size of a ring for values of `needed` bytes and more.
     fn least(&self, needed: usize) -> usize {
         let largest = self.largest.load(Ordering::Relaxed);
         // The recorder may have to wait for a processor while a camera goes on.
@@ -303,7 +308,7 @@ impl Hub {
         needed.max(begin).max(several).max(largest.saturating_mul(2)).min(LARGEST)
     }
 
-    /// A ring of this thread, for values of so many bytes and more.
+    /// A ring of this thread, for values of `needed` bytes and more.
     fn new_ring(&self, needed: usize) -> Own {
         let capacity = self.least(needed);
         let spare = self.spares.try_lock().ok().and_then(|mut spares| spares.pop());
@@ -363,7 +368,7 @@ impl Tap for PropertyTap {
     }
 }
 
-/// All rings, for who takes values out.
+/// Takes the values out of all rings.
 #[derive(Default)]
 pub(crate) struct Drain {
     rings: Vec<(ThreadId, Outlet)>,

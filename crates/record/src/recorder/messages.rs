@@ -1,4 +1,4 @@
-//! What a recording has beside values of properties, as messages of ROS 2.
+//! Log, changes and drops of a recording, as messages of ROS 2.
 
 use std::path::PathBuf;
 
@@ -43,7 +43,7 @@ uint32 nanosec
 ",
 };
 
-/// What was changed of the agent.
+/// Changes of the agent.
 pub(crate) const CHANGE: Topic = Topic {
     id: OTHERS + 1,
     name: "/record/change",
@@ -69,7 +69,7 @@ string action
 ",
 };
 
-/// What is missing.
+/// Dropped values.
 pub(crate) const DROPPED: Topic = Topic {
     id: OTHERS + 2,
     name: "/record/dropped",
@@ -92,7 +92,7 @@ pub(super) fn log(line: &Line, time: u64) -> Vec<u8> {
         Level::Info => 20,
         Level::Debug | Level::Trace => 10,
     };
-    let mut message = Message::new();
+    let mut message = CdrMessage::new();
     // ROS 2 counts seconds in 32 bits.
     message.number(&((time / SECOND) as i32).to_le_bytes());
     message.number(&((time % SECOND) as u32).to_le_bytes());
@@ -108,9 +108,9 @@ pub(super) fn log(line: &Line, time: u64) -> Vec<u8> {
 const SECOND: u64 = 1_000_000_000;
 
 pub(super) fn change(cycle: u64, change: &Change) -> Vec<u8> {
-    let mut message = Message::new();
+    let mut message = CdrMessage::new();
     message.number(&cycle.to_le_bytes());
-    let mut told = Told::default();
+    let mut told = ChangeFields::default();
     let text = |file: &PathBuf| file.to_string_lossy().into_owned();
     match change {
         Change::Setting { path, value } => (told.path, told.value) = (path.clone(), value.clone()),
@@ -155,7 +155,7 @@ pub(super) fn change(cycle: u64, change: &Change) -> Vec<u8> {
 
 /// The fields of a change.
 #[derive(Default)]
-struct Told {
+struct ChangeFields {
     path: String,
     value: Option<String>,
     plugin: String,
@@ -212,19 +212,19 @@ pub(crate) fn read_change(message: &[u8]) -> Option<(u64, Change)> {
 }
 
 pub(super) fn dropped(url: &str, values: u64) -> Vec<u8> {
-    let mut message = Message::new();
+    let mut message = CdrMessage::new();
     message.text(url);
     message.number(&values.to_le_bytes());
     message.0
 }
 
 /// A message in little-endian CDR.
-struct Message(Vec<u8>);
+struct CdrMessage(Vec<u8>);
 
 /// Bytes before the message itself, which alignment does not count.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
-impl Message {
+impl CdrMessage {
     fn new() -> Self {
         Self(HEADER.to_vec())
     }

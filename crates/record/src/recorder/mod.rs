@@ -46,36 +46,36 @@ pub use state::RecordState;
 use file::{File, Limits};
 use host::Host;
 use lock::locked;
-use place::Place;
+use place::RecordingFile;
 use save::Saves;
-use state::Shown;
-use target::{Progress, Target};
-use thread::{Beginning, Shared, Thread};
+use state::RecordStateOutput;
+use target::{ActiveRecording, Progress};
+use thread::{Beginning, Thread, ThreadHandle};
 use trigger::Triggers;
 
-/// Records an agent: every value that is written to the properties that are selected, the log, what is changed from
-/// outside, and what is needed to make the same run again. Tools begin and end further recordings while it runs, and what
-/// was written in the last seconds can be in memory, to be saved when something has happened.
+/// Records an agent: every value of the selected properties, the log, changes from outside, and everything needed to
+/// repeat the run. Tools begin and end further recordings while it runs, and the last seconds are kept in memory, to be
+/// saved after an event.
 ///
 /// An agent is loaded with it ([`Options::recording`](slate_runtime::Options::recording), and
 /// [`log_target`](Recorder::log_target) among its log targets), so that nothing is missed; then
 /// [`begin`](Recorder::begin) opens the file, and [`end`](Recorder::end) closes it after the run.
 ///
-/// Values are handed over in memory that each writing thread has for this, without a lock and without an allocation; a
-/// thread of the recorder encodes and writes. In lockstep whoever writes waits while that memory is full, so nothing is
-/// missing. On the wall clock nobody waits: what does not fit is dropped, and the drops are counted in the file.
+/// Each writing thread hands values over in a ring of its own, without a lock and without an allocation; a thread of the
+/// recorder encodes and writes. In lockstep a writing thread waits while its ring is full, so no value is missing. On the
+/// wall clock no thread waits: values that do not fit are dropped, and the drops are counted in the file.
 #[derive(Clone)]
 pub struct Recorder {
     hub: Arc<Hub>,
-    state: Arc<Mutex<State>>,
-    told: Arc<Told>,
+    state: Arc<Mutex<RecorderState>>,
+    told: Arc<ToldChanges>,
 }
 
-/// The changes that it was told of.
+/// Changes that were reported to the recorder.
 #[derive(Default)]
-struct Told {
+struct ToldChanges {
     count: AtomicU64,
-    /// So many of them are in the hands of the system, or were waited for long enough.
+    /// Number of them in the hands of the system, or given up.
     settled: Mutex<u64>,
 }
 
@@ -85,36 +85,36 @@ impl std::fmt::Debug for Recorder {
     }
 }
 
-/// Who wants values: the recording of the configuration, the last seconds, and from then on those of tools.
+/// Numbers of recordings: that of the configuration, the last seconds, and those of tools from there on.
 const FIRST: u64 = 0;
 const FLIGHT: u64 = 1;
 const TOOLS: u64 = 2;
 
-struct State {
+struct RecorderState {
     settings: Record,
-    /// What goes along with each recording beside the configuration: names, and what is in them.
+    /// Files attached to each recording beside the configuration: names and content.
     files: Vec<(String, Vec<u8>)>,
     /// Once it has begun.
     host: Option<Arc<Host>>,
     thread: Option<Thread>,
     saves: Option<Arc<Saves>>,
-    /// How many recordings tools have begun.
+    /// Number of recordings that tools have begun.
     count: u64,
-    /// Where it is shown how it goes, until the thread has it.
-    shown: Option<Shown>,
-    /// Where the recording is that had the name of the first one before.
+    /// The published state, until the thread has it.
+    shown: Option<RecordStateOutput>,
+    /// New place of an earlier recording with the name of the first one.
     earlier: Option<PathBuf>,
     /// The first recording, while it goes on.
     first: Option<Arc<Progress>>,
-    /// What came of it, when that is known before the end.
+    /// Its result, when that is known before the end.
     outcome: Option<Result<Recorded, RecordError>>,
 }
 
-/// Why nothing is recorded.
+/// Error of a recording.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
-    /// The file could not be made, or not be written to its end; what it had until then is there.
-    #[error("the recording {} has not all of the run: {reason}", slate_runtime::printable(path))]
+    /// The file could not be made, or not be written to its end; its content until then is there.
+    #[error("the recording {} is incomplete: {reason}", slate_runtime::printable(path))]
     Write {
         /// The file.
         path: PathBuf,
@@ -126,22 +126,22 @@ pub enum RecordError {
     Order,
 }
 
-/// What a recording has.
+/// Result of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recorded {
     /// The file.
     pub file: PathBuf,
-    /// How many values are in it.
+    /// Number of values in it.
     pub values: u64,
-    /// How many are not, as nobody may wait for a slow disk.
+    /// Number of values missing, as the agent does not wait for a slow disk.
     pub dropped: u64,
     /// Bytes of the file.
     pub bytes: u64,
-    /// Where the recording is now that had the file's name before.
+    /// New place of an earlier recording with the file's name.
     pub earlier: Option<PathBuf>,
 }
 
-/// What the last seconds in memory have.
+/// The values of the last seconds in memory.
 fn wants_of_flight(settings: &Record) -> Want {
     let (selection, triggers) = (settings.selection.clone(), settings.flight.triggers.clone());
     let largest = usize::try_from(settings.flight.largest).unwrap_or(usize::MAX);
@@ -166,7 +166,7 @@ impl Recorder {
         if settings.flight.enabled {
             hub.want_lightly(FLIGHT, wants_of_flight(settings));
         }
-        let state = State {
+        let state = RecorderState {
             settings: settings.clone(),
             files: Vec::new(),
             host: None,
@@ -190,23 +190,23 @@ impl Recorder {
         self.hub.want(FIRST, Box::new(move |channel| selection::selects(&selection, &channel.path)));
     }
 
-    /// What an agent gets among its log targets, so that the log is in the file.
+    /// The log target that writes the log into the recording.
     pub fn log_target(&self) -> Box<dyn LogTarget> {
         Box::new(log::Lines::new(&self.hub))
     }
 
-    /// Has files go along with each recording, beside the configuration that names them: said before it begins.
+    /// Attaches files to each recording, beside the configuration that names them; called before it begins.
     pub fn accompany(&self, files: Vec<(String, Vec<u8>)>) {
         self.state().files = files;
     }
 
-    /// What is known of the agent, and goes along.
+    /// The agent as recordings know it.
     fn host(&self, agent: &Agent) -> Host {
         Host::of(agent, self.state().files.clone())
     }
 
-    /// Does what the configuration says for an agent that was loaded with this recorder, and what tools ask for. What has
-    /// no file of its own there goes into that folder.
+    /// Records an agent that was loaded with this recorder as its configuration says, and as tools want. Recordings
+    /// without a file of their own go into that folder.
     pub fn attach(&self, agent: &Agent, folder: &Path) {
         let settings = self.state().settings.clone();
         if settings.enabled {
@@ -217,17 +217,17 @@ impl Recorder {
         }
     }
 
-    /// Opens the file for an agent that was loaded with this recorder. What it wrote until now goes into it too. A recording that
-    /// is there already is not lost: it gets a number, such as `run-1.mcap`. While another run still writes it, this one gets that.
+    /// Opens the file for an agent that was loaded with this recorder. Values written until now go into it, too. An existing
+    /// recording of that name gets a number, such as `run-1.mcap`; while another run still writes it, this one gets the number.
     ///
-    /// An agent does not stand still because it can't be recorded: its log says so, and [`end`](Recorder::end).
+    /// An agent runs even if it can't be recorded: its log says so, and [`end`](Recorder::end).
     pub fn begin(&self, agent: &Agent, path: &Path) {
         self.begin_in(agent, path, path.parent().unwrap_or(Path::new("")));
     }
 
     fn begin_in(&self, agent: &Agent, path: &Path, folder: &Path) {
         let own = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let place = own.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| Place::open(path));
+        let place = own.map_or(Ok(()), std::fs::create_dir_all).and_then(|()| RecordingFile::open(path));
         match place {
             Ok(place) => {
                 if place.path != path {
@@ -242,7 +242,7 @@ impl Recorder {
         }
     }
 
-    /// As [`begin`](Recorder::begin), into something else than a file; `path` is what messages call it.
+    /// As [`begin`](Recorder::begin), into a writer; `path` is its name in messages.
     pub fn begin_with(&self, agent: &Agent, path: &Path, writer: Box<dyn Write + Send>) {
         self.begin_into(agent, path, path.parent().unwrap_or(Path::new("")), writer);
     }
@@ -258,12 +258,12 @@ impl Recorder {
                 let progress = Progress::new(FIRST, path, agent.now());
                 self.state().first = Some(Arc::clone(&progress));
                 let waits = host.is_lockstep;
-                let target = Target::new(file, settings.selection, settings.within, waits, progress);
+                let target = ActiveRecording::new(file, settings.selection, settings.within, waits, progress);
                 self.show(agent.board());
                 self.launch(agent, host, folder, vec![target]);
             }
             Err(reason) => {
-                // What has no beginning can't be repaired.
+                // A file without a beginning can't be repaired.
                 if path.is_file() {
                     let _ = std::fs::remove_file(path);
                 }
@@ -272,8 +272,8 @@ impl Recorder {
         }
     }
 
-    /// Starts the thread, which does all the rest.
-    fn launch(&self, agent: &Agent, mut host: Host, folder: &Path, targets: Vec<Target>) {
+    /// Starts the thread of the recorder.
+    fn launch(&self, agent: &Agent, mut host: Host, folder: &Path, targets: Vec<ActiveRecording>) {
         let mut state = self.state();
         if state.thread.is_some() {
             return;
@@ -289,7 +289,7 @@ impl Recorder {
         let host = Arc::new(host);
         let limits = Limits { chunk: state.settings.chunk, buffer: state.settings.buffer };
         let saves = Saves::new(&host, folder, limits);
-        let shared = Arc::<Shared>::default();
+        let shared = Arc::<ThreadHandle>::default();
         *locked(&shared.recordings) = targets.iter().map(|target| Arc::clone(&target.progress)).collect();
         *locked(&shared.shown) = state.shown.take();
         let flight = state.settings.flight.clone();
@@ -316,13 +316,13 @@ impl Recorder {
         }
     }
 
-    /// Shows from now on how it goes.
+    /// Publishes the state from now on.
     fn show(&self, board: &Arc<slate_blackboard::Board>) {
         let mut state = self.state();
         match &state.thread {
-            None if state.shown.is_none() => state.shown = Shown::new(board),
+            None if state.shown.is_none() => state.shown = RecordStateOutput::new(board),
             Some(thread) if locked(&thread.shared.shown).is_none() => {
-                *locked(&thread.shared.shown) = Shown::new(board);
+                *locked(&thread.shared.shown) = RecordStateOutput::new(board);
             }
             _ => {}
         }
@@ -346,12 +346,12 @@ impl Recorder {
     /// Closes the file after a run of the agent, and those of tools.
     ///
     /// # Errors
-    /// When something of it could not be written, or there was none.
+    /// When it could not be written completely, or was not begun.
     pub fn end(&self, agent: &mut Agent) -> Result<Recorded, RecordError> {
         self.finish(agent).unwrap_or(Err(RecordError::Order))
     }
 
-    /// As [`end`](Recorder::end), and nothing when there was no recording but those of tools.
+    /// As [`end`](Recorder::end); `None` without a recording besides those of tools.
     pub fn finish(&self, agent: &mut Agent) -> Option<Result<Recorded, RecordError>> {
         let (thread, saves, first) = {
             let mut state = self.state();
@@ -390,7 +390,7 @@ impl Recorder {
         outcome
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, RecorderState> {
         locked(&self.state)
     }
 }

@@ -4,16 +4,16 @@ use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};
 
-/// A file that nobody else writes, as long as it is open.
+/// A file that no other run writes while it is open.
 #[derive(Debug)]
-pub(super) struct Place {
+pub(super) struct RecordingFile {
     pub file: File,
     pub path: PathBuf,
     /// Where the recording is now that had the name before.
     pub earlier: Option<PathBuf>,
 }
 
-impl Place {
+impl RecordingFile {
     /// The file of that name. A recording that has it already gets the next number, `run-1.mcap`; while another run still writes
     /// it, the new one gets that.
     pub fn open(path: &Path) -> io::Result<Self> {

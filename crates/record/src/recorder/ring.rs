@@ -2,9 +2,9 @@
 
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// What stands before a value.
+/// Header of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Head {
+pub(super) struct ValueHead {
     /// Which property.
     pub id: u32,
     /// Items of its tail.
@@ -17,7 +17,7 @@ pub(super) struct Head {
 /// Bytes of a head.
 pub(super) const HEAD: usize = 28;
 
-impl Head {
+impl ValueHead {
     pub fn to_bytes(self) -> [u8; HEAD] {
         let mut bytes = [0; HEAD];
         bytes[..4].copy_from_slice(&self.id.to_le_bytes());
@@ -38,7 +38,7 @@ impl Head {
 /// A value in one cache line, which a thread writes without looking back at it.
 #[derive(Clone, Copy)]
 #[repr(align(64))]
-struct Line {
+struct RingLine {
     time: u64,
     sequence: u64,
     id: u32,
@@ -49,7 +49,7 @@ struct Line {
     words: [u64; WORDS],
 }
 
-/// What most properties of a robot have: a velocity, a pose with its time, the timing of a module.
+/// Words of most values of a robot: a velocity, a pose with its time, the timing of a module.
 const WORDS: usize = 5;
 
 /// The length of a value whose bytes are in the ring beside.
@@ -67,14 +67,14 @@ pub(super) fn ring(capacity: usize) -> (Inlet, Outlet) {
 
 /// As many lines as take the same memory.
 fn lines(capacity: usize) -> usize {
-    (capacity / size_of::<Line>()).max(1)
+    (capacity / size_of::<RingLine>()).max(1)
 }
 
 /// A ring of so many bytes whose memory is there, so that the first values in it cost no more than those after.
 pub(super) fn warm_ring(capacity: usize) -> (Inlet, Outlet) {
     let (mut inlet, mut outlet) = ring(capacity);
-    // There is room, as it is empty and has as many places.
-    while inlet.lines.push(Line::EMPTY).is_ok() {}
+    // It has room, as it is empty and has as many slots.
+    while inlet.lines.push(RingLine::EMPTY).is_ok() {}
     while outlet.lines.pop().is_ok() {}
     for place in (0..capacity).step_by(PAGE) {
         let _ = inlet.bytes.push_entire_slice(&[0; PAGE][..PAGE.min(capacity - place)]);
@@ -88,12 +88,12 @@ pub(super) fn warm_ring(capacity: usize) -> (Inlet, Outlet) {
 /// Bytes of a page of memory.
 const PAGE: usize = 4096;
 
-impl Line {
+impl RingLine {
     const EMPTY: Self = Self { time: 0, sequence: 0, id: 0, items: 0, length: 0, words: [0; WORDS] };
 
     /// A small value.
     #[inline]
-    fn small<const PARTS: usize>(head: Head, parts: [&[u8]; PARTS]) -> Option<Self> {
+    fn small<const PARTS: usize>(head: ValueHead, parts: [&[u8]; PARTS]) -> Option<Self> {
         let (items, length) = (u16::try_from(head.items).ok()?, head.length as u16);
         let words = match parts[..] {
             [bytes] => words(bytes)?,
@@ -112,23 +112,23 @@ impl Line {
     }
 
     /// A value whose bytes are in the ring beside.
-    fn large(head: Head) -> Self {
+    fn large(head: ValueHead) -> Self {
         let mut words = [0; WORDS];
         words[0] = u64::from(head.length) | u64::from(head.items) << 32;
         Self { length: BESIDE, words, ..Self::of(head) }
     }
 
-    fn of(Head { time, sequence, id, .. }: Head) -> Self {
+    fn of(ValueHead { time, sequence, id, .. }: ValueHead) -> Self {
         Self { time, sequence, id, ..Self::EMPTY }
     }
 
-    fn head(&self) -> Head {
+    fn head(&self) -> ValueHead {
         let Self { time, sequence, id, .. } = *self;
         let (items, length) = match self.length {
             BESIDE => ((self.words[0] >> 32) as u32, self.words[0] as u32),
             length => (self.items.into(), length.into()),
         };
-        Head { id, items, length, sequence, time }
+        ValueHead { id, items, length, sequence, time }
     }
 }
 
@@ -153,7 +153,7 @@ fn partial(bytes: &[u8]) -> u64 {
 
 /// The end of a thread that writes values.
 pub(super) struct Inlet {
-    lines: Producer<Line>,
+    lines: Producer<RingLine>,
     bytes: Producer<u8>,
 }
 
@@ -163,34 +163,34 @@ impl Inlet {
         self.bytes.buffer().capacity()
     }
 
-    /// Whether nobody takes values out of it any more.
+    /// Whether its reader is gone.
     pub fn is_abandoned(&self) -> bool {
         self.lines.is_abandoned()
     }
 
     /// Puts a value in, whose bytes come in parts, if there is room.
     #[inline]
-    pub fn push<const PARTS: usize>(&mut self, head: Head, parts: [&[u8]; PARTS]) -> bool {
-        match Line::small(head, parts) {
+    pub fn push<const PARTS: usize>(&mut self, head: ValueHead, parts: [&[u8]; PARTS]) -> bool {
+        match RingLine::small(head, parts) {
             Some(line) => self.lines.push(line).is_ok(),
             None => self.push_large(head, &parts),
         }
     }
 
     /// One that is too large for a line. Its bytes come first, so that whoever finds the line finds them.
-    fn push_large(&mut self, head: Head, parts: &[&[u8]]) -> bool {
+    fn push_large(&mut self, head: ValueHead, parts: &[&[u8]]) -> bool {
         if self.lines.is_full() || self.bytes.slots() < head.length as usize {
             return false;
         }
-        // As there is room, and nobody else puts anything in.
+        // It has room, and no other thread writes to it.
         let all = parts.iter().all(|part| self.bytes.push_entire_slice(part).is_ok());
-        all && self.lines.push(Line::large(head)).is_ok()
+        all && self.lines.push(RingLine::large(head)).is_ok()
     }
 }
 
 /// The end of the recorder's thread.
 pub(super) struct Outlet {
-    lines: Consumer<Line>,
+    lines: Consumer<RingLine>,
     bytes: Consumer<u8>,
 }
 
@@ -200,14 +200,19 @@ impl Outlet {
         self.lines.slots()
     }
 
-    /// Whether nobody puts values in any more.
+    /// Whether its writer is gone.
     pub fn is_abandoned(&self) -> bool {
         self.lines.is_abandoned()
     }
 
     /// Takes the next values out, not more than so many, through `bytes`; says how many. Their places are free once all are
     /// taken: whoever waits for one place at a time has the cache lines of both ends go to and fro with each value.
-    pub fn take(&mut self, most: usize, bytes: &mut Vec<u8>, mut each: impl FnMut(Head, &[u8])) -> usize {
+    pub fn take(
+        &mut self,
+        most: usize,
+        bytes: &mut Vec<u8>,
+        mut each: impl FnMut(ValueHead, &[u8]),
+    ) -> usize {
         let count = self.lines.slots().min(most).min(BATCH);
         let Ok(lines) = self.lines.read_chunk(count) else { return 0 };
         let (first, rest) = lines.as_slices();
@@ -215,7 +220,7 @@ impl Outlet {
             let head = line.head();
             bytes.clear();
             if line.length == BESIDE {
-                // They are there, as whoever wrote the line put them there before.
+                // They are there, as the writer puts them there before the line.
                 bytes.resize(head.length as usize, 0);
                 if self.bytes.pop_entire_slice(bytes).is_err() {
                     continue;

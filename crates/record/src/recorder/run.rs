@@ -1,4 +1,4 @@
-//! What a recording says of the run: what is needed to make it again.
+//! Metadata of a run, which are needed to repeat it.
 
 use std::collections::BTreeMap;
 
@@ -7,17 +7,17 @@ use slate_blackboard::Board;
 /// The name of the attached configuration.
 pub const CONFIGURATION: &str = "configuration.toml";
 
-/// The properties that nobody has written yet, each with its interface: what is not in the file of them was not lost.
+/// The properties never written yet, each with its interface: the file does not miss their values.
 pub(super) fn unwritten(board: &Board) -> BTreeMap<String, String> {
     let properties = board.properties().into_iter();
     let silent = properties.filter(|own| own.channel().is_some_and(|channel| channel.published() == 0));
     silent.map(|own| (format!("/{}", own.path()), own.descriptor().name.to_owned())).collect()
 }
 
-/// What stands at the beginning of a file.
+/// The beginning of a file.
 #[derive(Clone)]
 pub(super) struct Preface {
-    /// What is added to the agent's time for that of the file.
+    /// Offset from the agent's time to that of the file, nanoseconds.
     pub epoch: u64,
     pub metadata: Vec<(&'static str, BTreeMap<String, String>)>,
     /// Name, type and bytes of each file that goes along.

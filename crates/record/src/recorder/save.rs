@@ -21,7 +21,7 @@ use super::hub::Sink;
 use super::lock::locked;
 use super::run::Preface;
 
-/// What a trigger saves.
+/// The last seconds that a trigger saves.
 pub(super) struct Save {
     pub trigger: FlightTrigger,
     pub time: u64,
@@ -35,11 +35,11 @@ pub(super) struct Saves {
     host: Arc<Host>,
     folder: PathBuf,
     limits: Limits,
-    state: Mutex<State>,
+    state: Mutex<SavesState>,
 }
 
 #[derive(Default)]
-struct State {
+struct SavesState {
     /// How often each trigger has saved.
     counts: BTreeMap<FlightTrigger, u64>,
     /// The files that are there, with the trigger of each, the oldest first.
@@ -61,7 +61,7 @@ impl Saves {
         locked(&self.state).files.iter().map(|(_, file)| file.clone()).collect()
     }
 
-    /// Begins to write a file, and keeps at most so many of its trigger.
+    /// Begins to write a file, and keeps at most `most` files of its trigger.
     pub fn begin(self: &Arc<Self>, save: Save, most: u64) {
         let own = Arc::clone(self);
         let thread = Builder::new().name("record save".into()).spawn(move || {
@@ -127,7 +127,7 @@ impl Saves {
                 self.keep(save.trigger, path, most);
             }
             Err(reason) => {
-                // What is in it can be repaired; what is empty only takes the name.
+                // A partial file can be repaired; an empty one only takes the name.
                 if std::fs::metadata(path).is_ok_and(|found| found.is_file() && found.len() == 0) {
                     let _ = std::fs::remove_file(path);
                 }
@@ -145,7 +145,7 @@ impl Saves {
             && let Some(place) = state.files.iter().position(|(own, _)| *own == trigger)
             && let Some((_, oldest)) = state.files.remove(place)
         {
-            // Somebody may have taken it away.
+            // It may have been removed already.
             let _ = std::fs::remove_file(oldest);
         }
     }
@@ -164,7 +164,7 @@ impl Saves {
     }
 }
 
-/// Saves the last seconds for somebody who asks.
+/// Saves the last seconds for a tool.
 pub(super) fn save_to(
     path: &Path,
     host: &Host,
@@ -194,10 +194,10 @@ fn write(
     captured.each(|is_before, head, bytes| {
         let channel = captured.channels.get(head.id as usize);
         let stamp = Stamp { sequence: head.sequence, time: head.time, generation: 0 };
-        // Nobody waits for this one.
+        // No thread waits for this one.
         file.settle();
         match channel.filter(|_| is_before) {
-            // What was taken before is gone.
+            // Messages taken before are gone.
             Some(channel) if channel.access == Access::Messages => {}
             Some(channel) => {
                 let at = (stamp, captured.from);

@@ -24,14 +24,14 @@ pub(super) fn is_whole(selection: &RecordSelection) -> bool {
     selection.exclude.is_empty() && selection.rules.is_empty() && selection.select.iter().any(all)
 }
 
-/// Patterns of a selection that no property fits, such as those that somebody has mistyped.
+/// Patterns of a selection that match no property, such as mistyped ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Misspelt {
     /// The setting, such as `record.select`.
     pub setting: &'static str,
     /// The pattern, with its slash.
     pub pattern: String,
-    /// What may be meant.
+    /// Suggestion.
     pub help: String,
 }
 

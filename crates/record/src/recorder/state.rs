@@ -13,7 +13,7 @@ use super::target::Progress;
 pub struct RecordState {
     /// Values that were handed over to files.
     pub values: u64,
-    /// Values that are missing there, as nobody may wait for a slow disk.
+    /// Values that are missing there, as the agent does not wait for a slow disk.
     pub dropped: u64,
     /// Bytes of the files.
     #[unit("B")]
@@ -23,11 +23,11 @@ pub struct RecordState {
 }
 
 /// Shows it.
-pub(super) struct Shown {
+pub(super) struct RecordStateOutput {
     writer: Writer,
 }
 
-impl Shown {
+impl RecordStateOutput {
     /// Nothing when the board has it already.
     pub fn new(board: &Arc<Board>) -> Option<Self> {
         let store = Store { capacity: 0, depth: 1, budget: Budget { latest: 8, queues: 0, window: 0 } };
@@ -46,7 +46,7 @@ impl Shown {
         };
         let [values, dropped, bytes] = entries.fold([0; 3], sum);
         let mut state = RecordState { values, dropped, bytes, is_on: is_on.into() };
-        // Nobody holds it up.
+        // No reader blocks it.
         let _ = self.writer.write(View::of(&mut state).bytes(), 0, time);
     }
 }

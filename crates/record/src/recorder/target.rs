@@ -72,7 +72,7 @@ impl Progress {
 const STUCK: Duration = Duration::from_secs(5);
 
 /// A recording that is under way.
-pub(super) struct Target {
+pub(super) struct ActiveRecording {
     /// By which it is known.
     pub number: u64,
     file: File,
@@ -88,20 +88,20 @@ pub(super) struct Target {
     before: Vec<u64>,
     missed: BTreeMap<u32, u64>,
     within: Duration,
-    /// Whether it goes into a file, which somebody could remove.
+    /// Whether it goes into a file, which could be removed.
     is_file: bool,
     /// Whether nothing may be missing, as the run waits for the disk.
     waits: bool,
     /// Whether it was told that the disk stands still.
     is_stuck: bool,
-    /// The bytes that somebody waits for; 0 for none.
+    /// Number of bytes that a caller waits for; 0 for none.
     wanted: u64,
     /// When the present piece was begun.
     opened: Option<Instant>,
     pub progress: Arc<Progress>,
 }
 
-impl Target {
+impl ActiveRecording {
     /// `within` nanoseconds a piece is closed; where the run `waits` for the disk nothing is missing.
     pub fn new(
         file: File,
@@ -224,7 +224,7 @@ impl Target {
         }
     }
 
-    /// Somebody waits until the system has all that is in the file now.
+    /// Closes the present piece for a caller that waits until the system has it.
     pub fn want_settled(&mut self) {
         let closed = self.file.close_piece();
         self.file.note(closed);
@@ -272,7 +272,7 @@ impl Target {
         time: u64,
         end: Vec<(&str, String)>,
     ) -> Result<Recorded, String> {
-        // What is told of drops must find room.
+        // Counts of drops need room.
         self.file.settle();
         if let Some(reason) = self.progress.failure().or_else(|| self.file.failure()) {
             return Err(reason);
@@ -288,7 +288,7 @@ impl Target {
         self.file.tell_unwritten(unwritten(board))?;
         self.file.end("end", end)?;
         if self.is_file && !self.progress.path.is_file() {
-            return Err("its file is not there any more: somebody has removed or moved it".into());
+            return Err("its file is gone: it was removed or moved".into());
         }
         self.show(&[], time);
         self.progress.dropped.store(entry.dropped, Ordering::Relaxed);

@@ -19,67 +19,67 @@ use super::host::Host;
 use super::hub::{Drain, Hub, Sink, Want};
 use super::lock::locked;
 use super::save::{Save, Saves};
-use super::state::Shown;
-use super::target::{Progress, Target};
+use super::state::RecordStateOutput;
+use super::target::{ActiveRecording, Progress};
 use super::trigger::Triggers;
 
-/// How often is looked for values.
+/// Polling period for values.
 const PERIOD: Duration = Duration::from_millis(2);
 
-/// How often while they are only kept in memory, and nobody waits until there is room for more.
+/// Polling period while values are only kept in memory, and no thread waits for room.
 const LIGHT: Duration = Duration::from_millis(10);
 
-/// How often while nobody wants any.
+/// Polling period while no value is wanted.
 const IDLE: Duration = Duration::from_millis(500);
 
-/// How often is shown how it goes, and looked for drops.
+/// Period of the published state, and of the check for drops.
 const SHOWN: Duration = Duration::from_millis(100);
 
-/// How long a disk that takes nothing may hold up the end of a run.
+/// Maximum time that a stalled disk delays the end of a run.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// What the thread is asked for by others.
+/// A request to the thread.
 pub(super) enum Order {
     /// Goes on with a recording that has begun.
-    Add(Box<Target>),
-    /// Gives a recording back that has all that was written until now; nothing when it is there no more.
-    Remove(u64, SyncSender<Option<Box<Target>>>),
+    Add(Box<ActiveRecording>),
+    /// Returns a recording with everything written until now; `None` when it is gone.
+    Remove(u64, SyncSender<Option<Box<ActiveRecording>>>),
     /// Gives the last seconds; nothing when none are kept.
     Capture(SyncSender<Option<Captured>>),
-    /// Says when all that was handed over is in the hands of the system.
+    /// Answers when everything handed over is in the hands of the system.
     Settle(SyncSender<()>),
 }
 
-/// What others see of the thread.
+/// The thread, as other threads see it.
 #[derive(Default)]
-pub(super) struct Shared {
+pub(super) struct ThreadHandle {
     orders: Mutex<Vec<Order>>,
-    /// Held while values are taken out; whoever holds it begins with a recording.
+    /// Held while values are taken out, or a recording is begun.
     pub taking: Mutex<()>,
     is_over: AtomicBool,
     /// How recordings go, the oldest first.
     pub recordings: Mutex<Vec<Arc<Progress>>>,
     pub flight: Mutex<Option<FlightEntry>>,
     /// Where it is shown how it goes, once anything was recorded.
-    pub shown: Mutex<Option<Shown>>,
+    pub shown: Mutex<Option<RecordStateOutput>>,
 }
 
 /// The thread of a recorder.
 pub(super) struct Thread {
     /// Taken at the end.
-    thread: Option<JoinHandle<Vec<Target>>>,
-    pub shared: Arc<Shared>,
+    thread: Option<JoinHandle<Vec<ActiveRecording>>>,
+    pub shared: Arc<ThreadHandle>,
     hub: Arc<Hub>,
 }
 
-/// What the thread begins with.
+/// The initial state of the thread.
 pub(super) struct Beginning {
     pub hub: Arc<Hub>,
     pub host: Arc<Host>,
-    pub shared: Arc<Shared>,
-    pub targets: Vec<Target>,
+    pub shared: Arc<ThreadHandle>,
+    pub targets: Vec<ActiveRecording>,
     pub flight: FlightSettings,
-    /// What the last seconds have.
+    /// The values of the last seconds.
     pub wants: Want,
     pub saves: Arc<Saves>,
 }
@@ -87,7 +87,7 @@ pub(super) struct Beginning {
 impl Thread {
     pub fn start(beginning: Beginning) -> std::io::Result<Self> {
         let Beginning { hub, host, shared, targets, flight, wants, saves } = beginning;
-        let work = Work {
+        let work = RecorderWork {
             hub: Arc::clone(&hub),
             host,
             shared: Arc::clone(&shared),
@@ -115,13 +115,13 @@ impl Thread {
         self.thread.as_ref().map(|thread| thread.thread().clone())
     }
 
-    /// Waits until all that was handed over is written, and returns what was being recorded.
-    pub fn end(&mut self) -> Vec<Target> {
+    /// Waits until everything handed over is written, and returns the recordings.
+    pub fn end(&mut self) -> Vec<ActiveRecording> {
         let Some(thread) = self.thread.take() else { return Vec::new() };
         self.hub.stop();
         self.shared.is_over.store(true, Ordering::Release);
         thread.thread().unpark();
-        // The last owner of an agent may be anywhere, and nobody waits for itself.
+        // The last owner of an agent may be this thread, which can't join itself.
         if thread.thread().id() == std::thread::current().id() {
             return Vec::new();
         }
@@ -136,8 +136,8 @@ impl Drop for Thread {
     }
 }
 
-impl Shared {
-    /// Asks for something; the thread is to be woken then. False when there is none any more.
+impl ThreadHandle {
+    /// Sends an order; the caller wakes the thread. False when the thread has ended.
     pub fn ask(&self, order: Order) -> bool {
         let mut orders = locked(&self.orders);
         if self.is_over.load(Ordering::Acquire) {
@@ -150,17 +150,17 @@ impl Shared {
     /// Nothing is asked for from now on, nor answered.
     fn close(&self) {
         self.is_over.store(true, Ordering::Release);
-        // Who waits for an answer hears that there will be none.
+        // Callers that wait for an answer get none.
         locked(&self.orders).clear();
     }
 }
 
-/// Where values go.
+/// The receivers of values.
 struct Sinks {
-    targets: Vec<Target>,
+    targets: Vec<ActiveRecording>,
     flight: Option<Flight>,
     triggers: Triggers,
-    /// What has happened: what, when and where.
+    /// Triggers that fired, each with its time and property.
     happened: Vec<(FlightTrigger, u64, String)>,
 }
 
@@ -177,11 +177,11 @@ impl Sink for Sinks {
     }
 }
 
-/// What the thread works with.
-struct Work {
+/// The state of the thread.
+struct RecorderWork {
     hub: Arc<Hub>,
     host: Arc<Host>,
-    shared: Arc<Shared>,
+    shared: Arc<ThreadHandle>,
     drain: Drain,
     sinks: Sinks,
     settings: FlightSettings,
@@ -189,13 +189,13 @@ struct Work {
     last_saved: BTreeMap<FlightTrigger, u64>,
     saves: Arc<Saves>,
     skipped: u64,
-    /// Who waits until all is in the hands of the system.
+    /// Callers that wait until the system has everything.
     settling: Vec<SyncSender<()>>,
 }
 
-impl Work {
-    /// Whatever goes wrong in here, the robot goes on.
-    fn run_safely(mut self) -> Vec<Target> {
+impl RecorderWork {
+    /// Runs the thread; a panic in it does not stop the robot.
+    fn run_safely(mut self) -> Vec<ActiveRecording> {
         let (hub, host, shared) = (Arc::clone(&self.hub), Arc::clone(&self.host), Arc::clone(&self.shared));
         // Nothing is dropped on the way out, as a file that is closed in the middle of a panic may panic again.
         let done = catch_unwind(AssertUnwindSafe(|| self.run()));
@@ -218,7 +218,7 @@ impl Work {
     }
 
     #[allow(clippy::disallowed_methods, reason = "a piece is closed by the wall clock, also in a simulation")]
-    fn run(&mut self) -> Vec<Target> {
+    fn run(&mut self) -> Vec<ActiveRecording> {
         let mut shown = Instant::now();
         let shared = Arc::clone(&self.shared);
         loop {
@@ -229,7 +229,7 @@ impl Work {
             let orders = self.add(orders);
             let is_urgent = self.hub.urgent.swap(false, Ordering::AcqRel);
             // Where nothing may be missing, values stay where they are until the disk has taken some.
-            let is_held_up = self.sinks.targets.iter().any(Target::holds_up);
+            let is_held_up = self.sinks.targets.iter().any(ActiveRecording::holds_up);
             let found = !is_held_up && self.drain.turn(&self.hub, &mut self.sinks);
             drop(taking);
             let now = Instant::now();
@@ -243,23 +243,23 @@ impl Work {
                 shown = now;
                 self.show();
             }
-            // What was handed over may still be where it was.
+            // Values may still be in the rings.
             let (later, orders): (Vec<_>, Vec<_>) =
                 orders.into_iter().partition(|order| is_held_up && matches!(order, Order::Settle(_)));
             if !later.is_empty() {
                 locked(&shared.orders).extend(later);
             }
             orders.into_iter().for_each(|order| self.answer(order));
-            if self.sinks.targets.iter().all(Target::is_settled) {
+            if self.sinks.targets.iter().all(ActiveRecording::is_settled) {
                 for waiting in self.settling.drain(..) {
-                    // Who waited may be gone.
+                    // The caller may be gone.
                     let _ = waiting.send(());
                 }
             }
             if is_over && !found && !is_held_up {
                 return std::mem::take(&mut self.sinks.targets);
             }
-            // Values that came meanwhile are no reason to look again at once, but where somebody waits for room or a file.
+            // Values that came meanwhile need no second look, unless a thread or file waits for them.
             let is_light = self.sinks.targets.is_empty() && !self.host.is_lockstep;
             if !found || (is_light && !is_over) {
                 std::thread::park_timeout(match (is_light, self.sinks.flight.is_some()) {
@@ -296,7 +296,7 @@ impl Work {
                 let _ = answer.send(self.sinks.flight.as_mut().map(|flight| flight.capture(&channels)));
             }
             Order::Settle(answer) => {
-                self.sinks.targets.iter_mut().for_each(Target::want_settled);
+                self.sinks.targets.iter_mut().for_each(ActiveRecording::want_settled);
                 self.settling.push(answer);
             }
         }

@@ -1,4 +1,4 @@
-//! What happens to a robot after which its last seconds are worth a file.
+//! Events of a robot that save its last seconds.
 
 use slate_blackboard::interface::{Descriptor, FieldPath, Value, View, find};
 use slate_runtime::configuration::FlightTrigger;
@@ -40,7 +40,7 @@ impl Triggers {
         wanted.iter().any(|trigger| fields(*trigger, channel.descriptor).is_some())
     }
 
-    /// What a value tells, if that has not been so before.
+    /// The trigger of a value, if it is new.
     pub fn look(&mut self, channel: &Channel, id: u32, items: usize, bytes: &[u8]) -> Option<FlightTrigger> {
         let place = id as usize;
         if place >= self.watched.len() {

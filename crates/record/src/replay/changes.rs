@@ -67,7 +67,7 @@ impl Edit {
         let overlaid: Vec<_> = taken_back.iter().filter(stays).filter(|path| !is_set(path)).collect();
         if !overlaid.is_empty() {
             let removed = overlaid.into_iter().map(|path| (path.clone(), "false".to_owned()));
-            // What is set instead of a link comes after it.
+            // A value set instead of a link comes after it.
             set.splice(0..0, removed);
             proposal = propose(&set)?;
         }
@@ -200,11 +200,11 @@ pub(super) fn concerns(
         return match rest.strip_prefix(".\"/") {
             // Messages are those of who sends them.
             Some(sender) => owns(sender),
-            // Without a link nobody sends there.
+            // Without a link no module sends there.
             None if value.as_deref().is_none_or(|value| value == "false") => {
                 owns(to) || excerpt.outboxes.values().any(|inbox| inbox == to)
             }
-            // What was taken there is sent there again, whoever is to send.
+            // Messages taken there are sent there again.
             None => owns(to) && !excerpt.inboxes.contains(to),
         };
     }

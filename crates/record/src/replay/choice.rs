@@ -1,11 +1,11 @@
 use std::collections::BTreeMap;
 
-/// Which part of a recording is played, and where.
+/// The topics of a recording that are played, and their paths.
 #[derive(Clone, Debug, Default)]
 pub struct Choice {
-    /// The topics that are played, or patterns such as `/r2/*`; all if there are none.
+    /// The played topics, or patterns such as `/r2/*`; all if empty.
     pub select: Vec<String>,
-    /// The topics among them that are not.
+    /// Exceptions from these.
     pub exclude: Vec<String>,
     /// Topics that are played at other paths, such as `/scan` at `/r2/laser/scan`.
     pub map: BTreeMap<String, String>,

@@ -1,4 +1,4 @@
-//! The run, made once more.
+//! Repeats a run.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,14 +13,14 @@ use slate_runtime::recording::{Change, Recording};
 use slate_runtime::snapshot::PluginMark;
 
 use super::changes;
-use super::comparer::{Comparer, Course, mark};
+use super::comparer::{Comparer, ComparisonProgress, mark};
 use super::expected::Expected;
 use super::run::Run;
 use super::verdict::Verdict;
 use crate::recorder::Hub;
 use crate::storage::{Error, Reader};
 
-/// A recorded run that is made once more, value by value.
+/// Repeats a recorded run, and compares it value by value.
 pub struct Comparison {
     run: Run,
     hub: Arc<Hub>,
@@ -34,7 +34,7 @@ impl std::fmt::Debug for Comparison {
 }
 
 impl Comparison {
-    /// Opens a recording. That of a run which was killed is compared as far as it goes.
+    /// Opens a recording. One of a killed run is compared as far as it goes.
     ///
     /// # Errors
     /// When it can't be read, is damaged, or is no recording of an agent.
@@ -48,19 +48,19 @@ impl Comparison {
         Ok(Self { run, hub, expected })
     }
 
-    /// What the recording says of its run.
+    /// The recorded run.
     pub fn run(&self) -> &Run {
         &self.run
     }
 
-    /// What an agent is loaded with ([`Options::recording`](slate_runtime::Options::recording)) that is to make the run
-    /// once more, with the [configuration](Run::configuration) that is recorded.
+    /// The recording of the agent that repeats the run ([`Options::recording`](slate_runtime::Options::recording)), which is loaded
+    /// with the recorded [configuration](Run::configuration).
     pub fn recording(&self) -> Arc<dyn Recording> {
         Arc::new(Tape(Arc::clone(&self.hub)))
     }
 
-    /// Makes the run with an agent that was loaded for it and did nothing yet, and compares each value with the recorded
-    /// one until the first that differs. Another thread compares meanwhile.
+    /// Repeats the run with a freshly loaded agent, and compares each value with the recorded one until the first that
+    /// differs. Another thread compares meanwhile.
     ///
     /// # Errors
     /// When the recording can't be read to its end.
@@ -73,7 +73,7 @@ impl Comparison {
         }
         let Self { run, hub, expected } = self;
         let comparer = Comparer::new(expected, Arc::clone(&hub), &run);
-        let course = Course::default();
+        let course = ComparisonProgress::default();
         let (mut comparer, driven) = std::thread::scope(|scope| {
             let worker = scope.spawn(|| comparer.follow(&course));
             hub.begin(true, worker.thread().clone());
@@ -94,7 +94,7 @@ impl Comparison {
     }
 }
 
-/// A difference says nothing of the run where what is recorded may not be what was written.
+/// A difference says nothing of the run where the recording may be wrong.
 fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
     match verdict {
         Verdict::Different(difference) if unchecked > 0 => Verdict::NotCovered(format!(
@@ -104,12 +104,11 @@ fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
     }
 }
 
-/// Lets the agent make the cycles of the run, with what was changed between them, until it is over or there is nothing left to
-/// compare.
+/// Repeats the cycles of the run, with the changes between them, until it is over or everything is compared.
 ///
 /// # Errors
 /// Why the run can't be made again.
-fn drive(run: &Run, agent: &mut Agent, hub: &Hub, course: &Course) -> Result<(), String> {
+fn drive(run: &Run, agent: &mut Agent, hub: &Hub, course: &ComparisonProgress) -> Result<(), String> {
     let mut changes = run.changes.iter().cloned().collect();
     let mut cycle = 0;
     loop {

@@ -16,7 +16,7 @@ use crate::storage::Error;
 
 /// How far the run and its comparison are, each for the other.
 #[derive(Default)]
-pub(super) struct Course {
+pub(super) struct ComparisonProgress {
     /// Whether the run is over.
     pub is_over: AtomicBool,
     /// Whether nothing more of it is needed.
@@ -78,8 +78,8 @@ impl Comparer {
         }
     }
 
-    /// Compares what comes until the run is over, something is found, or all that is recorded was there.
-    pub fn follow(mut self, course: &Course) -> Self {
+    /// Compares values until the run is over, a difference is found, or every recorded value was there.
+    pub fn follow(mut self, course: &ComparisonProgress) -> Self {
         let hub = Arc::clone(&self.hub);
         let mut drain = Drain::default();
         loop {
@@ -106,10 +106,10 @@ impl Comparer {
         }
     }
 
-    /// What was written before that time and did not come, if there is anything.
+    /// The first value written before that time that did not come, if any.
     fn look_for_missed(&mut self, time: u64) -> Result<Option<Verdict>, Error> {
         self.expected.read_to(time)?;
-        // What was written at that very time may still come.
+        // A value of that very time may still come.
         Ok(self.expected.missed(time).map(missed))
     }
 
@@ -118,7 +118,7 @@ impl Comparer {
         self.expected.is_done()
     }
 
-    /// What came of it at the end of the run.
+    /// The verdict at the end of the run.
     pub fn end(mut self, run: &Run, agent: &mut Agent) -> Result<Verdict, Error> {
         self.expected.read_to(u64::MAX)?;
         if let Some(wanted) = self.expected.missed(u64::MAX) {

@@ -18,12 +18,12 @@ pub(super) struct Coverage {
     channels: BTreeMap<u16, Option<(usize, bool)>>,
     /// By path, its place.
     places: BTreeMap<String, usize>,
-    extents: Vec<Extent>,
+    extents: Vec<PropertyCoverage>,
 }
 
 /// Which values there are of a property. Its writer numbers them from 1 on.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Extent {
+pub(super) struct PropertyCoverage {
     /// How many there are,
     pub count: u64,
     /// and how many were written until the last one of them.
@@ -58,7 +58,7 @@ impl Coverage {
             if place == self.extents.len() {
                 // Of messages, those are not there that nobody has taken.
                 let is_counted = access != "messages";
-                self.extents.push(Extent { is_counted, ..Extent::default() });
+                self.extents.push(PropertyCoverage { is_counted, ..PropertyCoverage::default() });
             }
             let repeats = channel.metadata.get("repeats").is_some_and(|repeats| repeats == "true");
             Some((place, repeats))
@@ -70,19 +70,19 @@ impl Coverage {
     }
 
     /// Of a property, or of the one that a path is a field of; nothing when no value of it is there.
-    pub fn of(&self, path: &str) -> Option<Extent> {
+    pub fn of(&self, path: &str) -> Option<PropertyCoverage> {
         let own = self.places.iter().find(|(own, _)| is_within(path, own));
         own.map(|(_, place)| self.extents[*place])
     }
 
     /// The properties of which values are missing before the last one that is there.
-    pub fn gaps(&self) -> impl Iterator<Item = (&str, Extent)> {
+    pub fn gaps(&self) -> impl Iterator<Item = (&str, PropertyCoverage)> {
         let extents = self.places.iter().map(|(path, place)| (path.as_str(), self.extents[*place]));
         extents.filter(|(_, extent)| extent.has_gaps())
     }
 }
 
-impl Extent {
+impl PropertyCoverage {
     fn note(&mut self, sequence: u64) {
         if self.present == 0 || sequence == 1 && self.first == 1 {
             // A module that was loaded anew may have put its properties on the board anew.

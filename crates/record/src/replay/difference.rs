@@ -13,9 +13,9 @@ pub struct Difference {
     pub url: String,
     /// The field; empty when it is about the value as a whole.
     pub field: String,
-    /// What is recorded.
+    /// Recorded value.
     pub recorded: String,
-    /// What the run made of it when it was made again.
+    /// Value of the repeated run.
     pub replayed: String,
 }
 
@@ -68,7 +68,7 @@ fn first(one: &Value, other: &Value, path: String) -> Option<[String; 3]> {
         (Value::List(ours), Value::List(theirs)) => {
             Some([path, format!("{} items", ours.len()), format!("{} items", theirs.len())])
         }
-        // A number that is none equals itself here.
+        // NaN equals itself here.
         (Value::Float(ours), Value::Float(theirs)) if ours.to_bits() == theirs.to_bits() => None,
         (Value::Float(_), Value::Float(_)) => Some([path, shown(one), shown(other)]),
         _ if one == other => None,

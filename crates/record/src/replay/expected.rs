@@ -16,26 +16,26 @@ pub(super) struct Wanted {
 }
 
 /// A property that a second run writes again.
-struct Track {
+struct ExpectedTrack {
     path: String,
     /// The schema of its interface.
     hash: Option<u64>,
-    /// The values that were read and nobody has asked for.
+    /// Values that were read and not compared yet.
     waiting: VecDeque<Wanted>,
 }
 
 /// The values of a recording, property by property.
 pub(super) struct Expected {
     reader: Reader<BufReader<File>>,
-    tracks: Tracks,
+    tracks: ExpectedTracks,
     /// The time of the last value that was read.
     read_to: u64,
     is_over: bool,
 }
 
 #[derive(Default)]
-struct Tracks {
-    all: Vec<Track>,
+struct ExpectedTracks {
+    all: Vec<ExpectedTrack>,
     /// Their places, by their paths.
     places: BTreeMap<String, usize>,
     /// And by the channels of the file; nothing for those that are not compared.
@@ -46,7 +46,7 @@ struct Tracks {
 /// found until then is not there.
 const SLACK: u64 = 60_000_000_000;
 
-impl Tracks {
+impl ExpectedTracks {
     /// The track of a channel, if a second run writes its values again.
     fn place(&mut self, channel: &Channel) -> Option<usize> {
         if let Some(known) = self.channels.get(&channel.id) {
@@ -57,7 +57,7 @@ impl Tracks {
             let path = channel.topic.trim_start_matches('/');
             let place = *self.places.entry(path.to_owned()).or_insert(self.all.len());
             if place == self.all.len() {
-                self.all.push(Track { path: path.to_owned(), hash: None, waiting: VecDeque::new() });
+                self.all.push(ExpectedTrack { path: path.to_owned(), hash: None, waiting: VecDeque::new() });
             }
             self.all[place].hash = u64::from_str_radix(says("hash"), 16).ok();
             place
@@ -70,7 +70,7 @@ impl Tracks {
 impl Expected {
     /// Those that are still to be read.
     pub fn new(reader: Reader<BufReader<File>>) -> Self {
-        Self { reader, tracks: Tracks::default(), read_to: 0, is_over: false }
+        Self { reader, tracks: ExpectedTracks::default(), read_to: 0, is_over: false }
     }
 
     /// Reads one more value; false at the end.
@@ -129,13 +129,13 @@ impl Expected {
         self.tracks.all[place?].hash
     }
 
-    /// Reads all that was written until a time.
+    /// Reads the values written until a time.
     pub fn read_to(&mut self, time: u64) -> Result<(), Error> {
         while self.read_to <= time && self.read()? {}
         Ok(())
     }
 
-    /// The earliest value that nobody has asked for, and that was written before that time.
+    /// The earliest value written before that time and not compared.
     pub fn missed(&self, before: u64) -> Option<(&str, &Wanted)> {
         let fronts =
             self.tracks.all.iter().filter_map(|track| Some((track.path.as_str(), track.waiting.front()?)));

@@ -1,4 +1,4 @@
-//! What becomes of the channels of a recording that is played.
+//! Treatment of the channels of a recording that is played.
 
 use std::collections::BTreeMap;
 
@@ -7,8 +7,8 @@ use slate_blackboard::interface::Descriptor;
 use slate_module::Level;
 
 use super::choice::Choice;
-use super::form::Form;
-use super::track::{LogLine, Mailbox, Track};
+use super::form::ValueForm;
+use super::track::{LogLine, Mailbox, PropertyTrack};
 use crate::recorder::CHANGE;
 use crate::ros;
 use crate::storage::Message;
@@ -16,7 +16,7 @@ use crate::storage::Message;
 /// The topic and the type of a recorded log.
 const LOG: (&str, &str) = ("/log", "rcl_interfaces/msg/Log");
 
-/// What becomes of a channel of the file.
+/// Treatment of a channel of the file.
 pub(super) enum Fate {
     Played {
         track: usize,
@@ -29,7 +29,7 @@ pub(super) enum Fate {
     LeftOut,
 }
 
-/// What becomes of the messages to a mailbox; why they are left out.
+/// Treatment of the messages to a mailbox, or why they are left out.
 fn letters(
     mailboxes: &mut Vec<Mailbox>,
     message: &Message<'_>,
@@ -41,7 +41,7 @@ fn letters(
     let place = match mailboxes.iter().position(|mailbox| mailbox.path == path) {
         Some(place) => place,
         None => {
-            let form = Form::of(message, known)?;
+            let form = ValueForm::of(message, known)?;
             mailboxes.push(Mailbox { path: path.into(), form, senders: 0, from: BTreeMap::new() });
             mailboxes.len() - 1
         }
@@ -51,9 +51,9 @@ fn letters(
     Ok(Fate::Sent(place, sender))
 }
 
-/// What becomes of a message's channel; why it is left out, unless that goes without saying.
+/// Treatment of a message's channel, or why it is left out, unless that is obvious.
 pub(super) fn fate(
-    tracks: &mut Vec<Track>,
+    tracks: &mut Vec<PropertyTrack>,
     mailboxes: &mut Vec<Mailbox>,
     message: &Message<'_>,
     is_chosen: bool,
@@ -85,13 +85,13 @@ pub(super) fn fate(
     if let Err(error) = Url::parse(&format!("/{path}")) {
         return Err(Some(format!("{error}: play it elsewhere with --map '{topic}=/a/path'")));
     }
-    let form = Form::of(message, known).map_err(Some)?;
+    let form = ValueForm::of(message, known).map_err(Some)?;
     let said = |key: &str| message.channel.metadata.get(key).cloned();
     let (origin, access) = (said("hash"), said("access").unwrap_or_default());
     let is_setting = access == "setting";
     let is_compared = said("repeats").is_some_and(|repeats| repeats == "true") && access == "output";
     // An input that is set at times and filled by links at others is one property.
-    let is_other_half = |track: &Track| {
+    let is_other_half = |track: &PropertyTrack| {
         track.topic == *topic
             && track.origin.is_some()
             && track.origin == origin
@@ -103,7 +103,7 @@ pub(super) fn fate(
         track.is_compared |= is_compared;
         return Ok(Fate::Played { track: place, is_setting });
     }
-    tracks.push(Track {
+    tracks.push(PropertyTrack {
         topic: topic.clone(),
         path: path.into(),
         form,
@@ -117,13 +117,13 @@ pub(super) fn fate(
         backwards: 0,
         values: Vec::new(),
     });
-    // There are not more channels than that.
+    // The format has no more channels than that.
     Ok(Fate::Played { track: tracks.len() - 1, is_setting })
 }
 
 /// A property has one writer.
-pub(super) fn check_writers(tracks: &[Track]) -> Result<(), String> {
-    let mut places: BTreeMap<&str, &Track> = BTreeMap::new();
+pub(super) fn check_writers(tracks: &[PropertyTrack]) -> Result<(), String> {
+    let mut places: BTreeMap<&str, &PropertyTrack> = BTreeMap::new();
     for track in tracks {
         let Some(other) = places.insert(&track.path, track) else { continue };
         let what = match other.topic == track.topic {

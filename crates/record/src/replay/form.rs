@@ -1,4 +1,4 @@
-//! What the values of a channel are as values of the blackboard.
+//! Interface of a channel's values on the blackboard.
 
 use std::collections::BTreeMap;
 
@@ -8,12 +8,12 @@ use crate::ros::{self, Described, Schema};
 use crate::storage::{Message, interface};
 
 /// The interface of a channel: one that is known here, or what its definition in the file says.
-pub(super) struct Form {
+pub(super) struct ValueForm {
     pub descriptor: &'static Descriptor,
     /// Items in the longest tail.
     pub capacity: usize,
     described: Option<Described>,
-    /// What is to be known of it.
+    /// Remark for the user.
     pub remark: Option<String>,
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Form {
 static UNKNOWN: Descriptor =
     Descriptor { name: "message", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
 
-impl Form {
+impl ValueForm {
     /// Finds out what the values of a message's channel are; `known` are interfaces by their schemas.
     pub fn of(message: &Message<'_>, known: &BTreeMap<u64, &'static Descriptor>) -> Result<Self, String> {
         let channel = message.channel;
@@ -29,7 +29,7 @@ impl Form {
         let Some(schema) = wanted.filter(|_| channel.message_encoding == "cdr") else {
             let encoding = &channel.message_encoding;
             return Err(format!(
-                "its messages are encoded as `{encoding}`; what is played is `cdr` with a definition as `ros2msg`"
+                "its messages are encoded as `{encoding}`; expected `cdr` with a definition as `ros2msg`"
             ));
         };
         let said = channel.metadata.get("hash");
@@ -48,7 +48,7 @@ impl Form {
         });
         let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is no UTF-8")?;
         let parsed = Schema::parse(&schema.name, text).map_err(|error| error.to_string())?;
-        // What its values need is known when all were seen.
+        // Its size is known when all values were seen.
         let described = Some(Described::new(&schema.name, parsed)?);
         Ok(Self { descriptor: &UNKNOWN, capacity: 0, described, remark })
     }

@@ -1,4 +1,4 @@
-//! What of that which modules read, and write, is not in a recording.
+//! Inputs and outputs of modules that a recording lacks.
 
 use std::collections::BTreeSet;
 
@@ -29,12 +29,12 @@ impl<'a> Lacks<'a> {
         self.rules.as_ref().is_some_and(|rules| thins(rules, path))
     }
 
-    /// Whether the recording was one of those for which is written what is only written while somebody watches.
+    /// Whether the recording watched the property, so that debug outputs had values.
     fn watched(&self, path: &str) -> bool {
         !self.run.is_flight() && self.rules.as_ref().is_none_or(|rules| selects(rules, path))
     }
 
-    /// What is missing of what modules read, in words; of some of it they read what was written only while somebody watched.
+    /// The inputs of modules that are missing, in words; `watched` are written only while they are watched.
     pub fn told(
         &self,
         reads: &BTreeSet<String>,

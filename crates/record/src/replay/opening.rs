@@ -25,7 +25,7 @@ const SHOWN: usize = 5;
 pub(super) struct Opening<'a> {
     pub path: &'a Path,
     pub plan: &'a Plan,
-    /// What the recording says of its run, if it is one of an agent.
+    /// The recorded run, if it is one of an agent.
     pub run: Option<&'a Run>,
     /// The recorded configuration, with the settings of the plan.
     pub configuration: &'a Configuration,
@@ -33,8 +33,8 @@ pub(super) struct Opening<'a> {
     pub plugins: &'a [Plugin],
 }
 
-/// What the modules that run write, in the place of what is recorded of them.
-pub(super) struct Replaced {
+/// Outputs of the modules that run, which replace the recorded ones.
+pub(super) struct ReplacedModules {
     /// The paths that they write, each with its writers.
     pub written: Written,
     /// The mailboxes among these whose senders all run.
@@ -43,18 +43,29 @@ pub(super) struct Replaced {
     pub deaf: BTreeMap<String, &'static Descriptor>,
 }
 
-/// What was done while a run was recorded.
+/// Changes made while a run was recorded.
 #[derive(Default)]
 pub(super) struct PastChanges {
-    /// What was changed in the modules that run, each with its cycle, or on the wall clock with its time.
+    /// Changes in the modules that run, each with its cycle, or on the wall clock with its time.
     pub changes: VecDeque<(u64, Change)>,
-    /// What can't be made again, in words.
+    /// Changes that can't be repeated, in words.
     pub unrepeated: Vec<String>,
 }
 
 impl Opening<'_> {
     fn unfit(&self, what: impl Into<String>) -> PlayError {
         PlayError::Unfit { path: self.path.into(), what: what.into() }
+    }
+
+    /// Refuses to run modules by a configuration that can't be read for that reason.
+    pub fn check_version(&self, foreign: Option<&str>) -> Result<(), PlayError> {
+        match foreign {
+            Some(reason) if !self.plan.modules.is_empty() => Err(self.unfit(format!(
+                "no module of it can run, as another version of Slate has written its configuration ({reason}); play its values \
+                 without modules (`slate replay FILE`), or use the version that recorded it"
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// Whether the recorded run was in lockstep.
@@ -83,9 +94,9 @@ impl Opening<'_> {
         let mut bounds = (self.plan.start.map_or(span.0, at), self.plan.end.map_or(span.1, at).min(span.1));
         if bounds.0 > bounds.1 {
             let seconds = (span.1 - span.0) as f64 * 1e-9;
-            return Err(self.unfit(format!(
-                "its values are within {seconds:.3} s, and there is none from --start to --end"
-            )));
+            return Err(
+                self.unfit(format!("its values span {seconds:.3} s, and none is between --start and --end"))
+            );
         }
         if self.is_lockstep() {
             // In the middle of nothing there is no cycle.
@@ -116,7 +127,7 @@ impl Opening<'_> {
             .map_err(|what| self.unfit(what))
     }
 
-    /// What was done while it was recorded. What modules asked for goes to the reel.
+    /// The changes made while it was recorded. Requests of modules go to the reel.
     pub fn changes(&self, reel: &mut Reel, excerpt: &Excerpt, begin: u64) -> Result<PastChanges, PlayError> {
         let modules = &self.plan.modules;
         let (codes, gates) = (self.codes(), gates(&excerpt.text)?);
@@ -139,7 +150,7 @@ impl Opening<'_> {
         Ok(past)
     }
 
-    /// What the modules that run would lack, in words; an error where the plan wants all of it.
+    /// Inputs that the modules that run would lack, in words; an error unless the plan permits that.
     pub fn misses(
         &self,
         reel: &Reel,
@@ -148,10 +159,8 @@ impl Opening<'_> {
     ) -> Result<Vec<String>, PlayError> {
         let mut misses = excerpt.misses.clone();
         if lacks_changes {
-            misses.push(
-                "what was changed in them can't be made again, as not every cycle before --start is known"
-                    .into(),
-            );
+            misses
+                .push("changes in them can't be repeated, as not every cycle before --start is known".into());
         }
         if let Some(run) = self.run {
             let lacks = Lacks::new(run, &reel.timeline);
@@ -173,7 +182,7 @@ impl Opening<'_> {
     }
 
     /// Has the modules that run take the place of what is recorded of them.
-    pub fn replace(&self, reel: &mut Reel, excerpt: &Excerpt) -> Replaced {
+    pub fn replace(&self, reel: &mut Reel, excerpt: &Excerpt) -> ReplacedModules {
         (reel.silent, reel.inboxes, reel.deaf) =
             (excerpt.silent.clone(), excerpt.inboxes.clone(), excerpt.deaf.clone());
         let mut deaf = excerpt.deaf.clone();
@@ -194,7 +203,7 @@ impl Opening<'_> {
                 written.entry(to.clone()).or_default().extend(run.owner(from).cloned());
             }
         }
-        Replaced { written, mailboxes, deaf }
+        ReplacedModules { written, mailboxes, deaf }
     }
 
     /// The plugins whose recorded code the modules that run have: none whose code the plan says.

@@ -11,26 +11,26 @@ use slate_runtime::recording::{History, HistoryWish, Left, TakeValue};
 
 use super::reel::SharedReel;
 use super::timeline::RecordedValue;
-use super::track::Track;
+use super::track::PropertyTrack;
 use crate::storage::Error;
 
-/// What came of an order; what is wrong with it and what helps.
-pub(super) type Answer = Result<PlaybackStatus, (String, String)>;
+/// Outcome of an order; an error has a message and a help.
+pub(super) type OrderOutcome = Result<PlaybackStatus, (String, String)>;
 
 /// An order, and where its answer goes.
-type Letter = (Order, Sender<Answer>);
+type GivenOrder = (Order, Sender<OrderOutcome>);
 
 /// How long an order may take: less than tools wait.
 const PATIENCE: Duration = Duration::from_secs(50);
 
 /// Where orders are given, and what is recorded is looked at.
 pub(super) struct Counter {
-    orders: Mutex<Sender<Letter>>,
+    orders: Mutex<Sender<GivenOrder>>,
     reel: SharedReel,
 }
 
 /// Where they are taken.
-pub(super) struct Orders(Receiver<Letter>);
+pub(super) struct Orders(Receiver<GivenOrder>);
 
 pub(super) fn orders(reel: &SharedReel) -> (Counter, Orders) {
     let (sender, receiver) = channel();
@@ -39,7 +39,7 @@ pub(super) fn orders(reel: &SharedReel) -> (Counter, Orders) {
 
 impl Orders {
     /// The next order, if there is one within that time.
-    pub fn next(&self, within: Duration) -> Option<Letter> {
+    pub fn next(&self, within: Duration) -> Option<GivenOrder> {
         match self.0.recv_timeout(within) {
             Ok(letter) => Some(letter),
             Err(RecvTimeoutError::Timeout) => None,
@@ -52,7 +52,7 @@ impl Orders {
 }
 
 impl PlaybackControl for Counter {
-    fn order(&self, order: Order) -> Answer {
+    fn order(&self, order: Order) -> OrderOutcome {
         let lost = |message: &str| (message.to_owned(), "start it again: slate replay FILE".to_owned());
         let (sender, answer) = channel();
         let counter = self.orders.lock().unwrap_or_else(PoisonError::into_inner).clone();
@@ -68,7 +68,7 @@ impl PlaybackControl for Counter {
     }
 
     fn history(&self, wish: &HistoryWish, take: &mut TakeValue<'_>) -> Result<History, (String, String)> {
-        let is_meant = |track: &Track| track.path == wish.path;
+        let is_meant = |track: &PropertyTrack| track.path == wish.path;
         let unknown = || {
             let help =
                 "GET /api/v1/properties lists the properties; those of the playback itself are not recorded";

@@ -1,4 +1,4 @@
-//! How a recording is played, and what comes of it.
+//! Plan and result of a playback.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -8,46 +8,46 @@ use slate_runtime::configuration::Report;
 use super::choice::Choice;
 use crate::storage::Error;
 
-/// How a recording is played. Times are nanoseconds after its first value.
+/// Plan of a playback. Times are nanoseconds after the first value.
 #[derive(Clone, Debug, Default)]
 pub struct Plan {
-    /// Which part of it, and where.
+    /// The played topics, and their paths.
     pub choice: Choice,
-    /// Where it begins; at the first value unless said.
+    /// Beginning; the first value by default.
     pub start: Option<u64>,
-    /// Where it ends; at the last value unless said.
+    /// End; the last value by default.
     pub end: Option<u64>,
-    /// Whether it begins again at its end.
+    /// Whether it repeats.
     pub repeats: bool,
-    /// Whether it stands still until somebody lets it go on.
+    /// Whether it begins paused.
     pub is_paused: bool,
-    /// Whether it stands still at its end, until it is stopped.
+    /// Whether it pauses at its end, until it is stopped.
     pub stays: bool,
-    /// How many times as fast as it was recorded; nothing for as fast as it can.
+    /// Factor of real time; `None` for as fast as possible.
     pub rate: Option<f64>,
-    /// The modules that run on what is played; what is recorded of them is not.
+    /// The modules that run on the recording; their recorded outputs are not played.
     pub modules: BTreeSet<String>,
-    /// Whether they run also when not all is recorded that they read then; [`misses`](super::Player::misses) says what.
+    /// Whether they run with incomplete inputs, too; [`misses`](super::Player::misses) names those.
     pub is_partial: bool,
-    /// Settings that go over those of the recording.
+    /// Settings that overlay those of the recording.
     pub sets: Vec<String>,
 }
 
-/// Why a recording can't be played.
+/// Error of a playback.
 #[derive(Debug, thiserror::Error)]
 pub enum PlayError {
-    /// The file can't be read, or not be played as is wanted.
+    /// The file can't be read, or not be played as planned.
     #[error(transparent)]
     Bag(#[from] Error),
-    /// The configuration is none any more, or a setting is wrong.
+    /// The configuration or a setting is invalid.
     #[error(transparent)]
     Configuration(#[from] Report),
-    /// What is wanted does not fit the recording.
+    /// The plan does not fit the recording.
     #[error("`{}`: {what}", slate_runtime::printable(path))]
     Unfit {
         /// The recording.
         path: PathBuf,
-        /// What does not fit, and what to do.
+        /// Reason, and what to do.
         what: String,
     },
     /// A module does not return from its tick.
@@ -55,15 +55,15 @@ pub enum PlayError {
     Hung,
 }
 
-/// What was played.
+/// Result of a playback.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlayedRun {
-    /// How many values.
+    /// Number of values.
     pub values: u64,
-    /// In how many cycles.
+    /// Number of cycles.
     pub cycles: u64,
     /// From the first value of the recording to where it ended, nanoseconds.
     pub time: u64,
-    /// Whether it went to its end.
+    /// Whether it reached its end.
     pub is_whole: bool,
 }

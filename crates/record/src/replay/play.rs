@@ -8,7 +8,7 @@ use slate_runtime::recording::Change;
 use slate_runtime::{Agent, Rate};
 
 use super::changes::make_until;
-use super::orders::Answer;
+use super::orders::OrderOutcome;
 use super::plan::{PlayError, PlayedRun};
 use super::player::{Player, rate};
 
@@ -71,7 +71,7 @@ impl Player {
                 self.orders.next(if turn.is_paused { LOOK } else { Duration::ZERO })
             {
                 let done = self.obey(order, agent, &mut turn, &mut look, stop)?;
-                // Who asked may be gone.
+                // The caller may be gone.
                 let _ = answer.send(done);
                 continue;
             }
@@ -186,7 +186,7 @@ impl Player {
         turn: &mut Turn,
         look: &mut impl FnMut(&mut Agent),
         stop: &AtomicBool,
-    ) -> Result<Answer, PlayError> {
+    ) -> Result<OrderOutcome, PlayError> {
         let at = |time: u64| self.span.0.saturating_add(time);
         let refused = |message: String, help: &str| Ok(Err((message, help.to_owned())));
         let has_modules = !self.plan.modules.is_empty();
@@ -218,7 +218,7 @@ impl Player {
             }
             Order::Seek(_) | Order::Loop(Some(_)) if has_modules => {
                 return refused(
-                    "modules run on what is played, and to them time never goes back".into(),
+                    "modules run on the recording, and their time never goes back".into(),
                     "play it anew with --start, or without --recompute",
                 );
             }

@@ -11,13 +11,14 @@ use slate_runtime::configuration::{Database, Report};
 use slate_runtime::playback::{Playback, PlaybackControl};
 use slate_runtime::recording::{Change, Recording, configuration};
 
-use super::opening::{Opening, PastChanges, Replaced, with_libraries};
+use super::opening::{Opening, PastChanges, ReplacedModules, with_libraries};
 use super::orders::{Counter, Orders, orders};
 use super::plan::{Plan, PlayError};
 use super::recomputed::Recomputation;
 use super::reel::{Reel, SharedReel};
 use super::run::{Run, Written};
 use super::witness::{Both, Witness};
+use crate::recorder::CONFIGURATION;
 use crate::storage::Error;
 
 /// A recording that is played in an agent, which is loaded with its [`configuration`](Player::configuration) and
@@ -25,6 +26,8 @@ use crate::storage::Error;
 pub struct Player {
     pub(super) file: PathBuf,
     run: Option<Run>,
+    /// Why its configuration can't be read, if it can't.
+    foreign: Option<String>,
     pub(super) plan: Plan,
     text: String,
     pub(super) misses: Vec<String>,
@@ -38,21 +41,21 @@ pub struct Player {
     pub(super) line: usize,
     /// The time of the last cycle.
     pub(super) reached: u64,
-    /// What was changed in the modules that run, while it was recorded: after which cycle of a run in lockstep, and on the wall
-    /// clock at which time.
+    /// Changes in the modules that run, made while it was recorded: after which cycle of a run in lockstep, and on the wall clock
+    /// at which time.
     pub(super) changes: VecDeque<(u64, Change)>,
     /// From cycle to cycle, nanoseconds, of a run that was on the wall clock.
     pub(super) period: Option<u64>,
     pub(super) witness: Option<Witness>,
-    /// What is recorded of the modules that run.
+    /// Recorded outputs of the modules that run.
     written: Written,
     /// Whether everything that was written is recorded and played.
     is_whole: bool,
-    /// What was done then and can't be made again, in words.
+    /// Changes that can't be repeated, in words.
     unrepeated: Vec<String>,
-    /// By what they send messages that are not compared, and where to.
+    /// Outboxes whose messages are not compared, each with its mailbox.
     unheard: BTreeMap<String, String>,
-    /// How many cycles the recorded run had made where it begins.
+    /// Number of cycles of the recorded run before the beginning.
     pub(super) skipped: u64,
 }
 
@@ -69,13 +72,16 @@ impl Player {
     /// When it can't be read, is damaged, or can't be played as the plan says.
     pub fn open(path: &Path, plugins: &[Plugin], plan: Plan) -> Result<Self, PlayError> {
         let run = Run::of(path)?;
+        let foreign = run.as_ref().and_then(Run::foreign_configuration);
         let database = match &run {
+            Some(run) if foreign.is_some() => run.bare_configuration(plan.sets.clone())?,
             Some(run) => run.configuration(plan.sets.clone())?,
             None => configuration("the command line", "agent.name = \"replay\"\n", plan.sets.clone())?,
         };
         let full = database.current();
         let plugins = &with_libraries(plugins, &full);
         let opening = Opening { path, plan: &plan, run: run.as_ref(), configuration: &full, plugins };
+        opening.check_version(foreign.as_deref())?;
         let is_lockstep = opening.is_lockstep();
         let (timeline, span) = opening.timeline()?;
         let bounds = opening.bounds(&timeline, span)?;
@@ -94,7 +100,7 @@ impl Player {
             changes.clear();
         }
         let thin = opening.thin(&reel);
-        let Replaced { written, mailboxes, deaf } = opening.replace(&mut reel, &excerpt);
+        let ReplacedModules { written, mailboxes, deaf } = opening.replace(&mut reel, &excerpt);
         let mut unheard = excerpt.outboxes.clone();
         unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
         let reel = SharedReel::new(reel);
@@ -104,6 +110,7 @@ impl Player {
         Ok(Self {
             file: path.into(),
             run,
+            foreign,
             plan,
             text: excerpt.text,
             misses,
@@ -125,10 +132,10 @@ impl Player {
         })
     }
 
-    /// What the agent is loaded with: of the recorded configuration, the modules that run.
+    /// The configuration of the agent that plays: the modules that run, of the recorded configuration.
     ///
     /// # Errors
-    /// When it is none any more, or a setting is wrong.
+    /// When it is invalid, or a setting is.
     pub fn configuration(&self) -> Result<Database, Report> {
         configuration(
             &format!("the recording {}", slate_runtime::printable(&self.file)),
@@ -137,13 +144,13 @@ impl Player {
         )
     }
 
-    /// What the agent is loaded with that plays, as [`Options::playback`](slate_runtime::Options::playback).
+    /// The playback of the agent, for [`Options::playback`](slate_runtime::Options::playback).
     pub fn playback(&self) -> Box<dyn Playback> {
         Box::new(self.reel.clone())
     }
 
-    /// What the agent is loaded with that sees what modules write, as
-    /// [`Options::recording`](slate_runtime::Options::recording), beside what else records it; nothing when no module runs.
+    /// The recording of the agent, for [`Options::recording`](slate_runtime::Options::recording), which sees the outputs of modules,
+    /// beside another one; `None` when no module runs.
     pub fn recording(&self, other: Option<Arc<dyn Recording>>) -> Option<Arc<dyn Recording>> {
         match (self.witness.as_ref().map(Witness::recording), other) {
             (Some(own), Some(other)) => Some(Arc::new(Both(own, other))),
@@ -151,10 +158,10 @@ impl Player {
         }
     }
 
-    /// How what the modules wrote compares with what is recorded of them, after the run; nothing when no module runs.
+    /// Compares the outputs of modules with the recorded ones, after the run; `None` when no module runs.
     ///
     /// # Errors
-    /// When the file has become another one.
+    /// When the file has changed.
     pub fn outcome(&mut self) -> Result<Option<Recomputation>, PlayError> {
         let end = self.reached;
         let mut outcome = self.witness.as_mut().map(|witness| witness.outcome(end)).transpose()?;
@@ -175,12 +182,12 @@ impl Player {
         Ok(outcome)
     }
 
-    /// What controls it from other threads.
+    /// Handle that controls it from other threads.
     pub fn control(&self) -> Arc<dyn PlaybackControl> {
         Arc::clone(&self.counter) as _
     }
 
-    /// How fast it goes at the start.
+    /// Initial rate.
     pub fn rate(&self) -> Rate {
         rate(self.plan.rate)
     }
@@ -201,21 +208,26 @@ impl Player {
         self.reel.get().timeline.left_out.clone()
     }
 
-    /// What the modules that run miss that they had when it was recorded, in words.
+    /// Inputs of the modules that run that are not recorded, in words.
     pub fn misses(&self) -> &[String] {
         &self.misses
     }
 
-    /// What is to be known of topics: each with what it is.
+    /// Remarks for the user, each with its topic.
     pub fn remarks(&self) -> Vec<(String, String)> {
         let reel = self.reel.get();
         let remarks = reel.timeline.tracks.iter().map(|track| (&track.topic, &track.form.remark));
-        remarks.filter_map(|(topic, remark)| Some((topic.clone(), remark.clone()?))).collect()
+        let remarks = remarks.filter_map(|(topic, remark)| Some((topic.clone(), remark.clone()?)));
+        let configuration = self.foreign.iter().map(|reason| {
+            let remark =
+                format!("another version of Slate has written it, so values are played without it: {reason}");
+            (CONFIGURATION.to_owned(), remark)
+        });
+        configuration.chain(remarks).collect()
     }
 
-    /// Topics whose times go back, and how often: such a value is played at the time of the one before it. In a recording of an
-    /// agent several may write a property, such as all who command an actuator, each with the time of its own tick, so that there
-    /// nothing is to be said of it.
+    /// Topics whose times go back, and how often: such a value is played at the time of the one before it. Empty for a recording
+    /// of an agent, in which several modules may command one actuator, each with the time of its own tick.
     pub fn backwards(&self) -> Vec<(String, u64)> {
         if self.run.is_some() {
             return Vec::new();
@@ -225,13 +237,13 @@ impl Player {
         back.map(|track| (track.topic.clone(), track.backwards)).collect()
     }
 
-    /// How many properties are played, and how long that takes in nanoseconds of the recording.
+    /// Number of played properties, and the duration in nanoseconds of the recording.
     pub fn extent(&self) -> (usize, u64) {
         (self.reel.properties().len(), self.bounds.1 - self.bounds.0)
     }
 }
 
-/// The modules of a recording of an agent, each with its type; none of another one.
+/// The modules of a recording of an agent, each with its kind; empty for another recording.
 ///
 /// # Errors
 /// When it can't be read, or is damaged.
@@ -239,7 +251,7 @@ pub fn recorded_modules(path: &Path) -> Result<BTreeMap<String, String>, Error> 
     Ok(Run::of(path)?.map(|run| run.modules).unwrap_or_default())
 }
 
-/// What goes at a factor of real time; as fast as it can without one.
+/// Rate of a factor of real time; unlimited without one.
 pub(super) fn rate(factor: Option<f64>) -> Rate {
     factor.map_or(Rate::Max, Rate::Times)
 }

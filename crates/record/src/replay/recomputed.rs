@@ -1,4 +1,4 @@
-//! How what modules compute on a recording compares with what is recorded of them.
+//! Comparison of what modules compute on a recording with their recorded outputs.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,18 +8,18 @@ use slate_blackboard::is_within;
 use super::difference::Difference;
 use super::run::Written;
 
-/// How what a property got compares with what is recorded of it.
+/// Comparison of a property with its recorded values.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Recomputed {
     /// The property.
     pub url: String,
-    /// Values that are the same.
+    /// Number of equal values.
     pub same: u64,
-    /// Values that are other ones.
+    /// Number of different values.
     pub different: u64,
-    /// Values that are recorded and were not written.
+    /// Number of recorded values that were not written.
     pub only_recorded: u64,
-    /// Values that were written and are not recorded.
+    /// Number of written values that are not recorded.
     pub only_recomputed: u64,
 }
 
@@ -39,18 +39,18 @@ impl Recomputed {
     }
 }
 
-/// How a run on a recording compares with it.
+/// Comparison of a run on a recording with it.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Recomputation {
     /// By property.
     pub properties: Vec<Recomputed>,
     /// The earliest difference.
     pub first: Option<Difference>,
-    /// Modules of which there was nothing to compare, as they send messages alone, or nothing that they write is recorded.
+    /// Modules without comparable outputs: they only send messages, or none of their outputs is recorded.
     pub unseen: Vec<String>,
-    /// Modules that wrote nothing, neither then nor now.
+    /// Modules that never wrote, neither then nor now.
     pub silent: Vec<String>,
-    /// By what the modules send messages that were not compared, as not all ran who send there; and where to.
+    /// Outboxes whose messages were not compared, as another sender of their mailbox did not run; each with that mailbox.
     pub unheard: BTreeMap<String, String>,
     /// Whether modules of the recorded run had threads of their own: nothing says which values their ticks saw, nor how many there
     /// were in what is one cycle here, so that what differs may be only that.

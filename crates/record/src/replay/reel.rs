@@ -1,4 +1,4 @@
-//! What writes recorded values into an agent, and says what time it is.
+//! Writes recorded values into an agent, and is its clock.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -32,15 +32,15 @@ pub(super) struct TrackPlace {
 /// A recording on its way into an agent.
 pub(super) struct Reel {
     pub timeline: Timeline,
-    /// What is played, by track: its place among the modules that run; nothing for one that is not.
+    /// Place of each played track among the modules that run; `None` for a track that is not played.
     pub played: Vec<Option<TrackPlace>>,
-    /// What modules are linked to and is never written.
+    /// Linked properties that are never written.
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// The mailboxes that what was taken is sent to again.
     pub inboxes: BTreeSet<String>,
     /// The mailboxes of modules that do not run, to which others send that do.
     pub deaf: BTreeMap<String, &'static Descriptor>,
-    /// What takes what is sent there.
+    /// Receivers of these mailboxes.
     receivers: Vec<(String, Receiver)>,
     /// By mailbox, those who send to it, by their numbers.
     senders: Vec<Vec<Sender>>,
@@ -52,7 +52,7 @@ pub(super) struct Reel {
     pub next: usize,
     /// Values of this cycle that those who wrote them had not written yet.
     waiting: Vec<usize>,
-    /// What the modules that run asked of their agent.
+    /// Requests of the modules that run to their agent.
     pub requests: Requests,
     /// The time of the cycle.
     now: u64,
@@ -183,7 +183,7 @@ impl Reel {
         self.timeline.due(self.next)
     }
 
-    /// What follows a time: the next cycle that is known of, or the next value.
+    /// The next known cycle after a time, or the next value.
     pub fn following(&self, time: u64) -> Option<u64> {
         let times = &self.timeline.times;
         match self.has_cycles {
@@ -201,7 +201,7 @@ impl Reel {
         for place in std::mem::take(&mut self.waiting) {
             let track = self.timeline.track(place);
             let is_between = self.has_cycles && self.timeline.is_set_between(place);
-            // What the configuration sets was there before anybody ran, whoever it is set for.
+            // Values of the configuration were there before any module ran.
             let is_there = self.has_cycles && self.timeline.is_set_before(place);
             let is_late = |own: &TrackPlace| {
                 before.is_some_and(|module| is_between || !is_there && own.late_for.contains(module))
@@ -232,7 +232,7 @@ impl Reel {
         if missed > 0 {
             writer.skip(missed);
         }
-        // Nobody holds a playback up: those who must see every value do so in lockstep.
+        // No reader blocks a playback: in lockstep, readers see every value.
         let _ = writer.write(&bytes, items, time);
         self.values += 1;
         Ok(())
@@ -287,7 +287,7 @@ impl Reel {
     }
 }
 
-/// A reel, as the agent and whoever drives it have it.
+/// A reel, shared by the agent and its driver.
 #[derive(Clone)]
 pub(super) struct SharedReel(Arc<Mutex<Reel>>);
 
@@ -342,7 +342,7 @@ impl Playback for SharedReel {
         let is_played: Vec<bool> = reel.played.iter().map(Option::is_some).collect();
         let writer =
             |property: &Arc<Property>| Some((Arc::clone(property), property.channel()?.writer().ok()?));
-        // What is not written for lack of a writer can't be: each was just put on the board for this.
+        // Each was just put on the board for this, so it has a writer.
         reel.writers = is_played
             .into_iter()
             .map(|is| if is { properties.next().and_then(writer) } else { None })

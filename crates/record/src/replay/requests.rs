@@ -1,4 +1,4 @@
-//! What modules asked of their agent, and what they were answered.
+//! Requests of modules to their agent, with the answers.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -7,7 +7,7 @@ use super::recomputed::Recomputed;
 use crate::recorder::CHANGE;
 
 /// A request that is recorded.
-struct Request {
+struct RecordedRequest {
     time: u64,
     lines: String,
     answer: Result<String, String>,
@@ -17,7 +17,7 @@ struct Request {
 #[derive(Default)]
 pub(super) struct Requests {
     /// Those that are to come, by module.
-    open: BTreeMap<String, VecDeque<Request>>,
+    open: BTreeMap<String, VecDeque<RecordedRequest>>,
     /// The modules that have asked for something, then or now.
     pub askers: BTreeSet<String>,
     /// Whether requests of one time belong together.
@@ -37,10 +37,10 @@ impl Requests {
     /// One that is recorded; they come in their order.
     pub fn add(&mut self, time: u64, module: String, lines: String, answer: Result<String, String>) {
         self.askers.insert(module.clone());
-        self.open.entry(module).or_default().push_back(Request { time, lines, answer });
+        self.open.entry(module).or_default().push_back(RecordedRequest { time, lines, answer });
     }
 
-    /// What a module was answered that asks now; nothing when it asked for something else then.
+    /// The recorded answer to a request; `None` when it was another request.
     pub fn answer(&mut self, module: &str, lines: &str, now: u64) -> Option<Result<String, String>> {
         self.askers.insert(module.into());
         let has_times = self.has_times;
@@ -69,7 +69,7 @@ impl Requests {
     pub fn outcome(&mut self, end: u64) -> Option<(Recomputed, Option<Difference>)> {
         let left = std::mem::take(&mut self.open).into_values().flatten();
         left.filter(|request| request.time <= end).for_each(|request| self.miss(&request));
-        // What was asked for in the last cycle nobody may have answered any more.
+        // Requests of the last cycle may have no answer.
         for (time, lines) in std::mem::take(&mut self.extra) {
             if time < end {
                 self.found.only_recomputed += 1;
@@ -80,7 +80,7 @@ impl Requests {
         is_there.then(|| (self.found.clone(), self.first.clone()))
     }
 
-    fn miss(&mut self, request: &Request) {
+    fn miss(&mut self, request: &RecordedRequest) {
         self.found.only_recorded += 1;
         self.differs(request.time, request.lines.clone(), NONE.into());
     }

@@ -1,4 +1,4 @@
-//! What a recording says of its run.
+//! The run of a recording.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek};
@@ -18,7 +18,7 @@ type Texts = BTreeMap<String, String>;
 /// Modules by the paths of what they write.
 pub(super) type Written = BTreeMap<String, BTreeSet<String>>;
 
-/// A run, as a recording has it.
+/// The run of a recording.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
     about: Texts,
@@ -28,18 +28,18 @@ pub struct Run {
     pub(super) modules: Texts,
     /// The order in which they ran, stage by stage.
     pub(super) stages: Texts,
-    /// What its inputs read.
+    /// Links of its inputs.
     links: Texts,
     text: Option<String>,
-    /// What is attached beside it: names, and what is in them.
+    /// Files attached beside it: names and content.
     files: Vec<(String, Vec<u8>)>,
-    /// Messages of it that no checksum says to be right, as it was repaired.
+    /// Number of messages without a checksum, as it was repaired.
     unchecked: u64,
-    /// The properties that nobody had written when the recording ended, as far as it says.
+    /// The properties never written until the recording ended, as far as it says.
     unwritten: Texts,
     /// Whether it is of the last seconds, which were kept in memory.
     is_flight: bool,
-    /// What was changed from outside, each after the cycle of that number.
+    /// Changes from outside, each after the cycle of that number.
     pub(super) changes: Vec<(u64, Change)>,
     end: Option<Texts>,
     drops: bool,
@@ -49,7 +49,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Reads what a recording says of its run; it may be cut off. What the run wrote is not all read where that need not be.
+    /// Reads the run of a recording, which may be cut off; values are read only where necessary.
     ///
     /// # Errors
     /// When it can't be read, is damaged, or is no recording of an agent.
@@ -96,7 +96,7 @@ impl Run {
         Ok(run)
     }
 
-    /// What stands beside the values.
+    /// Reads metadata and attachments.
     fn head<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Self, Error> {
         let mut run = Self::default();
         for Metadata { name, metadata } in reader.metadata()? {
@@ -131,13 +131,13 @@ impl Run {
         Ok(run)
     }
 
-    /// What stands beside the values of a whole file; nothing when it is no recording of an agent.
+    /// Reads metadata and attachments of a whole file; `None` when it is no recording of an agent.
     pub(super) fn of(path: &Path) -> Result<Option<Self>, Error> {
         let run = Self::head(&mut Reader::open(path)?)?;
         Ok((!run.about.is_empty() && run.text.is_some()).then_some(run))
     }
 
-    /// What is added to the agent's time for that of the file, nanoseconds.
+    /// Offset from the agent's time to that of the file, nanoseconds.
     pub(super) fn epoch(&self) -> u64 {
         self.about("epoch_ns").parse().unwrap_or_default()
     }
@@ -152,13 +152,13 @@ impl Run {
         self.about("whole") == "true" && self.about("from_cycle") == "0"
     }
 
-    /// As [`is_whole`](Run::is_whole), and nobody has left out anything since, as far as what the file has tells it.
+    /// As [`is_whole`](Run::is_whole), and the file still has all of its values.
     pub(super) fn has_all_of(&self, coverage: &Coverage) -> bool {
         let said: Option<u64> = self.end("values").and_then(|values| values.parse().ok());
         self.is_whole() && said.is_none_or(|said| said == coverage.values)
     }
 
-    /// What was recorded, as the configuration says, if that is what the recording was made by.
+    /// The recorded selection, if the recording was made by its configuration.
     pub(super) fn selection(&self) -> Option<RecordSelection> {
         let text = self.text.as_deref().filter(|_| self.is_first() && !self.is_whole())?;
         let database = configuration("the recording", text, Vec::new()).ok()?;
@@ -177,7 +177,7 @@ impl Run {
         if is_late { first.saturating_add(period / 2).checked_div(period).unwrap_or_default() } else { 0 }
     }
 
-    /// What is missing, in words, when the recording was begun while the agent ran.
+    /// A late beginning in words, if the recording was begun while the agent ran.
     pub(super) fn late_begin(&self) -> Option<String> {
         let cycle = self.about("from_cycle");
         // Those of before say nothing of it.
@@ -231,10 +231,10 @@ impl Run {
         self.about("agent")
     }
 
-    /// The configuration that it had, to load an agent like it; `sets` are settings of the command line that go over it.
+    /// The recorded configuration; `sets` are settings of the command line that overlay it.
     ///
     /// # Errors
-    /// When it is none any more, or a setting is wrong.
+    /// When it is invalid, or a setting is.
     pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
         let name = format!("the recording of {}", self.agent());
         // Files that the run wrote are not written again. Each setting has a line.
@@ -242,6 +242,21 @@ impl Run {
             |line: &&str| ["record.", "snapshot.", "log.targets."].iter().any(|own| line.starts_with(own));
         let lines = self.text.as_deref().unwrap_or_default().lines().filter(|line| !writes(line));
         configuration(&name, &lines.collect::<Vec<_>>().join("\n"), sets)
+    }
+
+    /// Why its configuration can't be read, in one line, if it can't: another version of Slate has written it.
+    pub(super) fn foreign_configuration(&self) -> Option<String> {
+        self.text.as_ref()?;
+        let report = self.configuration(Vec::new()).err()?.to_string();
+        Some(report.lines().next().unwrap_or_default().to_owned())
+    }
+
+    /// The agent's name and period, in the place of a configuration that can't be read.
+    pub(super) fn bare_configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
+        let mut lines = self.text.as_deref().unwrap_or_default().lines();
+        let period = lines.rfind(|line| line.starts_with("loop.period = ")).unwrap_or_default();
+        let text = format!("agent.name = {:?}\n{period}\n", self.agent());
+        configuration(&format!("the recording of {}", self.agent()), &text, sets)
     }
 
     /// The files beside the configuration that its run was made of, such as that of the world: as the configuration calls them,
@@ -255,7 +270,7 @@ impl Run {
         self.about("armed") == "true"
     }
 
-    /// Why a run with that configuration can't be made again, if it can't.
+    /// Reason why a run with that configuration can't be repeated, if any.
     pub fn obstacle_in(&self, configuration: &Configuration) -> Option<String> {
         let own = configuration.agent_name();
         let is_remote = |link: &Link| link.from.value.agent().is_some_and(|agent| agent != own);
@@ -282,7 +297,7 @@ impl Run {
         self.cycles().is_some()
     }
 
-    /// How many cycles it had, if it has an end.
+    /// Number of cycles, if it has an end.
     pub(super) fn cycles(&self) -> Option<u64> {
         self.end("cycles")?.parse().ok()
     }
@@ -292,15 +307,15 @@ impl Run {
         self.coverage.repeating == 0 || self.cycles() == Some(0)
     }
 
-    /// Whether nobody ever wrote a property, or the one that a path is a field of.
+    /// Whether a property, or the one that a path is a field of, was never written.
     pub(super) fn is_unwritten(&self, path: &str) -> bool {
         self.unwritten.keys().any(|own| is_within(path, own.trim_start_matches('/')))
     }
 
-    /// What of the run is not there, in words; nothing when nothing is known to be missing.
+    /// The missing parts of the run in words; empty when none is known.
     fn missing(&self) -> String {
         let read: BTreeSet<&str> = self.links.values().map(|from| from.trim_start_matches('/')).collect();
-        // What is on the wall clock, or another agent's, is none that is made again.
+        // Values on the wall clock or of another agent are not repeated.
         let read = read.into_iter().filter(|path| !path.contains("://") && crate::recorder::repeats(path));
         let absent = read.filter(|path| self.coverage.of(path).is_none() && !self.is_unwritten(path));
         let absent: Vec<_> = absent.map(|path| format!("/{path}")).collect();
@@ -344,12 +359,12 @@ impl Run {
         Some(format!("it is not a whole run: {what}{}", self.missing()))
     }
 
-    /// How many messages no checksum says to be right, as the file was repaired.
+    /// Number of messages without a checksum, as the file was repaired.
     pub(super) fn unchecked(&self) -> u64 {
         self.unchecked
     }
 
-    /// Why the run can't be made again, if it can't.
+    /// Reason why the run can't be repeated, if any.
     pub fn obstacle(&self) -> Option<String> {
         if self.about("clock") != "lockstep" {
             return Some("the run was not in lockstep: on the wall clock no two runs are the same".into());
@@ -374,6 +389,12 @@ impl Run {
         }
         if self.text.is_none() {
             return Some("the recording has no configuration".into());
+        }
+        if let Some(reason) = self.foreign_configuration() {
+            return Some(format!(
+                "another version of Slate has recorded it, whose configuration this one does not read ({reason}): the version \
+                 that recorded it can make the run again"
+            ));
         }
         let other = self.changes.iter().find_map(|(cycle, change)| match change {
             Change::Other { what } => Some(format!("after cycle {cycle} there was {what}")),

@@ -12,7 +12,7 @@ use slate_runtime::recording::Change;
 use super::choice::Choice;
 use super::coverage::Coverage;
 use super::fate::{Fate, check_writers, fate, log_line};
-use super::track::{LogLine, Mailbox, Track};
+use super::track::{LogLine, Mailbox, PropertyTrack};
 use crate::recorder::read_change;
 use crate::storage::{Error, Message, Reader, Selection, Spot};
 
@@ -45,7 +45,7 @@ struct TimelineEntry {
 /// The values of a recording in the order of time.
 pub(super) struct Timeline {
     reader: Reader<BufReader<File>>,
-    pub tracks: Vec<Track>,
+    pub tracks: Vec<PropertyTrack>,
     entries: Vec<TimelineEntry>,
     pub mailboxes: Vec<Mailbox>,
     pub letters: Vec<RecordedLetter>,
@@ -55,7 +55,7 @@ pub(super) struct Timeline {
     span: Option<(u64, u64)>,
     /// Which values the file has, also of what is not played.
     pub coverage: Coverage,
-    /// What was changed from outside while it was recorded, each with the number of the cycle after which that was, and the time.
+    /// Changes from outside while it was recorded, each with its cycle and time.
     pub changes: Vec<(u64, u64, Change)>,
     /// Topics that are not played, and why.
     pub left_out: Vec<(String, String)>,
@@ -98,18 +98,9 @@ impl Timeline {
         said.map_or_else(|| Ok(reader.next_message()?.map_or(0, |message| message.log_time)), Ok)
     }
 
-    /// Reads all of a recording; it is whole, and each of its values is one of its type. `is_on_loop` says of which properties the
-    /// values stand in the order in which they were written, all of them: some have the time of what was before.
-    pub fn read(
-        path: &Path,
-        epoch: Epoch,
-        choice: &Choice,
-        known: &BTreeMap<u64, &'static Descriptor>,
-        is_on_loop: impl Fn(&str) -> bool,
-    ) -> Result<Self, Error> {
-        let mut on_loop = 0;
-        let mut timeline = Self {
-            reader: Reader::open(path)?,
+    fn empty(reader: Reader<BufReader<File>>) -> Self {
+        Self {
+            reader,
             tracks: Vec::new(),
             entries: Vec::new(),
             mailboxes: Vec::new(),
@@ -120,7 +111,20 @@ impl Timeline {
             coverage: Coverage::default(),
             changes: Vec::new(),
             left_out: Vec::new(),
-        };
+        }
+    }
+
+    /// Reads all of a recording; it is whole, and each of its values is one of its type. `is_on_loop` says of which properties the
+    /// values stand in the order in which they were written, all of them: some have the time of what was before.
+    pub fn read(
+        path: &Path,
+        epoch: Epoch,
+        choice: &Choice,
+        known: &BTreeMap<u64, &'static Descriptor>,
+        is_on_loop: impl Fn(&str) -> bool,
+    ) -> Result<Self, Error> {
+        let mut on_loop = 0;
+        let mut timeline = Self::empty(Reader::open(path)?);
         let mut fates: BTreeMap<u16, Fate> = BTreeMap::new();
         let chosen = Chosen::new(choice);
         let unfit = |what: String| Error::Unfit { path: path.into(), what };
@@ -150,13 +154,9 @@ impl Timeline {
                 Fate::Played { track, is_setting } => {
                     let own = &mut timeline.tracks[*track];
                     own.note(&message, time).map_err(unfit)?;
-                    let time = own.latest;
-                    let is_on_loop = own.is_on_loop && !is_setting;
-                    if is_on_loop {
-                        on_loop = on_loop.max(time);
-                    }
-                    let due = if is_on_loop { on_loop } else { time };
-                    let (track, is_setting) = (*track as u16, *is_setting);
+                    let (time, track, is_setting) = (own.latest, *track as u16, *is_setting);
+                    let due = if own.is_on_loop && !is_setting { on_loop.max(time) } else { time };
+                    on_loop = if own.is_on_loop && !is_setting { due } else { on_loop };
                     timeline.entries.push(TimelineEntry { time, due, track, is_setting, checksum, spot });
                 }
                 Fate::Sent(mailbox, sender) => {

@@ -1,18 +1,18 @@
-//! What a recording has values of: properties, mailboxes and the log.
+//! Sources of values in a recording: properties, mailboxes and the log.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use slate_module::Level;
 
-use super::form::Form;
+use super::form::ValueForm;
 use crate::storage::Message;
 
 /// A recorded property.
-pub(super) struct Track {
+pub(super) struct PropertyTrack {
     pub topic: String,
     /// Without a leading slash.
     pub path: String,
-    pub form: Form,
+    pub form: ValueForm,
     /// Whether a run of the same writes the same values.
     pub is_compared: bool,
     /// The hash of its schema, if an agent recorded it, and the accesses of its channels: an input may be set at times, and filled
@@ -32,7 +32,7 @@ pub(super) struct Track {
     pub values: Vec<u32>,
 }
 
-impl Track {
+impl PropertyTrack {
     /// Takes note of a value that was recorded at a time; an error says why it is no value of this track.
     pub fn note(&mut self, message: &Message<'_>, time: u64) -> Result<(), String> {
         let number = self.values.len() as u64 + 1;
@@ -55,7 +55,7 @@ impl Track {
 pub(super) struct Mailbox {
     /// Without a leading slash.
     pub path: String,
-    pub form: Form,
+    pub form: ValueForm,
     /// How many have sent to it.
     pub senders: u32,
     /// By their numbers, the paths of what they sent by, as far as that is recorded.

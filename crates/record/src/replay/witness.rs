@@ -1,4 +1,4 @@
-//! What modules write that run on a recording, beside what is recorded of them.
+//! Compares what modules write that run on a recording with their recorded values.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
@@ -47,7 +47,7 @@ struct Comparer {
     sent: BTreeMap<String, VecDeque<usize>>,
     /// The interfaces of these.
     deaf: BTreeMap<String, &'static Descriptor>,
-    /// Messages of which nobody had taken one any more: where they were sent to, and when.
+    /// Messages sent after the last one was taken: path and time.
     untaken: Vec<(String, u64)>,
     found: BTreeMap<String, Recomputed>,
     first: Option<Difference>,
@@ -117,7 +117,7 @@ impl Witness {
         Self { hub, drain: Drain::default(), stand_ins: excerpt.stand_ins.clone(), comparer }
     }
 
-    /// What an agent is loaded with whose values are seen.
+    /// The recording of the agent whose values are seen.
     pub fn recording(&self) -> Arc<dyn Recording> {
         Arc::new(Eye(Arc::clone(&self.hub), self.stand_ins.clone()))
     }
@@ -155,7 +155,7 @@ impl Witness {
         sent.into_iter().try_for_each(|(path, time, bytes)| self.comparer.compare_sent(&path, time, &bytes))
     }
 
-    /// What came of it, when all was played until that time.
+    /// The result, when all was played until that time.
     pub fn outcome(&mut self, end: u64) -> Result<Recomputation, Error> {
         self.look()?;
         let comparer = &mut self.comparer;
@@ -183,13 +183,13 @@ impl Witness {
                 }
             }
         }
-        // What was sent at the very end nobody may have taken then.
+        // Messages sent at the very end may not have been taken.
         for (path, time) in std::mem::take(&mut comparer.untaken) {
             if time < end {
                 comparer.extra_letter(&path, time);
             }
         }
-        // What was written before they began is none of theirs.
+        // Values written before they began are not theirs.
         let is_meant = |own: &&Recomputed| comparer.fresh_from.is_none() || own.has_values();
         Ok(Recomputation {
             properties: comparer.found.values().filter(is_meant).cloned().collect(),
@@ -413,7 +413,7 @@ fn extra(path: &str, stamp: Stamp) -> Difference {
 impl Sink for Comparer {
     fn value(&mut self, channel: Option<&Channel>, _: u32, items: usize, stamp: Stamp, bytes: &[u8]) {
         let Some(channel) = channel else { return };
-        // What is set is none of what is computed.
+        // Set values are not computed.
         if !channel.repeats() || channel.access == Access::Setting || self.failure.is_some() {
             return;
         }

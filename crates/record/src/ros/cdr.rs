@@ -4,12 +4,12 @@ use super::Error;
 const HEADER: usize = 4;
 
 /// Appends a little-endian message (plain CDR, XCDR version 1).
-pub(crate) struct Writer<'a> {
+pub(crate) struct CdrWriter<'a> {
     out: &'a mut Vec<u8>,
     origin: usize,
 }
 
-impl<'a> Writer<'a> {
+impl<'a> CdrWriter<'a> {
     pub fn new(out: &'a mut Vec<u8>) -> Self {
         out.extend_from_slice(&[0, 1, 0, 0]);
         Self { origin: out.len(), out }
@@ -89,13 +89,13 @@ pub(super) fn wire_length(length: usize) -> Result<u32, Error> {
 }
 
 /// Reads a message of either byte order.
-pub(super) struct Reader<'a> {
+pub(super) struct CdrReader<'a> {
     bytes: &'a [u8],
     at: usize,
     swapped: bool,
 }
 
-impl<'a> Reader<'a> {
+impl<'a> CdrReader<'a> {
     pub fn new(bytes: &'a [u8]) -> Result<Self, Error> {
         let wrong = |reason: String| Error::Message { at: 0, reason };
         let Some(header) = bytes.first_chunk::<HEADER>() else {

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use super::Error;
-use super::cdr::{Reader, Writer, wire_length};
+use super::cdr::{CdrReader, CdrWriter, wire_length};
 
 /// Appends a value as a message of its [`definition`](super::definition): little-endian CDR with its header.
 ///
@@ -13,7 +13,7 @@ use super::cdr::{Reader, Writer, wire_length};
 pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Result<(), Error> {
     let tail = items(descriptor, bytes)?;
     wire_length(bytes.len())?;
-    let mut encoder = Encoder { writer: Writer::new(out), shown: true };
+    let mut encoder = Encoder { writer: CdrWriter::new(out), shown: true };
     encoder.message(descriptor, bytes, tail);
     if hides(descriptor) {
         let memory = if encoder.shown { &[] } else { bytes };
@@ -28,7 +28,7 @@ pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Resul
 /// # Errors
 /// When it is no message of that interface.
 pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error> {
-    let mut reader = Reader::new(message)?;
+    let mut reader = CdrReader::new(message)?;
     let mut value = vec![0; descriptor.size];
     read_message(&mut reader, descriptor, &mut value)?;
     if hides(descriptor) {
@@ -36,7 +36,7 @@ pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error>
         let memory = reader.raw(length)?;
         if length > 0 {
             reader.end()?;
-            // Whoever reads the fields and whoever reads the memory must see the same value.
+            // Readers of the fields and of the memory must see the same value.
             let mut again = Vec::new();
             encode(descriptor, memory, &mut again)?;
             if again.get(4..) != message.get(4..again.len()) {
@@ -111,7 +111,7 @@ fn is_zero(bytes: &[u8]) -> bool {
 }
 
 struct Encoder<'a> {
-    writer: Writer<'a>,
+    writer: CdrWriter<'a>,
     /// Whether the fields have shown every bit so far.
     shown: bool,
 }
@@ -188,7 +188,11 @@ impl Encoder<'_> {
     }
 }
 
-fn read_message(reader: &mut Reader<'_>, descriptor: &Descriptor, memory: &mut Vec<u8>) -> Result<(), Error> {
+fn read_message(
+    reader: &mut CdrReader<'_>,
+    descriptor: &Descriptor,
+    memory: &mut Vec<u8>,
+) -> Result<(), Error> {
     let fixed = match descriptor.fields.split_last() {
         Some((last, others)) if matches!(last.kind, Kind::Tail(_)) => others,
         _ => descriptor.fields,
@@ -213,20 +217,20 @@ fn read_message(reader: &mut Reader<'_>, descriptor: &Descriptor, memory: &mut V
     read_fill(reader, before)
 }
 
-fn read_fill(reader: &mut Reader<'_>, before: usize) -> Result<(), Error> {
+fn read_fill(reader: &mut CdrReader<'_>, before: usize) -> Result<(), Error> {
     if reader.left() == before {
         reader.byte()?;
     }
     Ok(())
 }
 
-fn read_item(reader: &mut Reader<'_>, item: &Kind, memory: &mut [u8]) -> Result<(), Error> {
+fn read_item(reader: &mut CdrReader<'_>, item: &Kind, memory: &mut [u8]) -> Result<(), Error> {
     let before = reader.left();
     read(reader, item, memory)?;
     read_fill(reader, before)
 }
 
-fn read(reader: &mut Reader<'_>, kind: &Kind, memory: &mut [u8]) -> Result<(), Error> {
+fn read(reader: &mut CdrReader<'_>, kind: &Kind, memory: &mut [u8]) -> Result<(), Error> {
     let set = |memory: &mut [u8], number: usize| memory[..4].copy_from_slice(&(number as u32).to_ne_bytes());
     match kind {
         Kind::Primitive(Primitive::Bool) => memory[0] = reader.bool()?.into(),
@@ -266,7 +270,7 @@ fn read(reader: &mut Reader<'_>, kind: &Kind, memory: &mut [u8]) -> Result<(), E
     Ok(())
 }
 
-fn read_list(reader: &mut Reader<'_>, item: &Kind, count: usize, memory: &mut [u8]) -> Result<(), Error> {
+fn read_list(reader: &mut CdrReader<'_>, item: &Kind, count: usize, memory: &mut [u8]) -> Result<(), Error> {
     if let Some(size) = number(item) {
         return reader.numbers(&mut memory[..count * size], size);
     }

@@ -7,7 +7,7 @@ use super::codec::{hides, is_wrapped};
 use super::names::{constant_name, field_name, message_name, unique};
 use super::{Primitive, RosPrimitive};
 
-/// What a message is made of, as MCAP has it in the schema encoding `ros2msg`.
+/// Definition of a message, in MCAP's schema encoding `ros2msg`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Definition {
     /// Its name, such as `slate_msgs/msg/LaserScan`.
@@ -16,7 +16,7 @@ pub struct Definition {
     pub text: String,
 }
 
-/// What stands between two messages of a definition.
+/// Line between two messages of a definition.
 pub(crate) const SEPARATOR: &str =
     "================================================================================";
 
@@ -46,7 +46,7 @@ pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
     let name = message_name(name);
     let mut builder =
         Builder { names: BTreeSet::from([name.clone()]), top: name.clone(), ..Builder::default() };
-    let mut body = Body::default();
+    let mut body = MessageText::default();
     comment(&mut body.text, descriptor.doc, "");
     builder.fields(&mut body, &name, descriptor);
     if hides(descriptor) {
@@ -66,10 +66,10 @@ pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
 
 pub(super) const PACKAGE: &str = "slate_msgs";
 
-/// What the field `memory` is.
+/// Doc of the field `memory`.
 const MEMORY: &str = "The whole value, when it holds bits that the fields above don't show.";
 
-/// What the field is called that has the whole value as memory, if there is one.
+/// Name of the field with the whole value as memory, if any.
 pub(super) fn memory(definition: &str) -> Option<&str> {
     let comment = |line: &&str| line.strip_prefix("# ") == Some(MEMORY);
     let mut lines = definition.lines().skip_while(|line| !comment(line));
@@ -81,20 +81,20 @@ struct Builder {
     /// The message as a whole. Names of messages in it begin with it, so those of two files' interfaces don't meet.
     top: String,
     names: BTreeSet<String>,
-    /// What became of the interfaces inside, by name and schema.
+    /// Names of nested interfaces, by name and schema.
     known: BTreeMap<(&'static str, u64), String>,
     sections: Vec<String>,
 }
 
 /// One message as it grows.
 #[derive(Default)]
-struct Body {
+struct MessageText {
     text: String,
     fields: BTreeSet<String>,
     constants: BTreeSet<String>,
 }
 
-impl Body {
+impl MessageText {
     /// A message without fields has one, as ROS wants it.
     fn close(&mut self) {
         if self.fields.is_empty() {
@@ -104,7 +104,7 @@ impl Body {
 }
 
 impl Builder {
-    fn fields(&mut self, body: &mut Body, owner: &str, descriptor: &Descriptor) {
+    fn fields(&mut self, body: &mut MessageText, owner: &str, descriptor: &Descriptor) {
         for field in descriptor.fields {
             // It takes no byte of the message.
             if matches!(field.kind, Kind::Array(_, 0)) {
@@ -115,7 +115,7 @@ impl Builder {
         }
     }
 
-    fn field(&mut self, body: &mut Body, owner: &str, name: &str, kind: &Kind) {
+    fn field(&mut self, body: &mut MessageText, owner: &str, name: &str, kind: &Kind) {
         let kind = match kind {
             Kind::Array(_, 0) => return,
             Kind::Optional(item) => {
@@ -139,7 +139,7 @@ impl Builder {
         line(&mut body.text, &format!("{of}{suffix}"), &name);
     }
 
-    /// What the definition calls a type.
+    /// Name of a type in the definition.
     fn item(&mut self, owner: &str, field: &str, item: &Kind) -> String {
         match item {
             Kind::Text(0) => "string".into(),
@@ -148,7 +148,7 @@ impl Builder {
             Kind::Nested(descriptor) => self.nested(descriptor),
             wrapped if is_wrapped(wrapped) => {
                 let name = unique(format!("{owner}{}", message_name(field)), &mut self.names);
-                let mut body = Body::default();
+                let mut body = MessageText::default();
                 self.field(&mut body, &name, "value", wrapped);
                 self.add(&name, body);
                 format!("{PACKAGE}/{name}")
@@ -164,20 +164,20 @@ impl Builder {
         }
         let name = unique(format!("{}{}", self.top, message_name(descriptor.name)), &mut self.names);
         self.known.insert(key, name.clone());
-        let mut body = Body::default();
+        let mut body = MessageText::default();
         comment(&mut body.text, descriptor.doc, "");
         self.fields(&mut body, &name, descriptor);
         self.add(&name, body);
         format!("{PACKAGE}/{name}")
     }
 
-    fn add(&mut self, name: &str, mut body: Body) {
+    fn add(&mut self, name: &str, mut body: MessageText) {
         body.close();
         self.sections.push(format!("MSG: {PACKAGE}/{name}\n{}", body.text));
     }
 }
 
-fn constants(body: &mut Body, field: &str, enumeration: &Enumeration) {
+fn constants(body: &mut MessageText, field: &str, enumeration: &Enumeration) {
     let carrier = Primitive::of(&enumeration.carrier).filter(|carrier| carrier.integers().is_some());
     let Some(carrier) = carrier else { return };
     for constant in enumeration.constants {

@@ -18,7 +18,7 @@ pub struct Described {
     made: Option<Made>,
 }
 
-/// What a type needs.
+/// Space that a type needs.
 #[derive(Clone, Debug)]
 enum Extent {
     Number(Primitive),
@@ -114,7 +114,7 @@ static NOTHING: Descriptor =
     Descriptor { name: "Nothing", doc: "", ros: "", fields: &[], size: 0, align: 1, hash: 0 };
 
 impl Extent {
-    /// What a message needs that holds nothing; nothing when there are more fields than there is room for.
+    /// Space of an empty message; `None` with more fields than there is room for.
     fn of(schema: &Schema, index: usize, room: &mut usize) -> Option<Self> {
         let record = &schema.records()[index];
         let mut fields = Vec::new();

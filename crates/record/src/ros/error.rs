@@ -16,7 +16,7 @@ pub enum Error {
     Message {
         /// Bytes from its beginning.
         at: usize,
-        /// What is there, and what was expected.
+        /// Found and expected.
         reason: String,
     },
     /// A definition can't be read.
@@ -26,7 +26,7 @@ pub enum Error {
         name: String,
         /// The line, from 1.
         line: usize,
-        /// What is there, and what was expected.
+        /// Found and expected.
         reason: String,
     },
 }

@@ -20,7 +20,7 @@ const BASE: &str = "base_link";
 #[derive(Clone, Debug)]
 pub struct Frames {
     robots: Vec<RobotFrames>,
-    /// What modules tell themselves since it was taken, and which frames they have ever told of.
+    /// Transforms that modules published since the last call, and all frames they ever published.
     moving: Vec<FrameTransform>,
     fixed: Vec<FrameTransform>,
     told: BTreeSet<String>,

@@ -44,7 +44,7 @@ mod shown;
 mod standard;
 mod value;
 
-pub(crate) use cdr::Writer as CdrWriter;
+pub(crate) use cdr::CdrWriter;
 pub use codec::{decode, encode};
 pub(crate) use definition::SEPARATOR;
 pub use definition::{Definition, definition, definition_named};

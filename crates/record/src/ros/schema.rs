@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::cdr::Reader;
+use super::cdr::CdrReader;
 use super::value::Map;
 use super::{Error, Numbers, Primitive, RosPrimitive, Value};
 
@@ -12,12 +12,12 @@ const DEEPEST: usize = 32;
 /// `ros2msg` of MCAP.
 #[derive(Clone, Debug)]
 pub struct Schema {
-    records: Vec<Record>,
+    records: Vec<SchemaRecord>,
 }
 
 /// One message. The first of a schema is the schema's own.
 #[derive(Clone, Debug)]
-pub(super) struct Record {
+pub(super) struct SchemaRecord {
     /// Package and name, such as `std_msgs/Header`.
     pub name: String,
     pub names: Arc<Vec<String>>,
@@ -50,7 +50,7 @@ pub(super) enum Count {
 }
 
 /// A field before the types are known.
-struct Line<'a> {
+struct SchemaField<'a> {
     number: usize,
     of: &'a str,
     name: &'a str,
@@ -102,12 +102,12 @@ impl Schema {
                 types.push(FieldType { item, count, is_shown: true });
             }
             let names: Arc<Vec<_>> = Arc::new(lines.iter().map(|line| line.name.to_owned()).collect());
-            records.push(Record { name: section.clone(), shown: names.clone(), names, types });
+            records.push(SchemaRecord { name: section.clone(), shown: names.clone(), names, types });
         }
         for key in builtin {
             let field = |kind| FieldType { item: Item::Primitive(kind), count: Count::One, is_shown: true };
             let names = Arc::new(vec!["sec".into(), "nanosec".into()]);
-            records.push(Record {
+            records.push(SchemaRecord {
                 name: key,
                 shown: Arc::clone(&names),
                 names,
@@ -125,14 +125,14 @@ impl Schema {
         }
     }
 
-    /// What a message holds: CDR of either byte order, with its header.
+    /// Decodes a message: CDR of either byte order, with its header.
     ///
     /// Takes memory in proportion to the message, whatever that says of itself.
     ///
     /// # Errors
     /// When it is no message of that definition.
     pub fn decode(&self, message: &[u8]) -> Result<Value, Error> {
-        let mut reader = Reader::new(message)?;
+        let mut reader = CdrReader::new(message)?;
         // Each value of a real message takes bytes of it, so there are never more values than bytes.
         let mut room = message.len();
         let value = self.record(&mut reader, 0, &mut room)?;
@@ -145,13 +145,13 @@ impl Schema {
     /// # Errors
     /// When it is no message of that definition.
     pub fn check(&self, message: &[u8]) -> Result<(), Error> {
-        let mut reader = Reader::new(message)?;
+        let mut reader = CdrReader::new(message)?;
         let mut room = message.len();
         self.check_record(&mut reader, 0, &mut room)?;
         reader.end()
     }
 
-    fn check_record(&self, reader: &mut Reader<'_>, index: usize, room: &mut usize) -> Result<(), Error> {
+    fn check_record(&self, reader: &mut CdrReader<'_>, index: usize, room: &mut usize) -> Result<(), Error> {
         take(reader, room)?;
         let record = &self.records[index];
         if record.types.is_empty() {
@@ -162,7 +162,7 @@ impl Schema {
 
     pub(super) fn check_field(
         &self,
-        reader: &mut Reader<'_>,
+        reader: &mut CdrReader<'_>,
         field: FieldType,
         room: &mut usize,
     ) -> Result<(), Error> {
@@ -178,7 +178,7 @@ impl Schema {
         (0..count).try_for_each(|_| self.check_item(reader, field.item, room))
     }
 
-    fn check_item(&self, reader: &mut Reader<'_>, item: Item, room: &mut usize) -> Result<(), Error> {
+    fn check_item(&self, reader: &mut CdrReader<'_>, item: Item, room: &mut usize) -> Result<(), Error> {
         match item {
             Item::Record(index) => return self.check_record(reader, index, room),
             Item::Text => {
@@ -197,15 +197,15 @@ impl Schema {
         Ok(())
     }
 
-    pub(super) fn records(&self) -> &[Record] {
+    pub(super) fn records(&self) -> &[SchemaRecord] {
         &self.records
     }
 
-    pub(super) fn records_mut(&mut self) -> &mut [Record] {
+    pub(super) fn records_mut(&mut self) -> &mut [SchemaRecord] {
         &mut self.records
     }
 
-    fn record(&self, reader: &mut Reader<'_>, index: usize, room: &mut usize) -> Result<Value, Error> {
+    fn record(&self, reader: &mut CdrReader<'_>, index: usize, room: &mut usize) -> Result<Value, Error> {
         take(reader, room)?;
         let record = &self.records[index];
         if record.types.is_empty() {
@@ -221,7 +221,7 @@ impl Schema {
         Ok(Value::Map(Map::new(record.shown.clone(), values)))
     }
 
-    fn field(&self, reader: &mut Reader<'_>, field: FieldType, room: &mut usize) -> Result<Value, Error> {
+    fn field(&self, reader: &mut CdrReader<'_>, field: FieldType, room: &mut usize) -> Result<Value, Error> {
         let count = match field.count {
             Count::One => return self.item(reader, field.item, room),
             Count::Fixed(count) => count,
@@ -238,7 +238,7 @@ impl Schema {
         Ok(Value::List(items))
     }
 
-    fn item(&self, reader: &mut Reader<'_>, item: Item, room: &mut usize) -> Result<Value, Error> {
+    fn item(&self, reader: &mut CdrReader<'_>, item: Item, room: &mut usize) -> Result<Value, Error> {
         match item {
             Item::Record(index) => self.record(reader, index, room),
             Item::Text => {
@@ -259,7 +259,7 @@ impl Schema {
     }
 }
 
-pub(super) fn take(reader: &Reader<'_>, room: &mut usize) -> Result<(), Error> {
+pub(super) fn take(reader: &CdrReader<'_>, room: &mut usize) -> Result<(), Error> {
     match room.checked_sub(1) {
         Some(left) => {
             *room = left;
@@ -273,7 +273,7 @@ const TIME: &str = "builtin_interfaces/Time";
 const DURATION: &str = "builtin_interfaces/Duration";
 
 /// The messages of a text, each with its fields; the first is called `name`.
-fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec<Line<'a>>)>, Error> {
+fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec<SchemaField<'a>>)>, Error> {
     let mut sections = vec![(reference("", name), Vec::new())];
     // Whether a separator was the last that stood there.
     let mut opened = false;
@@ -316,7 +316,7 @@ fn sections<'a>(name: &str, text: &'a str) -> Result<Vec<(String, Vec<Line<'a>>)
         if !rest_of_line.starts_with('=')
             && let Some((_, fields)) = sections.last_mut()
         {
-            fields.push(Line { number: i + 1, of, name: field });
+            fields.push(SchemaField { number: i + 1, of, name: field });
         }
     }
     Ok(sections)
@@ -369,7 +369,12 @@ fn primitive(name: &str) -> Result<Option<Item>, String> {
 }
 
 /// How deep the messages in a record stand; nothing when it is too deep, or without an end.
-fn height(records: &[Record], index: usize, depth: usize, known: &mut Vec<Option<usize>>) -> Option<usize> {
+fn height(
+    records: &[SchemaRecord],
+    index: usize,
+    depth: usize,
+    known: &mut Vec<Option<usize>>,
+) -> Option<usize> {
     if depth > DEEPEST {
         return None;
     }

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::cdr::{Reader, Writer, wire_length};
+use super::cdr::{CdrReader, CdrWriter, wire_length};
 use super::definition::{PACKAGE, memory};
 use super::names::is_padding;
 use super::schema::{Count, FieldType, Item, take};
@@ -40,7 +40,7 @@ impl Shown {
         Ok((!is_whole && is_same).then_some(Self { definition, schema }))
     }
 
-    /// What is left of the definition.
+    /// The remaining definition.
     pub fn definition(&self) -> &Definition {
         &self.definition
     }
@@ -52,7 +52,7 @@ impl Shown {
     pub fn encode(&self, message: &[u8], out: &mut Vec<u8>) -> Result<(), Error> {
         // Bytes are copied without a look at what they mean.
         self.schema.check(message)?;
-        let (mut reader, mut writer) = (Reader::new(message)?, Writer::new(out));
+        let (mut reader, mut writer) = (CdrReader::new(message)?, CdrWriter::new(out));
         let mut room = message.len();
         self.schema.copy_record(&mut reader, &mut writer, 0, &mut room)?;
         reader.end()
@@ -85,8 +85,8 @@ impl Schema {
 
     fn copy_record(
         &self,
-        reader: &mut Reader<'_>,
-        writer: &mut Writer<'_>,
+        reader: &mut CdrReader<'_>,
+        writer: &mut CdrWriter<'_>,
         index: usize,
         room: &mut usize,
     ) -> Result<(), Error> {
@@ -109,8 +109,8 @@ impl Schema {
 
     fn copy_field(
         &self,
-        reader: &mut Reader<'_>,
-        writer: &mut Writer<'_>,
+        reader: &mut CdrReader<'_>,
+        writer: &mut CdrWriter<'_>,
         field: FieldType,
         room: &mut usize,
     ) -> Result<(), Error> {
@@ -133,8 +133,8 @@ impl Schema {
 
     fn copy_item(
         &self,
-        reader: &mut Reader<'_>,
-        writer: &mut Writer<'_>,
+        reader: &mut CdrReader<'_>,
+        writer: &mut CdrWriter<'_>,
         item: Item,
         room: &mut usize,
     ) -> Result<(), Error> {

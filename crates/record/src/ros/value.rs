@@ -6,7 +6,7 @@ use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 use slate_blackboard::interface::{Kind, Primitive};
 
-/// What a message holds.
+/// Value of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A truth value.
@@ -64,7 +64,7 @@ impl Numbers {
         Self { kind, memory }
     }
 
-    /// What they are.
+    /// Their type.
     pub fn kind(&self) -> Primitive {
         self.kind
     }
@@ -188,7 +188,7 @@ impl Value {
         }
     }
 
-    /// What is found at a path such as `pose/position/x` or `ranges/3`; the value itself for an empty one.
+    /// The value at a path such as `pose/position/x` or `ranges/3`; itself for an empty path.
     pub fn at(&self, path: &str) -> Option<Value> {
         if path.is_empty() {
             return Some(self.clone());

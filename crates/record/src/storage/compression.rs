@@ -15,7 +15,7 @@ pub enum Compression {
 }
 
 impl Compression {
-    /// What a chunk says of it.
+    /// Its name in a chunk.
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::None => "",
@@ -36,7 +36,7 @@ impl Compression {
     }
 }
 
-/// Appends the records of a chunk, at most so many bytes; says what is wrong with what can't be read.
+/// Appends the records of a chunk, at most `most` bytes.
 pub(super) fn decompress(
     compression: &str,
     bytes: &[u8],
@@ -61,7 +61,7 @@ pub(super) fn decompress(
             .take(limit)
             .read_to_end(out)
             .map_err(|error| failed(error.to_string()))?,
-        other => return Err(format!("its compression `{other}` is none of lz4 and zstd")),
+        other => return Err(format!("unknown compression `{other}`: expected lz4 or zstd")),
     };
     match out.len() as u64 - before {
         found if found > most => Err(format!("it has more than the {most} bytes of records that it says")),

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::record::{Channel, Chunk, Field, Input, Malformed, MessageRecord, Record, Records, Schema};
+use super::record::{Channel, Chunk, Field, Malformed, MessageRecord, Record, RecordInput, Records, Schema};
 
-/// What was defined so far.
+/// Schemas and channels defined so far.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Definitions {
     pub schemas: BTreeMap<u16, Arc<Schema>>,
@@ -110,7 +110,7 @@ impl Content {
 /// Reads the fields of a chunk that stand before its records, as far as they are there, and returns the bytes that
 /// follow, which may be fewer than they should be.
 pub(super) fn chunk_head(bytes: &[u8]) -> Result<(Chunk<'static>, u64, &[u8]), Malformed> {
-    let mut input = Input(bytes);
+    let mut input = RecordInput(bytes);
     let head = Chunk {
         message_start_time: Field::read(&mut input)?,
         message_end_time: Field::read(&mut input)?,

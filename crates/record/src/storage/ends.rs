@@ -1,14 +1,14 @@
-//! What the beginning and the end of a damaged file still say.
+//! Header and summary of a damaged file, as far as they are intact.
 
 use std::io::{Read, Seek};
 
 use super::Error;
 use super::record::{DataEnd, FRAME, Footer, Header, MAGIC, Record};
-use super::source::Source;
+use super::source::RecordSource;
 use super::summary::Summary;
 
 /// The summary, if its own checksum says that it is right.
-pub(super) fn intact_summary<R: Read + Seek>(source: &mut Source<R>) -> Option<Summary> {
+pub(super) fn intact_summary<R: Read + Seek>(source: &mut RecordSource<R>) -> Option<Summary> {
     let start = data_end(source)?;
     source.seek(start).ok()?;
     let mut body = Vec::new();
@@ -16,7 +16,7 @@ pub(super) fn intact_summary<R: Read + Seek>(source: &mut Source<R>) -> Option<S
 }
 
 /// Whether the file has an end, and a checksum there that is right for all data.
-pub(super) fn is_covered<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, Error> {
+pub(super) fn is_covered<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<bool, Error> {
     let end_size = FRAME + 4;
     let Some(end) = data_end(source).and_then(|end| end.checked_sub(end_size)) else { return Ok(false) };
     let mut body = Vec::new();
@@ -37,7 +37,7 @@ pub(super) fn is_covered<R: Read + Seek>(source: &mut Source<R>) -> Result<bool,
 }
 
 /// Where the record that ends the data itself ends, as the footer says.
-fn data_end<R: Read + Seek>(source: &mut Source<R>) -> Option<u64> {
+fn data_end<R: Read + Seek>(source: &mut RecordSource<R>) -> Option<u64> {
     let place = source.length().checked_sub(FRAME + 20 + MAGIC.len() as u64)?;
     source.seek(place).ok()?;
     let frame = source.frame().ok().filter(|frame| frame.opcode == Footer::OPCODE)?;
@@ -48,7 +48,7 @@ fn data_end<R: Read + Seek>(source: &mut Source<R>) -> Option<u64> {
 }
 
 /// The header, and where what follows it begins.
-pub(super) fn header<R: Read + Seek>(source: &mut Source<R>) -> Result<(Header, u64), Error> {
+pub(super) fn header<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(Header, u64), Error> {
     let start = MAGIC.len() as u64;
     let mut bytes = Vec::new();
     source.seek(0)?;

@@ -9,7 +9,7 @@ pub enum Error {
     Read {
         /// The file.
         path: PathBuf,
-        /// What it answered.
+        /// Error of the system.
         source: io::Error,
     },
     /// The operating system does not let it be written.
@@ -17,7 +17,7 @@ pub enum Error {
     Write {
         /// The file or folder.
         path: PathBuf,
-        /// What it answered.
+        /// Error of the system.
         source: io::Error,
     },
     /// It is not what the format says, or a checksum does not fit.
@@ -27,7 +27,7 @@ pub enum Error {
         path: PathBuf,
         /// Where the record begins that is wrong.
         offset: u64,
-        /// What is wrong with it.
+        /// Reason.
         what: String,
     },
     /// A line of a log is not what its system writes.
@@ -37,7 +37,7 @@ pub enum Error {
         path: PathBuf,
         /// The line, from 1.
         line: u64,
-        /// What is there, and what was expected.
+        /// Found and expected.
         what: String,
     },
     /// It is no such file at all.
@@ -45,15 +45,15 @@ pub enum Error {
     NoBag {
         /// The file.
         path: PathBuf,
-        /// What it has instead.
+        /// Found instead.
         what: String,
     },
-    /// What is asked for does not fit what is in the file.
+    /// The request does not fit the content of the file.
     #[error("`{}`: {what}", path.display())]
     Unfit {
         /// The file.
         path: PathBuf,
-        /// What does not fit, and what there is.
+        /// Reason, and the alternatives.
         what: String,
     },
     /// A picture could not be drawn.

@@ -7,16 +7,16 @@ use super::record::Metadata;
 use super::value::{Decoder, Unread};
 use super::{Error, Reader};
 
-/// What is in a file, all of which was read and checked.
+/// Content of a file, all of which was read and checked.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Info {
-    /// Which conventions it keeps, such as `ros2`; empty if none.
+    /// Conventions, such as `ros2`; empty if none.
     pub profile: String,
-    /// What wrote it.
+    /// Program that wrote it.
     pub library: String,
     /// Its length.
     pub bytes: u64,
-    /// How many messages it has.
+    /// Number of messages.
     pub messages: u64,
     /// The earliest log time, nanoseconds; 0 if there are no messages.
     pub from: u64,
@@ -32,7 +32,7 @@ pub struct Info {
     pub metadata: Vec<(String, BTreeMap<String, String>)>,
     /// Records that only their writer knows, which are not read.
     pub private: u64,
-    /// What no checksum of the file covers, so that damage may stay unseen.
+    /// Parts that no checksum covers, so that damage may stay unseen.
     pub unchecked: Vec<&'static str>,
     /// Messages that are no values that can be read.
     pub unread: Vec<Unread>,
@@ -47,7 +47,7 @@ pub struct ChannelInfo {
     pub schema: String,
     /// How its messages are written, such as `cdr`.
     pub encoding: String,
-    /// How many messages it has.
+    /// Number of messages.
     pub messages: u64,
     /// Messages in a second, from the first to the last of the channel; nothing for fewer than two or for no time.
     pub rate: Option<f64>,
@@ -69,7 +69,7 @@ pub struct ChunksInfo {
 pub struct AttachmentInfo {
     /// Its name.
     pub name: String,
-    /// What it is, such as `application/toml`.
+    /// Media type, such as `application/toml`.
     pub media_type: String,
     /// How long it is.
     pub bytes: u64,

@@ -8,25 +8,25 @@ use super::record::{
     MessageRecord, Metadata, MetadataIndex, Record, Schema, attachment_crc,
 };
 use super::repeated::{self, REPEATED};
-use super::source::{Frame, Source};
+use super::source::{RecordFrame, RecordSource};
 use super::summary::Summary;
 use super::tail::{is_cut_behind_data, next_or_cut};
 use super::{Error, MAXIMUM_RECORD};
 
-/// What a file has, but for what is in its chunks.
+/// Outline of a file, without the content of its chunks.
 #[derive(Debug, Default)]
 pub(super) struct Outline {
     pub header: Header,
     /// Where the data begins, after the header.
     pub data: u64,
-    /// What the index of each chunk should say.
+    /// Expected index of each chunk.
     pub chunks: Vec<ChunkIndex>,
     pub attachments: Vec<AttachmentIndex>,
     pub metadata: Vec<MetadataIndex>,
-    /// Records of kinds that are nobody's but the writer's.
+    /// Number of private records of the writer.
     pub private: u64,
     pub summary: Summary,
-    /// What is covered by no checksum, in words.
+    /// Parts that no checksum covers, in words.
     pub unchecked: Vec<&'static str>,
     /// Whether there are messages or definitions outside of chunks.
     pub is_loose: bool,
@@ -36,13 +36,13 @@ pub(super) struct Outline {
 
 impl Outline {
     /// Of a file that may be cut off, if that is said.
-    pub fn read<R: Read + Seek>(source: &mut Source<R>, may_be_cut: bool) -> Result<Self, Error> {
+    pub fn read<R: Read + Seek>(source: &mut RecordSource<R>, may_be_cut: bool) -> Result<Self, Error> {
         let mut outline = Self::default();
         let mut body = Vec::new();
         magic(source)?;
         let frame = source.frame()?;
         if frame.opcode != Header::OPCODE {
-            return Err(source.damaged(frame.offset, "the first record is no header"));
+            return Err(source.damaged(frame.offset, "the first record is not a header"));
         }
         source.body(frame, &mut body)?;
         outline.header = source.parse(frame, &body)?;
@@ -68,7 +68,7 @@ impl Outline {
     /// Reads until the data end.
     fn read_data<R: Read + Seek>(
         &mut self,
-        source: &mut Source<R>,
+        source: &mut RecordSource<R>,
         body: &mut Vec<u8>,
         may_be_cut: bool,
     ) -> Result<(), Error> {
@@ -111,7 +111,7 @@ impl Outline {
                     attachment_crcs &= attachment.crc != 0;
                     if attachment.crc != 0 && attachment.crc != attachment_crc(body) {
                         let name = &attachment.name;
-                        return Err(damaged(format!("the checksum of attachment `{name}` is another one")));
+                        return Err(damaged(format!("the checksum of attachment `{name}` does not match")));
                     }
                     self.attachments.push(attachment_index(frame, &attachment));
                 }
@@ -140,7 +140,7 @@ impl Outline {
                     }
                 }
                 other => {
-                    return Err(damaged(format!("a record of opcode {other:#04x} can't stand here")));
+                    return Err(damaged(format!("a record of opcode {other:#04x} is not allowed here")));
                 }
             }
             previous = frame.opcode;
@@ -148,7 +148,7 @@ impl Outline {
     }
 
     /// Takes note of a message index of the last chunk.
-    fn note_index(&mut self, frame: Frame, index: &MessageIndex) -> Result<(), String> {
+    fn note_index(&mut self, frame: RecordFrame, index: &MessageIndex) -> Result<(), String> {
         let Some(chunk) = self.chunks.last_mut() else { return Ok(()) };
         chunk.message_index_length += frame.size();
         match chunk.message_index_offsets.insert(index.channel_id, frame.offset) {
@@ -157,7 +157,7 @@ impl Outline {
         }
     }
 
-    /// Takes note of what no checksum covers when there is none of all data.
+    /// Notes the parts without a checksum when the data section has none.
     fn doubt(&mut self, has_chunk_crcs: bool, has_attachment_crcs: bool) {
         self.unchecked.extend((!has_chunk_crcs).then_some("chunks"));
         self.unchecked.extend((!has_attachment_crcs).then_some("attachments"));
@@ -165,21 +165,21 @@ impl Outline {
         self.unchecked.extend((!self.metadata.is_empty()).then_some("metadata"));
     }
 
-    /// What the summary says is what was found.
-    fn check_summary<R: Read + Seek>(&mut self, source: &Source<R>) -> Result<(), Error> {
+    /// Checks the summary against the records found.
+    fn check_summary<R: Read + Seek>(&mut self, source: &RecordSource<R>) -> Result<(), Error> {
         let summary = &self.summary;
         let what = if !agrees(&summary.chunks, &self.chunks) {
-            "the indexes of chunks are not what the chunks are"
+            "the indexes of chunks do not match the chunks"
         } else if !agrees(&summary.attachments, &self.attachments) {
-            "the indexes of attachments are not what the attachments are"
+            "the indexes of attachments do not match the attachments"
         } else if !agrees(&summary.metadata, &self.metadata) {
-            "the indexes of metadata are not what the metadata are"
+            "the indexes of metadata do not match the metadata"
         } else if summary.statistics.as_ref().is_some_and(|statistics| {
             let counted = [self.attachments.len(), self.metadata.len(), self.chunks.len()];
             let said = [statistics.attachment_count, statistics.metadata_count, statistics.chunk_count];
             counted.map(|count| count as u64) != said.map(u64::from)
         }) {
-            "the statistics count other chunks, attachments or metadata than there are"
+            "the statistics do not match the count of chunks, attachments or metadata"
         } else {
             if summary.crc == 0 && !summary.is_empty() {
                 self.unchecked.push("summary");
@@ -220,7 +220,7 @@ impl FileOffset for MetadataIndex {
 }
 
 /// Reads the first bytes.
-pub(super) fn magic<R: Read + Seek>(source: &mut Source<R>) -> Result<(), Error> {
+pub(super) fn magic<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(), Error> {
     let mut bytes = Vec::new();
     source.part(MAGIC.len() as u64, &mut bytes)?;
     if bytes == MAGIC {
@@ -233,8 +233,8 @@ pub(super) fn magic<R: Read + Seek>(source: &mut Source<R>) -> Result<(), Error>
     Err(Error::NoBag { path: source.path().into(), what })
 }
 
-/// What the index of a chunk says of it, but for message indexes, which follow it.
-pub(super) fn chunk_index(frame: Frame, chunk: &Chunk) -> Result<ChunkIndex, String> {
+/// Index of a chunk, without its message indexes, which follow it.
+pub(super) fn chunk_index(frame: RecordFrame, chunk: &Chunk) -> Result<ChunkIndex, String> {
     let (size, length) = (chunk.records.len() as u64, chunk.uncompressed_size);
     if length > MAXIMUM_RECORD {
         return Err(format!("a chunk has {length} bytes of records, and at most {MAXIMUM_RECORD} are read"));
@@ -254,7 +254,7 @@ pub(super) fn chunk_index(frame: Frame, chunk: &Chunk) -> Result<ChunkIndex, Str
     })
 }
 
-pub(super) fn attachment_index(frame: Frame, attachment: &AttachmentRecord) -> AttachmentIndex {
+pub(super) fn attachment_index(frame: RecordFrame, attachment: &AttachmentRecord) -> AttachmentIndex {
     AttachmentIndex {
         offset: frame.offset,
         length: frame.size(),
@@ -266,6 +266,6 @@ pub(super) fn attachment_index(frame: Frame, attachment: &AttachmentRecord) -> A
     }
 }
 
-pub(super) fn metadata_index(frame: Frame, metadata: &Metadata) -> MetadataIndex {
+pub(super) fn metadata_index(frame: RecordFrame, metadata: &Metadata) -> MetadataIndex {
     MetadataIndex { offset: frame.offset, length: frame.size(), name: metadata.name.clone() }
 }

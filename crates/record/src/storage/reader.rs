@@ -10,10 +10,10 @@ use super::compression::decompress;
 use super::definitions::{Content, Definitions};
 use super::outline::Outline;
 use super::record::{
-    AttachmentRecord, Channel, Chunk, DataEnd, Field, Header, Input, MessageIndex, MessageRecord, Metadata,
-    Record, Schema,
+    AttachmentRecord, Channel, Chunk, DataEnd, Field, Header, MessageIndex, MessageRecord, Metadata, Record,
+    RecordInput, Schema,
 };
-use super::source::{Frame, Source};
+use super::source::{RecordFrame, RecordSource};
 use super::{Error, seconds};
 use spot::Kept;
 pub(crate) use spot::Spot;
@@ -36,7 +36,7 @@ pub(crate) use spot::Spot;
 /// # Ok::<(), slate_record::bag::Error>(())
 /// ```
 pub struct Reader<R> {
-    source: Source<R>,
+    source: RecordSource<R>,
     outline: Outline,
     definitions: Definitions,
     /// Where the next record of the file begins.
@@ -56,7 +56,7 @@ pub struct Reader<R> {
 /// A message as it stands in a file.
 #[derive(Clone, Debug)]
 pub struct Message<'a> {
-    /// What it is a message of.
+    /// Its channel.
     pub channel: &'a Arc<Channel>,
     /// How its bytes are laid out, unless its channel does not say.
     pub schema: Option<&'a Arc<Schema>>,
@@ -70,7 +70,7 @@ pub struct Message<'a> {
     pub data: &'a [u8],
 }
 
-/// What a file has messages of.
+/// A topic of a file.
 #[derive(Clone, Debug)]
 pub(crate) struct ChannelTopic {
     pub topic: String,
@@ -89,9 +89,9 @@ pub struct Attachment {
     pub create_time: u64,
     /// Its name.
     pub name: String,
-    /// What it is, such as `application/toml`.
+    /// Media type, such as `application/toml`.
     pub media_type: String,
-    /// What is in it.
+    /// Content.
     pub data: Vec<u8>,
 }
 
@@ -137,7 +137,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     fn read(input: R, path: &Path, may_be_cut: bool) -> Result<Self, Error> {
-        let mut source = Source::new(input, path)?;
+        let mut source = RecordSource::new(input, path)?;
         let outline = Outline::read(&mut source, may_be_cut)?;
         Ok(Self {
             source,
@@ -155,7 +155,7 @@ impl<R: Read + Seek> Reader<R> {
         })
     }
 
-    /// Where the file is.
+    /// Path of the file.
     pub fn path(&self) -> &Path {
         self.source.path()
     }
@@ -174,7 +174,7 @@ impl<R: Read + Seek> Reader<R> {
         (self.place, self.times, self.is_done) = (0, None, false);
     }
 
-    /// Who wrote it, and by which rules.
+    /// Program that wrote it, and its conventions.
     pub fn header(&self) -> &Header {
         &self.outline.header
     }
@@ -285,7 +285,7 @@ impl<R: Read + Seek> Reader<R> {
         let chunks = chunks.filter(|chunk| chunk.message_index_offsets.keys().any(is_meant));
         let chunks: Vec<_> = chunks.map(|chunk| chunk.chunk_start_offset).collect();
         for start in chunks {
-            // What is defined before the chunk is right if it is what the data say, which is checked when all are read.
+            // Definitions before the chunk come from the summary, which is checked when all data are read.
             self.definitions = self.outline.summary.definitions.clone();
             self.next = start;
             self.advance()?;
@@ -316,7 +316,7 @@ impl<R: Read + Seek> Reader<R> {
     /// Where the next message is among the records that were read.
     fn next_record(&mut self) -> Option<(usize, usize)> {
         while self.place < self.records.len() {
-            let mut rest = Input(&self.records[self.place..]);
+            let mut rest = RecordInput(&self.records[self.place..]);
             let opcode = u8::read(&mut rest).ok()?;
             let body: &[u8] = Field::read(&mut rest).ok()?;
             self.place = self.records.len() - rest.0.len();
@@ -360,7 +360,7 @@ impl<R: Read + Seek> Reader<R> {
         }
     }
 
-    fn read_chunk(&mut self, frame: Frame) -> Result<(), Error> {
+    fn read_chunk(&mut self, frame: RecordFrame) -> Result<(), Error> {
         self.source.body(frame, &mut self.body)?;
         let times = self.unpack(frame)?;
         let content = self.content(frame)?;
@@ -374,7 +374,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     /// Makes records of a chunk whose bytes were read, and says of which times they should be.
-    fn unpack(&mut self, frame: Frame) -> Result<(u64, u64), Error> {
+    fn unpack(&mut self, frame: RecordFrame) -> Result<(u64, u64), Error> {
         let chunk: Chunk = self.source.parse(frame, &self.body)?;
         let damaged = |what: String| self.source.damaged(frame.offset, format!("in a chunk, {what}"));
         decompress(&chunk.compression, chunk.records, chunk.uncompressed_size, &mut self.records)
@@ -393,7 +393,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     /// Checks the records that were read, and counts their messages.
-    fn content(&mut self, frame: Frame) -> Result<Content, Error> {
+    fn content(&mut self, frame: RecordFrame) -> Result<Content, Error> {
         let content = Content::read(&self.records, &mut self.definitions)
             .map_err(|what| self.source.damaged(frame.offset, what))?;
         for (channel, entries) in &content.index {
@@ -407,7 +407,7 @@ impl<R: Read + Seek> Reader<R> {
     }
 
     /// Checks the message indexes that follow a chunk: none, or those of all its messages.
-    fn read_indexes(&mut self, chunk: Frame, mut content: Content) -> Result<(), Error> {
+    fn read_indexes(&mut self, chunk: RecordFrame, mut content: Content) -> Result<(), Error> {
         let mut is_indexed = false;
         loop {
             if self.outline.cut == Some(self.next) {
@@ -427,7 +427,7 @@ impl<R: Read + Seek> Reader<R> {
             found.sort_unstable();
             if index.records != found {
                 let what = format!(
-                    "the message index of channel {} is not what is in the chunk before it",
+                    "the message index of channel {} does not match the chunk before it",
                     index.channel_id
                 );
                 return Err(self.source.damaged(frame.offset, what));
@@ -442,7 +442,7 @@ impl<R: Read + Seek> Reader<R> {
         }
     }
 
-    /// What the summary says is what was found in the chunks.
+    /// Checks the summary against the chunks.
     fn check_summary(&self) -> Result<(), Error> {
         let summary = &self.outline.summary;
         let damaged = |what: &str| Err(self.source.damaged(summary.start, what));
@@ -511,7 +511,7 @@ impl<R: Read + Seek> Reader<R> {
         }))
     }
 
-    fn record_at(&mut self, offset: u64) -> Result<Frame, Error> {
+    fn record_at(&mut self, offset: u64) -> Result<RecordFrame, Error> {
         self.source.seek(offset)?;
         let frame = self.source.frame()?;
         self.source.body(frame, &mut self.body)?;

@@ -2,19 +2,19 @@
 
 use std::collections::BTreeMap;
 
-/// What a file begins and ends with.
+/// First and last bytes of a file.
 pub(super) const MAGIC: [u8; 8] = *b"\x89MCAP0\r\n";
 
 /// The opcode and the length that stand before each record.
 pub(super) const FRAME: u64 = 9;
 
-/// What is wrong with bytes that are no such record.
+/// Reason why bytes are no such record.
 pub(super) type Malformed = String;
 
 /// Bytes that are read from the front.
-pub(super) struct Input<'a>(pub &'a [u8]);
+pub(super) struct RecordInput<'a>(pub &'a [u8]);
 
-impl<'a> Input<'a> {
+impl<'a> RecordInput<'a> {
     fn take(&mut self, length: u64) -> Result<&'a [u8], Malformed> {
         let available = self.0.len();
         let part = usize::try_from(length).ok().and_then(|length| self.0.split_at_checked(length));
@@ -34,22 +34,22 @@ impl<'a> Input<'a> {
         Ok(*part)
     }
 
-    fn part(&mut self) -> Result<Input<'a>, Malformed> {
+    fn part(&mut self) -> Result<RecordInput<'a>, Malformed> {
         let length = u32::read(self)?;
-        self.take(length.into()).map(Input)
+        self.take(length.into()).map(RecordInput)
     }
 }
 
-/// What stands in a record.
+/// Field of a record.
 pub(super) trait Field<'a>: Sized {
-    fn read(input: &mut Input<'a>) -> Result<Self, Malformed>;
+    fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed>;
     fn write(&self, out: &mut Vec<u8>);
 }
 
 macro_rules! number {
     ($($type:ty)*) => {$(
         impl<'a> Field<'a> for $type {
-            fn read(input: &mut Input<'a>) -> Result<Self, Malformed> {
+            fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
                 input.array().map(Self::from_le_bytes)
             }
 
@@ -72,7 +72,7 @@ fn write_counted(out: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
 }
 
 impl<'a> Field<'a> for Vec<u8> {
-    fn read(input: &mut Input<'a>) -> Result<Self, Malformed> {
+    fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
         Ok(input.part()?.0.to_vec())
     }
 
@@ -82,7 +82,7 @@ impl<'a> Field<'a> for Vec<u8> {
 }
 
 impl<'a> Field<'a> for String {
-    fn read(input: &mut Input<'a>) -> Result<Self, Malformed> {
+    fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
         let bytes = input.part()?.0;
         std::str::from_utf8(bytes).map(String::from).map_err(|_| "a text in it is no UTF-8".into())
     }
@@ -94,7 +94,7 @@ impl<'a> Field<'a> for String {
 
 /// The data of chunks and attachments, whose length has 64 bits.
 impl<'a> Field<'a> for &'a [u8] {
-    fn read(input: &mut Input<'a>) -> Result<Self, Malformed> {
+    fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
         let length = u64::read(input)?;
         input.take(length)
     }
@@ -106,7 +106,7 @@ impl<'a> Field<'a> for &'a [u8] {
 }
 
 impl<'a, K: Field<'a> + Ord, V: Field<'a>> Field<'a> for BTreeMap<K, V> {
-    fn read(input: &mut Input<'a>) -> Result<Self, Malformed> {
+    fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
         let mut part = input.part()?;
         let mut map = Self::new();
         while !part.0.is_empty() {
@@ -129,7 +129,7 @@ impl<'a, K: Field<'a> + Ord, V: Field<'a>> Field<'a> for BTreeMap<K, V> {
 }
 
 impl<'a> Field<'a> for Vec<(u64, u64)> {
-    fn read(input: &mut Input<'a>) -> Result<Self, Malformed> {
+    fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
         let mut part = input.part()?;
         let mut entries = Self::with_capacity(part.0.len() / 16);
         while !part.0.is_empty() {
@@ -153,12 +153,12 @@ pub(super) trait Record<'a>: Sized {
     const OPCODE: u8;
     const NAME: &'static str;
 
-    fn fields(input: &mut Input<'a>) -> Result<Self, Malformed>;
+    fn fields(input: &mut RecordInput<'a>) -> Result<Self, Malformed>;
     fn write_fields(&self, out: &mut Vec<u8>);
 
     /// Reads all of the bytes.
     fn parse(bytes: &'a [u8]) -> Result<Self, Malformed> {
-        let mut input = Input(bytes);
+        let mut input = RecordInput(bytes);
         let record = Self::fields(&mut input).map_err(|what| format!("no whole {}: {what}", Self::NAME))?;
         match input.0.len() {
             0 => Ok(record),
@@ -191,7 +191,7 @@ macro_rules! record {
             const OPCODE: u8 = $opcode;
             const NAME: &'static str = $text;
 
-            fn fields(input: &mut Input<'a>) -> Result<Self, Malformed> {
+            fn fields(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
                 Ok(Self { $($field: Field::read(input)?,)* })
             }
 
@@ -205,11 +205,11 @@ macro_rules! record {
 }
 
 record! {
-    /// Who wrote a file, and by which rules.
+    /// Program that wrote a file, and its conventions.
     pub Header, 0x01, "header" {
         /// Which conventions the file keeps, such as `ros2`; empty if none.
         profile: String,
-        /// What wrote it.
+        /// Program that wrote it.
         library: String,
     }
 }
@@ -247,7 +247,7 @@ record! {
         topic: String,
         /// How messages are written, such as `cdr`.
         message_encoding: String,
-        /// What else is said of it.
+        /// Further properties.
         metadata: BTreeMap<String, String>,
     }
 }
@@ -257,7 +257,7 @@ record! {
 pub(super) struct Rest<'a>(pub &'a [u8]);
 
 impl<'a> Field<'a> for Rest<'a> {
-    fn read(input: &mut Input<'a>) -> Result<Self, Malformed> {
+    fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
         Ok(Self(std::mem::take(&mut input.0)))
     }
 
@@ -377,7 +377,7 @@ record! {
     }
 }
 
-/// What an attachment's checksum is of: all of its record but that checksum.
+/// Checksum of an attachment: of its record without that checksum.
 pub(super) fn attachment_crc(record: &[u8]) -> u32 {
     crc32fast::hash(&record[..record.len().saturating_sub(4)])
 }
@@ -397,14 +397,14 @@ impl<'a> Records<'a> {
 impl<'a> Iterator for Records<'a> {
     type Item = Result<(u64, u8, &'a [u8]), Malformed>;
 
-    /// What is not framed well ends it.
+    /// An invalid frame ends it.
     fn next(&mut self) -> Option<Self::Item> {
         let rest = &self.bytes[self.place..];
         if rest.is_empty() {
             return None;
         }
         let place = self.place as u64;
-        let mut input = Input(rest);
+        let mut input = RecordInput(rest);
         let record = u8::read(&mut input).and_then(|opcode| Ok((place, opcode, Field::read(&mut input)?)));
         self.place = match &record {
             Ok(_) => self.bytes.len() - input.0.len(),

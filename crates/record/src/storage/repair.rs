@@ -14,13 +14,13 @@ use super::record::{
 };
 use super::repeated::{self, REPEATED};
 use super::resume::{is_chain, is_plausible, next_record};
-use super::source::{Frame, Source};
+use super::source::{RecordFrame, RecordSource};
 use super::{Error, MAXIMUM_RECORD, Writer, whole};
 
 /// The most bytes that the fields of a chunk before its records can sensibly have.
 const HEAD: u64 = 64;
 
-/// What a repair has kept, and what not.
+/// Result of a repair.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Repaired {
     /// All messages of the new file.
@@ -36,7 +36,7 @@ pub struct Repaired {
     pub attachments: u64,
     /// Records of metadata that were kept.
     pub metadata: u64,
-    /// What was left out.
+    /// Parts left out.
     pub lost: Vec<Lost>,
 }
 
@@ -46,7 +46,7 @@ impl Repaired {
         self.lost.is_empty() && self.unfinished + self.unchecked == 0
     }
 
-    /// What the new file says of it.
+    /// Metadata of the new file.
     fn told(&self) -> BTreeMap<String, String> {
         let lost: u64 = self.lost.iter().map(|lost| lost.bytes).sum();
         let counts = [
@@ -69,7 +69,7 @@ pub struct Lost {
     pub offset: u64,
     /// How long it is, bytes.
     pub bytes: u64,
-    /// What is wrong with it.
+    /// Reason.
     pub what: String,
 }
 
@@ -84,7 +84,7 @@ pub struct Lost {
 pub fn repair(path: &Path, out: Option<&Path>) -> Result<Repaired, Error> {
     let file = File::open(path).map_err(|source| Error::Read { path: path.into(), source })?;
     let target = out.unwrap_or(path);
-    let mut source = Source::new(BufReader::with_capacity(1 << 16, file), path)?;
+    let mut source = RecordSource::new(BufReader::with_capacity(1 << 16, file), path)?;
     whole::write(target, |out| salvage(&mut source, out, target))
 }
 
@@ -93,11 +93,11 @@ pub fn repair(path: &Path, out: Option<&Path>) -> Result<Repaired, Error> {
 /// # Errors
 /// When it can't be read or written, or was never an MCAP file.
 pub fn repair_into(input: impl Read + Seek, out: impl Write) -> Result<Repaired, Error> {
-    salvage(&mut Source::new(input, Path::new("input"))?, out, Path::new("output"))
+    salvage(&mut RecordSource::new(input, Path::new("input"))?, out, Path::new("output"))
 }
 
 fn salvage<R: Read + Seek, W: Write>(
-    source: &mut Source<R>,
+    source: &mut RecordSource<R>,
     out: W,
     target: &Path,
 ) -> Result<Repaired, Error> {
@@ -115,7 +115,7 @@ fn salvage<R: Read + Seek, W: Write>(
     repair.run(start)?;
     let Repair { mut writer, repaired, .. } = repair;
     if !repaired.is_clean() {
-        // Who reads the new file must know what to believe.
+        // Readers of the new file must know which messages are unchecked.
         writer.metadata(&Metadata { name: REPAIR.into(), metadata: repaired.told() })?;
     }
     writer.finish()?;
@@ -123,9 +123,9 @@ fn salvage<R: Read + Seek, W: Write>(
 }
 
 struct Repair<'a, R, W> {
-    source: &'a mut Source<R>,
+    source: &'a mut RecordSource<R>,
     writer: Writer<W>,
-    /// What the summary defines, for messages whose own definitions are lost.
+    /// Definitions of the summary, for messages whose own definitions are lost.
     known: Definitions,
     repaired: Repaired,
     /// Whether the checksum of all data is right.
@@ -135,7 +135,7 @@ struct Repair<'a, R, W> {
 }
 
 /// How it goes on after a record.
-enum Step {
+enum RepairStep {
     /// There.
     On(u64),
     /// Nothing that follows is data.
@@ -147,8 +147,8 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         let mut offset = start;
         while offset < self.source.length() {
             match self.record(offset)? {
-                Ok(Step::On(next)) => offset = next,
-                Ok(Step::End) => break,
+                Ok(RepairStep::On(next)) => offset = next,
+                Ok(RepairStep::End) => break,
                 Err(what) => {
                     let next = next_record(self.source, offset + 1)?.unwrap_or(self.source.length());
                     self.lose(offset, next, what);
@@ -174,8 +174,8 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         self.repaired.lost.push(Lost { offset, bytes: end - offset, what });
     }
 
-    /// Keeps the record at a place, or says what is wrong with it. Only reading and writing itself fails.
-    fn record(&mut self, offset: u64) -> Result<Result<Step, String>, Error> {
+    /// Keeps the record at a place, or returns its fault. Only reading and writing itself fails.
+    fn record(&mut self, offset: u64) -> Result<Result<RepairStep, String>, Error> {
         self.source.seek(offset)?;
         let framed = match self.source.frame() {
             Ok(frame) if frame.opcode != Chunk::OPCODE => {
@@ -187,13 +187,13 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
             Err(error) => return Err(error),
         };
         let Err(what) = framed else { return Ok(framed) };
-        // Its frame may be what is wrong.
+        // Its frame may be damaged.
         if let Some((chunk, end)) = self.sound_chunk(offset)? {
             self.keep_chunk(&chunk, offset, end)?;
-            return Ok(Ok(Step::On(end)));
+            return Ok(Ok(RepairStep::On(end)));
         }
         if self.unfinished_chunk(offset)? {
-            return Ok(Ok(Step::End));
+            return Ok(Ok(RepairStep::End));
         }
         // A record whose frame is right is left out as a whole.
         self.source.seek(offset)?;
@@ -205,13 +205,13 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         let is_framed = frame.opcode == Chunk::OPCODE && self.is_framed(frame)?;
         if is_framed || is_chain(self.source, frame.end())? {
             self.lose(offset, frame.end(), what);
-            return Ok(Ok(Step::On(frame.end())));
+            return Ok(Ok(RepairStep::On(frame.end())));
         }
         Ok(Err(what))
     }
 
     /// Whether the lengths of a chunk agree with each other.
-    fn is_framed(&mut self, frame: Frame) -> Result<bool, Error> {
+    fn is_framed(&mut self, frame: RecordFrame) -> Result<bool, Error> {
         self.source.part(frame.length.min(HEAD), &mut self.body)?;
         let head = chunk_head(&self.body);
         Ok(head.is_ok_and(|(_, compressed, rest)| {
@@ -221,14 +221,14 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
     }
 
     /// Keeps what is no chunk.
-    fn plain(&mut self, frame: Frame) -> Result<Result<Step, String>, Error> {
+    fn plain(&mut self, frame: RecordFrame) -> Result<Result<RepairStep, String>, Error> {
         let body = std::mem::take(&mut self.body);
         let kept = self.keep_plain(frame, &body);
         self.body = body;
         kept
     }
 
-    fn keep_plain(&mut self, frame: Frame, body: &[u8]) -> Result<Result<Step, String>, Error> {
+    fn keep_plain(&mut self, frame: RecordFrame, body: &[u8]) -> Result<Result<RepairStep, String>, Error> {
         // A length that is wrong makes a message swallow others.
         let is_message = frame.opcode == MessageRecord::OPCODE;
         if is_message && !self.is_covered && !is_plausible(self.source, frame.end())? {
@@ -243,7 +243,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                 return match self.keep_loose(frame.opcode, body)? {
                     Ok(messages) => {
                         self.doubt(messages);
-                        Ok(Ok(Step::On(frame.end())))
+                        Ok(Ok(RepairStep::On(frame.end())))
                     }
                     Err(what) => Ok(Err(what)),
                 };
@@ -260,7 +260,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                     })?;
                     Ok(())
                 }
-                Ok(record) => Err(format!("the checksum of attachment `{}` is another one", record.name)),
+                Ok(record) => Err(format!("the checksum of attachment `{}` does not match", record.name)),
                 Err(what) => Err(what),
             },
             Metadata::OPCODE => match Metadata::parse(body) {
@@ -272,7 +272,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                 Err(what) => Err(what),
             },
             DataEnd::OPCODE => {
-                return Ok(DataEnd::parse(body).map(|_| Step::End));
+                return Ok(DataEnd::parse(body).map(|_| RepairStep::End));
             }
             // All of these are made anew.
             MessageIndex::OPCODE => MessageIndex::parse(body).map(drop),
@@ -288,9 +288,9 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                 let sound = repeated::sound(body).unwrap_or(Ok(&[]));
                 sound.and_then(|records| repeated::take(records, &mut known)).map(|()| self.known = known)
             }
-            other => Err(format!("a record of opcode {other:#04x} is none that is known")),
+            other => Err(format!("a record has the unknown opcode {other:#04x}")),
         };
-        Ok(checked.map(|()| Step::On(frame.end())))
+        Ok(checked.map(|()| RepairStep::On(frame.end())))
     }
 
     /// Keeps a schema, a channel or a message, and returns how many messages that were.
@@ -315,7 +315,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
         if let Err(what) = definitions.take(opcode, body) {
             return Ok(Err(what));
         }
-        // What the summary says of it has a checksum.
+        // The summary's definition has a checksum.
         let known = &self.known;
         let is_unknown = match opcode {
             Schema::OPCODE => definitions
@@ -382,7 +382,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
             let others = known.iter().filter(|_| !known.contains(&head.compression.as_str()));
             for compression in named.chain(others) {
                 self.records.clear();
-                // What its fields say of its length may be wrong.
+                // The lengths in its fields may be wrong.
                 let read = decompress(compression, &self.body, MAXIMUM_RECORD, &mut self.records);
                 let crc = crc32fast::hash(&self.records);
                 let is_right = match head.uncompressed_crc {
@@ -435,7 +435,7 @@ impl<R: Read + Seek, W: Write> Repair<'_, R, W> {
                     self.doubt(content.messages());
                 }
             }
-            // What it builds on is lost, or it was written wrong.
+            // Its definition is lost, or it was written wrong.
             Err(what) => {
                 let messages = self.keep_records(&records)?;
                 if head.uncompressed_crc == 0 {

@@ -9,7 +9,7 @@ use super::record::{Channel, Malformed, Record, Records, Schema};
 /// The opcode of such a record. Readers pass over those that they do not know from 0x80 on.
 pub(crate) const REPEATED: u8 = 0x80;
 
-/// What it begins with, as others may use that opcode; then there is the checksum of all that follows.
+/// First bytes, as others may use that opcode; the checksum of the rest follows.
 const MARK: &[u8] = b"slate definitions\0";
 
 /// Definitions that are to be repeated.
@@ -28,14 +28,14 @@ impl Repeated {
         channel.append(&mut self.records);
     }
 
-    /// What the next record of them says; nothing when nothing was added since the last one.
+    /// Body of the next record; `None` when nothing was added since the last one.
     pub fn take(&mut self) -> Option<Vec<u8>> {
         let Self { records, .. } = std::mem::take(self);
         (!records.is_empty()).then(|| [MARK, &crc32fast::hash(&records).to_le_bytes(), &records].concat())
     }
 }
 
-/// The records in the body of such a record, or what is wrong with it; nothing when it is somebody else's.
+/// The records in the body of such a record, or its fault; `None` for a record of another writer.
 pub(super) fn sound(body: &[u8]) -> Option<Result<&[u8], Malformed>> {
     let (said, records) = body.strip_prefix(MARK)?.split_first_chunk::<4>()?;
     let (said, found) = (u32::from_le_bytes(*said), crc32fast::hash(records));

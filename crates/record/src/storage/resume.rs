@@ -7,7 +7,7 @@ use super::record::{
     AttachmentRecord, Channel, Chunk, DataEnd, FRAME, MessageIndex, MessageRecord, Metadata, Record, Schema,
 };
 use super::repeated::{self, REPEATED};
-use super::source::Source;
+use super::source::RecordSource;
 use super::{Error, MAXIMUM_RECORD};
 
 /// Bytes that are looked at at once.
@@ -17,7 +17,10 @@ const WINDOW: u64 = 1 << 16;
 const CHAIN: usize = 3;
 
 /// The first place from `start` on at which records begin that follow each other.
-pub(super) fn next_record<R: Read + Seek>(source: &mut Source<R>, start: u64) -> Result<Option<u64>, Error> {
+pub(super) fn next_record<R: Read + Seek>(
+    source: &mut RecordSource<R>,
+    start: u64,
+) -> Result<Option<u64>, Error> {
     let mut window = Vec::new();
     let mut begin = start;
     while begin < source.length() {
@@ -48,7 +51,7 @@ fn could_be(bytes: &[u8], left: u64) -> bool {
 }
 
 /// Whether the frame of a record could stand there, which may be cut off by the end of the file.
-pub(super) fn is_plausible<R: Read + Seek>(source: &mut Source<R>, offset: u64) -> Result<bool, Error> {
+pub(super) fn is_plausible<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut bytes = Vec::new();
     source.seek(offset)?;
     source.part(FRAME, &mut bytes)?;
@@ -64,7 +67,7 @@ pub(super) fn is_plausible<R: Read + Seek>(source: &mut Source<R>, offset: u64) 
 }
 
 /// Whether well-formed records follow each other from there on, until there are enough of them or the data ends.
-pub(super) fn is_chain<R: Read + Seek>(source: &mut Source<R>, offset: u64) -> Result<bool, Error> {
+pub(super) fn is_chain<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut body = Vec::new();
     source.seek(offset)?;
     for _ in 0..CHAIN {

@@ -8,13 +8,13 @@ use super::{Error, MAXIMUM_RECORD};
 
 /// Where a record stands, and what its frame says of it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Frame {
+pub(super) struct RecordFrame {
     pub offset: u64,
     pub opcode: u8,
     pub length: u64,
 }
 
-impl Frame {
+impl RecordFrame {
     /// Where the next record begins.
     pub fn end(&self) -> u64 {
         self.offset + self.size()
@@ -33,8 +33,8 @@ impl Frame {
     }
 }
 
-/// What is read, with the checksum of all that was read since it was reset.
-pub(super) struct Source<R> {
+/// Reads records, with the checksum of everything read since its reset.
+pub(super) struct RecordSource<R> {
     input: R,
     path: PathBuf,
     length: u64,
@@ -42,7 +42,7 @@ pub(super) struct Source<R> {
     pub crc: crc32fast::Hasher,
 }
 
-impl<R: Read + Seek> Source<R> {
+impl<R: Read + Seek> RecordSource<R> {
     pub fn new(mut input: R, path: &Path) -> Result<Self, Error> {
         let length = input.seek(SeekFrom::End(0)).and_then(|length| input.rewind().map(|()| length));
         let failed = |source| Error::Read { path: path.into(), source };
@@ -70,7 +70,7 @@ impl<R: Read + Seek> Source<R> {
 
     pub fn seek(&mut self, offset: u64) -> Result<(), Error> {
         if self.position != offset {
-            // What was read ahead stays, if it goes to a place in that.
+            // A short seek keeps the buffer.
             let moved = match i64::try_from(i128::from(offset) - i128::from(self.position)) {
                 Ok(distance) => self.input.seek_relative(distance),
                 Err(_) => self.input.seek(SeekFrom::Start(offset)).map(drop),
@@ -85,7 +85,7 @@ impl<R: Read + Seek> Source<R> {
         Error::Read { path: self.path.clone(), source }
     }
 
-    /// Reads so many bytes, or fewer at the end of the file. The buffer grows with what is there.
+    /// Reads `length` bytes, or fewer at the end of the file. The buffer grows with the bytes read.
     pub fn part(&mut self, length: u64, buffer: &mut Vec<u8>) -> Result<(), Error> {
         buffer.clear();
         let read = (&mut self.input).take(length).read_to_end(buffer).map_err(|error| self.failed(error))?;
@@ -95,7 +95,7 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// Reads the frame of the next record, which is all there and not too long.
-    pub fn frame(&mut self) -> Result<Frame, Error> {
+    pub fn frame(&mut self) -> Result<RecordFrame, Error> {
         let offset = self.position;
         let mut bytes = Vec::new();
         self.part(FRAME, &mut bytes)?;
@@ -105,7 +105,7 @@ impl<R: Read + Seek> Source<R> {
         let Ok(length) = <[u8; 8]>::try_from(length) else {
             return Err(self.damaged(offset, "the file ends in the frame of a record"));
         };
-        let frame = Frame { offset, opcode: *opcode, length: u64::from_le_bytes(length) };
+        let frame = RecordFrame { offset, opcode: *opcode, length: u64::from_le_bytes(length) };
         let left = self.length.saturating_sub(self.position);
         if frame.length > left {
             let what = format!(
@@ -125,7 +125,7 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// Reads what follows a frame.
-    pub fn body(&mut self, frame: Frame, buffer: &mut Vec<u8>) -> Result<(), Error> {
+    pub fn body(&mut self, frame: RecordFrame, buffer: &mut Vec<u8>) -> Result<(), Error> {
         self.part(frame.length, buffer)?;
         if buffer.len() as u64 != frame.length {
             return Err(self.damaged(frame.offset, "the file has become shorter while it was read"));
@@ -134,7 +134,7 @@ impl<R: Read + Seek> Source<R> {
     }
 
     /// Parses the record of a frame from its body.
-    pub fn parse<'a, T: Record<'a>>(&self, frame: Frame, body: &'a [u8]) -> Result<T, Error> {
+    pub fn parse<'a, T: Record<'a>>(&self, frame: RecordFrame, body: &'a [u8]) -> Result<T, Error> {
         T::parse(body).map_err(|what| self.damaged(frame.offset, what))
     }
 }

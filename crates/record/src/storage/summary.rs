@@ -1,4 +1,4 @@
-//! What stands behind the data of a file: what is in it, and where.
+//! Summary of a file, behind its data.
 
 use std::io::{Read, Seek};
 
@@ -8,9 +8,9 @@ use super::record::{
     AttachmentIndex, Channel, ChunkIndex, FRAME, Footer, MAGIC, MetadataIndex, Record, Schema, Statistics,
     SummaryOffset,
 };
-use super::source::{Frame, Source};
+use super::source::{RecordFrame, RecordSource};
 
-/// All that a summary says.
+/// Content of a summary.
 #[derive(Debug, Default)]
 pub(super) struct Summary {
     /// Where it begins.
@@ -33,7 +33,7 @@ impl Summary {
     }
 
     /// Reads what follows the end of the data, and the end of the file.
-    pub fn read<R: Read + Seek>(source: &mut Source<R>, body: &mut Vec<u8>) -> Result<Self, Error> {
+    pub fn read<R: Read + Seek>(source: &mut RecordSource<R>, body: &mut Vec<u8>) -> Result<Self, Error> {
         let start = source.position();
         source.crc.reset();
         let mut summary = Self { start, ..Self::default() };
@@ -106,7 +106,12 @@ impl Summary {
         Ok(summary)
     }
 
-    fn take<R: Read + Seek>(&mut self, source: &Source<R>, frame: Frame, body: &[u8]) -> Result<(), Error> {
+    fn take<R: Read + Seek>(
+        &mut self,
+        source: &RecordSource<R>,
+        frame: RecordFrame,
+        body: &[u8],
+    ) -> Result<(), Error> {
         let damaged = |what: String| source.damaged(frame.offset, format!("in the summary, {what}"));
         match frame.opcode {
             Schema::OPCODE => {
@@ -128,16 +133,16 @@ impl Summary {
                 }
             }
             private if private >= 0x80 => {}
-            other => return Err(damaged(format!("a record of opcode {other:#04x} can't stand there"))),
+            other => return Err(damaged(format!("a record of opcode {other:#04x} is not allowed"))),
         }
         Ok(())
     }
 }
 
 fn check_crc<R: Read + Seek>(
-    source: &Source<R>,
+    source: &RecordSource<R>,
     mut crc: crc32fast::Hasher,
-    frame: Frame,
+    frame: RecordFrame,
     body: &[u8],
     said: u32,
 ) -> Result<(), Error> {
@@ -153,7 +158,7 @@ fn check_crc<R: Read + Seek>(
 }
 
 /// The file ends as it should.
-fn end<R: Read + Seek>(source: &mut Source<R>) -> Result<(), Error> {
+fn end<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<(), Error> {
     let offset = source.position();
     let mut bytes = Vec::new();
     source.part(MAGIC.len() as u64 + FRAME, &mut bytes)?;

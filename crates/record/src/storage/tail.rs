@@ -6,7 +6,7 @@ use super::definitions::chunk_head;
 use super::record::{Chunk, DataEnd, FRAME, Footer, Header, MAGIC, MessageIndex, Record};
 use super::repeated::REPEATED;
 use super::resume::next_record;
-use super::source::{Frame, Source};
+use super::source::{RecordFrame, RecordSource};
 use super::{Error, MAXIMUM_RECORD};
 
 /// More than the fields of a chunk before its records have.
@@ -14,9 +14,9 @@ const HEAD: u64 = 64;
 
 /// The frame of the next record, and its body; nothing where the file is cut off.
 pub(super) fn next_or_cut<R: Read + Seek>(
-    source: &mut Source<R>,
+    source: &mut RecordSource<R>,
     body: &mut Vec<u8>,
-) -> Result<Option<Frame>, Error> {
+) -> Result<Option<RecordFrame>, Error> {
     let offset = source.position();
     match source.frame() {
         Ok(frame) => source.body(frame, body).map(|()| Some(frame)),
@@ -29,7 +29,10 @@ pub(super) fn next_or_cut<R: Read + Seek>(
 }
 
 /// Whether the data are all there, and the file is cut off in what follows them from `start` on.
-pub(super) fn is_cut_behind_data<R: Read + Seek>(source: &mut Source<R>, start: u64) -> Result<bool, Error> {
+pub(super) fn is_cut_behind_data<R: Read + Seek>(
+    source: &mut RecordSource<R>,
+    start: u64,
+) -> Result<bool, Error> {
     let mut body = Vec::new();
     if has_end(source)? {
         return Ok(false);
@@ -45,7 +48,7 @@ pub(super) fn is_cut_behind_data<R: Read + Seek>(source: &mut Source<R>, start: 
 }
 
 /// Whether the file ends as whole ones do.
-fn has_end<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, Error> {
+fn has_end<R: Read + Seek>(source: &mut RecordSource<R>) -> Result<bool, Error> {
     let size = MAGIC.len() as u64;
     let mut bytes = Vec::new();
     source.seek(source.length().saturating_sub(size))?;
@@ -55,7 +58,7 @@ fn has_end<R: Read + Seek>(source: &mut Source<R>) -> Result<bool, Error> {
 
 /// Whether a record could begin there that the end of the file cuts off. A wrong length looks much like it: then lengths in the
 /// record say otherwise, or records follow, or the file has an end.
-fn is_cut<R: Read + Seek>(source: &mut Source<R>, offset: u64) -> Result<bool, Error> {
+fn is_cut<R: Read + Seek>(source: &mut RecordSource<R>, offset: u64) -> Result<bool, Error> {
     let mut bytes = Vec::new();
     let has_end = has_end(source)?;
     source.seek(offset)?;

@@ -1,4 +1,4 @@
-//! What the bytes of messages mean.
+//! Decodes the values of messages.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -44,7 +44,7 @@ impl fmt::Display for Unread {
     }
 }
 
-/// What a message says.
+/// Value of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
     /// A message of ROS.
@@ -61,7 +61,7 @@ pub enum Value {
 }
 
 impl Decoder {
-    /// One that reads no message of more than so many bytes: a value takes several times the memory of its bytes.
+    /// A decoder of messages of at most `longest` bytes: a value takes several times the memory of its bytes.
     pub fn up_to(longest: usize) -> Self {
         Self { longest: Some(longest), ..Self::default() }
     }
@@ -124,7 +124,7 @@ impl Decoder {
         }
     }
 
-    /// What could not be read until now, by topic.
+    /// Messages that could not be decoded so far, by topic.
     pub fn into_unread(self) -> Vec<Unread> {
         self.unread.into_values().collect()
     }
@@ -259,7 +259,7 @@ impl fmt::Display for Value {
     }
 }
 
-/// What can't be read is nothing.
+/// An undecodable value is null.
 impl Serialize for Value {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match self {

@@ -9,12 +9,12 @@ use super::Error;
 
 /// A file that takes its name when it is whole and on the disk. An older file of that name is there until then, and stays
 /// when something goes wrong.
-pub(crate) struct Part {
+pub(crate) struct PartialFile {
     path: PathBuf,
     out: BufWriter<Replacement>,
 }
 
-impl Part {
+impl PartialFile {
     pub fn create(path: &Path) -> Result<Self, Error> {
         let new = Replacement::create(path).map_err(|source| Error::Write { path: path.into(), source })?;
         Ok(Self { path: path.into(), out: BufWriter::with_capacity(1 << 16, new) })
@@ -26,7 +26,7 @@ impl Part {
     }
 }
 
-impl Write for Part {
+impl Write for PartialFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         self.out.write(bytes)
     }
@@ -37,8 +37,11 @@ impl Write for Part {
 }
 
 /// Writes a whole file.
-pub(crate) fn write<T>(path: &Path, write: impl FnOnce(&mut Part) -> Result<T, Error>) -> Result<T, Error> {
-    let mut part = Part::create(path)?;
+pub(crate) fn write<T>(
+    path: &Path,
+    write: impl FnOnce(&mut PartialFile) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let mut part = PartialFile::create(path)?;
     let done = write(&mut part)?;
     part.finish()?;
     Ok(done)

@@ -11,7 +11,7 @@ use super::record::{
     MessageIndex, MessageRecord, Metadata, MetadataIndex, Record, Rest, Schema, Statistics, SummaryOffset,
     attachment_crc,
 };
-use super::source::Frame;
+use super::source::RecordFrame;
 use super::{Error, MAXIMUM_RECORD};
 
 /// Bytes of records after which a chunk is closed.
@@ -76,11 +76,11 @@ impl<W: Write> Writer<W> {
     }
 
     /// Writes a record, and returns where.
-    fn record<'a>(&mut self, record: &impl Record<'a>) -> Result<Frame, Error> {
+    fn record<'a>(&mut self, record: &impl Record<'a>) -> Result<RecordFrame, Error> {
         let mut buffer = std::mem::take(&mut self.buffer);
         buffer.clear();
         record.append(&mut buffer);
-        let frame = Frame {
+        let frame = RecordFrame {
             offset: self.position,
             opcode: buffer[0],
             length: buffer.len() as u64 - super::record::FRAME,
@@ -99,7 +99,7 @@ impl<W: Write> Writer<W> {
         self.definitions.channels.get(&channel).map_or("", |channel| channel.topic.as_str())
     }
 
-    /// What is written so far.
+    /// Definitions written so far.
     pub(super) fn definitions(&self) -> &Definitions {
         &self.definitions
     }
@@ -159,7 +159,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Closes the chunk that is open, so that all that was written stands in the file.
+    /// Closes the open chunk, so that everything written is in the file.
     ///
     /// # Errors
     /// When it can't be written.

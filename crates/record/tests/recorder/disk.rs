@@ -114,7 +114,7 @@ fn a_disk_that_gets_full_ends_the_recording_with_one_line_and_the_agent_goes_on(
     }
     assert_eq!(agent.digest(), without.digest());
     let error = recorder.end(&mut agent).unwrap_err().to_string();
-    assert!(error.contains("the recording here has not all of the run: "), "{error}");
+    assert!(error.contains("the recording here is incomplete: "), "{error}");
     agent.logger().flush(std::time::Duration::from_secs(10));
     let lines = log.lines();
     let said = lines.iter().filter(|line| line.text.contains("the recording here ends here")).count();
@@ -153,10 +153,7 @@ fn what_writes_a_file_and_panics_ends_the_recording_with_one_line_and_the_agent_
     }
     assert_eq!(agent.digest(), without.digest());
     let error = recorder.end(&mut agent).unwrap_err().to_string();
-    assert!(
-        error.contains("the recording here has not all of the run: ") && error.contains("panicked"),
-        "{error}"
-    );
+    assert!(error.contains("the recording here is incomplete: ") && error.contains("panicked"), "{error}");
     agent.logger().flush(std::time::Duration::from_secs(10));
     let lines = log.lines();
     let said = lines.iter().filter(|line| line.text.contains("the recording here ends here")).count();
@@ -261,7 +258,7 @@ fn a_recording_whose_file_somebody_has_removed_is_none() {
     assert!(agent.step());
     std::fs::remove_file(&path).unwrap();
     let error = recorder.end(&mut agent).unwrap_err().to_string();
-    assert!(error.contains("removed.mcap") && error.contains("somebody has removed or moved it"), "{error}");
+    assert!(error.contains("removed.mcap") && error.contains("it was removed or moved"), "{error}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use slate_blackboard::interface::Value;
-use slate_runtime::recording::Recording;
+use slate_runtime::recording::{Recording, selection};
 
 use super::support::{LOCKSTEP, agent, numbers, read};
 
@@ -94,4 +94,22 @@ fn a_pattern_that_no_property_fits_is_told_with_the_nearest_names() {
     assert!(told("no property fits /counter/nummber of record.select"), "{said:?}");
     assert!(told("the nearest are /counter/number"), "{said:?}");
     assert!(told("no property fits /conter/** of record.rules"), "{said:?}");
+}
+
+#[test]
+fn ninth_recording_at_a_time_is_refused() {
+    let folder = folder("ninth");
+    let (mut agent, recorder, _) = agent(LOCKSTEP, "");
+    recorder.attach(&agent, &folder);
+    assert!(agent.step());
+    let control = recorder.control().unwrap();
+    let all = selection(&[], &[], None, false).unwrap();
+    let file = |number: u32| std::path::absolute(folder.join(format!("tool-{number}.mcap"))).unwrap();
+    let start = |number| control.start(&agent.composer(), &file(number), &all);
+    // The recording of the run is the first one.
+    (2..=8).for_each(|number| start(number).unwrap());
+    let refused = start(9).unwrap_err();
+    assert!(refused.message.contains("8 recordings"), "{refused:?}");
+    assert!(!file(9).exists());
+    recorder.end(&mut agent).unwrap();
 }

@@ -1,6 +1,7 @@
 //! Recordings that are played, and modules that run on them.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
+mod editions;
 mod files;
 mod flight;
 mod orders;

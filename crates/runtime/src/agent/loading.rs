@@ -22,7 +22,8 @@ use crate::clock::Clock;
 use crate::configuration::{Configuration, Database, Report};
 use crate::isolation::Arenas;
 use crate::log::Logger;
-use crate::main_loop::{Pace, Parameters, Rate, Shared, Workers};
+use crate::main_loop::{Pace, Parameters, Rate, SharedLoop, Workers};
+use crate::plugin::KnownLibraries;
 use crate::sharing::Sharing;
 use slate_composition::Catalogue;
 
@@ -96,7 +97,7 @@ impl Agent {
         }
         let played: Arc<[_]> =
             options.playback.as_ref().map_or_else(Vec::new, |playback| playback.properties()).into();
-        let shared = Arc::new(Shared::new(Parameters {
+        let shared = Arc::new(SharedLoop::new(Parameters {
             board: Arc::clone(&board),
             clock,
             logger: Arc::clone(&logger),
@@ -119,7 +120,8 @@ impl Agent {
         let remotes = Remotes::new(options.sharing);
         let configured = Arc::new(configuration.clone());
         let assembly = Assembly::new(resources);
-        let composition = Composition::new(configured, catalogue, assembly, remotes, options.armed);
+        let mut composition = Composition::new(configured, catalogue, assembly, remotes, options.armed);
+        composition.plugins.known = options.known_libraries.map(KnownLibraries::at);
         let handle = AgentHandle::new(Arc::clone(&shared), composition, options.recording);
         control.connect(Box::new(handle.downgrade()));
         changes.connect(Box::new(handle.downgrade()));
@@ -160,7 +162,7 @@ impl Agent {
 
 /// What the services of the host are made of.
 fn means(
-    shared: &Shared,
+    shared: &SharedLoop,
     threads: &Arc<ThreadKeeper>,
     plugins: &Arc<PluginControl>,
     settings: &Arc<SettingsControl>,

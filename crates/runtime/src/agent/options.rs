@@ -44,6 +44,9 @@ pub struct Options {
     /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
     /// first, with the same plugins. Nothing for this program.
     pub isolation_program: Option<PathBuf>,
+    /// A file in which libraries are known as they were when they were loaded last: one that has changed since is told of
+    /// before it is opened, and one that is damaged is refused. Made when it is needed.
+    pub known_libraries: Option<PathBuf>,
     /// Whether [`Agent::remember`](crate::Agent::remember) is to write what modules remember; their files are kept from other runs until then.
     pub keeps_memory: bool,
     /// Whether files of the configuration that are edited are taken over, when the agent is loaded with a database.
@@ -69,6 +72,7 @@ impl Default for Options {
             time_source: None,
             calendar: None,
             isolation_program: None,
+            known_libraries: None,
             keeps_memory: false,
             follows_files: true,
             sharing: None,

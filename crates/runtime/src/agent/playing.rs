@@ -8,7 +8,7 @@ use slate_blackboard::interface::{Descriptor, Interface};
 
 use super::handle::AgentHandle;
 use crate::configuration::{Configuration, Diagnostic, Report};
-use crate::main_loop::{PlayedCondition, Playing, Shared};
+use crate::main_loop::{PlayedCondition, Playing, SharedLoop};
 use crate::playback::{Playback, PlaybackControl, Played};
 use crate::recording::{History, HistoryWish, Recording, RecordingRefusal, TakeValue};
 use crate::runner::ModuleState;
@@ -25,7 +25,7 @@ pub(super) fn begin(
     played: &[Played],
     configuration: &Configuration,
     agent: &AgentHandle,
-    shared: &Shared,
+    shared: &SharedLoop,
 ) -> Result<(), Report> {
     let mut properties = Vec::new();
     for played in played.iter().filter(|played| !played.is_mailbox) {
@@ -53,7 +53,7 @@ pub(super) fn begin(
 }
 
 /// How the modules are that are played: as their states say, and well before those say anything.
-fn conditions(played: &[Played], agent: &AgentHandle, shared: &Shared) -> Vec<PlayedCondition> {
+fn conditions(played: &[Played], agent: &AgentHandle, shared: &SharedLoop) -> Vec<PlayedCondition> {
     let modules: BTreeSet<&String> = played.iter().filter_map(|played| played.module.as_ref()).collect();
     let mut composition = agent.composition();
     let mut conditions = Vec::new();

@@ -44,7 +44,7 @@ impl<'c> RemoteLinks<'c> {
         Ok(())
     }
 
-    /// Tells whoever shares what the links want, and starts it when that is the first.
+    /// Tells the sharing what the links want; the first call starts it.
     pub fn share(&self) -> Result<(), SharingError> {
         let mut composition = self.agent.composition();
         if !composition.remotes.started {

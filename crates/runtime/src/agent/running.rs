@@ -5,7 +5,7 @@ use std::sync::{Arc, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::{Agent, StartError};
-use crate::main_loop::{AgentTrace, End, Flow, Observer, Rate, Shared, Watchdog, cycle, drive};
+use crate::main_loop::{AgentTrace, End, Flow, Observer, Rate, SharedLoop, Watchdog, cycle, drive};
 use crate::synchronization::Synchronization;
 
 /// How long the end of a run waits for the last lines of the log.
@@ -43,7 +43,7 @@ impl Agent {
     pub fn run(&mut self, observer: Observer) -> Result<End, StartError> {
         let shared = &self.handle.shared;
         let watchdog = Watchdog::new(Arc::clone(shared), self.hang);
-        // Before the token is taken: who changes the agent at this moment waits for who has it.
+        // Before the token is taken: a thread that changes the agent at this moment waits for it.
         let composition = self.handle.composition();
         shared.begin();
         // SAFETY: `begin` took the token.
@@ -134,12 +134,12 @@ impl Agent {
     }
 
     /// Shows what was measured until now in the properties `/loop/state`, `/loop/histogram`, `/loop/STAGE/histogram` and
-    /// `/MODULE/histogram`. A run does it ten times a second; it is for who makes single steps.
+    /// `/MODULE/histogram`. A run does it ten times a second; it is for programs that make single steps.
     pub fn publish_timing(&self) {
         self.handle.shared.publish_timing();
     }
 
-    /// The date (UTC) of an agent's time, for people who read it. It may jump when the machine's clock is set, and
+    /// The date (UTC) of an agent's time, for people to read. It may jump when the machine's clock is set, and
     /// nothing in an agent depends on it.
     pub fn date_of(&self, time: u64) -> SystemTime {
         self.handle.shared.clock.date_of(time)
@@ -149,7 +149,7 @@ impl Agent {
 /// Ends a run from another thread. It keeps nothing of its agent: a handler of signals has it until the process ends.
 #[derive(Clone)]
 pub struct Stopper {
-    shared: Weak<Shared>,
+    shared: Weak<SharedLoop>,
 }
 
 impl Stopper {

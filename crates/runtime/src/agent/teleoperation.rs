@@ -46,17 +46,17 @@ pub enum ControlsError {
     Taken {
         /// The actuator.
         name: String,
-        /// Who has them.
+        /// Their holder.
         by: String,
     },
 }
 
-/// An actuator, and who has its controls.
+/// An actuator, and the holder of its controls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ControlsHolder {
     /// The actuator.
     pub actuator: String,
-    /// Who has them, and since when in nanoseconds of the agent's time; nothing when nobody has.
+    /// Their holder, and since when in nanoseconds of the agent's time; none when they are free.
     pub holder: Option<(String, u64)>,
 }
 
@@ -87,7 +87,7 @@ impl<'c> ControlsKeeper<'c> {
         Ok(Teleoperation { agent, actuator, writer: Some(writer), command })
     }
 
-    /// The actuators, and who has the controls of each.
+    /// The actuators, each with the holder of its controls.
     pub fn controls(&self) -> Vec<ControlsHolder> {
         let of = |actuator: &Arc<Actuator>| ControlsHolder {
             actuator: actuator.name().into(),
@@ -115,7 +115,7 @@ impl Teleoperation {
     /// named are as in the command before, and zero in the first.
     ///
     /// # Errors
-    /// When the value is none of the actuator's interface; the command before holds on then.
+    /// When the value is not of the actuator's interface; the command before holds on then.
     pub fn command(&mut self, value: &Value) -> Result<(), AccessError> {
         let mut command = self.command.clone();
         edit(self.descriptor(), &mut command, 0, "", value)?;
@@ -133,7 +133,7 @@ impl Teleoperation {
 
     fn write(&mut self, until: u64) {
         if let Some(writer) = &mut self.writer {
-            // Nobody reads it who could make a writer wait.
+            // No reader of it can make a writer wait.
             let _ = writer.write(&self.command, 0, until);
         }
     }

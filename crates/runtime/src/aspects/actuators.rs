@@ -36,11 +36,11 @@ struct KnownActuator {
     commander: Option<u32>,
     /// How its gate stood when it was looked at last.
     state: ActuatorState,
-    offer: Option<Offer>,
+    offer: Option<CommandOffer>,
 }
 
 /// The commands of a module to an actuator.
-struct Offer {
+struct CommandOffer {
     command: AlignedMemory,
     priority: Priority,
     /// Whether this tick has offered one.
@@ -59,7 +59,7 @@ impl CommandedActuators {
     }
 }
 
-// SAFETY: the table's context is the work, which is used by whoever runs the module alone; what is used meanwhile is
+// SAFETY: the table's context is the work, which only the thread that runs the module uses; what is used meanwhile is
 // behind a lock.
 unsafe impl Send for ActuatorService {}
 
@@ -80,7 +80,7 @@ pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
 
 impl ActuatorService {
     fn work(&mut self) -> &mut ActuatorCalls {
-        // SAFETY: who has the service alone is not in the module's tick.
+        // SAFETY: the exclusive user of the service is not in the module's tick.
         unsafe { &mut *self.work.get() }
     }
 }
@@ -143,7 +143,7 @@ impl ActuatorCalls {
         let now = self.now;
         let known = self.known(name)?;
         let mut holder = "";
-        // Who finds the gate taken sees what it was a moment ago.
+        // While the gate is locked, its last known state is shown.
         if let Some(state) = known.actuator.look(now) {
             known.state = ActuatorState {
                 reserved: 0,
@@ -185,7 +185,12 @@ impl ActuatorCalls {
         }
         let offer = known.offer.get_or_insert_with(|| {
             held.actuators().push((Arc::clone(actuator), commander));
-            Offer { command: AlignedMemory::zeroed(command.len()), priority, set: false, renewed: false }
+            CommandOffer {
+                command: AlignedMemory::zeroed(command.len()),
+                priority,
+                set: false,
+                renewed: false,
+            }
         });
         // SAFETY: the memory has that size, and nobody else has it.
         unsafe { offer.command.as_mut_ptr().copy_from_nonoverlapping(command.as_ptr(), command.len()) };

@@ -18,7 +18,7 @@ struct LoggerService {
     changes: Vec<(String, Level)>,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for LoggerService {}
 
 pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {

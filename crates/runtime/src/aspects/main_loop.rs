@@ -61,7 +61,7 @@ impl LoopPolicy for ModulePolicy {
 }
 
 /// What a tick asks for.
-enum Asked {
+enum TakeoverRequest {
     Take(Box<ModulePolicy>, Option<Schedule>),
     GiveBack,
 }
@@ -72,10 +72,10 @@ struct LoopService {
     takeover: Arc<Takeover>,
     /// The module's code.
     kind: Option<ModuleKind>,
-    asked: Option<Asked>,
+    asked: Option<TakeoverRequest>,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for LoopService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
@@ -102,8 +102,8 @@ impl HostService for LoopService {
 
     fn commit(&mut self, _: u64, _: Option<&mut Digest>) {
         match self.asked.take() {
-            Some(Asked::Take(policy, stages)) => self.takeover.take(policy, stages),
-            Some(Asked::GiveBack) => self.takeover.give_back(),
+            Some(TakeoverRequest::Take(policy, stages)) => self.takeover.take(policy, stages),
+            Some(TakeoverRequest::GiveBack) => self.takeover.give_back(),
             None => {}
         }
     }
@@ -180,7 +180,7 @@ unsafe extern "C" fn take(
         let stages = if count == 0 { &[] } else { std::slice::from_raw_parts(stages, count) };
         match schedule(stages) {
             Ok(stages) => {
-                service.asked = Some(Asked::Take(policy, Some(stages)));
+                service.asked = Some(TakeoverRequest::Take(policy, Some(stages)));
                 DONE
             }
             Err(reason) => {
@@ -194,12 +194,12 @@ unsafe extern "C" fn take(
 unsafe extern "C" fn take_order(context: *mut (), policy: PolicyTable) {
     // SAFETY: as for `take`.
     let service = unsafe { &mut *context.cast::<LoopService>() };
-    service.asked = Some(Asked::Take(service.policy(policy), None));
+    service.asked = Some(TakeoverRequest::Take(service.policy(policy), None));
 }
 
 unsafe extern "C" fn give_back(context: *mut ()) {
     // SAFETY: as for `take`.
-    unsafe { &mut *context.cast::<LoopService>() }.asked = Some(Asked::GiveBack);
+    unsafe { &mut *context.cast::<LoopService>() }.asked = Some(TakeoverRequest::GiveBack);
 }
 
 unsafe extern "C" fn has(context: *mut ()) -> i32 {

@@ -49,10 +49,10 @@ pub(crate) struct Means {
 }
 
 /// Makes a service for a module.
-type Maker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
+type ServiceMaker = fn(&Means, &Arc<str>) -> Box<dyn HostService>;
 
 /// The services of the host.
-const SERVICES: &[(&Descriptor, Maker)] = &[
+const SERVICES: &[(&Descriptor, ServiceMaker)] = &[
     (Actuators::DESCRIPTOR, actuators::make),
     (BlackBoard::DESCRIPTOR, blackboard::make),
     (Network::DESCRIPTOR, network::make),

@@ -94,7 +94,7 @@ struct PluginService {
     list: Arc<str>,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for PluginService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
@@ -119,7 +119,7 @@ impl HostService for PluginService {
     fn prepare(&mut self, _: u64) {
         self.book.receive();
         let version = self.control.version.load(Ordering::Acquire);
-        // Who changes it now will be seen by the next tick.
+        // A change that is under way is seen by the next tick.
         if version != self.seen
             && let Ok(list) = self.control.list.try_lock()
         {

@@ -33,7 +33,7 @@ pub(super) struct AnswerSlot {
 
 impl AnswerSlot {
     pub fn give(self, answer: RequestAnswer) {
-        // Who asked may be gone.
+        // The module may be gone.
         let _ = self.sender.send((self.number, answer));
     }
 }

@@ -32,7 +32,7 @@ pub(crate) struct SettingsControl {
     lockstep: bool,
     asked: AtomicBool,
     requests: Mutex<Vec<SettingsRequest>>,
-    /// Whoever makes changes has it, so that they are made in the order in which they were asked for.
+    /// Held while changes are made, so that they are made in the order in which they were asked for.
     turn: Mutex<()>,
 }
 
@@ -94,7 +94,7 @@ struct SettingsService {
     book: RequestBook<String>,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for SettingsService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {

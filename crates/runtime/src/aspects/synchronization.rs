@@ -26,7 +26,7 @@ struct OpenEmitter {
     times: u32,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for SynchronizationService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {

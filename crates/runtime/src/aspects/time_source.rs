@@ -53,7 +53,7 @@ struct TimeService {
     asked: u64,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for TimeService {}
 
 pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {

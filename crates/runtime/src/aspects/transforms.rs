@@ -41,7 +41,7 @@ struct TransformService {
     changes: Observer,
     /// Events that were lost; none are known before the first look.
     missed: Option<u64>,
-    /// What could not be used last, for the answer to who misses a frame.
+    /// What could not be used last, for the answer to a lookup of a missing frame.
     unused: Option<(Arc<str>, Unused)>,
 }
 
@@ -57,7 +57,7 @@ enum Unused {
     TooMany,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for TransformService {}
 
 pub(super) fn make(means: &Means, _: &Arc<str>) -> Box<dyn HostService> {

@@ -46,7 +46,7 @@ impl Lock {
 
 impl Drop for Lock {
     fn drop(&mut self) {
-        // Who removed it before did the same.
+        // Another process may have removed it already.
         let _ = fs::remove_file(&self.path);
     }
 }

@@ -147,7 +147,7 @@ impl AgentSocket {
 
 impl Drop for AgentSocket {
     fn drop(&mut self) {
-        // Who removed it before did the same.
+        // Another process may have removed it already.
         let _ = fs::remove_file(&self.socket);
     }
 }

@@ -21,11 +21,11 @@ pub struct Excerpt {
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// What the modules read that is recorded or was never written: paths of properties and of their fields.
     pub reads: BTreeSet<String>,
-    /// Inboxes that nobody sends to who stays: what they took is to be sent to them again.
+    /// Inboxes to which no module sends that stays: what they took is to be sent to them again.
     pub inboxes: BTreeSet<String>,
     /// What the modules send messages by, each with where to.
     pub outboxes: BTreeMap<String, String>,
-    /// Mailboxes of modules that do not stay, to which others send that do, where what was taken is recorded, and of whom.
+    /// Mailboxes of modules that do not stay, to which others send that do, where what was taken is recorded, and its senders.
     pub deaf: BTreeMap<String, &'static Descriptor>,
     /// Modules that are added, as they give those that stay the services of modules that do not.
     pub stand_ins: BTreeSet<String>,
@@ -37,7 +37,7 @@ pub struct Excerpt {
 
 /// Leaves nothing of a configuration but those modules: their links to others lead to what is `recorded`, at the paths
 /// where it was. Gates stay that one of the modules commands. `has_messages` says of which inboxes all messages are recorded, and
-/// `knows_senders` of which also who has sent each.
+/// `knows_senders` of which also the sender of each.
 ///
 /// # Errors
 /// What is no module, or can't be left alone.
@@ -299,7 +299,7 @@ impl Cutter<'_> {
         let was_there =
             other.is_some() || self.owner(&path).is_some() || gates.any(|gate| is_within(&path, gate));
         if !was_there {
-            // Whoever loads it says where that is written, and what there is.
+            // Loading reports where that is written, and what there is.
             return LinkEnd::Path(format!("/{path}"));
         }
         let Some((description, port)) = self.port(&path) else {

@@ -53,7 +53,7 @@ pub(super) fn stand_ins(
         if run().any(|(_, own)| provides(own, wanted.hash)) {
             continue;
         }
-        // Without one, whoever loads it says so.
+        // Without one, loading reports it.
         let provider = descriptions.iter().find(|(_, own)| provides(own, wanted.hash));
         let Some((provider, own)) = provider.filter(|(name, _)| all.iter().all(|own| own.provider != **name))
         else {

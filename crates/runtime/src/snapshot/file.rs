@@ -29,7 +29,7 @@ pub struct PluginMark {
 
 /// What is told of a snapshot before anything of it is used.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Head {
+pub(crate) struct SnapshotHead {
     pub agent: String,
     pub time: u64,
     pub cycle: u64,
@@ -38,17 +38,17 @@ pub(crate) struct Head {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Document {
+struct SnapshotDocument {
     /// The version of the format.
     slate_snapshot: u64,
-    head: Head,
+    head: SnapshotHead,
     /// Of the head and the image.
     checksum: u64,
     /// The image, as CBOR.
     image: Bytes,
 }
 
-fn checksum(head: &Head, image: &[u8]) -> io::Result<u64> {
+fn checksum(head: &SnapshotHead, image: &[u8]) -> io::Result<u64> {
     let mut bytes = Vec::new();
     ciborium::into_writer(&(VERSION, head), &mut bytes).map_err(io::Error::other)?;
     Ok(xxh3_64_with_seed(image, xxh3_64_with_seed(&bytes, 0)))
@@ -60,7 +60,7 @@ fn encode(snapshot: &Snapshot) -> io::Result<Vec<u8>> {
     let head = snapshot.head.clone();
     let checksum = checksum(&head, &image)?;
     let mut bytes = Vec::with_capacity(image.len() + 1024);
-    let document = Document { slate_snapshot: VERSION, head, checksum, image: Bytes(image) };
+    let document = SnapshotDocument { slate_snapshot: VERSION, head, checksum, image: Bytes(image) };
     ciborium::into_writer(&document, &mut bytes).map_err(io::Error::other)?;
     Ok(bytes)
 }
@@ -120,17 +120,17 @@ fn damaged(path: &Path, problem: String) -> SnapshotError {
 
 /// What is read first, whatever else a later version has.
 #[derive(Deserialize)]
-struct Beginning {
+struct SnapshotVersion {
     slate_snapshot: u64,
 }
 
 fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
     let damaged = |problem: String| damaged(path, problem);
-    let document: Document = match ciborium::from_reader(bytes) {
+    let document: SnapshotDocument = match ciborium::from_reader(bytes) {
         Ok(document) => document,
         Err(error) => {
-            return Err(match ciborium::from_reader::<Beginning, _>(bytes) {
-                Ok(Beginning { slate_snapshot: found }) if found != VERSION => version(path, found),
+            return Err(match ciborium::from_reader::<SnapshotVersion, _>(bytes) {
+                Ok(SnapshotVersion { slate_snapshot: found }) if found != VERSION => version(path, found),
                 Err(ciborium::de::Error::Semantic(..) | ciborium::de::Error::Syntax(_)) => {
                     damaged("something else is in it".into())
                 }
@@ -144,7 +144,7 @@ fn decode(bytes: &[u8], path: &Path) -> Result<Snapshot, SnapshotError> {
     // CBOR has several ways to write some values, so a change may be none of the values.
     let mut again = Vec::with_capacity(bytes.len());
     ciborium::into_writer(&document, &mut again).map_err(|error| damaged(error.to_string()))?;
-    let Document { head, checksum: said, image, .. } = document;
+    let SnapshotDocument { head, checksum: said, image, .. } = document;
     let found = checksum(&head, &image.0).map_err(|error| damaged(error.to_string()))?;
     if found == said && bytes.len() > again.len() && bytes.starts_with(&again) {
         return Err(damaged("something else follows behind it".into()));

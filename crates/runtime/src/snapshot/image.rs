@@ -11,7 +11,7 @@ use crate::runner::FrozenRunner;
 
 /// An agent but for its code.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub(crate) struct Image {
+pub(crate) struct SnapshotImage {
     /// The configuration as TOML: the sum of its layers.
     pub configuration: String,
     /// Its layers; nothing in snapshots of before.

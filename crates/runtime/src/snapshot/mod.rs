@@ -14,7 +14,7 @@ use std::path::Path;
 pub use error::SnapshotError;
 pub use file::PluginMark;
 pub(crate) use file::describe;
-pub(crate) use image::{FrozenClock, FrozenModule, FrozenPort, Image};
+pub(crate) use image::{FrozenClock, FrozenModule, FrozenPort, SnapshotImage};
 pub use slate_configuration::{Comparison, SnapshotCondition, SnapshotTrigger};
 pub(crate) use slate_engine::{Bytes, FrozenMailbox, FrozenProperty};
 
@@ -35,14 +35,14 @@ pub trait Keepsake: Send + Sync {
 /// All of an agent at one moment.
 #[derive(Debug)]
 pub struct Snapshot {
-    pub(crate) head: file::Head,
-    pub(crate) image: Image,
+    pub(crate) head: file::SnapshotHead,
+    pub(crate) image: SnapshotImage,
 }
 
 impl Snapshot {
-    pub(crate) fn new(agent: &str, plugins: Vec<PluginMark>, image: Image) -> Self {
+    pub(crate) fn new(agent: &str, plugins: Vec<PluginMark>, image: SnapshotImage) -> Self {
         let (time, cycle) = (image.clock.now, image.main_loop.cycle);
-        Self { head: file::Head { agent: agent.into(), time, cycle, plugins }, image }
+        Self { head: file::SnapshotHead { agent: agent.into(), time, cycle, plugins }, image }
     }
 
     /// Writes it to a file, which is there as a whole or not at all: it takes the place of one of that name.
@@ -116,7 +116,7 @@ impl Snapshot {
     /// is what the files say.
     ///
     /// # Errors
-    /// When it is none any more, or a setting is wrong.
+    /// When it is no longer valid, or a setting is wrong.
     pub fn configuration(&self, sets: Vec<String>) -> Result<Database, Report> {
         let name = format!("the snapshot of {}", self.agent());
         let text = self.configuration_text();

@@ -8,6 +8,8 @@
 )]
 #![allow(dead_code, reason = "each test uses a part of it")]
 
+pub mod hanging;
+
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{self, Configuration};
@@ -215,6 +217,8 @@ pub fn plugins() -> Vec<Plugin> {
         Plugin::linked::<Sender>(),
         Plugin::linked::<Receiver>(),
         Plugin::linked::<Dice>(),
+        Plugin::linked::<hanging::Stumbler>(),
+        Plugin::linked::<hanging::WheelWitness>(),
     ]
 }
 

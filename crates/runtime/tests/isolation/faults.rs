@@ -7,9 +7,10 @@ use slate_runtime::configuration::{Configuration, Options as Reading};
 use slate_runtime::{Agent, Control, End, Options};
 
 use crate::Test;
+use crate::common::hanging;
 use crate::modules::{fault, plugins};
 
-pub const TESTS: [Test; 10] = [
+pub const TESTS: [Test; 11] = [
     ("a segmentation fault ends one process", || ends("segfault", "segmentation fault")),
     ("an abort ends one process", || ends("abort", "abort")),
     ("a stack overflow ends one process", || ends("stack overflow", "ended by signal")),
@@ -20,7 +21,12 @@ pub const TESTS: [Test; 10] = [
     ("a fault while it waits is noticed too", killed_while_it_waits),
     ("a fault while it is set up is an error of loading", fault_at_the_beginning),
     ("an agent that ends waits for no step of a process", ends_beside_a_hang),
+    ("time to live holds for a module in its own process", time_to_live_holds_for_module_in_its_own_process),
 ];
+
+fn time_to_live_holds_for_module_in_its_own_process() {
+    hanging::read_by_a_module("isolated = true", "a module in a process of its own");
+}
 
 fn ends_beside_a_hang() {
     let text = text("endless loop", 20, "").replace("loop.hang = \"1s\"", "loop.hang = \"60s\"");

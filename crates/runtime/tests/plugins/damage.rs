@@ -3,10 +3,13 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::Duration;
 
 use object::read::elf::{FileHeader, ProgramHeader, SectionHeader};
 use object::{Object, ObjectSection, ObjectSymbol, elf};
 use proptest::prelude::*;
+use slate_runtime::Options;
+use slate_runtime::log::MemoryTarget;
 use slate_runtime::plugin::{self, LibraryOutline};
 
 use crate::fixtures::{Folder, find, gcc, libraries, patch};
@@ -330,4 +333,51 @@ fn sealed_library_is_refused_when_any_byte_changes() {
         damaged[(at + length / 2) as usize] ^= 0x10;
         assert_says(&refusal_of(&damaged), &["is damaged: it is not as it was sealed", "copy it again"]);
     }
+}
+
+#[test]
+fn changed_library_is_told_of_and_damaged_one_refused() {
+    let folder = Folder::new();
+    let file = folder.write("libcounter.so", &bytes());
+    let known = folder.write("libraries.json", b"no such file");
+    let start = || {
+        let log = MemoryTarget::default();
+        let options = Options {
+            known_libraries: Some(known.clone()),
+            log: vec![Box::new(log.clone())],
+            ..Options::default()
+        };
+        let agent = try_lockstep_with(&robot(&file), options);
+        if let Ok(agent) = &agent {
+            agent.composer().flush_log(Duration::from_secs(10));
+        }
+        let told = log.lines().iter().filter(|line| line.text.contains("built or copied anew")).count();
+        (agent, told)
+    };
+    let is_loaded_and_told_of = |told: usize| {
+        let (agent, found) = start();
+        step(&mut agent.unwrap(), 1);
+        assert_eq!(found, told);
+    };
+    is_loaded_and_told_of(0);
+    is_loaded_and_told_of(0);
+    // As when it was only copied.
+    fs::write(&file, bytes()).unwrap();
+    is_loaded_and_told_of(0);
+    assert!(plugin::seal(&file).unwrap());
+    is_loaded_and_told_of(1);
+    is_loaded_and_told_of(0);
+
+    // A disk that fails changes bytes and no date, which looks the same as another checksum of the same bytes.
+    let text = fs::read_to_string(&known).unwrap();
+    let (before, after) = text.split_once("\"checksum\":\"").unwrap();
+    fs::write(&known, format!("{before}\"checksum\":\"x{}", &after[1..])).unwrap();
+    for _ in 0..2 {
+        assert_says(
+            &complaint(&start().0.unwrap_err()),
+            &["is damaged", "nobody has written to it", "copy it again"],
+        );
+    }
+    fs::write(&file, bytes()).unwrap();
+    is_loaded_and_told_of(1);
 }

@@ -135,7 +135,7 @@ pub fn logged_lockstep(text: &str) -> (Agent, MemoryTarget) {
     (try_lockstep_with(text, options).unwrap(), log)
 }
 
-fn try_lockstep_with(text: &str, options: Options) -> Result<Agent, StartError> {
+pub fn try_lockstep_with(text: &str, options: Options) -> Result<Agent, StartError> {
     let text = format!("time.source = \"beat\"\n{text}\n[modules.beat]\n");
     let options = Options { rate: Rate::Max, armed: true, ..options };
     Agent::load(&configuration(&text), &linked(), options)

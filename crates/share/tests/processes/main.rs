@@ -4,6 +4,7 @@
 
 #[path = "../agents/mod.rs"]
 mod agents;
+mod hanging;
 mod hub;
 mod large;
 
@@ -30,15 +31,17 @@ fn main() {
     if let [_, role, name, endpoint, files @ ..] = &arguments[..] {
         match role.as_str() {
             "agent" => return be_an_agent(setup_with(name, files), endpoint),
+            "witness" => return hanging::be_a_witness(setup_with(name, files), endpoint),
             "blobs" => return large::be_an_agent(setup_with(name, files), endpoint),
             _ => {}
         }
     }
-    let tests: [(&str, Test); 4] = [
+    let tests: [(&str, Test); 5] = [
         ("a_killed_agent_disturbs_nobody_and_is_seen_again", killed),
         ("a_stopped_agent_disturbs_nobody_and_catches_up", stopped),
         ("a_killed_agent_leaves_nothing_behind", left_behind),
         ("a_large_value_of_a_killed_agent_stays_right", large::killed),
+        ("time_to_live_holds_for_another_agent", hanging::time_to_live_holds_for_another_agent),
     ];
     let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
     for (name, test) in tests {

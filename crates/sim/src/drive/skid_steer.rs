@@ -85,7 +85,7 @@ impl SkidSteer {
     ) -> Self {
         let DriveDescription { wheel_radius, track, .. } = *description;
         let wheelbase = description.wheelbase.unwrap_or(track);
-        // What is nearer to the centre of mass carries more of it.
+        // Wheels nearer to the centre of mass carry more of it.
         let share = |at: f64, length: f64| clamp(0.5 + at / length, 0.0, 1.0);
         let (in_front, on_left) = (share(center.x, wheelbase), share(center.y, track));
         let all = description.friction.unwrap_or_default();

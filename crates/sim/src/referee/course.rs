@@ -58,7 +58,7 @@ struct Params {
     #[param(default = "r2", doc = "name of the robot to judge")]
     robot: Text<28>,
     #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "distance from a goal at which it counts as reached")]
-    tolerance: f64,
+    goal_tolerance: f64,
     #[param(default = 120.0, range = 0.0..=1e9, unit = "s", doc = "time limit to the last goal")]
     time_limit: f64,
     #[param(default = 1, range = 1..=1000000, doc = "laps of its goals")]
@@ -77,11 +77,11 @@ pub struct Referee {
     goals: Vec<Point>,
     /// The shortest way from the start to the last goal, and once round all.
     shortest: (f64, f64),
-    course: Course,
+    course: GoalProgress,
 }
 
 #[derive(Debug, Default, Serialize, Deserialize)]
-struct Course {
+struct GoalProgress {
     conduct: Conduct,
     /// Number of reached goals.
     reached: u64,
@@ -129,7 +129,7 @@ impl Instance for Referee {
             between += way(leg[0], leg[1])?;
         }
         let shortest = (way(robot.pose.point(), *first)? + between, way(*last, *first)? + between);
-        Ok(Self { goals, shortest, course: Course::default() })
+        Ok(Self { goals, shortest, course: GoalProgress::default() })
     }
 
     fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {
@@ -166,7 +166,7 @@ impl Referee {
         course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
         let all = params.laps.saturating_mul(goals.len() as u64);
         let away = |number: u64| place.minus(goals[(number % goals.len() as u64) as usize]).norm();
-        if course.reached < all && away(course.reached) <= params.tolerance {
+        if course.reached < all && away(course.reached) <= params.goal_tolerance {
             course.reached += 1;
             if course.reached == all {
                 course.arrived = Some(now.seconds());

@@ -102,7 +102,7 @@ impl Instance for PursuitReferee {
         let table = setup.section.ok_or("the pursuit_referee needs a [world] table")?;
         let scenario = Scenario::new(table, setup.seed).map_err(|error| Refusal(error.to_string()))?;
         let params: PursuitParams = slate_module::read_params(params)?;
-        // Else it would count the contacts of nobody.
+        // Else it would count contacts of an unknown robot.
         if !scenario.placements.iter().any(|placement| placement.name == params.robot.as_str()) {
             return Err(format!("no robot `{}` in the world", params.robot).into());
         }
@@ -133,7 +133,7 @@ impl PursuitCourse {
         let led = io.course.fresh().copied().unwrap_or_default();
         let all = (io.leader.fresh(), io.follower.fresh(), io.clearance.fresh());
         let (Some(leader), Some(follower), Some(clearance)) = all else {
-            // Who can't be seen is not judged, but a mission that has ended has ended.
+            // An unseen robot is not judged, but an ended mission stays ended.
             if led.state != MissionState::RUNNING {
                 course.decided = true;
                 let reason = if led.state == MissionState::FAILED {

@@ -12,7 +12,7 @@ use slate_interfaces::{Chassis, Point2};
 use slate_module::{Sequence, Text};
 use slate_robots::ROBOTS;
 
-use crate::error::{DescriptionError, Step, text_of};
+use crate::error::{DescriptionError, DocumentStep, text_of};
 use crate::geometry::{Point, Polygon};
 
 pub use drive::{DriveDescription, DriveKind, Friction, WheelFriction};
@@ -95,51 +95,63 @@ impl RobotDescription {
     /// Names the file, the line and what was expected.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
         let mut robot: Self = DescriptionError::parse(source_name, text)?;
-        let wrong = |path: &[Step<'_>], message: &str| {
+        let wrong = |path: &[DocumentStep<'_>], message: &str| {
             Err(DescriptionError::within(source_name, text, path, message))
         };
         if !robot.outline().is_convex() {
             robot.footprint.reverse();
             if !robot.outline().is_convex() {
                 let message = "expected the corners of a convex polygon, at least three, one way round";
-                return wrong(&[Step::Key("footprint")], message);
+                return wrong(&[DocumentStep::Key("footprint")], message);
             }
         }
         if robot.footprint.len() > 16 {
-            return wrong(&[Step::Key("footprint")], "expected at most 16 corners");
+            return wrong(&[DocumentStep::Key("footprint")], "expected at most 16 corners");
         }
         if !(robot.mass.is_finite() && robot.mass > 0.0) {
-            return wrong(&[Step::Key("mass")], "expected a positive, finite number");
+            return wrong(&[DocumentStep::Key("mass")], "expected a positive, finite number");
         }
         if let Some((keys, message)) = robot.drive.mistake() {
-            let path: Vec<_> = std::iter::once("drive").chain(keys).map(Step::Key).collect();
+            let path: Vec<_> = std::iter::once("drive").chain(keys).map(DocumentStep::Key).collect();
             return wrong(&path, &message);
         }
         let NoiseDescription { wheel_radius_bias, track_bias, wheel_speed, position, orientation } =
             robot.noise;
         let deviations = [wheel_radius_bias, track_bias, wheel_speed, position, orientation];
         if !deviations.iter().all(|value| value.is_finite() && *value >= 0.0) {
-            return wrong(&[Step::Key("noise")], "expected standard deviations, which are not negative");
+            return wrong(
+                &[DocumentStep::Key("noise")],
+                "expected standard deviations, which are not negative",
+            );
         }
         for (name, sonar) in &robot.sonar {
             if let Some((key, message)) = sonar.mistake() {
-                return wrong(&[Step::Key("sonar"), Step::Key(name), Step::Key(key)], message);
+                return wrong(
+                    &[DocumentStep::Key("sonar"), DocumentStep::Key(name), DocumentStep::Key(key)],
+                    message,
+                );
             }
         }
         for (name, sensor) in &robot.robot_sensor {
             if let Some((key, message)) = sensor.mistake() {
-                return wrong(&[Step::Key("robot_sensor"), Step::Key(name), Step::Key(key)], message);
+                return wrong(
+                    &[DocumentStep::Key("robot_sensor"), DocumentStep::Key(name), DocumentStep::Key(key)],
+                    message,
+                );
             }
         }
         for (name, laser) in &robot.laser {
             if let Some((key, message)) = laser.mistake() {
-                return wrong(&[Step::Key("laser"), Step::Key(name), Step::Key(key)], message);
+                return wrong(
+                    &[DocumentStep::Key("laser"), DocumentStep::Key(name), DocumentStep::Key(key)],
+                    message,
+                );
             }
         }
         if let Some(BumperDescription { front, back }) = robot.bumper
             && !(front.is_finite() && back.is_finite() && back <= front)
         {
-            return wrong(&[Step::Key("bumper")], "expected a `front` that is not behind `back`");
+            return wrong(&[DocumentStep::Key("bumper")], "expected a `front` that is not behind `back`");
         }
         Ok(robot)
     }

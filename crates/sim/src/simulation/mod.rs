@@ -20,7 +20,7 @@ use crate::sonar::SonarRing;
 use crate::surroundings::{Hull, Nearby, Surroundings};
 use crate::touching::{Felt, Touching};
 use crate::world::{Body, DescriptionError, World};
-use robot::Robot;
+use robot::SimulatedRobot;
 
 /// A robot to be put into a world.
 #[derive(Clone, Debug)]
@@ -52,7 +52,7 @@ impl Placement {
 pub struct Simulation {
     physics: PhysicsWorld,
     surroundings: Surroundings,
-    robots: Vec<Robot>,
+    robots: Vec<SimulatedRobot>,
     /// Those of each robot.
     sensors: Vec<Sensors>,
     /// Nanoseconds.
@@ -154,7 +154,7 @@ impl Simulation {
             .can_sleep(false);
         let (handle, _) = self.physics.insert(body, collider);
         let script = script.map(|walk| Wanderer::new(walk, ring, stream("script")));
-        self.robots.push(Robot {
+        self.robots.push(SimulatedRobot {
             name: name.clone(),
             handle,
             mass: description.mass,

@@ -12,7 +12,7 @@ use crate::touching::Felt;
 
 /// A robot and its motion.
 #[derive(Serialize, Deserialize)]
-pub(super) struct Robot {
+pub(super) struct SimulatedRobot {
     pub name: String,
     pub handle: RigidBodyHandle,
     pub mass: f64,
@@ -34,7 +34,7 @@ pub(super) struct Robot {
     pub random: Random,
 }
 
-impl Robot {
+impl SimulatedRobot {
     /// Decides how the robot moves in the next `step` seconds.
     pub fn drive(&mut self, echoes: &[Echo], felt: Felt, step: f64) {
         if let Some(script) = &mut self.script {

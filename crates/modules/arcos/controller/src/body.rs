@@ -11,16 +11,16 @@ const STEP: u64 = 10_000_000;
 
 /// A Pioneer 3-DX among walls.
 #[derive(Debug)]
-pub struct Body {
+pub struct SimulatedPioneer {
     simulation: Simulation,
     drive: slate_sim::robot::DriveDescription,
 }
 
-impl Body {
+impl SimulatedPioneer {
     /// Puts the robot into a world, by the name of one that comes with the simulator or by a file's path.
     ///
     /// # Errors
-    /// When there is no such world, or the robot does not fit where it shall stand.
+    /// When the world is unknown, or the robot does not fit at its pose.
     pub fn new(world: &str, pose: Pose, seed: u64) -> Result<Self, DescriptionError> {
         let description = RobotDescription::load("pioneer_p3dx")?;
         let drive = description.drive;
@@ -64,7 +64,7 @@ impl Body {
         self.simulation.sense();
     }
 
-    /// What a sonar heard last, metres.
+    /// Last range of a sonar, metres.
     pub fn range(&self, sonar: usize) -> Option<f64> {
         let (echoes, _) = self.simulation.sonar(0)?;
         echoes.get(sonar).map(|echo| echo.range)

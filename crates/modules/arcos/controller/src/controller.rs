@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use slate_module::Random;
 use slate_sim::geometry::Pose;
 
-use crate::body::Body;
+use crate::body::SimulatedPioneer;
 use crate::error::ControllerError;
 use crate::faults::Faults;
 use crate::firmware::Firmware;
@@ -15,22 +15,22 @@ use crate::terminal::Terminal;
 /// How long the controller waits for bytes at a time.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// How a controller is started.
+/// Options of a controller.
 #[derive(Clone, Debug)]
-pub struct Options {
+pub struct ControllerOptions {
     /// A world that comes with the simulator, or a file's path.
     pub world: String,
     /// Where the robot stands: x and y in metres, theta in radians.
     pub at: [f64; 3],
     /// Of what is random.
     pub seed: u64,
-    /// A path that shall lead to the pseudo-terminal, whose own name is another one each time.
+    /// Link to the pseudo-terminal, whose own name changes each time.
     pub link: Option<PathBuf>,
-    /// What goes wrong on the line from the beginning.
+    /// Initial faults of the line.
     pub faults: Faults,
 }
 
-impl Default for Options {
+impl Default for ControllerOptions {
     fn default() -> Self {
         Self {
             world: "rocs_arena".into(),
@@ -45,15 +45,15 @@ impl Default for Options {
 /// A controller that runs in a thread of its own, until it is dropped.
 #[derive(Debug)]
 pub struct Controller {
-    inner: Arc<Mutex<Inner>>,
+    inner: Arc<Mutex<ControllerState>>,
     thread: Option<JoinHandle<()>>,
     path: PathBuf,
     link: Option<PathBuf>,
 }
 
 #[derive(Debug)]
-struct Inner {
-    body: Body,
+struct ControllerState {
+    body: SimulatedPioneer,
     firmware: Firmware,
     faults: Faults,
     random: Random,
@@ -66,12 +66,12 @@ impl Controller {
     ///
     /// # Errors
     /// When the robot does not fit into its world, or there is no pseudo-terminal.
-    pub fn start(options: Options) -> Result<Self, ControllerError> {
-        let Options { world, at: [x, y, theta], seed, link, faults } = options;
-        let body = Body::new(&world, Pose { x, y, theta }, seed)?;
+    pub fn start(options: ControllerOptions) -> Result<Self, ControllerError> {
+        let ControllerOptions { world, at: [x, y, theta], seed, link, faults } = options;
+        let body = SimulatedPioneer::new(&world, Pose { x, y, theta }, seed)?;
         let terminal = Terminal::open(link.as_deref())?;
         let path = terminal.path().to_owned();
-        let inner = Arc::new(Mutex::new(Inner {
+        let inner = Arc::new(Mutex::new(ControllerState {
             body,
             firmware: Firmware::new(),
             faults,
@@ -84,12 +84,12 @@ impl Controller {
         Ok(Self { inner, thread: Some(thread), path, link })
     }
 
-    /// What the driver opens: the link, if there is one.
+    /// Path for the driver: the link, if any.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What goes wrong on the line from now on.
+    /// Sets the faults of the line.
     pub fn set_faults(&self, faults: Faults) {
         locked(&self.inner).faults = faults;
     }
@@ -111,7 +111,7 @@ impl Controller {
 
     /// Switches the robot off and on: it forgets its connection and where it is.
     pub fn restart(&self) {
-        let Inner { body, firmware, .. } = &mut *locked(&self.inner);
+        let ControllerState { body, firmware, .. } = &mut *locked(&self.inner);
         firmware.restart(body);
     }
 
@@ -156,12 +156,12 @@ impl Drop for Controller {
     }
 }
 
-fn locked(inner: &Mutex<Inner>) -> MutexGuard<'_, Inner> {
+fn locked(inner: &Mutex<ControllerState>) -> MutexGuard<'_, ControllerState> {
     inner.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[allow(clippy::disallowed_methods, reason = "the robot at the end of a line lives by the wall clock")]
-fn live(inner: &Mutex<Inner>) {
+fn live(inner: &Mutex<ControllerState>) {
     let began = Instant::now();
     loop {
         // The lock is not held while it waits.
@@ -180,7 +180,7 @@ fn live(inner: &Mutex<Inner>) {
     }
 }
 
-impl Inner {
+impl ControllerState {
     fn work(&mut self, now: Duration) {
         let Self { body, firmware, faults, random, terminal, .. } = self;
         if let Some(terminal) = terminal {

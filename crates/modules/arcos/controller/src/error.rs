@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use slate_sim::world::DescriptionError;
 
-/// Why a controller does not start.
+/// Error of starting a controller.
 #[derive(Debug, thiserror::Error)]
 pub enum ControllerError {
     /// World or robot don't fit.
@@ -19,7 +19,7 @@ pub enum ControllerError {
         /// Error of the system.
         error: std::io::Error,
     },
-    /// There is no link under which a driver could find a new terminal.
-    #[error("without a link, nobody finds the new terminal: start the controller with one")]
+    /// Without a link, a driver can't find a new terminal.
+    #[error("without a link, no driver finds the new terminal: start the controller with one")]
     Unlinked,
 }

@@ -1,6 +1,6 @@
 use slate_module::Random;
 
-/// What goes wrong on the line, in both directions.
+/// Faults of the line, in both directions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Probability that a byte is lost.
@@ -14,7 +14,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// What becomes of bytes.
+    /// Returns the bytes that arrive.
     pub(crate) fn spoil(&self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
         let mut spoilt = Vec::with_capacity(bytes.len());
         for byte in bytes {
@@ -27,7 +27,7 @@ impl Faults {
         spoilt
     }
 
-    /// What comes out of the robot's end.
+    /// Returns the reports that arrive.
     pub(crate) fn spoil_reports(&self, bytes: &[u8], random: &mut Random) -> Vec<u8> {
         if self.silent {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! What a controller does: it synchronises, obeys, watches over its client, and reports.
+//! Firmware of a controller: it synchronises, obeys, watches its client, and reports.
 
 use std::time::Duration;
 
@@ -6,7 +6,7 @@ use slate_arcos::command::Command;
 use slate_arcos::packet::{self, Decoder};
 use slate_arcos::report::{Identity, MOTORS, Range, Report, STOP_BUTTON};
 
-use crate::body::Body;
+use crate::body::SimulatedPioneer;
 
 /// Without a packet for so long the robot stands.
 pub const WATCHDOG: Duration = Duration::from_secs(2);
@@ -19,10 +19,10 @@ const STALL: Duration = Duration::from_secs(1);
 /// Sonars of an array.
 const ARRAY: usize = 8;
 
-/// How far a client has come.
+/// State of a client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Connection {
-    /// So many steps of the synchronisation are done.
+enum ClientState {
+    /// Number of completed steps of the synchronisation.
     Synchronising(u8),
     Open,
 }
@@ -33,13 +33,13 @@ pub struct Firmware {
     identity: Identity,
     decoder: Decoder,
     outgoing: Vec<u8>,
-    connection: Connection,
+    connection: ClientState,
     /// When a packet came last.
     heard: Duration,
     motors: bool,
     sonars: bool,
     stop_button: bool,
-    /// What it was told last: mm/s, degrees per second.
+    /// Last command: mm/s, degrees per second.
     velocity: f64,
     rotation: f64,
     /// Where the origin is, in the odometry of the body: x, y, theta.
@@ -59,7 +59,7 @@ impl Firmware {
             identity: Identity { name: "slate-sim".into(), class: "Pioneer".into(), model: "p3dx-sh".into() },
             decoder: Decoder::default(),
             outgoing: Vec::new(),
-            connection: Connection::Synchronising(0),
+            connection: ClientState::Synchronising(0),
             heard: Duration::ZERO,
             motors: false,
             sonars: false,
@@ -75,13 +75,13 @@ impl Firmware {
         }
     }
 
-    /// What is to be sent; who has sent some takes it away.
+    /// Bytes to send; the caller removes those it has sent.
     pub fn outgoing(&mut self) -> &mut Vec<u8> {
         &mut self.outgoing
     }
 
     /// Switches it off and on: it forgets its client, and its origin is where it stands.
-    pub fn restart(&mut self, body: &Body) {
+    pub fn restart(&mut self, body: &SimulatedPioneer) {
         let pose = body.odometry();
         *self = Self { origin: [pose.x, pose.y, pose.theta], ..Self::new() };
     }
@@ -99,7 +99,7 @@ impl Firmware {
 
     /// Whether a client is connected.
     pub fn is_open(&self) -> bool {
-        self.connection == Connection::Open
+        self.connection == ClientState::Open
     }
 
     /// Whether the motors are on.
@@ -108,21 +108,21 @@ impl Firmware {
     }
 
     /// Takes bytes that came.
-    pub fn receive(&mut self, bytes: &[u8], body: &Body, now: Duration) {
+    pub fn receive(&mut self, bytes: &[u8], body: &SimulatedPioneer, now: Duration) {
         let mut decoder = std::mem::take(&mut self.decoder);
         decoder.receive(bytes, |data| self.packet(data, body, now));
         self.decoder = decoder;
     }
 
-    fn packet(&mut self, data: &[u8], body: &Body, now: Duration) {
-        if let Connection::Synchronising(done) = self.connection {
+    fn packet(&mut self, data: &[u8], body: &SimulatedPioneer, now: Duration) {
+        if let ClientState::Synchronising(done) = self.connection {
             self.synchronise(data, done, now);
             return;
         }
         self.heard = now;
         match Command::decode(data) {
             Some(Command::Close) => {
-                self.connection = Connection::Synchronising(0);
+                self.connection = ClientState::Synchronising(0);
                 (self.motors, self.sonars) = (false, false);
                 self.halt();
             }
@@ -150,12 +150,12 @@ impl Firmware {
     fn synchronise(&mut self, data: &[u8], done: u8, now: Duration) {
         let &[step] = data else { return };
         if step == 1 && done == 3 {
-            self.connection = Connection::Open;
+            self.connection = ClientState::Open;
             (self.heard, self.next_report, self.next_sonar) = (now, now + CYCLE, now + SONAR);
             self.ranges.clear();
             self.halt();
         } else if step < 3 && step <= done {
-            self.connection = Connection::Synchronising(step + 1);
+            self.connection = ClientState::Synchronising(step + 1);
             let mut answer = vec![step];
             if step == 2 {
                 answer.extend(self.identity.encode());
@@ -169,7 +169,7 @@ impl Firmware {
     }
 
     /// Lets time pass up to `now`.
-    pub fn advance(&mut self, body: &mut Body, now: Duration) {
+    pub fn advance(&mut self, body: &mut SimulatedPioneer, now: Duration) {
         let is_alive = now.saturating_sub(self.heard) < WATCHDOG;
         self.feel(body, now);
         if self.is_open() && self.motors && is_alive && self.stalled.is_none() {
@@ -195,7 +195,7 @@ impl Firmware {
     }
 
     /// A bumper that is pressed in the direction of travel stalls the robot.
-    fn feel(&mut self, body: &Body, now: Duration) {
+    fn feel(&mut self, body: &SimulatedPioneer, now: Duration) {
         let (front, back) = body.bumpers();
         if (front && self.velocity > 0.0) || (back && self.velocity < 0.0) {
             self.stalled = Some(now + STALL);
@@ -204,7 +204,7 @@ impl Firmware {
         }
     }
 
-    fn listen(&mut self, body: &mut Body) {
+    fn listen(&mut self, body: &mut SimulatedPioneer) {
         body.listen();
         for array in 0..2 {
             let sonar = array * ARRAY + self.sonar;
@@ -215,7 +215,7 @@ impl Firmware {
         self.sonar = (self.sonar + 1) % ARRAY;
     }
 
-    fn report(&mut self, body: &Body) -> Report {
+    fn report(&mut self, body: &SimulatedPioneer) -> Report {
         let pose = body.odometry();
         let [x, y, theta] = self.origin;
         let (sin, cos) = (slate_module::math::sin(theta), slate_module::math::cos(theta));

@@ -10,8 +10,8 @@ mod faults;
 pub mod firmware;
 mod terminal;
 
-pub use body::Body;
-pub use controller::{Controller, Options};
+pub use body::SimulatedPioneer;
+pub use controller::{Controller, ControllerOptions};
 pub use error::ControllerError;
 pub use faults::Faults;
 pub use firmware::Firmware;

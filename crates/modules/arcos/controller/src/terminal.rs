@@ -47,7 +47,7 @@ impl Terminal {
         Ok(Self { file, path, link: link.map(Path::to_owned) })
     }
 
-    /// What the driver opens.
+    /// Path for the driver.
     pub fn path(&self) -> &Path {
         self.link.as_deref().unwrap_or(&self.path)
     }
@@ -58,7 +58,7 @@ impl Terminal {
         let mut files = [PollFd::new(&self.file, PollFlags::IN)];
         let _ = poll(&mut files, Some(&time));
         if files[0].revents().contains(PollFlags::HUP) {
-            // While nobody has the other end open, nothing waits.
+            // While the other end is closed, `poll` does not wait.
             std::thread::sleep(limit);
         }
     }

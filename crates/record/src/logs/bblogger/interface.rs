@@ -1,4 +1,4 @@
-//! What is in the interfaces of Fawkes, and how it lies in memory.
+//! Fields of the interfaces of Fawkes, and their layout in memory.
 
 use crate::ros::{CdrWriter, Definition};
 

@@ -20,18 +20,18 @@ use super::{Imported, Options};
 use crate::ros::{CdrWriter, Definition};
 use crate::storage::Error;
 
-/// What a file begins with.
+/// First bytes of a file.
 pub(super) const MAGIC: [u8; 4] = [0xff, 0xbb, 0xff, 0xbb];
 
 const HEADER: usize = 196;
 
-/// Nobody's interface is larger.
+/// Maximum size of an interface, bytes.
 const LARGEST: u32 = 1 << 20;
 
 /// The interfaces of lasers don't say how far one sees, metres.
 const RANGE_MAX: f64 = 100.0;
 
-/// What the head of a file says.
+/// Header of a file.
 struct Head {
     scenario: String,
     interface: String,
@@ -133,8 +133,8 @@ pub(super) fn read<W: Write>(
         }
         match log.value(&entry) {
             Ok(()) => {}
-            Err(What::Wrong(what)) => imported.wrong(options, damaged(place, what))?,
-            Err(What::Failed(error)) => return Err(error),
+            Err(ValueFault::Wrong(what)) => imported.wrong(options, damaged(place, what))?,
+            Err(ValueFault::Failed(error)) => return Err(error),
         }
         place += entry.len() as u64;
         count = count.saturating_add(1);
@@ -163,12 +163,12 @@ fn fill(input: &mut impl Read, buffer: &mut [u8]) -> std::io::Result<usize> {
 }
 
 /// Why a value is not written.
-enum What {
+enum ValueFault {
     Wrong(String),
     Failed(Error),
 }
 
-impl From<Error> for What {
+impl From<Error> for ValueFault {
     fn from(error: Error) -> Self {
         Self::Failed(error)
     }
@@ -183,14 +183,14 @@ struct Log<'a, W> {
 }
 
 impl<W: Write> Log<'_, W> {
-    fn value(&mut self, entry: &[u8]) -> Result<(), What> {
+    fn value(&mut self, entry: &[u8]) -> Result<(), ValueFault> {
         let word = |at: usize| {
             let bytes = [entry[at], entry[at + 1], entry[at + 2], entry[at + 3]];
             if self.head.is_big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) }
         };
         let after = u64::from(word(0)) * 1_000_000 + u64::from(word(4));
         let time = self.head.start.checked_add(after).and_then(|time| time.checked_mul(1000));
-        let time = time.ok_or_else(|| What::Wrong("a value is of a time that is too late".into()))?;
+        let time = time.ok_or_else(|| ValueFault::Wrong("a value is of a time that is too late".into()))?;
         let data = &entry[8..];
         self.buffer.clear();
         let Some(layout) = &self.layout else {
@@ -202,7 +202,7 @@ impl<W: Write> Log<'_, W> {
             return Ok(self.output.message(&self.topic, time, definition, &self.buffer)?);
         };
         let values = Values { data, is_big: self.head.is_big };
-        layout.encode(&values, &mut self.buffer).map_err(What::Wrong)?;
+        layout.encode(&values, &mut self.buffer).map_err(ValueFault::Wrong)?;
         let definition = || layout.definition(&self.head.interface);
         self.output.message(&self.topic, time, definition, &self.buffer)?;
         self.standard(time, &values)?;

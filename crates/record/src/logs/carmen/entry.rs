@@ -5,8 +5,8 @@ use crate::logs::words::Words;
 /// When a message was sent, nanoseconds, and by which host.
 pub(super) type Sent = (u64, String);
 
-/// What a line says.
-pub(super) enum Entry {
+/// Content of a line.
+pub(super) enum CarmenEntry {
     Parameter {
         name: String,
         value: String,
@@ -46,7 +46,7 @@ pub(super) struct Scan {
     pub sent: Sent,
 }
 
-/// What lines of the new form say of a laser.
+/// Description of a laser in lines of the new form.
 pub(super) struct Device {
     pub laser_type: i32,
     pub start_angle: f64,
@@ -67,7 +67,7 @@ pub(super) fn is_known(word: &str) -> bool {
         || ["LASER", "RAWLASER", "ROBOTLASER"].into_iter().any(is_numbered)
 }
 
-impl Entry {
+impl CarmenEntry {
     /// Nothing for a line that is another system's.
     pub fn parse(line: &str) -> Result<Option<Self>, String> {
         let mut words = Words::new(line);
@@ -117,7 +117,7 @@ fn sent(words: &mut Words<'_>) -> Result<Sent, String> {
 }
 
 /// A value may have several words, and the old form does not say when it was sent.
-fn parameter(words: &Words<'_>) -> Result<Entry, String> {
+fn parameter(words: &Words<'_>) -> Result<CarmenEntry, String> {
     let rest = words.rest();
     let (name, rest) = rest.split_first().ok_or("it ends where the name of a parameter should stand")?;
     let is_time = |word: &str| word.parse::<f64>().is_ok();
@@ -133,7 +133,7 @@ fn parameter(words: &Words<'_>) -> Result<Entry, String> {
         [value @ .., host, logged] if is_time(logged) && !is_time(host) && !value.is_empty() => (value, None),
         _ => return Err("it should have a value, a host, and the time at which it was logged".into()),
     };
-    Ok(Entry::Parameter { name: (*name).into(), value: value.join(" "), sent })
+    Ok(CarmenEntry::Parameter { name: (*name).into(), value: value.join(" "), sent })
 }
 
 fn scan(name: &str, words: &mut Words<'_>) -> Result<Scan, String> {

@@ -1,11 +1,11 @@
-//! What lines of the old form leave out: where a laser's beams go, and how far it sees.
+//! Directions of a laser's beams and its maximum range, which lines of the old form leave out.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-/// What CARMEN's own programs take for it, metres.
+/// Default of CARMEN's own programs, metres.
 const RANGE_MAX: f64 = 80.0;
 
-/// What parameters say of the two lasers, and else what is usual.
+/// Parameters of the two lasers, with the usual defaults.
 ///
 /// A laser of 180 or 181 beams has one in each degree, one of 360 or 361 in each half, one of 400 or 401 in each quarter, and its middle
 /// looks to the front; of an even number of beams the last is missing. Any other one covers 180 degrees. What
@@ -13,12 +13,12 @@ const RANGE_MAX: f64 = 80.0;
 /// laser at the back it is `rear` instead of `front`.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Geometry {
-    front: Told,
-    rear: Told,
+    front: LaserParameters,
+    rear: LaserParameters,
 }
 
 #[derive(Clone, Copy, Debug, Default)]
-struct Told {
+struct LaserParameters {
     /// Radians.
     resolution: Option<f64>,
     /// Metres.
@@ -50,7 +50,7 @@ impl Geometry {
         let told = match topic {
             "flaser" => self.front,
             "rlaser" => self.rear,
-            _ => Told::default(),
+            _ => LaserParameters::default(),
         };
         let usual = match beams {
             180 | 181 => Some(PI / 180.0),

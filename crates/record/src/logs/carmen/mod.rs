@@ -15,10 +15,10 @@ use std::io::Write;
 use slate_interfaces::{Odometry, Position, Quaternion, Transform, Twist2};
 use slate_module::blackboard::interface::Bool;
 
-use self::entry::{Device, Entry, Scan};
+use self::entry::{CarmenEntry, Device, Scan};
 use self::geometry::Geometry;
 use super::lines::Lines;
-use super::output::{Bytes, Output, Sweep};
+use super::output::{Output, OutputBytes, Sweep};
 use super::words::Words;
 use super::{Imported, Options};
 use crate::ros::Definition;
@@ -53,7 +53,7 @@ fn definition((name, text): (&str, &str)) -> Definition {
 pub(super) fn is_line(line: &str) -> bool {
     let mut words = Words::new(line);
     let is_known = words.word("").is_ok_and(entry::is_known);
-    (is_known && Entry::parse(line).is_ok()) || line.starts_with("# CARMEN Logfile")
+    (is_known && CarmenEntry::parse(line).is_ok()) || line.starts_with("# CARMEN Logfile")
 }
 
 /// Reads a log.
@@ -69,11 +69,11 @@ pub(super) fn read<W: Write>(
         let entry = match lines.next()? {
             None => break,
             Some(Ok(line)) if line.is_empty() || line.starts_with('#') => continue,
-            Some(line) => line.and_then(|line| match Entry::parse(line) {
+            Some(line) => line.and_then(|line| match CarmenEntry::parse(line) {
                 Ok(Some(entry)) => Ok(entry),
                 Ok(None) => {
                     imported.unread(line.split_ascii_whitespace().next().unwrap_or_default());
-                    Ok(Entry::Unread)
+                    Ok(CarmenEntry::Unread)
                 }
                 Err(what) => Err(what),
             }),
@@ -96,7 +96,7 @@ struct Log<'a, W> {
 }
 
 impl<W: Write> Log<'_, W> {
-    fn write(&mut self, entry: Entry) -> Result<(), Error> {
+    fn write(&mut self, entry: CarmenEntry) -> Result<(), Error> {
         if let Some((time, host)) = entry.sent() {
             if self.host.is_none() {
                 self.host = Some(host.to_owned());
@@ -104,29 +104,31 @@ impl<W: Write> Log<'_, W> {
             self.untimed(time)?;
         }
         match entry {
-            Entry::Unread => Ok(()),
-            Entry::Parameter { name, value, sent: None } => {
+            CarmenEntry::Unread => Ok(()),
+            CarmenEntry::Parameter { name, value, sent: None } => {
                 self.geometry.parameter(&name, &value);
                 self.untimed.push((name, value));
                 Ok(())
             }
-            Entry::Parameter { name, value, sent: Some((time, _)) } => self.parameter(time, &name, &value),
-            Entry::Sync { tag, sent: (time, _) } => {
-                let written = Bytes::new(&mut self.buffer).text(&tag).map(drop);
+            CarmenEntry::Parameter { name, value, sent: Some((time, _)) } => {
+                self.parameter(time, &name, &value)
+            }
+            CarmenEntry::Sync { tag, sent: (time, _) } => {
+                let written = OutputBytes::new(&mut self.buffer).text(&tag).map(drop);
                 debug_assert!(written.is_ok(), "a line is shorter than a text can be");
                 self.output.message("/sync", time, || definition(SYNC), &self.buffer)
             }
-            Entry::Odometry { pose, twist: (linear, angular), acceleration, sent: (time, _) } => {
-                let _ = Bytes::new(&mut self.buffer).double(acceleration);
+            CarmenEntry::Odometry { pose, twist: (linear, angular), acceleration, sent: (time, _) } => {
+                let _ = OutputBytes::new(&mut self.buffer).double(acceleration);
                 self.output.message("/odom/acceleration", time, || definition(ACCELERATION), &self.buffer)?;
                 let twist = Twist2 { linear, angular };
                 self.output.value("/odom", time, &Odometry { pose, twist })
             }
-            Entry::TruePose { pose, odometry, sent: (time, _) } => {
+            CarmenEntry::TruePose { pose, odometry, sent: (time, _) } => {
                 self.output.value("/truepos/odometry_pose", time, &odometry)?;
                 self.output.value("/truepos/true_pose", time, &pose)
             }
-            Entry::Scan(scan) => self.scan(&scan),
+            CarmenEntry::Scan(scan) => self.scan(&scan),
         }
     }
 
@@ -139,7 +141,8 @@ impl<W: Write> Log<'_, W> {
 
     fn parameter(&mut self, time: u64, name: &str, value: &str) -> Result<(), Error> {
         self.geometry.parameter(name, value);
-        let written = Bytes::new(&mut self.buffer).text(name).and_then(|bytes| bytes.text(value)).map(drop);
+        let written =
+            OutputBytes::new(&mut self.buffer).text(name).and_then(|bytes| bytes.text(value)).map(drop);
         debug_assert!(written.is_ok(), "a line is shorter than a text can be");
         self.output.message("/param", time, || definition(PARAMETER), &self.buffer)?;
         // Where a laser is mounted.
@@ -172,13 +175,16 @@ impl<W: Write> Log<'_, W> {
         if let Some(Device { laser_type, field_of_view, accuracy, remission_mode, remissions, .. }) =
             &scan.device
         {
-            let bytes =
-                Bytes::new(&mut self.buffer).whole(*laser_type).double(*field_of_view).double(*accuracy);
+            let bytes = OutputBytes::new(&mut self.buffer)
+                .whole(*laser_type)
+                .double(*field_of_view)
+                .double(*accuracy);
             let _ = bytes.whole(*remission_mode).singles(remissions);
             self.output.message(&format!("/{topic}/device"), time, || definition(DEVICE), &self.buffer)?;
         }
         if let Some(motion) = scan.motion {
-            let _ = motion.iter().fold(Bytes::new(&mut self.buffer), |bytes, number| bytes.double(*number));
+            let _ =
+                motion.iter().fold(OutputBytes::new(&mut self.buffer), |bytes, number| bytes.double(*number));
             self.output.message(&format!("/{topic}/motion"), time, || definition(MOTION), &self.buffer)?;
         }
         let known =

@@ -8,7 +8,7 @@ use std::path::Path;
 use super::geometry::Geometry;
 use crate::storage::{Decoder, Error, Message, Selection, Unread, Value, seconds, whole};
 
-/// What [`export_carmen`] has written.
+/// Result of [`export_carmen`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CarmenLog {
     /// Lines with the sweep of a laser.
@@ -213,7 +213,7 @@ impl Log {
             }
         };
         let told = |name: &str| device.as_ref().and_then(|device| device.number(name));
-        // Of a laser that nobody knows.
+        // Of an unknown laser.
         let kind = told("laser_type").unwrap_or(99.0);
         let view = told("field_of_view").unwrap_or(step * ranges.len().saturating_sub(1) as f64);
         let _ = write!(self.line, "{name} {kind}");
@@ -243,7 +243,7 @@ fn numbered(topic: &str) -> Option<(bool, u8)> {
     Some((is_robot, number))
 }
 
-/// What belongs to the sweeps, odometry and true poses that an imported log has.
+/// Whether a topic belongs to the sweeps, odometry and true poses of an imported log.
 fn is_part(topic: &str) -> bool {
     ["/laser_pose", "/robot_pose", "/device", "/motion", "/acceleration", "/truepos/odometry_pose"]
         .iter()

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::message::{Count, Field, Item, Kind, Types};
+use super::message::{BagMessageType, Count, Field, Item, Types};
 use crate::ros::Definition;
 
 /// How deep messages may stand in each other.
@@ -30,7 +30,8 @@ impl Types {
         }
         let mut kinds = Vec::new();
         for (section, lines) in &sections {
-            let mut kind = Kind { name: section.clone(), fields: Vec::new(), constants: Vec::new() };
+            let mut kind =
+                BagMessageType { name: section.clone(), fields: Vec::new(), constants: Vec::new() };
             for (number, line) in lines {
                 kind.line(line, &known).map_err(|what| format!("line {number}: {what}"))?;
             }
@@ -104,7 +105,7 @@ impl Types {
 
 const SEPARATOR: &str = "================================================================================";
 
-impl Kind {
+impl BagMessageType {
     fn line(&mut self, line: &str, known: &BTreeMap<String, usize>) -> Result<(), String> {
         let code = line.split('#').next().unwrap_or_default().trim();
         if code.is_empty() {
@@ -115,7 +116,7 @@ impl Kind {
         let (of, rest) = code.split_once(char::is_whitespace).ok_or_else(wrong)?;
         let rest = rest.trim();
         if let Some((name, value)) = rest.split_once('=') {
-            // Of texts, the value may have a comment's sign in it; nobody needs it for reading.
+            // The value of a text may contain the sign of a comment; reading does not need it.
             if let Some(Item::Number(_, of)) = primitive(of) {
                 self.constants.push(format!("{of} {}={}", name.trim(), value.trim()));
             }
@@ -154,7 +155,7 @@ impl Kind {
         Ok(())
     }
 
-    /// What ROS 2 does not have: the number that a header of ROS 1 counts.
+    /// Whether a field is left out as ROS 2 lacks it: the counter of a ROS 1 header.
     pub fn is_left_out(&self, field: &Field) -> bool {
         self.name == "std_msgs/Header" && field.name == "seq"
     }

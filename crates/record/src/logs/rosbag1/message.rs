@@ -4,10 +4,10 @@ use crate::ros::CdrWriter;
 
 /// The types of a message; the first is its own.
 pub(super) struct Types {
-    pub kinds: Vec<Kind>,
+    pub kinds: Vec<BagMessageType>,
 }
 
-pub(super) struct Kind {
+pub(super) struct BagMessageType {
     /// Package and name.
     pub name: String,
     pub fields: Vec<Field>,

@@ -13,18 +13,18 @@ use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use self::message::Types;
-use self::record::{Record, Records};
+use self::record::{BagRecord, Records};
 use self::resume::next_chunk;
 use super::output::Output;
 use super::{Imported, Options};
 use crate::ros::Definition;
 use crate::storage::{Error, MAXIMUM_RECORD};
 
-/// What a file begins with.
+/// First bytes of a file.
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 
 /// Whose messages they are.
-struct Connection {
+struct BagConnection {
     topic: String,
     /// Nothing when its definition can't be read, which is told.
     types: Option<Types>,
@@ -80,7 +80,7 @@ struct Log<'a, W> {
     options: &'a Options,
     imported: &'a mut Imported,
     path: &'a Path,
-    connections: BTreeMap<u32, Connection>,
+    connections: BTreeMap<u32, BagConnection>,
     buffer: Vec<u8>,
     /// Where the index is that stands at the end, and of how many connections, as the head says.
     index: Option<(u64, u64)>,
@@ -106,7 +106,7 @@ impl<W: Write> Log<'_, W> {
         self.imported.wrong(self.options, Error::Damaged { path: self.path.into(), offset, what })
     }
 
-    fn record(&mut self, record: Record, place: u64, is_outside: bool) -> Result<(), Error> {
+    fn record(&mut self, record: BagRecord, place: u64, is_outside: bool) -> Result<(), Error> {
         let done = match record.number(b"op", 1) {
             Ok(0x02) => return self.message(&record, place),
             Ok(0x05) if is_outside => return self.chunk(&record, place),
@@ -120,12 +120,12 @@ impl<W: Write> Log<'_, W> {
         done.or_else(|what| self.wrong(place, what))
     }
 
-    fn head(&mut self, record: &Record) -> Result<(), String> {
+    fn head(&mut self, record: &BagRecord) -> Result<(), String> {
         self.index = Some((record.number(b"index_pos", 8)?, record.number(b"conn_count", 4)?));
         Ok(())
     }
 
-    fn chunk(&mut self, record: &Record, place: u64) -> Result<(), Error> {
+    fn chunk(&mut self, record: &BagRecord, place: u64) -> Result<(), Error> {
         let unpacked = record.text(b"compression").and_then(|compression| {
             let size = record.number(b"size", 4)?;
             unpack(&compression, &record.data, size)
@@ -145,16 +145,16 @@ impl<W: Write> Log<'_, W> {
         }
     }
 
-    fn connection(&mut self, record: &Record) -> Result<(), String> {
+    fn connection(&mut self, record: &BagRecord) -> Result<(), String> {
         let number = record.number(b"conn", 4)? as u32;
         if self.connections.contains_key(&number) {
             // It is said in each chunk that has messages of it, and at the end.
             return Ok(());
         }
-        let about = Record::fields(&record.data).map_err(|what| format!("connection {number}: {what}"))?;
-        let about = Record { header: about, data: Vec::new() };
+        let about = BagRecord::fields(&record.data).map_err(|what| format!("connection {number}: {what}"))?;
+        let about = BagRecord { header: about, data: Vec::new() };
         let (kind, text) = (about.text(b"type")?, about.text(b"message_definition")?);
-        // What another topic was mapped to stands in the record itself.
+        // The record itself has the topic after mapping.
         let topic = record.text(b"topic")?;
         let types = Types::parse(&kind, &text);
         let (types, definition) = match types {
@@ -164,18 +164,22 @@ impl<W: Write> Log<'_, W> {
             }
             Err(what) => {
                 let what = format!("the definition of `{kind}` of `{topic}`: {what}");
-                let connection =
-                    Connection { topic, types: None, definition: Definition::default(), key: String::new() };
+                let connection = BagConnection {
+                    topic,
+                    types: None,
+                    definition: Definition::default(),
+                    key: String::new(),
+                };
                 self.connections.insert(number, connection);
                 return Err(what);
             }
         };
         let key = format!("{topic}\n{}\n{}", definition.name, definition.text);
-        self.connections.insert(number, Connection { topic, types, definition, key });
+        self.connections.insert(number, BagConnection { topic, types, definition, key });
         Ok(())
     }
 
-    fn message(&mut self, record: &Record, place: u64) -> Result<(), Error> {
+    fn message(&mut self, record: &BagRecord, place: u64) -> Result<(), Error> {
         let head =
             record.number(b"conn", 4).and_then(|number| Ok((number as u32, record.number(b"time", 8)?)));
         let (number, time) = match head {
@@ -222,7 +226,7 @@ fn unpack(compression: &str, bytes: &[u8], size: u64) -> Result<Vec<u8>, String>
         "none" => bytes.take(size + 1).read_to_end(&mut out),
         "bz2" => bzip2::bufread::MultiBzDecoder::new(bytes).take(size + 1).read_to_end(&mut out),
         "lz4" => lz4_flex::frame::FrameDecoder::new(bytes).take(size + 1).read_to_end(&mut out),
-        other => return Err(format!("its compression `{other}` is none of none, bz2 and lz4")),
+        other => return Err(format!("unknown compression `{other}`: expected none, bz2 or lz4")),
     };
     unpacked.map_err(|error| format!("it can't be unpacked from {compression}: {error}"))?;
     match out.len() as u64 {

@@ -4,7 +4,7 @@ use std::io::Read;
 use crate::storage::MAXIMUM_RECORD;
 
 /// Named fields, and the bytes that they are about.
-pub(super) struct Record {
+pub(super) struct BagRecord {
     pub header: BTreeMap<Vec<u8>, Vec<u8>>,
     pub data: Vec<u8>,
 }
@@ -12,7 +12,7 @@ pub(super) struct Record {
 /// Headers say little, but a connection's may hold a definition.
 const LONGEST_HEADER: u64 = 16 << 20;
 
-impl Record {
+impl BagRecord {
     /// `name=value`, each with its length before it.
     pub fn fields(mut bytes: &[u8]) -> Result<BTreeMap<Vec<u8>, Vec<u8>>, String> {
         let mut fields = BTreeMap::new();
@@ -34,7 +34,7 @@ impl Record {
         field.ok_or_else(|| format!("it has no `{}`", String::from_utf8_lossy(name)))
     }
 
-    /// A number of so many bytes, little end first.
+    /// A little-endian number.
     pub fn number(&self, name: &[u8], size: usize) -> Result<u64, String> {
         let field = self.field(name)?;
         if field.len() != size {
@@ -67,11 +67,11 @@ impl<R: Read> Records<R> {
     }
 
     /// The next one; nothing at the end.
-    pub fn next(&mut self) -> Result<Option<Record>, String> {
+    pub fn next(&mut self) -> Result<Option<BagRecord>, String> {
         let Some(header) = self.part(LONGEST_HEADER, true)? else { return Ok(None) };
-        let header = Record::fields(&header)?;
+        let header = BagRecord::fields(&header)?;
         let data = self.part(MAXIMUM_RECORD, false)?.unwrap_or_default();
-        Ok(Some(Record { header, data }))
+        Ok(Some(BagRecord { header, data }))
     }
 
     /// Bytes with their length before them; memory is taken as they come.

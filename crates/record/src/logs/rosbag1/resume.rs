@@ -3,9 +3,9 @@
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 
-use super::record::Record;
+use super::record::BagRecord;
 
-/// What the header of each chunk has, whatever stands before and behind it.
+/// Field in the header of each chunk.
 const CHUNK: &[u8] = b"\x04\0\0\0op=\x05";
 
 /// No header of a chunk is longer, bytes.
@@ -22,7 +22,7 @@ pub(super) fn next_chunk(file: &mut File, from: u64) -> io::Result<Option<u64>> 
     while begin < length {
         file.seek(SeekFrom::Start(begin))?;
         window.clear();
-        // What begins at the end of a window is looked at with what follows it.
+        // Windows overlap, so that no header is cut.
         file.by_ref().take((WINDOW + 2 * LONGEST) as u64).read_to_end(&mut window)?;
         let is_whole = |place: &usize| {
             let data = chunk_at(&window[*place..]);
@@ -47,7 +47,7 @@ fn chunk_at(bytes: &[u8]) -> Option<(u64, u64)> {
     let (length, rest) = bytes.split_first_chunk()?;
     let header = u32::from_le_bytes(*length) as usize;
     let fields = rest.get(..header).filter(|_| (CHUNK.len()..LONGEST).contains(&header))?;
-    let record = Record { header: Record::fields(fields).ok()?, data: Vec::new() };
+    let record = BagRecord { header: BagRecord::fields(fields).ok()?, data: Vec::new() };
     let is_chunk = record.number(b"op", 1) == Ok(5) && record.number(b"size", 4).is_ok();
     let data = u32::from_le_bytes(*rest[header..].first_chunk()?);
     (is_chunk && record.text(b"compression").is_ok()).then_some((4 + header as u64, 4 + u64::from(data)))

@@ -4,7 +4,7 @@ use std::path::{Component, Path, PathBuf};
 
 use crate::storage::Error;
 
-/// What describes the folder.
+/// Name of the file that describes the folder.
 pub const DESCRIPTION: &str = "metadata.yaml";
 
 /// The files of a folder, in their order.
@@ -38,7 +38,7 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     }
     let inside = |name: String| {
         let file = PathBuf::from(&name);
-        // Nobody else's file is read because a description says so.
+        // Only files inside the folder are read.
         match file.components().all(|part| matches!(part, Component::Normal(_))) {
             true => Ok(folder.join(file)),
             false => Err(unfit(format!("the file `{name}` is not in the folder"))),
@@ -47,7 +47,7 @@ pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
     about.files.into_iter().map(inside).collect()
 }
 
-/// What of a description is needed: it is written by one program, always in the same manner.
+/// The needed part of a description, which one program writes, always in the same manner.
 #[derive(Default)]
 struct Description {
     storage: Option<String>,

@@ -12,7 +12,7 @@ use crate::logs::output::Output;
 use crate::ros::{self, Definition, Frames, Shown, Standard};
 use crate::storage::{Decoder, Error, Message, Selection, Unread, interface, whole};
 
-/// How [`export_ros`] writes.
+/// Options of [`export_ros`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct RosExport<'a> {
     /// Interfaces whose messages ROS has, besides the well-known ones.
@@ -23,7 +23,7 @@ pub struct RosExport<'a> {
     pub pose: Option<&'a str>,
 }
 
-/// What [`export_ros`] has written.
+/// Result of [`export_ros`].
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RosLog {
     /// Messages that are now those of ROS.
@@ -62,15 +62,15 @@ pub fn export_ros(
     export.pose.map_or(Ok(()), |pose| frames.locate(pose)).map_err(unfit)?;
     let (mut latest, mut located) = (0, false);
     let mut decoder = Decoder::default();
-    let mut forms: BTreeMap<u16, Form> = BTreeMap::new();
+    let mut forms: BTreeMap<u16, ExportForm> = BTreeMap::new();
     let mut log = RosLog::default();
     let mut data = Vec::new();
     whole::write(out, |file| {
         let mut output = Output::new(file, out)?;
         selection.visit(&mut reader, |message| {
             let (topic, time) = (&message.channel.topic, message.log_time);
-            let form = forms.entry(message.channel.id).or_insert_with(|| Form::of(message, &known));
-            if matches!(form, Form::Unknown) {
+            let form = forms.entry(message.channel.id).or_insert_with(|| ExportForm::of(message, &known));
+            if matches!(form, ExportForm::Unknown) {
                 *log.left_out.entry(topic.clone()).or_default() += 1;
                 return Ok(true);
             }
@@ -79,13 +79,13 @@ pub fn export_ros(
             }
             let wrong = |error: ros::Error| unfit(format!("`{topic}`: {error}"));
             if time > latest {
-                // What is of one time is there by now.
+                // All messages of the time before are there.
                 log.transforms += tell(&mut frames, latest, &mut data, &mut output)?;
             }
             latest = latest.max(time);
             data.clear();
             match form {
-                Form::Standard(descriptor, standard) => {
+                ExportForm::Standard(descriptor, standard) => {
                     let value = ros::decode(descriptor, message.data).map_err(wrong)?;
                     if descriptor.hash == Transform::DESCRIPTOR.hash {
                         frames.note_transform(topic, time, decoder.decode(message).transform());
@@ -94,7 +94,7 @@ pub fn export_ros(
                     output.message(topic, time, || standard.definition().clone(), &data)?;
                     log.standard += 1;
                 }
-                Form::Shown(shown) => {
+                ExportForm::Shown(shown) => {
                     shown.encode(message.data, &mut data).map_err(wrong)?;
                     output.message(topic, time, || shown.definition().clone(), &data)?;
                     log.others += 1;
@@ -114,7 +114,7 @@ pub fn export_ros(
         })?;
         log.transforms += tell(&mut frames, latest, &mut data, &mut output)?;
         if let (Some(topic), false) = (export.pose, located) {
-            return Err(unfit(format!("what is selected of its topic `{topic}` has no poses")));
+            return Err(unfit(format!("the selection of its topic `{topic}` has no poses")));
         }
         output.finish()?;
         log.unread = decoder.into_unread();
@@ -122,8 +122,8 @@ pub fn export_ros(
     })
 }
 
-/// What becomes of the messages of a channel.
-enum Form {
+/// Treatment of the messages of a channel.
+enum ExportForm {
     Standard(&'static Descriptor, Box<Standard>),
     /// As it was, without what is there for the layout alone.
     Shown(Box<Shown>),
@@ -131,7 +131,7 @@ enum Form {
     Unknown,
 }
 
-impl Form {
+impl ExportForm {
     fn of(message: &Message<'_>, known: &BTreeMap<u64, &'static Descriptor>) -> Self {
         match message.schema {
             Some(schema) if schema.encoding == "ros2msg" && message.channel.message_encoding == "cdr" => {
@@ -162,7 +162,7 @@ fn tell<W: Write>(
     data: &mut Vec<u8>,
     output: &mut Output<W>,
 ) -> Result<u64, Error> {
-    // What tells the topics that are made from those that are there.
+    // Keys that distinguish the made topics from recorded ones.
     const TOPICS: [(&str, &str); 2] = [("/tf, made", "/tf"), ("/tf_static, made", "/tf_static")];
     let (moving, fixed) = frames.take();
     for (transforms, (key, topic)) in [&moving, &fixed].into_iter().zip(TOPICS) {

@@ -2,7 +2,7 @@
 
 use super::super::table::{Table, seconds};
 use super::super::tracks::Series;
-use super::super::{Known, Part, Section, Story};
+use super::super::{Known, Section, SectionPart, Story};
 use super::Recording;
 use crate::plot::{self, Drawing};
 use crate::storage::{ChannelTopic, Error, Unread};
@@ -13,7 +13,7 @@ impl Recording {
         self.texts.get(text)?.get(key)
     }
 
-    /// What stands above the page.
+    /// Title of the page.
     fn title(&self) -> String {
         let file = self.path.file_name().unwrap_or_default().to_string_lossy();
         let name = self.about("run", "agent").cloned().unwrap_or_else(|| file.into_owned());
@@ -40,7 +40,7 @@ impl Recording {
         Ok(Story { title, source, sections, unread: self.unread })
     }
 
-    /// What of it can't be read.
+    /// Messages that can't be decoded.
     pub fn unread(self) -> Vec<Unread> {
         self.unread
     }
@@ -90,7 +90,7 @@ impl Recording {
         Ok(section)
     }
 
-    /// What follows the pictures.
+    /// The sections behind the pictures.
     pub fn sections(&self) -> Vec<Section> {
         let mut decisions = Section::new("Decisions");
         decisions.text(
@@ -117,12 +117,12 @@ impl Recording {
         let unread = self.unreadable();
         if !unread.is_empty() {
             missing.text("Some messages are no values that can be read, so nothing is told of them.");
-            missing.parts.push(Part::Table(unread));
+            missing.parts.push(SectionPart::Table(unread));
         }
         let mut contents = Section::new("Contents");
         contents.table(self.contents(), "The recording is empty.");
         let mut sections = vec![decisions, timing, faults, changes, missing, contents];
-        // Nobody misses these in what is no recording of an agent.
+        // Only recordings of agents have these.
         if !self.texts.contains_key("run") {
             sections.retain(Section::has_table);
         }
@@ -188,12 +188,12 @@ fn ways(
     let drawing = Drawing { title, caption, scene, trajectory };
     let mut section = Section::new("Ways");
     let map = plot::map(&drawing)?;
-    section.parts.push(Part::Drawn("trajectory", "The ways of the robots, by route.".into(), map));
+    section.parts.push(SectionPart::Drawn("trajectory", "The ways of the robots, by route.".into(), map));
     let timeline = plot::timeline(&drawing)?;
-    section.parts.push(Part::Drawn("timeline", "x and y over time, and the route.".into(), timeline));
+    section.parts.push(SectionPart::Drawn("timeline", "x and y over time, and the route.".into(), timeline));
     if !scene.robots.is_empty() {
         let start = plot::scene(&Drawing { title: start_title(&drawing.title), ..drawing })?;
-        section.parts.push(Part::Drawn("scene", "The start, seen from above.".into(), start));
+        section.parts.push(SectionPart::Drawn("scene", "The start, seen from above.".into(), start));
     }
     Ok(Some(section))
 }
@@ -240,7 +240,7 @@ pub(in crate::page) fn distances(section: &mut Section, series: Vec<(String, Ser
     }
     if !curves.is_empty() {
         let svg = plot::curves("distances [m]", &curves)?;
-        section.parts.push(Part::Drawn("distances", "Distances over time.".into(), svg));
+        section.parts.push(SectionPart::Drawn("distances", "Distances over time.".into(), svg));
     }
     section.table(table, "Nothing is known of distances.");
     Ok(())

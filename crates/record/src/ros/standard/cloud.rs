@@ -1,8 +1,8 @@
 use slate_blackboard::interface::{Descriptor, Kind, find};
 
-use super::source::Source;
-use super::{Error, Items, Place, Primitive, RosPrimitive};
-use crate::ros::cdr::{Writer, wire_length};
+use super::source::ValueBytes;
+use super::{Error, FieldLocation, Items, Primitive, RosPrimitive};
+use crate::ros::cdr::{CdrWriter, wire_length};
 
 /// Where something was heard by sonars, as points in the plane of the robot.
 #[derive(Clone, Copy, Debug)]
@@ -17,7 +17,7 @@ struct List<const N: usize> {
     count: Items,
     start: usize,
     size: usize,
-    places: [Place; N],
+    places: [FieldLocation; N],
 }
 
 /// Bytes of a number of a point.
@@ -33,7 +33,7 @@ impl Cloud {
     }
 
     /// Where the middle of each cone was hit in which something was heard.
-    pub fn heard(&self, value: &Source<'_>) -> impl Iterator<Item = [f64; 2]> {
+    pub fn heard(&self, value: &ValueBytes<'_>) -> impl Iterator<Item = [f64; 2]> {
         let count = value.count(self.placements.count).min(value.count(self.echoes.count));
         (0..count).filter_map(|item| {
             let [range, heard] = self.echoes.numbers(value, item);
@@ -43,7 +43,7 @@ impl Cloud {
     }
 
     /// Appends them, each with three numbers.
-    pub fn points(&self, value: &Source<'_>, writer: &mut Writer<'_>) -> Result<(), Error> {
+    pub fn points(&self, value: &ValueBytes<'_>, writer: &mut CdrWriter<'_>) -> Result<(), Error> {
         writer.length(wire_length(self.heard(value).count() * AXES.len() * NUMBER)?);
         for [x, y] in self.heard(value) {
             // Among bytes nothing is aligned.
@@ -56,7 +56,7 @@ impl Cloud {
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Appends what the numbers of a point are.
-pub(super) fn axes(writer: &mut Writer<'_>) -> Result<(), Error> {
+pub(super) fn axes(writer: &mut CdrWriter<'_>) -> Result<(), Error> {
     /// `FLOAT32` of `sensor_msgs/PointField`.
     const SINGLE: u8 = 7;
     writer.length(wire_length(AXES.len())?);
@@ -74,18 +74,18 @@ impl<const N: usize> List<N> {
         let place = find(descriptor, list).ok()?;
         let Kind::Sequence(item, capacity) = *place.kind() else { return None };
         let Kind::Nested(inner) = item else { return None };
-        let mut places = [Place(Primitive::F64, 0); N];
+        let mut places = [FieldLocation(Primitive::F64, 0); N];
         for (own, name) in places.iter_mut().zip(names) {
             let found = find(inner, name).ok()?;
-            *own = Place(Primitive::of(found.kind())?, found.offset());
+            *own = FieldLocation(Primitive::of(found.kind())?, found.offset());
         }
         let count = Items::Counted(place.offset(), capacity);
         Some(Self { count, start: place.offset() + 8, size: item.size(), places })
     }
 
-    fn numbers(&self, value: &Source<'_>, item: usize) -> [f64; N] {
+    fn numbers(&self, value: &ValueBytes<'_>, item: usize) -> [f64; N] {
         let bytes = &value.bytes[self.start + item * self.size..][..self.size];
-        let item = Source { bytes, tail: 0 };
+        let item = ValueBytes { bytes, tail: 0 };
         self.places.each_ref().map(|place| item.read(place).float())
     }
 }

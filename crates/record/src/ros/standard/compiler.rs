@@ -1,11 +1,13 @@
 use slate_blackboard::interface::{Descriptor, Kind, find};
 
-use super::messages::{Origin, RULES};
-use super::{Cloud, Items, Number, Place, Primitive, RosPrimitive, Schema, Step, Text};
+use super::messages::{FieldOrigin, RULES};
+use super::{
+    Cloud, EncodeStep, FieldLocation, Items, NumberSource, Primitive, RosPrimitive, Schema, TextSource,
+};
 use crate::ros::schema::{Count, FieldType, Item};
 
-/// What makes the message `name` of a value; nothing when it doesn't fit that.
-pub(super) fn steps(descriptor: &'static Descriptor, name: &str, schema: &Schema) -> Option<Vec<Step>> {
+/// The steps that encode a value as message `name`; `None` when it does not fit.
+pub(super) fn steps(descriptor: &'static Descriptor, name: &str, schema: &Schema) -> Option<Vec<EncodeStep>> {
     let mut compiler = Compiler { descriptor, message: name, schema, steps: Vec::new(), used: false };
     compiler.record(0, "", Some(""))?;
     compiler.used.then_some(compiler.steps)
@@ -15,7 +17,7 @@ struct Compiler<'a> {
     descriptor: &'static Descriptor,
     message: &'a str,
     schema: &'a Schema,
-    steps: Vec<Step>,
+    steps: Vec<EncodeStep>,
     /// Whether anything of the value is in the message.
     used: bool,
 }
@@ -26,7 +28,7 @@ impl Compiler<'_> {
         let schema = self.schema;
         let record = &schema.records()[index];
         if record.types.is_empty() {
-            self.steps.push(Step::Empty);
+            self.steps.push(EncodeStep::Empty);
         }
         for (name, of) in record.names.iter().zip(&record.types) {
             self.field(&joined(path, name), *of, scope.map(|scope| joined(scope, name)))?;
@@ -34,8 +36,8 @@ impl Compiler<'_> {
         Some(())
     }
 
-    /// What the rules say of a field of the message.
-    fn rules<'s>(&self, path: &'s str) -> impl Iterator<Item = &'static Origin> + use<'s, '_> {
+    /// The rules of a field of the message.
+    fn rules<'s>(&self, path: &'s str) -> impl Iterator<Item = &'static FieldOrigin> + use<'s, '_> {
         let rules =
             RULES.iter().filter(move |(message, field, _)| *message == self.message && *field == path);
         rules.map(|(_, _, origin)| origin)
@@ -51,7 +53,7 @@ impl Compiler<'_> {
             }
             (Item::Record(index), Count::One) => {
                 let moved = self.rules(path).find_map(|origin| match origin {
-                    Origin::Field(field) => {
+                    FieldOrigin::Field(field) => {
                         matches!(self.find(field)?.0, Kind::Nested(_)).then(|| (*field).into())
                     }
                     _ => None,
@@ -62,93 +64,102 @@ impl Compiler<'_> {
             (Item::Text, Count::One) => self.one_text(path, same.as_deref()),
             (Item::Primitive(kind), count) => self.numbers(path, kind, count, same.as_deref())?,
             (Item::Record(_), Count::Any)
-                if self.rules(path).any(|origin| matches!(origin, Origin::Axes))
+                if self.rules(path).any(|origin| matches!(origin, FieldOrigin::Axes))
                     && Cloud::of(self.descriptor).is_some() =>
             {
-                Step::Axes
+                EncodeStep::Axes
             }
             (Item::Text, Count::Any) if same.is_none() => self.texts(path),
             (Item::Record(index), Count::Any) => self.records(index, path, same.as_deref())?,
-            (_, Count::Any) if same.is_none() => Step::Zeros(Primitive::U8, None),
+            (_, Count::Any) if same.is_none() => EncodeStep::Zeros(Primitive::U8, None),
             _ => return None,
         };
         self.steps.push(step);
         Some(())
     }
 
-    fn stamp(&self, path: &str) -> Step {
-        Step::Stamp(self.rules(path).find_map(|origin| match origin {
-            Origin::Time { time, unless } => Some((self.place(time)?, self.place(unless)?)),
+    fn stamp(&self, path: &str) -> EncodeStep {
+        EncodeStep::Stamp(self.rules(path).find_map(|origin| match origin {
+            FieldOrigin::Time { time, unless } => Some((self.place(time)?, self.place(unless)?)),
             _ => None,
         }))
     }
 
-    fn one_number(&mut self, path: &str, kind: Primitive, same: Option<&str>) -> Option<Step> {
+    fn one_number(&mut self, path: &str, kind: Primitive, same: Option<&str>) -> Option<EncodeStep> {
         let number = self.rules(path).find_map(|origin| self.number(origin));
-        let number = number.or_else(|| Some(Number::Field(self.place(same?)?)));
+        let number = number.or_else(|| Some(NumberSource::Field(self.place(same?)?)));
         self.used |= number.is_some();
         let constant = self.rules(path).find_map(|origin| match origin {
-            Origin::Number(number) => Some(*number),
+            FieldOrigin::Number(number) => Some(*number),
             _ => None,
         });
         if number.is_none() && same.is_some() {
             return None;
         }
-        Some(Step::Number(kind, number.unwrap_or(Number::Constant(constant.unwrap_or(0.0)))))
+        Some(EncodeStep::Number(kind, number.unwrap_or(NumberSource::Constant(constant.unwrap_or(0.0)))))
     }
 
-    fn one_text(&mut self, path: &str, same: Option<&str>) -> Step {
+    fn one_text(&mut self, path: &str, same: Option<&str>) -> EncodeStep {
         let text = self.rules(path).find_map(|origin| self.text(origin));
         let text = text.or_else(|| self.text_field(same?));
         self.used |= text.is_some();
         let constant = self.rules(path).find_map(|origin| match origin {
-            Origin::Text(text) => Some(Text::Constant(text)),
-            Origin::Frame(name) => Some(Text::OfRobot(name)),
+            FieldOrigin::Text(text) => Some(TextSource::Constant(text)),
+            FieldOrigin::Frame(name) => Some(TextSource::OfRobot(name)),
             _ => None,
         });
-        let usual = if path.ends_with("header/frame_id") { Text::Frame } else { Text::Constant("") };
-        Step::Text(text.or(constant).unwrap_or(usual))
+        let usual =
+            if path.ends_with("header/frame_id") { TextSource::Frame } else { TextSource::Constant("") };
+        EncodeStep::Text(text.or(constant).unwrap_or(usual))
     }
 
-    fn numbers(&mut self, path: &str, kind: Primitive, count: Count, same: Option<&str>) -> Option<Step> {
+    fn numbers(
+        &mut self,
+        path: &str,
+        kind: Primitive,
+        count: Count,
+        same: Option<&str>,
+    ) -> Option<EncodeStep> {
         let fixed = match count {
             Count::Fixed(count) => Some(count),
             _ => None,
         };
         let own = self.rules(path).find_map(|origin| match origin {
-            Origin::Covariance(field) => Some(Step::Covariance(self.covariance(field)?)),
-            Origin::Listed(fields) if fixed.is_none() => Some(Step::Listed(kind, self.places(fields)?)),
-            Origin::Points => Some(Step::Points(Cloud::of(self.descriptor)?)),
+            FieldOrigin::Covariance(field) => Some(EncodeStep::Covariance(self.covariance(field)?)),
+            FieldOrigin::Listed(fields) if fixed.is_none() => {
+                Some(EncodeStep::Listed(kind, self.places(fields)?))
+            }
+            FieldOrigin::Points => Some(EncodeStep::Points(Cloud::of(self.descriptor)?)),
             _ => None,
         });
         let step = match (own, same) {
             (Some(step), _) => step,
             (None, Some(same)) => self.list(kind, fixed, same)?,
-            (None, None) => Step::Zeros(kind, fixed),
+            (None, None) => EncodeStep::Zeros(kind, fixed),
         };
-        self.used |= !matches!(step, Step::Zeros(..));
+        self.used |= !matches!(step, EncodeStep::Zeros(..));
         Some(step)
     }
 
-    fn texts(&self, path: &str) -> Step {
+    fn texts(&self, path: &str) -> EncodeStep {
         let called = self.rules(path).find_map(|origin| match origin {
-            Origin::Called(names) => self.places(names).map(|_| names),
+            FieldOrigin::Called(names) => self.places(names).map(|_| names),
             _ => None,
         });
         let names = called.into_iter().flat_map(|names| names.iter());
-        Step::Texts(names.map(|(name, _)| *name).collect())
+        EncodeStep::Texts(names.map(|(name, _)| *name).collect())
     }
 
-    fn records(&mut self, index: usize, path: &str, same: Option<&str>) -> Option<Step> {
+    fn records(&mut self, index: usize, path: &str, same: Option<&str>) -> Option<EncodeStep> {
         let own = self.rules(path).find_map(|origin| match origin {
-            Origin::Field(field) => self.find(field),
+            FieldOrigin::Field(field) => self.find(field),
             _ => None,
         });
         let step = match own.or_else(|| self.find(same?)) {
             Some((kind, offset)) => self.messages(index, path, kind, offset)?,
-            None => Step::Zeros(Primitive::U8, None),
+            None => EncodeStep::Zeros(Primitive::U8, None),
         };
-        self.used |= matches!(step, Step::Messages { .. });
+        self.used |= matches!(step, EncodeStep::Messages { .. });
         Some(step)
     }
 
@@ -157,58 +168,60 @@ impl Compiler<'_> {
         Some((*place.kind(), place.offset()))
     }
 
-    fn place(&self, path: &str) -> Option<Place> {
+    fn place(&self, path: &str) -> Option<FieldLocation> {
         let (kind, offset) = self.find(path)?;
-        Some(Place(Primitive::of(&kind)?, offset))
+        Some(FieldLocation(Primitive::of(&kind)?, offset))
     }
 
-    fn places(&self, fields: &[(&str, &str)]) -> Option<Vec<Place>> {
+    fn places(&self, fields: &[(&str, &str)]) -> Option<Vec<FieldLocation>> {
         fields.iter().map(|(_, field)| self.place(field)).collect()
     }
 
-    fn number(&self, origin: &Origin) -> Option<Number> {
+    fn number(&self, origin: &FieldOrigin) -> Option<NumberSource> {
         Some(match origin {
-            Origin::Field(field) => Number::Field(self.place(field)?),
-            Origin::HalfSine(field) => Number::HalfSine(self.place(field)?),
-            Origin::HalfCosine(field) => Number::HalfCosine(self.place(field)?),
-            Origin::When { number, holds } => {
-                Number::When { number: self.place(number)?, holds: self.place(holds)? }
+            FieldOrigin::Field(field) => NumberSource::Field(self.place(field)?),
+            FieldOrigin::HalfSine(field) => NumberSource::HalfSine(self.place(field)?),
+            FieldOrigin::HalfCosine(field) => NumberSource::HalfCosine(self.place(field)?),
+            FieldOrigin::When { number, holds } => {
+                NumberSource::When { number: self.place(number)?, holds: self.place(holds)? }
             }
-            Origin::Last { first, step, items } => Number::Last {
+            FieldOrigin::Last { first, step, items } => NumberSource::Last {
                 first: self.place(first)?,
                 step: self.place(step)?,
                 items: self.items(items)?.0,
             },
-            Origin::Among(field, numbers) => Number::Among(self.place(field)?, numbers),
-            Origin::Along { range, bearing } => {
-                Number::Along { range: self.place(range)?, bearing: self.place(bearing)? }
+            FieldOrigin::Among(field, numbers) => NumberSource::Among(self.place(field)?, numbers),
+            FieldOrigin::Along { range, bearing } => {
+                NumberSource::Along { range: self.place(range)?, bearing: self.place(bearing)? }
             }
-            Origin::Across { range, bearing } => {
-                Number::Across { range: self.place(range)?, bearing: self.place(bearing)? }
+            FieldOrigin::Across { range, bearing } => {
+                NumberSource::Across { range: self.place(range)?, bearing: self.place(bearing)? }
             }
-            Origin::Heard(times) => Number::Heard(Cloud::of(self.descriptor)?, *times),
+            FieldOrigin::Heard(times) => NumberSource::Heard(Cloud::of(self.descriptor)?, *times),
             _ => return None,
         })
     }
 
-    fn text(&self, origin: &Origin) -> Option<Text> {
+    fn text(&self, origin: &FieldOrigin) -> Option<TextSource> {
         match origin {
-            Origin::Field(field) => self.text_field(field),
-            Origin::NamedFrame(field) => match self.text_field(field)? {
-                Text::Field(offset, capacity) => Some(Text::Named(offset, capacity)),
+            FieldOrigin::Field(field) => self.text_field(field),
+            FieldOrigin::NamedFrame(field) => match self.text_field(field)? {
+                TextSource::Field(offset, capacity) => Some(TextSource::Named(offset, capacity)),
                 other => Some(other),
             },
-            Origin::Name(field) => match self.find(field)? {
-                (Kind::Enumeration(enumeration), _) => Some(Text::Name(self.place(field)?, enumeration)),
+            FieldOrigin::Name(field) => match self.find(field)? {
+                (Kind::Enumeration(enumeration), _) => {
+                    Some(TextSource::Name(self.place(field)?, enumeration))
+                }
                 _ => None,
             },
             _ => None,
         }
     }
 
-    fn text_field(&self, path: &str) -> Option<Text> {
+    fn text_field(&self, path: &str) -> Option<TextSource> {
         match self.find(path)? {
-            (Kind::Text(capacity), offset) => Some(Text::Field(offset, capacity)),
+            (Kind::Text(capacity), offset) => Some(TextSource::Field(offset, capacity)),
             _ => None,
         }
     }
@@ -226,8 +239,8 @@ impl Compiler<'_> {
         Some((items, Primitive::of(item)?, start))
     }
 
-    /// What makes a list of messages of a list of interfaces.
-    fn messages(&self, index: usize, path: &str, of: Kind, offset: usize) -> Option<Step> {
+    /// The step that encodes a list of interfaces as a list of messages.
+    fn messages(&self, index: usize, path: &str, of: Kind, offset: usize) -> Option<EncodeStep> {
         let (count, item, start) = list(&of, offset)?;
         let Kind::Nested(descriptor) = *item else { return None };
         let (message, schema) = (self.message, self.schema);
@@ -235,17 +248,17 @@ impl Compiler<'_> {
         let mut inner = Compiler { descriptor, message, schema, steps: Vec::new(), used: false };
         inner.record(index, path, Some(""))?;
         let Compiler { steps, used, .. } = inner;
-        used.then_some(Step::Messages { count, start, size: item.size(), steps })
+        used.then_some(EncodeStep::Messages { count, start, size: item.size(), steps })
     }
 
-    fn list(&self, kind: Primitive, fixed: Option<usize>, path: &str) -> Option<Step> {
+    fn list(&self, kind: Primitive, fixed: Option<usize>, path: &str) -> Option<EncodeStep> {
         let (count, from, start) = self.items(path)?;
         match (fixed, count) {
             (Some(wanted), Items::Fixed(count)) if wanted == count => {}
             (None, _) => {}
             _ => return None,
         }
-        Some(Step::List { kind, counted: fixed.is_none(), count, start, from })
+        Some(EncodeStep::List { kind, counted: fixed.is_none(), count, start, from })
     }
 }
 

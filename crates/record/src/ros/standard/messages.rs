@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use crate::ros::definition::SEPARATOR;
 
 /// Where a field of a standard message comes from, when that is no field of its own name.
-pub(super) enum Origin {
+pub(super) enum FieldOrigin {
     /// A field of the interface, or all fields of one.
     Field(&'static str),
     /// A number that the interface does not have.
@@ -20,9 +20,9 @@ pub(super) enum Origin {
     Name(&'static str),
     /// Numbers of several fields as a list: what the list's items are called, and the fields.
     Listed(&'static [(&'static str, &'static str)]),
-    /// What such items are called.
+    /// Names of such items.
     Called(&'static [(&'static str, &'static str)]),
-    /// What stands for each value of an enumeration, from 0 on; the last for all others.
+    /// Number of each value of an enumeration, from 0 on; the last for all others.
     Among(&'static str, &'static [f64]),
     /// How far in front something is of which distance and bearing are known.
     Along { range: &'static str, bearing: &'static str },
@@ -40,15 +40,15 @@ pub(super) enum Origin {
     HalfCosine(&'static str),
     /// A number, or infinity when the truth value is false.
     When { number: &'static str, holds: &'static str },
-    /// What the last of some steps reaches.
+    /// End of the last step.
     Last { first: &'static str, step: &'static str, items: &'static str },
-    /// What the covariance of x, y and theta, row after row, is in space.
+    /// Covariance in space of that of x, y and theta, row after row.
     Covariance(&'static str),
     /// A time in nanoseconds, or the message's when the truth value holds.
     Time { time: &'static str, unless: &'static str },
 }
 
-use Origin::{
+use FieldOrigin::{
     Across, Along, Among, Axes, Called, Covariance, Field, Frame, HalfCosine, HalfSine, Heard, Last, Listed,
     Name, NamedFrame, Number, Points, Text, Time, When,
 };
@@ -62,7 +62,7 @@ const FOUR_WHEELS: &[(&str, &str)] = &[
 ];
 
 /// Message, field in it, where that comes from. A rule whose fields the interface does not have is left out.
-pub(super) const RULES: &[(&str, &str, Origin)] = &[
+pub(super) const RULES: &[(&str, &str, FieldOrigin)] = &[
     ("diagnostic_msgs/DiagnosticStatus", "level", Among("state", &[0.0, 0.0, 2.0, 3.0])),
     ("diagnostic_msgs/DiagnosticStatus", "name", Text("mission")),
     ("diagnostic_msgs/DiagnosticStatus", "message", Field("reason")),

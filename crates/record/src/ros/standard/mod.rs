@@ -8,8 +8,8 @@ use slate_blackboard::interface::{Descriptor, Enumeration};
 use self::cloud::Cloud;
 use self::compiler::steps;
 use self::messages::text;
-use self::source::{Scalar, Source, scalar, write, write_name};
-use super::cdr::{Writer, wire_length};
+use self::source::{Scalar, ValueBytes, scalar, write, write_name};
+use super::cdr::{CdrWriter, wire_length};
 use super::codec::items;
 use super::names::own_frame;
 use super::{Definition, Error, Primitive, RosPrimitive, Schema};
@@ -22,15 +22,15 @@ use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 pub struct Standard {
     descriptor: &'static Descriptor,
     definition: Definition,
-    steps: Vec<Step>,
+    steps: Vec<EncodeStep>,
 }
 
-/// What is appended to a message, one after the other.
+/// Step of encoding a message, in order.
 #[derive(Debug)]
-enum Step {
-    Number(Primitive, Number),
-    Text(Text),
-    Stamp(Option<(Place, Place)>),
+enum EncodeStep {
+    Number(Primitive, NumberSource),
+    Text(TextSource),
+    Stamp(Option<(FieldLocation, FieldLocation)>),
     /// A list, with its length before it or without.
     List {
         kind: Primitive,
@@ -45,10 +45,10 @@ enum Step {
         count: Items,
         start: usize,
         size: usize,
-        steps: Vec<Step>,
+        steps: Vec<EncodeStep>,
     },
     /// Numbers of several fields, with their count.
-    Listed(Primitive, Vec<Place>),
+    Listed(Primitive, Vec<FieldLocation>),
     /// Texts, with their count.
     Texts(Vec<&'static str>),
     /// The axes of points.
@@ -65,24 +65,24 @@ enum Step {
 
 /// A number in a value: its type and offset.
 #[derive(Clone, Copy, Debug)]
-struct Place(Primitive, usize);
+struct FieldLocation(Primitive, usize);
 
 #[derive(Debug)]
-enum Number {
+enum NumberSource {
     Constant(f64),
-    Field(Place),
-    HalfSine(Place),
-    HalfCosine(Place),
-    When { number: Place, holds: Place },
-    Last { first: Place, step: Place, items: Items },
-    Among(Place, &'static [f64]),
-    Along { range: Place, bearing: Place },
-    Across { range: Place, bearing: Place },
+    Field(FieldLocation),
+    HalfSine(FieldLocation),
+    HalfCosine(FieldLocation),
+    When { number: FieldLocation, holds: FieldLocation },
+    Last { first: FieldLocation, step: FieldLocation, items: Items },
+    Among(FieldLocation, &'static [f64]),
+    Along { range: FieldLocation, bearing: FieldLocation },
+    Across { range: FieldLocation, bearing: FieldLocation },
     Heard(Cloud, f64),
 }
 
 #[derive(Debug)]
-enum Text {
+enum TextSource {
     Constant(&'static str),
     Frame,
     /// A frame of the robot that the value is of.
@@ -91,7 +91,7 @@ enum Text {
     Named(usize, usize),
     /// Offset and capacity.
     Field(usize, usize),
-    Name(Place, &'static Enumeration),
+    Name(FieldLocation, &'static Enumeration),
 }
 
 /// How many items a list of a value has.
@@ -156,8 +156,8 @@ impl Standard {
         let tail = items(self.descriptor, bytes)?;
         wire_length(bytes.len())?;
         wire_length(frame.len() + 1)?;
-        let value = Source { bytes, tail };
-        append(&self.steps, &value, stamp, frame, &mut Writer::new(out))
+        let value = ValueBytes { bytes, tail };
+        append(&self.steps, &value, stamp, frame, &mut CdrWriter::new(out))
     }
 }
 
@@ -168,16 +168,16 @@ fn robot(frame: &str) -> &str {
 
 /// Appends what the steps make of a value.
 fn append(
-    steps: &[Step],
-    value: &Source<'_>,
+    steps: &[EncodeStep],
+    value: &ValueBytes<'_>,
     stamp: u64,
     frame: &str,
-    writer: &mut Writer<'_>,
+    writer: &mut CdrWriter<'_>,
 ) -> Result<(), Error> {
     for step in steps {
         match step {
-            Step::Number(kind, number) => write(writer, *kind, value.number(number)),
-            Step::Stamp(own) => {
+            EncodeStep::Number(kind, number) => write(writer, *kind, value.number(number)),
+            EncodeStep::Stamp(own) => {
                 let own = own.as_ref().filter(|(_, unless)| !value.holds(unless));
                 let stamp = own.map_or(i128::from(stamp), |(time, _)| match value.read(time) {
                     Scalar::Whole(time) => time,
@@ -187,15 +187,19 @@ fn append(
                 write(writer, Primitive::I32, Scalar::Whole(stamp.div_euclid(second)));
                 write(writer, Primitive::U32, Scalar::Whole(stamp.rem_euclid(second)));
             }
-            Step::Text(Text::Frame) => writer.text(frame)?,
-            Step::Text(Text::Constant(text)) => writer.text(text)?,
-            Step::Text(Text::OfRobot(name)) => writer.joined(&own_frame(robot(frame), name))?,
-            Step::Text(Text::Named(offset, capacity)) => {
+            EncodeStep::Text(TextSource::Frame) => writer.text(frame)?,
+            EncodeStep::Text(TextSource::Constant(text)) => writer.text(text)?,
+            EncodeStep::Text(TextSource::OfRobot(name)) => writer.joined(&own_frame(robot(frame), name))?,
+            EncodeStep::Text(TextSource::Named(offset, capacity)) => {
                 writer.joined(&own_frame(robot(frame), value.text(*offset, *capacity)))?;
             }
-            Step::Text(Text::Field(offset, capacity)) => writer.text(value.text(*offset, *capacity))?,
-            Step::Text(Text::Name(place, enumeration)) => write_name(writer, value.read(place), enumeration)?,
-            Step::List { kind, counted, count, start, from } => {
+            EncodeStep::Text(TextSource::Field(offset, capacity)) => {
+                writer.text(value.text(*offset, *capacity))?
+            }
+            EncodeStep::Text(TextSource::Name(place, enumeration)) => {
+                write_name(writer, value.read(place), enumeration)?
+            }
+            EncodeStep::List { kind, counted, count, start, from } => {
                 let count = value.count(*count);
                 if *counted {
                     writer.length(wire_length(count)?);
@@ -210,40 +214,42 @@ fn append(
                     }
                 }
             }
-            Step::Messages { count, start, size, steps } => {
+            EncodeStep::Messages { count, start, size, steps } => {
                 let count = value.count(*count);
                 writer.length(wire_length(count)?);
                 for item in 0..count {
                     let bytes = &value.bytes[*start + item * size..][..*size];
-                    append(steps, &Source { bytes, tail: 0 }, stamp, frame, writer)?;
+                    append(steps, &ValueBytes { bytes, tail: 0 }, stamp, frame, writer)?;
                 }
             }
-            Step::Covariance(start) => {
-                // x, y and the turn around z among x, y, z and the turns around them.
-                const IN_PLANE: [Option<usize>; 6] = [Some(0), Some(1), None, None, None, Some(2)];
-                for row in IN_PLANE {
-                    for column in IN_PLANE {
-                        let own = row.zip(column).map(|(row, column)| start + 8 * (3 * row + column));
-                        let own =
-                            own.map_or(Scalar::Whole(0), |at| scalar(Primitive::F64, &value.bytes[at..]));
-                        write(writer, Primitive::F64, own);
-                    }
-                }
-            }
-            Step::Listed(kind, places) => {
+            EncodeStep::Covariance(start) => covariance(value, *start, writer),
+            EncodeStep::Listed(kind, places) => {
                 writer.length(wire_length(places.len())?);
                 places.iter().for_each(|place| write(writer, *kind, value.read(place)));
             }
-            Step::Texts(texts) => {
+            EncodeStep::Texts(texts) => {
                 writer.length(wire_length(texts.len())?);
                 texts.iter().try_for_each(|text| writer.text(text))?;
             }
-            Step::Axes => cloud::axes(writer)?,
-            Step::Points(cloud) => cloud.points(value, writer)?,
-            Step::Zeros(_, None) => writer.length(0),
-            Step::Zeros(kind, Some(count)) => writer.zeros(*count, kind.size()),
-            Step::Empty => writer.byte(0),
+            EncodeStep::Axes => cloud::axes(writer)?,
+            EncodeStep::Points(cloud) => cloud.points(value, writer)?,
+            EncodeStep::Zeros(_, None) => writer.length(0),
+            EncodeStep::Zeros(kind, Some(count)) => writer.zeros(*count, kind.size()),
+            EncodeStep::Empty => writer.byte(0),
         }
     }
     Ok(())
+}
+
+/// Appends the covariance of a pose in space, from that of x, y and theta in the plane.
+fn covariance(value: &ValueBytes<'_>, start: usize, writer: &mut CdrWriter<'_>) {
+    // x, y and the turn around z among x, y, z and the turns around them.
+    const IN_PLANE: [Option<usize>; 6] = [Some(0), Some(1), None, None, None, Some(2)];
+    for row in IN_PLANE {
+        for column in IN_PLANE {
+            let own = row.zip(column).map(|(row, column)| start + 8 * (3 * row + column));
+            let own = own.map_or(Scalar::Whole(0), |at| scalar(Primitive::F64, &value.bytes[at..]));
+            write(writer, Primitive::F64, own);
+        }
+    }
 }

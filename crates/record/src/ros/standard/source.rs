@@ -1,8 +1,8 @@
 use slate_blackboard::interface::Enumeration;
 
-use super::{Error, Items, Number, Place, Primitive, RosPrimitive};
+use super::{Error, FieldLocation, Items, NumberSource, Primitive, RosPrimitive};
 use crate::ros::Value;
-use crate::ros::cdr::{Writer, wire_length};
+use crate::ros::cdr::{CdrWriter, wire_length};
 
 /// A number on its way from one type to another.
 #[derive(Clone, Copy)]
@@ -32,7 +32,7 @@ pub(super) fn scalar(kind: Primitive, memory: &[u8]) -> Scalar {
 }
 
 /// Writes the nearest that the type can hold.
-pub(super) fn write(writer: &mut Writer<'_>, kind: Primitive, number: Scalar) {
+pub(super) fn write(writer: &mut CdrWriter<'_>, kind: Primitive, number: Scalar) {
     match kind {
         Primitive::F32 => writer.numbers(&(number.float() as f32).to_ne_bytes(), 4),
         Primitive::F64 => writer.numbers(&number.float().to_ne_bytes(), 8),
@@ -54,7 +54,7 @@ pub(super) fn write(writer: &mut Writer<'_>, kind: Primitive, number: Scalar) {
 }
 
 pub(super) fn write_name(
-    writer: &mut Writer<'_>,
+    writer: &mut CdrWriter<'_>,
     number: Scalar,
     enumeration: &Enumeration,
 ) -> Result<(), Error> {
@@ -72,17 +72,17 @@ pub(super) fn write_name(
 }
 
 /// A value that steps read.
-pub(super) struct Source<'a> {
+pub(super) struct ValueBytes<'a> {
     pub bytes: &'a [u8],
     pub tail: usize,
 }
 
-impl Source<'_> {
-    pub fn read(&self, place: &Place) -> Scalar {
+impl ValueBytes<'_> {
+    pub fn read(&self, place: &FieldLocation) -> Scalar {
         scalar(place.0, &self.bytes[place.1..])
     }
 
-    pub fn holds(&self, place: &Place) -> bool {
+    pub fn holds(&self, place: &FieldLocation) -> bool {
         self.read(place).float() != 0.0
     }
 
@@ -107,23 +107,25 @@ impl Source<'_> {
         }
     }
 
-    pub fn number(&self, number: &Number) -> Scalar {
-        let float = |place: &Place| self.read(place).float();
+    pub fn number(&self, number: &NumberSource) -> Scalar {
+        let float = |place: &FieldLocation| self.read(place).float();
         match number {
-            Number::Constant(number) => Scalar::Float(*number),
-            Number::Field(place) => self.read(place),
-            Number::HalfSine(place) => Scalar::Float(libm::sin(float(place) / 2.0)),
-            Number::HalfCosine(place) => Scalar::Float(libm::cos(float(place) / 2.0)),
-            Number::When { number, holds } if self.holds(holds) => self.read(number),
-            Number::When { .. } => Scalar::Float(f64::INFINITY),
-            Number::Among(place, numbers) => {
+            NumberSource::Constant(number) => Scalar::Float(*number),
+            NumberSource::Field(place) => self.read(place),
+            NumberSource::HalfSine(place) => Scalar::Float(libm::sin(float(place) / 2.0)),
+            NumberSource::HalfCosine(place) => Scalar::Float(libm::cos(float(place) / 2.0)),
+            NumberSource::When { number, holds } if self.holds(holds) => self.read(number),
+            NumberSource::When { .. } => Scalar::Float(f64::INFINITY),
+            NumberSource::Among(place, numbers) => {
                 let own = numbers.get(float(place) as usize);
                 Scalar::Float(own.or(numbers.last()).copied().unwrap_or(0.0))
             }
-            Number::Along { range, bearing } => Scalar::Float(float(range) * libm::cos(float(bearing))),
-            Number::Across { range, bearing } => Scalar::Float(float(range) * libm::sin(float(bearing))),
-            Number::Heard(cloud, times) => Scalar::Float(cloud.heard(self).count() as f64 * times),
-            Number::Last { first, step, items } => {
+            NumberSource::Along { range, bearing } => Scalar::Float(float(range) * libm::cos(float(bearing))),
+            NumberSource::Across { range, bearing } => {
+                Scalar::Float(float(range) * libm::sin(float(bearing)))
+            }
+            NumberSource::Heard(cloud, times) => Scalar::Float(cloud.heard(self).count() as f64 * times),
+            NumberSource::Last { first, step, items } => {
                 let steps = self.count(*items).saturating_sub(1);
                 Scalar::Float(float(first) + float(step) * steps as f64)
             }

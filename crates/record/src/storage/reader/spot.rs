@@ -28,7 +28,7 @@ pub(super) struct Kept {
 /// a length.
 const UNCOMPRESSED: u64 = 8 + 8 + 8 + 4 + 4 + 8;
 
-/// So many bytes of chunks are kept, besides the last one.
+/// Maximum size of the kept chunks besides the last one, bytes.
 const KEPT: usize = 32 << 20;
 
 impl Kept {

@@ -8,7 +8,7 @@ use slate_module::Level;
 use super::{Assembly, LoadedModule};
 use crate::agent::build::{ResourceMark, build};
 use crate::configuration::{Configuration, Report};
-use crate::main_loop::{Seat, Shared};
+use crate::main_loop::{Seat, SharedLoop};
 use slate_composition::{RESERVED, Survey};
 
 /// States of modules by name, or why they could not be saved.
@@ -86,7 +86,7 @@ impl Assembly {
     }
 
     /// Starts the threads of modules that came to an agent that runs.
-    pub fn start_arrived(&self, arrivals: &Arrivals, shared: &Arc<Shared>) {
+    pub fn start_arrived(&self, arrivals: &Arrivals, shared: &Arc<SharedLoop>) {
         for name in &arrivals.names {
             let loaded = &self.modules[name];
             if loaded.own_thread
@@ -103,7 +103,7 @@ impl Assembly {
     pub fn dispose(
         &mut self,
         leaving: BTreeMap<String, LoadedModule>,
-        shared: &Shared,
+        shared: &SharedLoop,
         keep: bool,
     ) -> ModuleStates {
         let ended = leaving.into_iter().map(|(name, loaded)| {

@@ -6,21 +6,21 @@ use std::sync::Arc;
 use super::Assembly;
 use crate::agent::build::deepening;
 use crate::configuration::Configuration;
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use slate_composition::Survey;
 
 impl Assembly {
     /// Has outputs keep as many values as the queues need that are linked to them by a survey, before those get their
-    /// readers. Nobody who reads them already learns of it, so it may stay when the links are not made after all. Fails
+    /// readers. Present readers don't notice it, so it may stay when the links are not made after all. Fails
     /// with the name of a module that has not returned.
     pub fn deepen(
         &mut self,
         configuration: &Configuration,
         survey: &Survey<'_>,
-        shared: &Shared,
+        shared: &SharedLoop,
     ) -> Result<(), String> {
         for (name, outputs) in deepening(configuration, survey, &mut self.resources) {
-            // Who is not there yet finds it when it comes.
+            // A module that is not there yet finds it when it comes.
             let Some(loaded) = self.modules.get(&name) else { continue };
             let seat = Arc::clone(&loaded.seat);
             let work = move || {

@@ -12,10 +12,10 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 
-use super::build::{HostResources, Made, rewire};
+use super::build::{BuildMoment, HostResources, rewire};
 use crate::configuration::{Configuration, Diagnostic};
 pub(super) use crate::main_loop::Levels;
-use crate::main_loop::{Seat, Shared};
+use crate::main_loop::{Seat, SharedLoop};
 pub(super) use arrival::ModuleStates;
 pub(super) use module::LoadedModule;
 use owners::LoopOwners;
@@ -71,13 +71,13 @@ impl Assembly {
     }
 
     /// Starts the threads of modules that have their own.
-    pub fn start_threads(&self, shared: &Arc<Shared>) -> std::io::Result<()> {
+    pub fn start_threads(&self, shared: &Arc<SharedLoop>) -> std::io::Result<()> {
         let mut threads = shared.threads();
         self.threaded().iter().try_for_each(|seat| threads.start(shared, seat))
     }
 
     /// Has the loop run those stages from its next cycle on, with the threads and actuators that there are.
-    pub fn compose(&mut self, stages: Vec<Levels>, shared: &Arc<Shared>) {
+    pub fn compose(&mut self, stages: Vec<Levels>, shared: &Arc<SharedLoop>) {
         self.resources.means.actuators.set(self.resources.actuators.clone());
         shared.compose(stages, self.threaded(), self.resources.actuators.values().cloned().collect());
         let Self { owners, modules, resources, .. } = self;
@@ -88,7 +88,7 @@ impl Assembly {
     fn compose_with<R: Send + 'static, E: Send + 'static>(
         &self,
         stages: Vec<Levels>,
-        shared: &Shared,
+        shared: &SharedLoop,
         work: impl FnOnce() -> Result<R, E> + Send + 'static,
     ) -> Option<Result<R, E>> {
         let actuators = self.resources.actuators.values().cloned().collect();
@@ -148,7 +148,7 @@ impl Assembly {
         &mut self,
         configuration: &Configuration,
         catalogue: &Catalogue,
-        shared: &Arc<Shared>,
+        shared: &Arc<SharedLoop>,
     ) -> Result<Vec<String>, Unlinked> {
         let mark = self.resources.mark();
         let mut relinking = Relinking::prepare(self, configuration, catalogue, shared)?;
@@ -174,7 +174,8 @@ impl Assembly {
         }
         let mark = self.resources.mark();
         let nobody = BTreeSet::new();
-        let result = rewire(configuration, survey, &mut self.resources, &changed, &nobody, Made::OnTrial);
+        let result =
+            rewire(configuration, survey, &mut self.resources, &changed, &nobody, BuildMoment::OnTrial);
         let result = result.map(drop);
         self.resources.undo(&mark, []);
         result

@@ -8,7 +8,7 @@ use slate_module::{Description, Level, ModuleKind};
 
 use crate::agent::build::HostResources;
 use crate::isolation::Isolation;
-use crate::main_loop::{Seat, Shared};
+use crate::main_loop::{Seat, SharedLoop};
 use crate::runner::ModuleCondition;
 use slate_composition::{Lead, Wire};
 
@@ -41,7 +41,7 @@ impl LoadedModule {
         self,
         name: &str,
         resources: &mut HostResources,
-        shared: &Shared,
+        shared: &SharedLoop,
         keep: bool,
     ) -> Result<Vec<u8>, String> {
         let Self { seat, own_thread, .. } = self;

@@ -7,7 +7,7 @@ use slate_module::aspect::{MainLoop, Service, TimeSource};
 
 use super::module::LoadedModule;
 use crate::aspects::{Means, PlaceTime};
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use slate_composition::needs;
 
 /// The modules that the main loop asks, by name.
@@ -21,7 +21,12 @@ pub(super) struct LoopOwners {
 
 impl LoopOwners {
     /// Lets the loop ask the module that has the aspect for it, and the one that has the time.
-    pub fn connect(&mut self, modules: &BTreeMap<String, LoadedModule>, means: &Means, shared: &Arc<Shared>) {
+    pub fn connect(
+        &mut self,
+        modules: &BTreeMap<String, LoadedModule>,
+        means: &Means,
+        shared: &Arc<SharedLoop>,
+    ) {
         let of = |schema: u64| modules.iter().find(|(_, loaded)| needs(&loaded.description, schema));
         let (taker, time) = (of(MainLoop::DESCRIPTOR.hash), of(TimeSource::DESCRIPTOR.hash));
         let name = |owner: Option<(&String, &LoadedModule)>| owner.map(|(name, _)| name.clone());

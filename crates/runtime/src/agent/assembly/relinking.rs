@@ -8,9 +8,9 @@ use slate_blackboard::{Board, Placement, Property};
 
 use super::module::Leads;
 use super::{Assembly, Levels, Unlinked, listeners};
-use crate::agent::build::{Made, Rewiring, rewire};
+use crate::agent::build::{BuildMoment, Rewiring, rewire};
 use crate::configuration::{Configuration, Report};
-use crate::main_loop::{Seat, Shared};
+use crate::main_loop::{Seat, SharedLoop};
 use crate::runner::{Unwired, Wiring};
 use slate_composition::{Catalogue, Complaints, Misfit, survey};
 
@@ -18,7 +18,7 @@ use slate_composition::{Catalogue, Complaints, Misfit, survey};
 struct Rewire {
     seat: Arc<Seat>,
     wiring: Option<Wiring>,
-    /// Whom its outputs wake, by path.
+    /// The threads that its outputs wake, by path.
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
 }
 
@@ -34,7 +34,7 @@ pub(in crate::agent) struct Relinking {
     /// The modules whose outputs are linked otherwise.
     writers: BTreeSet<String>,
     stages: Vec<Levels>,
-    /// Whom actuators wake, by path.
+    /// The threads that actuators wake, by path.
     wakes: BTreeMap<String, Vec<Arc<Wake>>>,
     placements: Vec<Placement>,
     reserved: Vec<Reserved>,
@@ -50,7 +50,7 @@ impl Relinking {
         assembly: &mut Assembly,
         configuration: &Configuration,
         catalogue: &Catalogue,
-        shared: &Shared,
+        shared: &SharedLoop,
     ) -> Result<Self, Unlinked> {
         let mut complaints = Complaints::new(configuration);
         let survey = survey(configuration, catalogue, &mut complaints);
@@ -62,7 +62,7 @@ impl Relinking {
         let listeners = listeners(&survey);
         let woken = woken(&assembly.listeners, &listeners);
         let mark = assembly.resources.mark();
-        let made = Made::Later(assembly.resources.means.clock.now());
+        let made = BuildMoment::Later(assembly.resources.means.clock.now());
         let rewiring = rewire(configuration, &survey, &mut assembly.resources, &changed, &woken, made);
         let Rewiring { wirings, mut wakes, placements, reserved } = rewiring.map_err(|diagnostics| {
             assembly.resources.undo(&mark, []);
@@ -136,7 +136,7 @@ impl Relinking {
     /// Exchanges all of it while none of the modules is in a step: those on the loop between two cycles, and those with
     /// threads are kept out of theirs, as are the writers of what is linked, so that what they wrote is whole. Fails
     /// with what is in the way.
-    pub fn exchange(&mut self, assembly: &Assembly, shared: &Arc<Shared>) -> Result<(), String> {
+    pub fn exchange(&mut self, assembly: &Assembly, shared: &Arc<SharedLoop>) -> Result<(), String> {
         let involved: BTreeSet<&String> = self.rewires.keys().chain(&self.writers).collect();
         let seats = involved.into_iter().filter_map(|name| assembly.modules.get(name));
         let (threaded, on_loop): (Vec<_>, Vec<_>) = seats.partition(|loaded| loaded.own_thread);
@@ -173,14 +173,14 @@ impl Relinking {
     }
 
     /// Exchanges all of it between two cycles, with what else is done in the same moment: `judge` before it, which
-    /// changes nothing when it fails, and `work` after it. The modules with threads are held by who calls this. Nothing
+    /// changes nothing when it fails, and `work` after it. The caller holds the modules with threads. Nothing
     /// when the loop was lost.
     pub fn exchange_with<J, R: Send + 'static, E: Send + 'static>(
         mut self,
         assembly: &Assembly,
-        shared: &Arc<Shared>,
-        judge: impl FnOnce(&Shared) -> Result<J, E> + Send + 'static,
-        work: impl FnOnce(&Shared, J) -> R + Send + 'static,
+        shared: &Arc<SharedLoop>,
+        judge: impl FnOnce(&SharedLoop) -> Result<J, E> + Send + 'static,
+        work: impl FnOnce(&SharedLoop, J) -> R + Send + 'static,
     ) -> Option<Result<(R, Self), E>> {
         let (board, own) = (Arc::clone(&assembly.resources.board), Arc::clone(shared));
         let rewires: Vec<_> = std::mem::take(&mut self.rewires).into_values().collect();

@@ -9,7 +9,7 @@ use slate_module::aspect::{Actuators, Service};
 use slate_module::{Direction, Interface};
 use slate_safety::{Gate, GateConfiguration, GateState};
 
-use super::{BuildPlan, Builder, Failed, SPARE_READERS, new_writer};
+use super::{BuildPlan, Failed, ModuleBuilder, SPARE_READERS, new_writer};
 use crate::actuators::Actuator;
 use crate::configuration;
 use slate_composition::parameters::value_bytes;
@@ -19,11 +19,11 @@ use slate_configuration::Mistake;
 /// Makes the gates of actuators.
 pub(super) struct GateBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
-    builder: &'b mut Builder<'a, 's>,
+    builder: &'b mut ModuleBuilder<'a, 's>,
 }
 
 impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
-    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+    pub fn new(builder: &'b mut ModuleBuilder<'a, 's>) -> Self {
         Self { plan: builder.plan, builder }
     }
 

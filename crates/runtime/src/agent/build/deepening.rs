@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_blackboard::channel::Writer;
 use slate_module::Direction;
 
-use super::{BuildPlan, Builder, HostResources, Made};
+use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder};
 use crate::configuration::Configuration;
 use slate_composition::{Survey, Wire};
 
@@ -20,7 +20,7 @@ pub(in crate::agent) fn deepening(
     resources: &mut HostResources,
 ) -> Deeper {
     let plan = BuildPlan { configuration, survey };
-    let builder = Builder::new(plan, resources, Made::OnTrial);
+    let builder = ModuleBuilder::new(plan, resources, BuildMoment::OnTrial);
     let mut deeper = Deeper::new();
     for joint in &survey.joints {
         let (Some(window), Some(owner)) = (window(plan, joint.port), plan.writing(joint.target)) else {

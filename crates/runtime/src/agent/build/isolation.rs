@@ -8,7 +8,7 @@ use slate_blackboard::channel::ValueMemory;
 use slate_blackboard::interface::Interface;
 use slate_module::Trigger;
 
-use super::{BuildPlan, Builder};
+use super::{BuildPlan, ModuleBuilder};
 use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
 use crate::runner::Supervised;
 use slate_composition::{LinkTarget, Wire};
@@ -21,11 +21,11 @@ const LEAST_MEMORY: usize = 1 << 20;
 /// Gives isolated modules what they need.
 pub(super) struct IsolationBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
-    builder: &'b mut Builder<'a, 's>,
+    builder: &'b mut ModuleBuilder<'a, 's>,
 }
 
 impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
-    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+    pub fn new(builder: &'b mut ModuleBuilder<'a, 's>) -> Self {
         Self { plan: builder.plan, builder }
     }
 

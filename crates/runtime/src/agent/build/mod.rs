@@ -40,14 +40,15 @@ pub(super) fn build(
     resources: &mut HostResources,
     arriving: &[usize],
 ) -> Result<Vec<Runner>, Vec<Diagnostic>> {
-    let mut builder = Builder::new(BuildPlan { configuration, survey }, resources, Made::AtStart);
+    let mut builder =
+        ModuleBuilder::new(BuildPlan { configuration, survey }, resources, BuildMoment::AtStart);
     let runners = builder.all(arriving);
     if builder.complaints.diagnostics.is_empty() { Ok(runners) } else { Err(builder.complaints.diagnostics) }
 }
 
 /// When properties are made.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Made {
+pub(super) enum BuildMoment {
     /// With their module: configured values have the time 0.
     AtStart,
     /// For other links of a module that goes on, at that time of the agent.
@@ -56,7 +57,7 @@ pub(super) enum Made {
     OnTrial,
 }
 
-impl Made {
+impl BuildMoment {
     /// The time of a configured value.
     fn time(self) -> u64 {
         match self {
@@ -69,7 +70,7 @@ impl Made {
 struct Failed;
 
 /// What the builders of properties, gates, links and runners share: the plan, the resources, and what is wrong.
-struct Builder<'a, 's> {
+struct ModuleBuilder<'a, 's> {
     plan: BuildPlan<'a, 's>,
     resources: &'s mut HostResources,
     complaints: Complaints<'a>,
@@ -77,11 +78,11 @@ struct Builder<'a, 's> {
     placements: Vec<Placement>,
     /// Ports that links filled before, and fill again.
     kept: BTreeSet<(usize, Wire)>,
-    made: Made,
+    made: BuildMoment,
 }
 
-impl<'a, 's> Builder<'a, 's> {
-    fn new(plan: BuildPlan<'a, 's>, resources: &'s mut HostResources, made: Made) -> Self {
+impl<'a, 's> ModuleBuilder<'a, 's> {
+    fn new(plan: BuildPlan<'a, 's>, resources: &'s mut HostResources, made: BuildMoment) -> Self {
         let complaints = Complaints::new(plan.configuration);
         Self { plan, resources, complaints, placements: Vec::new(), kept: BTreeSet::new(), made }
     }

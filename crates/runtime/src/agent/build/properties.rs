@@ -8,7 +8,7 @@ use slate_blackboard::message::Mailbox;
 use slate_blackboard::{Access, BoardError, Placement, Property, Store};
 use slate_module::{Direction, Interface, PortDescription};
 
-use super::{BuildPlan, Builder, Failed, Made, SPARE_READERS};
+use super::{BuildMoment, BuildPlan, Failed, ModuleBuilder, SPARE_READERS};
 use crate::aspects::followed;
 use crate::runner::{ModuleState, ModuleTiming};
 use crate::timing::TimingHistogram;
@@ -27,11 +27,11 @@ fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
 /// Makes the properties of modules.
 pub(super) struct PropertyBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
-    builder: &'b mut Builder<'a, 's>,
+    builder: &'b mut ModuleBuilder<'a, 's>,
 }
 
 impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
-    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+    pub fn new(builder: &'b mut ModuleBuilder<'a, 's>) -> Self {
         Self { plan: builder.plan, builder }
     }
 
@@ -155,7 +155,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         Ok(())
     }
 
-    /// The property that an output writes. Who reads it may have come first.
+    /// The property that an output writes. A reader may have come first.
     fn output_property(
         &mut self,
         m: usize,
@@ -302,7 +302,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     /// A property that was made, which recorders see from now on unless it is only a trial.
     fn made(&mut self, m: usize, made: Result<Arc<Property>, BoardError>) -> Result<Arc<Property>, Failed> {
         let property = self.builder.added(m, made)?;
-        if self.builder.made != Made::OnTrial {
+        if self.builder.made != BuildMoment::OnTrial {
             self.builder.resources.board.tap(&property);
         }
         Ok(property)

@@ -42,7 +42,7 @@ pub(in crate::agent) struct HostResources {
     pub gauges: BTreeMap<String, Arc<QueueGauge>>,
     /// How old the values of other inputs are, by the path of the port.
     pub ages: BTreeMap<String, Arc<InputAge>>,
-    /// Wakes who sends messages to other agents.
+    /// Wakes the thread that sends messages to other agents.
     pub sharing_wake: Arc<Wake>,
     /// Memory that isolated modules see.
     pub arenas: Arenas,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
 
-use super::{BuildPlan, Builder, HostResources, Made, WiringBuilder};
+use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder, WiringBuilder};
 use crate::configuration::{Configuration, Diagnostic};
 use crate::runner::Wiring;
 use slate_composition::{Survey, Wire};
@@ -15,24 +15,24 @@ use slate_composition::{Survey, Wire};
 pub(in crate::agent) struct Rewiring {
     /// By module.
     pub wirings: BTreeMap<String, Wiring>,
-    /// Whom outputs wake, by their paths.
+    /// The threads that outputs wake, by their paths.
     pub wakes: BTreeMap<String, Vec<Arc<Wake>>>,
     pub placements: Vec<Placement>,
     /// Which parameters tools must not set any more, by module.
     pub reserved: BTreeMap<String, Vec<(String, String)>>,
 }
 
-/// Makes other readers for the ports that are listed, by module, and finds whom the outputs at those paths wake.
+/// Makes other readers for the ports that are listed, by module, and finds the threads that the outputs at those paths wake.
 pub(in crate::agent) fn rewire(
     configuration: &Configuration,
     survey: &Survey<'_>,
     resources: &mut HostResources,
     changed: &BTreeMap<usize, BTreeSet<Wire>>,
     paths: &BTreeSet<String>,
-    made: Made,
+    made: BuildMoment,
 ) -> Result<Rewiring, Vec<Diagnostic>> {
     let plan = BuildPlan { configuration, survey };
-    let mut builder = Builder::new(plan, resources, made);
+    let mut builder = ModuleBuilder::new(plan, resources, made);
     let mut wirings = BTreeMap::new();
     for (m, wires) in changed {
         // What is wrong was complained about.
@@ -55,7 +55,7 @@ pub(in crate::agent) fn rewire(
     let parameters = changed.iter().filter(|(_, wires)| wires.contains(&Wire::Params)).map(|(m, _)| *m);
     let reserved = parameters.map(|m| (plan.name(m).to_owned(), plan.reserved(m))).collect();
     let wakes = paths.iter().map(|path| (path.clone(), builder.wakes(path))).collect();
-    let Builder { complaints, placements, .. } = builder;
+    let ModuleBuilder { complaints, placements, .. } = builder;
     if complaints.diagnostics.is_empty() {
         Ok(Rewiring { wirings, wakes, placements, reserved })
     } else {

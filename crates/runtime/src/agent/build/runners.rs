@@ -8,7 +8,7 @@ use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::{Carrier, Stamp};
 use slate_module::{Direction, Entry, Interface, ModuleKind, PortDescription, Random};
 
-use super::{BuildPlan, Builder, WiringBuilder, new_writer};
+use super::{BuildPlan, ModuleBuilder, WiringBuilder, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
 use crate::runner::{
     AlignedMemory, EntryPorts, InboxPort, Inputs, ModuleCode, ModuleServices, ModuleState, ModuleSwitch,
@@ -30,11 +30,11 @@ struct OwnProperties {
 /// Makes the runners of modules.
 pub(super) struct RunnerBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
-    builder: &'b mut Builder<'a, 's>,
+    builder: &'b mut ModuleBuilder<'a, 's>,
 }
 
 impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
-    pub fn new(builder: &'b mut Builder<'a, 's>) -> Self {
+    pub fn new(builder: &'b mut ModuleBuilder<'a, 's>) -> Self {
         Self { plan: builder.plan, builder }
     }
 
@@ -149,7 +149,7 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             Direction::Output | Direction::Debug | Direction::Command => {
                 let output = self.output(m, p, port)?;
-                // Who read it first may have made room for less.
+                // A reader that came first may have made room for less.
                 runner.frame.slots[p].capacity = output.writer.capacity();
                 runner.outputs.ports.push(output);
             }

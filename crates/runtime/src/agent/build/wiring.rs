@@ -9,7 +9,7 @@ use slate_blackboard::{Carrier, Property};
 use slate_module::Direction;
 
 use super::resources::ModuleSignals;
-use super::{BuildPlan, Builder, new_writer};
+use super::{BuildPlan, ModuleBuilder, new_writer};
 use crate::configuration::LinkPolicy;
 use crate::runner::{
     AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, OutboxWiring,
@@ -52,13 +52,17 @@ impl WiredRead<'_, '_> {
 /// Makes the readers and senders of a module; ports that stay as they are go on with theirs.
 pub(super) struct WiringBuilder<'b, 'a, 's> {
     plan: BuildPlan<'a, 's>,
-    builder: &'b mut Builder<'a, 's>,
+    builder: &'b mut ModuleBuilder<'a, 's>,
     module: usize,
     stays: &'b dyn Fn(Wire) -> bool,
 }
 
 impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
-    pub fn new(builder: &'b mut Builder<'a, 's>, module: usize, stays: &'b dyn Fn(Wire) -> bool) -> Self {
+    pub fn new(
+        builder: &'b mut ModuleBuilder<'a, 's>,
+        module: usize,
+        stays: &'b dyn Fn(Wire) -> bool,
+    ) -> Self {
         Self { plan: builder.plan, builder, module, stays }
     }
 
@@ -410,7 +414,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
                 let wake = Some(Arc::clone(&self.builder.resources.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
-            // Who plays looks for messages after each cycle.
+            // A playback takes messages after each cycle.
             LinkTarget::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
             LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => return None,
         };

@@ -105,7 +105,7 @@ impl Composer {
         LinkEditor::new(&self.agent).judged(proposal)
     }
 
-    /// Tells who reads the log later why the robot is another one from here on.
+    /// Logs changes of the configuration, with the values before and after.
     pub fn say_changes(&self, what: &str, changes: &[Change]) {
         SettingsChanger::new(&self.agent).say_changes(what, changes)
     }

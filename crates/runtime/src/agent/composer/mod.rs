@@ -1,4 +1,4 @@
-//! Changes of an agent while it runs, for who embeds it.
+//! The public interface for changes of an agent while it runs.
 
 mod configuration;
 mod operation;
@@ -47,7 +47,7 @@ impl WeakComposer {
 }
 
 impl Composer {
-    /// This composer, for somebody who does not keep the agent.
+    /// A composer that does not keep the agent.
     pub fn downgrade(&self) -> WeakComposer {
         WeakComposer { agent: self.agent.downgrade() }
     }

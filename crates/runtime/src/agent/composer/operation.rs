@@ -47,7 +47,7 @@ impl Composer {
         ControlsKeeper::new(&self.agent).take_controls(actuator, who)
     }
 
-    /// The actuators, and who has the controls of each.
+    /// The actuators, each with the holder of its controls.
     pub fn controls(&self) -> Vec<ControlsHolder> {
         ControlsKeeper::new(&self.agent).controls()
     }

@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Changed, Composition, CompositionTarget, Fitting};
+use super::{Composition, CompositionChange, CompositionTarget, Fitting};
 use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
 use crate::configuration::Report;
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use slate_composition::{Catalogue, Surveyed, Wired};
 
 impl Composition {
@@ -40,9 +40,9 @@ impl Composition {
     pub fn change(
         &mut self,
         target: CompositionTarget,
-        shared: &Arc<Shared>,
+        shared: &Arc<SharedLoop>,
         states: &ModuleStates,
-    ) -> Result<Changed, Report> {
+    ) -> Result<CompositionChange, Report> {
         let wired = self.wired(&target);
         let configuration = wired.configuration();
         let survey = wired.check(&target.catalogue)?;
@@ -68,6 +68,6 @@ impl Composition {
             assembly.misfits = survey.misfits;
             self.waiting.unlinked = None;
         }
-        Ok(Changed { arrived: arrivals.names, left, restored: arrivals.restored })
+        Ok(CompositionChange { arrived: arrivals.names, left, restored: arrivals.restored })
     }
 }

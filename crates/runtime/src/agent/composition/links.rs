@@ -9,7 +9,7 @@ use slate_module::Level;
 use super::Composition;
 use crate::agent::assembly::Unlinked;
 use crate::configuration::{Configuration, Report};
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::sharing::RemotePath;
 use slate_composition::{Complaints, survey};
 
@@ -36,7 +36,7 @@ pub(in crate::agent) struct WaitingLinks {
 
 impl WaitingLinks {
     /// Starts the thread, which ends when nothing is left to try.
-    fn try_again(&mut self, shared: &Shared) {
+    fn try_again(&mut self, shared: &SharedLoop) {
         let Some(retry) = self.retry.clone().filter(|_| !self.is_trying) else { return };
         let work = move || {
             loop {
@@ -59,7 +59,7 @@ impl WaitingLinks {
 impl Composition {
     /// Gives the modules the links of that configuration, or does it when the one that is in the way has returned. Returns
     /// the modules that read something else now.
-    pub fn settle_links(&mut self, configuration: &Configuration, shared: &Arc<Shared>) -> Vec<String> {
+    pub fn settle_links(&mut self, configuration: &Configuration, shared: &Arc<SharedLoop>) -> Vec<String> {
         let before = self.waiting.unlinked.take();
         match self.assembly.relink(configuration, &self.catalogue, shared) {
             Ok(modules) => modules,
@@ -80,7 +80,7 @@ impl Composition {
 
     /// Tries links again that a module was in the way of; returns the modules that read something else now. Nothing when
     /// none is left to try.
-    pub fn retry_links(&mut self, shared: &Arc<Shared>) -> Option<Vec<String>> {
+    pub fn retry_links(&mut self, shared: &Arc<SharedLoop>) -> Option<Vec<String>> {
         let late = self.waiting.unlinked.as_ref().and_then(|unlinked| unlinked.late.clone());
         let Some(late) = late else {
             self.waiting.is_trying = false;

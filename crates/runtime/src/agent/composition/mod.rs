@@ -14,13 +14,13 @@ use slate_module::{ModuleKind, Plugin};
 use super::assembly::Assembly;
 use super::remotes::Remotes;
 use crate::configuration::{Configuration, Database, Diagnostic, Report};
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::playback::PlaybackControl;
-use crate::plugin::Residence;
+use crate::plugin::{KnownLibraries, Residence};
 use crate::snapshot::Keepsake;
 pub(super) use links::{LinkRetry, WaitingLinks};
 use slate_composition::Catalogue;
-pub(super) use target::{Changed, CompositionTarget, Fitting};
+pub(super) use target::{CompositionChange, CompositionTarget, Fitting};
 
 /// Where a plugin's code comes from.
 #[derive(Clone, Debug)]
@@ -41,6 +41,8 @@ pub(super) struct PluginTrial {
 pub(super) struct PluginCode {
     /// The plugins that are linked into the program.
     pub linked: Vec<Plugin>,
+    /// Libraries as they were when they were loaded last.
+    pub known: Option<KnownLibraries>,
     /// Where the code of libraries comes from, by plugin.
     pub origins: BTreeMap<String, LibraryOrigin>,
     /// Plugins whose new code runs beside the old.
@@ -50,9 +52,9 @@ pub(super) struct PluginCode {
 /// Takes snapshots by itself, as the configuration says.
 pub(super) trait AutomaticSnapshot: Send + Sync {
     /// Begins anew: what holds now was no change.
-    fn begin(&self, shared: &Shared);
+    fn begin(&self, shared: &SharedLoop);
 
-    /// Waits until the last snapshot is written. Not for the loop, as who writes may wait for that.
+    /// Waits until the last snapshot is written. Must not be called by the loop, as the writer may wait for it.
     fn wait(&self);
 }
 

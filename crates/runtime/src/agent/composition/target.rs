@@ -1,4 +1,4 @@
-//! What an agent shall be made of, and what a change to that came to.
+//! The target of a change, and its result.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use slate_module::{Description, ModuleKind};
 
 use crate::configuration::Configuration;
 
-/// What an agent shall be made of.
+/// What an agent is to be made of.
 pub(in crate::agent) struct CompositionTarget {
     pub configuration: Arc<Configuration>,
     pub catalogue: Catalogue,
@@ -27,7 +27,7 @@ pub(in crate::agent) struct Fitting {
 
 /// What a change came to.
 #[derive(Debug, Default)]
-pub(in crate::agent) struct Changed {
+pub(in crate::agent) struct CompositionChange {
     pub arrived: Vec<String>,
     /// With the states that they left, or why they could not be saved.
     pub left: BTreeMap<String, Result<Vec<u8>, String>>,

@@ -10,7 +10,7 @@ use slate_blackboard::Board;
 use slate_module::Level;
 
 use super::composition::{Composition, LinkRetry};
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::recording::Recording;
 use overview::Overview;
 pub use overview::{ModuleStatus, PluginStatus};
@@ -19,7 +19,7 @@ pub(super) use recorder::{ChangeRecorder, by_module};
 /// An agent that runs, what it is made of, and what records its changes.
 #[derive(Clone)]
 pub(super) struct AgentHandle {
-    pub shared: Arc<Shared>,
+    pub shared: Arc<SharedLoop>,
     composition: Arc<Mutex<Composition>>,
     overview: Arc<Mutex<Overview>>,
     pub recorder: ChangeRecorder,
@@ -28,7 +28,7 @@ pub(super) struct AgentHandle {
 /// A handle that does not keep its agent.
 #[derive(Clone, Default)]
 pub(super) struct WeakHandle {
-    shared: Weak<Shared>,
+    shared: Weak<SharedLoop>,
     composition: Weak<Mutex<Composition>>,
     overview: Weak<Mutex<Overview>>,
     recording: Option<Weak<dyn Recording>>,
@@ -89,7 +89,11 @@ impl LinkRetry for WeakHandle {
 }
 
 impl AgentHandle {
-    pub fn new(shared: Arc<Shared>, composition: Composition, recording: Option<Arc<dyn Recording>>) -> Self {
+    pub fn new(
+        shared: Arc<SharedLoop>,
+        composition: Composition,
+        recording: Option<Arc<dyn Recording>>,
+    ) -> Self {
         let agent = Self {
             overview: Arc::new(Mutex::new(Overview::of(&composition))),
             composition: Arc::new(Mutex::new(composition)),
@@ -100,7 +104,7 @@ impl AgentHandle {
         agent
     }
 
-    /// This handle, for somebody who does not keep the agent.
+    /// A handle that does not keep the agent.
     pub fn downgrade(&self) -> WeakHandle {
         WeakHandle {
             shared: Arc::downgrade(&self.shared),
@@ -126,7 +130,7 @@ impl AgentHandle {
         Some(HeldComposition { composition, overview: &self.overview })
     }
 
-    /// What the agent was made of after the last change, for who only looks.
+    /// The lists of plugins and modules after the last change.
     pub fn overview(&self) -> MutexGuard<'_, Overview> {
         self.overview.lock().unwrap_or_else(PoisonError::into_inner)
     }

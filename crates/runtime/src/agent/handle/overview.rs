@@ -1,5 +1,5 @@
-//! What an agent is made of, for who only looks: a change may take long, as it runs modules' code, and nobody waits for
-//! it to read a list.
+//! Lists of plugins and modules that are read without a lock of the composition: a change may take long, as it runs
+//! modules' code.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::configuration::{Change, Value};
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::recording::{Change as Recorded, Recording};
 
 /// Makes changes of an agent at a moment at which they can be made again, and tells what records it.
 #[derive(Clone)]
 pub(in crate::agent) struct ChangeRecorder {
-    shared: Arc<Shared>,
+    shared: Arc<SharedLoop>,
     /// What records the agent.
     pub recording: Option<Arc<dyn Recording>>,
 }
@@ -24,7 +24,7 @@ thread_local! {
     static BY_MODULE: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Makes a change that a module has asked for: who makes the run again has it from the module.
+/// Makes a change that a module has asked for: a rerun has it from the module.
 pub(in crate::agent) fn by_module<R>(module: &str, change: impl FnOnce() -> R) -> R {
     let before = BY_MODULE.replace(Some(module.to_owned()));
     let result = change();
@@ -33,7 +33,7 @@ pub(in crate::agent) fn by_module<R>(module: &str, change: impl FnOnce() -> R) -
 }
 
 impl ChangeRecorder {
-    pub fn new(shared: Arc<Shared>, recording: Option<Arc<dyn Recording>>) -> Self {
+    pub fn new(shared: Arc<SharedLoop>, recording: Option<Arc<dyn Recording>>) -> Self {
         Self { shared, recording }
     }
 

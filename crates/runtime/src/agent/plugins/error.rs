@@ -75,7 +75,7 @@ pub enum PluginError {
     },
     /// Its code came with the program.
     #[error("plugin `{name}` is linked in, so there is no file that it can be reloaded from")]
-    #[diagnostic(help("name the library that shall replace it"))]
+    #[diagnostic(help("name the library that replaces it"))]
     LinkedIn {
         /// Its name.
         name: String,
@@ -107,7 +107,7 @@ pub enum PluginError {
     },
     /// The library is of another plugin.
     #[error("{} is plugin `{found}`, expected `{expected}`", crate::printable(.file))]
-    #[diagnostic(help("load it as a plugin of its own, or name the plugin that it shall replace"))]
+    #[diagnostic(help("load it as a plugin of its own, or name the plugin that it replaces"))]
     OtherPlugin {
         /// The library.
         file: PathBuf,

@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use slate_module::Plugin;
+use slate_module::{Level, Plugin};
 
 use super::{PluginError, unknown};
 use crate::agent::composition::{Composition, LibraryOrigin};
+use crate::clock::Clock;
 use crate::configuration::{Configuration, PluginEntry};
-use crate::plugin::{self, LibraryError, LibraryOutline, Residence};
+use crate::log::Logger;
+use crate::plugin::{self, KnownLibraries, LibraryError, LibraryOutline, Residence};
 use crate::sharing::Sharing;
 use slate_composition::Catalogue;
 
@@ -20,6 +22,16 @@ pub(super) struct PluginSources<'a> {
     pub linked: &'a [Plugin],
     /// What runs isolated modules, unless this program does.
     pub program: Option<&'a Path>,
+    /// What tells of libraries that have changed, if anything does.
+    pub watch: Option<LibraryWatch<'a>>,
+}
+
+/// Tells of libraries that are not as they were when they were loaded last.
+#[derive(Clone, Copy)]
+pub(super) struct LibraryWatch<'a> {
+    known: &'a KnownLibraries,
+    logger: &'a Logger,
+    clock: &'a Clock,
 }
 
 pub(super) struct Gathered<'a> {
@@ -196,15 +208,22 @@ impl<'a> Gathered<'a> {
 impl<'a> PluginSources<'a> {
     /// Where the plugins of an agent come from.
     pub fn of(composition: &'a Composition) -> Self {
+        let resources = &composition.assembly.resources;
         Self {
             configuration: &composition.configuration,
             linked: &composition.plugins.linked,
-            program: composition.assembly.resources.arenas.program.as_deref(),
+            program: resources.arenas.program.as_deref(),
+            watch: composition.plugins.known.as_ref().map(|known| LibraryWatch {
+                known,
+                logger: &resources.logger,
+                clock: &resources.means.clock,
+            }),
         }
     }
 
     /// Loads a library for the modules of the configuration.
     pub fn open(&self, file: &Path) -> Result<(Plugin, Residence), LibraryError> {
+        self.look(file)?;
         let modules = self.configuration.modules();
         let are_isolated = |outline: &LibraryOutline| {
             outline.modules.iter().all(|kind| {
@@ -214,6 +233,17 @@ impl<'a> PluginSources<'a> {
         };
         let (plugin, _, residence) = plugin::load_for(file, self.program, are_isolated)?;
         Ok((plugin, residence))
+    }
+
+    /// Tells of a library that has changed since it was loaded last; a damaged one is refused.
+    pub fn look(&self, file: &Path) -> Result<(), LibraryError> {
+        let Some(watch) = self.watch else { return Ok(()) };
+        if watch.known.look(file)? {
+            let text =
+                format!("{} was built or copied anew since it was loaded last", crate::printable(file));
+            watch.logger.log(watch.clock.now(), Level::Info, &text);
+        }
+        Ok(())
     }
 }
 
@@ -227,7 +257,7 @@ pub(in crate::agent) fn catalogue(
     linked: &[Plugin],
     sharing: Option<&dyn Sharing>,
 ) -> Result<Catalogue, PluginError> {
-    let sources = PluginSources { configuration, linked, program: None };
+    let sources = PluginSources { configuration, linked, program: None, watch: None };
     let mut gathered = Gathered::with(sources, host_catalogue(sharing));
     gathered.all()?;
     Ok(gathered.done().0)

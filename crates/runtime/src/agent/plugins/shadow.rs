@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_module::{Direction, PortDescription};
 
 use super::exchange::CodeExchange;
-use super::gather::other_plugin;
+use super::gather::{PluginSources, other_plugin};
 use super::trial::{ModuleTrials, refused};
 use super::version::PluginVersion;
 use super::{CarriedStates, PluginError, Reload, not_loaded};
@@ -45,6 +45,7 @@ impl<'c> ShadowRunner<'c> {
             let reason = format!("module `{module}` is isolated, and its new code would run in the agent");
             return Err(instead(name, &reason));
         }
+        PluginSources::of(&composition).look(file)?;
         let program = composition.assembly.resources.arenas.program.as_deref();
         let (new, _, residence) = plugin::load_for(file, program, |_| false)?;
         if new.name() != name {

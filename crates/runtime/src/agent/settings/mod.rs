@@ -280,7 +280,7 @@ impl<'c> SettingsChanger<'c> {
         Ok(changed.join(", "))
     }
 
-    /// Tells who reads the log later why the robot is another one from here on.
+    /// Logs changes of the configuration, with the values before and after.
     pub fn say_changes(&self, what: &str, changes: &[Change]) {
         changes.iter().for_each(|change| self.agent.say(&format!("{what} {}", self.told(change))));
     }

@@ -6,15 +6,15 @@ use std::sync::Arc;
 use slate_blackboard::message::{FrozenMessage, Mailbox};
 use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
 
-use super::capture::Subject;
+use super::capture::SnapshotSubject;
 use crate::aspects::TimePlace;
-use crate::main_loop::Shared;
+use crate::main_loop::SharedLoop;
 use crate::runner::{OutboxPort, Retired};
-use crate::snapshot::{Image, SnapshotError};
+use crate::snapshot::{SnapshotError, SnapshotImage};
 
 /// All that an agent goes on with.
 pub(super) struct Ready {
-    pub image: Image,
+    pub image: SnapshotImage,
     /// By module; none for one that had no instance.
     pub fresh: BTreeMap<String, Option<Retired>>,
     /// Values of settings that hold whatever the snapshot says.
@@ -26,13 +26,13 @@ pub(super) struct Ready {
 }
 
 pub(super) struct Thaw {
-    pub subjects: Vec<Subject>,
+    pub subjects: Vec<SnapshotSubject>,
     pub ready: Ready,
 }
 
 impl Thaw {
-    /// Finds out whether it can be done, for who has the token; nothing is changed when it can't.
-    pub fn judged(self, shared: &Shared) -> Result<Self, SnapshotError> {
+    /// Finds out whether it can be done; the caller has the token. Nothing is changed when it can't.
+    pub fn judged(self, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         let Self { subjects, ready } = &self;
         for subject in subjects.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
@@ -49,9 +49,9 @@ impl Thaw {
         Ok(self)
     }
 
-    /// Does it, for who has the token, while modules with threads of their own are held. Returns the instances that were
+    /// Does it; the caller has the token, while modules with threads of their own are held. Returns the instances that were
     /// there before.
-    pub fn apply(self, shared: &Shared) -> Vec<Retired> {
+    pub fn apply(self, shared: &SharedLoop) -> Vec<Retired> {
         let Self { subjects, ready } = self;
         let Ready { image, mut fresh, kept, keepsakes, time, rearm } = ready;
         // SAFETY: the caller has the token.
@@ -71,7 +71,7 @@ impl Thaw {
                 };
                 old.push(runner.exchange(kind, instance));
             }
-            // What fits was looked at, and who has the writer is known; a slot for it is there.
+            // It was found to fit, and the runner has the writer, so a slot is free.
             report(shared, runner.thaw_written(board, &image.properties));
         }
         for actuator in shared.actuators().iter() {
@@ -103,7 +103,7 @@ impl Thaw {
     }
 }
 
-fn report(shared: &Shared, result: Result<(), BoardError>) {
+fn report(shared: &SharedLoop, result: Result<(), BoardError>) {
     if let Err(error) = result {
         let text = format!("a property does not go on from the snapshot: {error}");
         shared.logger.log(shared.clock.now(), slate_module::Level::Error, &text);
@@ -115,8 +115,8 @@ pub(super) fn at(board: &Board, path: &str) -> Option<Arc<Property>> {
     board.get(path).map(|(property, _)| property).filter(|property| property.path() == path)
 }
 
-/// Sends the messages that waited once more, each as who has sent it.
-fn messages(board: &Board, subjects: &[Subject], image: &Image) {
+/// Sends the messages that waited once more, each as its sender.
+fn messages(board: &Board, subjects: &[SnapshotSubject], image: &SnapshotImage) {
     let inboxes = image.modules.iter().flat_map(|(name, module)| {
         module.runner.inboxes.iter().map(move |(port, frozen)| (format!("{name}/{port}"), frozen))
     });
@@ -146,7 +146,13 @@ fn messages(board: &Board, subjects: &[Subject], image: &Image) {
 }
 
 /// Sends a message before so many `later` ones of its sender.
-fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, later: usize, subjects: &[Subject], image: &Image) {
+fn send(
+    mailbox: &Arc<Mailbox>,
+    message: &FrozenMessage,
+    later: usize,
+    subjects: &[SnapshotSubject],
+    image: &SnapshotImage,
+) {
     for subject in subjects {
         let Some(frozen) = image.modules.get(&subject.name) else { continue };
         // SAFETY: as above.
@@ -162,7 +168,7 @@ fn send(mailbox: &Arc<Mailbox>, message: &FrozenMessage, later: usize, subjects:
             }
         }
     }
-    // Of somebody who is no module, or not there any more.
+    // Its sender is no module, or is not there any more.
     if let Ok(mut sender) = mailbox.sender() {
         let _ = sender.send(&message.bytes, message.items, message.time);
     }

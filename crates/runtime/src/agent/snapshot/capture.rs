@@ -13,10 +13,10 @@ use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
 use crate::clock::monotonic;
 use crate::configuration::Layered;
-use crate::main_loop::{FrozenLoop, Seat, Shared};
+use crate::main_loop::{FrozenLoop, Seat, SharedLoop};
 use crate::snapshot::{
-    Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Image, Keepsake, PluginMark,
-    SnapshotError,
+    Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Keepsake, PluginMark,
+    SnapshotError, SnapshotImage,
 };
 
 /// How long modules with threads of their own are waited for.
@@ -24,7 +24,7 @@ pub(super) const LIMIT: Duration = Duration::from_secs(5);
 
 /// A module of the agent.
 #[derive(Clone)]
-pub(super) struct Subject {
+pub(super) struct SnapshotSubject {
     pub name: String,
     pub kind: String,
     pub seat: Arc<Seat>,
@@ -34,8 +34,8 @@ pub(super) struct Subject {
 }
 
 /// All that is copied, and what is known of it without looking.
-pub(super) struct Subjects {
-    pub modules: Vec<Subject>,
+pub(super) struct SnapshotSubjects {
+    pub modules: Vec<SnapshotSubject>,
     configuration: String,
     layers: Layered,
     outputs: u32,
@@ -58,7 +58,7 @@ impl Drop for HeldSeats {
 
 impl HeldSeats {
     /// Holds the modules that have threads of their own, one after the other as each stands still.
-    pub fn of(modules: &[Subject]) -> Result<Self, SnapshotError> {
+    pub fn of(modules: &[SnapshotSubject]) -> Result<Self, SnapshotError> {
         let mut held = Self(Vec::new());
         let end = monotonic() + LIMIT.as_nanos() as u64;
         for subject in modules.iter().filter(|subject| subject.own_thread) {
@@ -76,12 +76,12 @@ impl HeldSeats {
     }
 }
 
-impl Subjects {
-    pub fn of(composition: &Composition, shared: &Shared) -> Result<Self, SnapshotError> {
+impl SnapshotSubjects {
+    pub fn of(composition: &Composition, shared: &SharedLoop) -> Result<Self, SnapshotError> {
         if let Some(plugin) = composition.plugins.trials.keys().next() {
             return Err(SnapshotError::Shadow { plugin: plugin.clone() });
         }
-        let modules = composition.assembly.modules.iter().map(|(name, loaded)| Subject {
+        let modules = composition.assembly.modules.iter().map(|(name, loaded)| SnapshotSubject {
             name: name.clone(),
             kind: loaded.kind.name().into(),
             seat: Arc::clone(&loaded.seat),
@@ -99,9 +99,9 @@ impl Subjects {
         })
     }
 
-    /// Copies all; nothing when a module's save did not return. For who has the token, between two cycles, while modules
+    /// Copies all; nothing when a module's save did not return. The caller has the token, between two cycles, while modules
     /// with threads of their own are held.
-    pub fn capture(&self, shared: &Shared) -> Option<Result<Image, SnapshotError>> {
+    pub fn capture(&self, shared: &SharedLoop) -> Option<Result<SnapshotImage, SnapshotError>> {
         for subject in self.modules.iter().filter(|subject| !subject.own_thread) {
             if !subject.seat.is_idle() && !subject.seat.readmit() {
                 return Some(Err(SnapshotError::Busy {
@@ -146,7 +146,7 @@ impl Subjects {
         // SAFETY: the caller has the token.
         let main_loop = FrozenLoop::of(shared, unsafe { shared.core() });
         let levels = shared.logger.levels();
-        Some(Ok(Image {
+        Some(Ok(SnapshotImage {
             configuration: self.configuration.clone(),
             layers: Some(self.layers.clone()),
             clock: FrozenClock { driven: shared.clock.is_driven(), now: shared.clock.now() },
@@ -166,7 +166,7 @@ impl Subjects {
 /// A state, none when there is no instance, or why it can't be saved.
 type SavedState = Result<Option<Vec<u8>>, String>;
 
-impl Subject {
+impl SnapshotSubject {
     /// The state of the instance; nothing when the call does not return.
     fn state(&self) -> Option<SavedState> {
         let (kind, instance): (ModuleKind, _) = {

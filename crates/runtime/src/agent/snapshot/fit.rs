@@ -6,19 +6,19 @@ use std::sync::Arc;
 use slate_blackboard::{Board, Placement};
 
 use super::apply::at;
-use super::capture::{Subject, marks};
+use super::capture::{SnapshotSubject, marks};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::Composition;
 use crate::configuration::{Configuration, Table, TableEntry, Value};
-use crate::main_loop::Shared;
-use crate::snapshot::{FrozenPort, Image, PluginMark, Snapshot};
+use crate::main_loop::SharedLoop;
+use crate::snapshot::{FrozenPort, PluginMark, Snapshot, SnapshotImage};
 
 /// Everything that does not fit, in words, but for the properties.
 pub(super) fn problems(
     composition: &Composition,
-    subjects: &[Subject],
+    subjects: &[SnapshotSubject],
     snapshot: &Snapshot,
-    shared: &Shared,
+    shared: &SharedLoop,
 ) -> Vec<String> {
     let mut problems = Vec::new();
     plugins(composition, snapshot, &mut problems);
@@ -81,7 +81,7 @@ pub(super) fn other_code(composition: &Composition, snapshot: &Snapshot) -> Vec<
     marks(composition).into_iter().filter(differs).map(|mark| mark.name).collect()
 }
 
-fn modules(subjects: &[Subject], image: &Image, problems: &mut Vec<String>) {
+fn modules(subjects: &[SnapshotSubject], image: &SnapshotImage, problems: &mut Vec<String>) {
     let names = subjects.iter().map(|subject| subject.name.as_str());
     differing(names, image.modules.keys().map(String::as_str), "module", problems);
     for subject in subjects {
@@ -115,7 +115,7 @@ fn modules(subjects: &[Subject], image: &Image, problems: &mut Vec<String>) {
 }
 
 /// The properties that do not fit when the modules are linked as in the snapshot.
-pub(super) fn properties(board: &Board, links: &Relinking, image: &Image) -> Vec<String> {
+pub(super) fn properties(board: &Board, links: &Relinking, image: &SnapshotImage) -> Vec<String> {
     let mut problems = Vec::new();
     for (path, frozen) in &image.properties {
         let property = match links.placement(path) {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use super::handle::AgentHandle;
 use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
-use capture::{HeldSeats, LIMIT, Subjects};
+use capture::{HeldSeats, LIMIT, SnapshotSubjects};
 pub(super) use restore::SnapshotRestorer;
 pub(super) use watch::SnapshotWatch;
 
@@ -51,7 +51,7 @@ impl<'c> SnapshotTaker<'c> {
     /// Copies all of the agent between two cycles, when no module is in a tick.
     pub fn snapshot(&self) -> Result<Snapshot, SnapshotError> {
         let composition = self.agent.composition();
-        let subjects = Subjects::of(&composition, &self.agent.shared)?;
+        let subjects = SnapshotSubjects::of(&composition, &self.agent.shared)?;
         let plugins = capture::marks(&composition);
         let held = HeldSeats::of(&subjects.modules)?;
         let seats: Vec<_> = subjects.modules.iter().map(|subject| Arc::clone(&subject.seat)).collect();

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::apply::{Ready, Thaw};
-use super::capture::{HeldSeats, Subject, Subjects};
+use super::capture::{HeldSeats, SnapshotSubject, SnapshotSubjects};
 use super::fit::{self, DifferentSetting};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::{Composition, Fitting};
@@ -80,7 +80,7 @@ impl<'c> SnapshotRestorer<'c> {
 
     fn problems(&self, snapshot: &Snapshot) -> Result<Vec<String>, SnapshotError> {
         let composition = self.agent.composition();
-        let subjects = Subjects::of(&composition, &self.agent.shared)?.modules;
+        let subjects = SnapshotSubjects::of(&composition, &self.agent.shared)?.modules;
         Ok(fit::problems(&composition, &subjects, snapshot, &self.agent.shared))
     }
 
@@ -112,7 +112,7 @@ impl<'c> SnapshotRestorer<'c> {
             Some((other, _)) => Arc::new(other.with_loaded_of(&composition.configuration)),
             None => Arc::clone(&composition.configuration),
         };
-        let subjects = Subjects::of(&composition, &self.agent.shared)?.modules;
+        let subjects = SnapshotSubjects::of(&composition, &self.agent.shared)?.modules;
         let mut problems = fit::problems(&composition, &subjects, snapshot, &self.agent.shared);
         let different = DifferentSetting::between(&configuration, &*settings_of(snapshot)?);
         let matters = |own: &&DifferentSetting| match other {
@@ -163,7 +163,7 @@ impl<'c> SnapshotRestorer<'c> {
         composition: &Composition,
         configuration: &Arc<Configuration>,
         snapshot: &Snapshot,
-        (subjects, kept): (Vec<Subject>, &[String]),
+        (subjects, kept): (Vec<SnapshotSubject>, &[String]),
         links: Relinking,
     ) -> Result<(Vec<Retired>, Relinking), SnapshotError> {
         let problems = fit::properties(&self.agent.shared.board, &links, &snapshot.image);

@@ -10,11 +10,11 @@ use slate_blackboard::interface::{Descriptor, FieldPath, Kind, Primitive, Value,
 use slate_module::Level;
 
 use super::SnapshotTaker;
-use super::capture::{Subjects, marks};
+use super::capture::{SnapshotSubjects, marks};
 use crate::agent::composition::AutomaticSnapshot;
 use crate::agent::handle::{AgentHandle, WeakHandle};
 use crate::configuration::{Configuration, Report, Spanned};
-use crate::main_loop::{Flow, Shared};
+use crate::main_loop::{Flow, SharedLoop};
 use crate::snapshot::{Snapshot, SnapshotCondition, SnapshotError};
 
 /// Looks at the end of each cycle whether a snapshot is due.
@@ -125,7 +125,7 @@ impl SnapshotWatch {
     /// What the configuration asks for, if it does.
     pub fn of(
         configuration: &Configuration,
-        shared: &Shared,
+        shared: &SharedLoop,
         agent: &AgentHandle,
     ) -> Result<Option<Arc<Self>>, Report> {
         let Some(trigger) = configuration.snapshot() else { return Ok(None) };
@@ -171,7 +171,7 @@ impl SnapshotWatch {
 
     /// After a cycle: a look takes some nanoseconds, and in lockstep the snapshot is taken here, so that it is always of
     /// the same cycle; on the wall clock it is taken by a thread that is made for it.
-    pub fn look(self: &Arc<Self>, shared: &Shared, now: u64) -> Flow {
+    pub fn look(self: &Arc<Self>, shared: &SharedLoop, now: u64) -> Flow {
         let is_due = {
             let mut looked = self.looked();
             let late = self.at.is_some_and(|at| now >= at);
@@ -193,13 +193,14 @@ impl SnapshotWatch {
             });
             return Flow::Next;
         }
-        // Somebody else who changes the agent may wait for the loop; then it is the cycle after that.
+        // Another thread that changes the agent may wait for the loop; then it is the cycle after that.
         let Some(composition) = agent.try_composition() else {
             self.due.store(true, Ordering::Relaxed);
             return Flow::Next;
         };
         self.due.store(false, Ordering::Relaxed);
-        let image = match Subjects::of(&composition, shared).map(|subjects| subjects.capture(shared)) {
+        let image = match SnapshotSubjects::of(&composition, shared).map(|subjects| subjects.capture(shared))
+        {
             Ok(None) => return Flow::Lost,
             Ok(Some(image)) => image,
             Err(error) => Err(error),
@@ -218,7 +219,7 @@ impl SnapshotWatch {
     /// Has a snapshot written, and waits for nothing: the thread that takes one waits for the loop.
     fn write(
         &self,
-        shared: &Shared,
+        shared: &SharedLoop,
         write: impl FnOnce() -> Result<(u64, u64), SnapshotError> + Send + 'static,
     ) {
         let mut writing = locked(&self.writing);
@@ -261,7 +262,7 @@ impl SnapshotWatch {
 }
 
 impl AutomaticSnapshot for SnapshotWatch {
-    fn begin(&self, shared: &Shared) {
+    fn begin(&self, shared: &SharedLoop) {
         let mut looked = self.looked();
         self.due.store(false, Ordering::Relaxed);
         looked.late = self.at.is_some_and(|at| shared.clock.now() >= at);

@@ -4,7 +4,7 @@ use slate_module::aspect::{ABSENT, Network, NetworkAddress};
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::super::calls::{name, say};
-use super::{NetworkService, Received, SocketKind};
+use super::{ModuleSocketKind, NetworkService, Received};
 
 /// The calls, yet without a service.
 pub(super) const TABLE: Network =
@@ -18,7 +18,7 @@ fn shown(address: &SocketAddr) -> NetworkAddress {
 /// As of the calls below.
 unsafe fn open(
     context: *mut (),
-    kind: SocketKind,
+    kind: ModuleSocketKind,
     address: Bytes,
     socket: *mut u64,
     sink: *const Sink,
@@ -41,17 +41,17 @@ unsafe fn open(
 
 unsafe extern "C" fn udp(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: passed on.
-    unsafe { open(context, SocketKind::Datagrams, address, socket, sink) }
+    unsafe { open(context, ModuleSocketKind::Datagrams, address, socket, sink) }
 }
 
 unsafe extern "C" fn connect(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: passed on.
-    unsafe { open(context, SocketKind::Connection, address, socket, sink) }
+    unsafe { open(context, ModuleSocketKind::Connection, address, socket, sink) }
 }
 
 unsafe extern "C" fn listen(context: *mut (), address: Bytes, socket: *mut u64, sink: *const Sink) -> i32 {
     // SAFETY: passed on.
-    unsafe { open(context, SocketKind::Listener, address, socket, sink) }
+    unsafe { open(context, ModuleSocketKind::Listener, address, socket, sink) }
 }
 
 unsafe extern "C" fn accepted(context: *mut (), listener: u64, place: usize, socket: *mut u64) -> i32 {

@@ -10,7 +10,7 @@ use crate::digest::Digest;
 const LONGEST: usize = 65_507;
 
 /// A socket for datagrams, with those that this tick sends.
-pub(super) struct Datagrams {
+pub(super) struct DatagramSocket {
     socket: UdpSocket,
     data: Vec<u8>,
     /// Where each goes, and where it ends in `data`.
@@ -19,7 +19,7 @@ pub(super) struct Datagrams {
     error: Option<io::Error>,
 }
 
-impl Datagrams {
+impl DatagramSocket {
     pub fn bind(text: &str) -> Result<Self, String> {
         let socket = UdpSocket::bind(address(text)?).and_then(|socket| {
             socket.set_nonblocking(true)?;

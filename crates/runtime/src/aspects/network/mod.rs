@@ -14,7 +14,7 @@ use slate_module::aspect::{Network, SOCKET_LIMIT};
 use super::{HostService, Means};
 use crate::digest::Digest;
 use connection::{Attempt, ModuleConnection};
-use datagrams::Datagrams;
+use datagrams::DatagramSocket;
 
 /// After that time of the agent a connection that failed is tried again, nanoseconds.
 const RETRY: u64 = 1_000_000_000;
@@ -24,7 +24,7 @@ struct NetworkService {
     /// By number, in the order in which they were opened.
     sockets: BTreeMap<u64, ModuleSocket>,
     /// What the module has named.
-    named: BTreeMap<(SocketKind, String), NamedSocket>,
+    named: BTreeMap<(ModuleSocketKind, String), NamedSocket>,
     opened: u64,
     now: u64,
     /// Stands for what is sent, in the digest.
@@ -32,7 +32,7 @@ struct NetworkService {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum SocketKind {
+enum ModuleSocketKind {
     Datagrams,
     Connection,
     Listener,
@@ -45,7 +45,7 @@ enum NamedSocket {
 }
 
 enum ModuleSocket {
-    Datagrams(Datagrams, IsClosing),
+    Datagrams(DatagramSocket, IsClosing),
     Connection(Box<ModuleConnection>),
     Listener { listener: TcpListener, connections: Vec<u64>, closing: IsClosing },
 }
@@ -60,7 +60,7 @@ enum Received {
     Refused(String),
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for NetworkService {}
 
 pub(super) fn make(_: &Means, module: &Arc<str>) -> Box<dyn HostService> {
@@ -192,7 +192,7 @@ impl NetworkService {
     }
 
     /// The socket of that address, which is opened if need be.
-    fn open(&mut self, kind: SocketKind, text: &str) -> Result<Option<u64>, String> {
+    fn open(&mut self, kind: ModuleSocketKind, text: &str) -> Result<Option<u64>, String> {
         let key = (kind, text.to_owned());
         match self.named.get(&key) {
             Some(NamedSocket::Open(number)) => return Ok(Some(*number)),
@@ -217,15 +217,15 @@ impl NetworkService {
             _ => self.room()?,
         }
         let socket = match kind {
-            SocketKind::Datagrams => ModuleSocket::Datagrams(Datagrams::bind(text)?, false),
-            SocketKind::Listener => {
+            ModuleSocketKind::Datagrams => ModuleSocket::Datagrams(DatagramSocket::bind(text)?, false),
+            ModuleSocketKind::Listener => {
                 let listener = TcpListener::bind(address(text)?)
                     .and_then(|listener| listener.set_nonblocking(true).map(|()| listener));
                 let listener =
                     listener.map_err(|error| format!("tcp {text} can't be listened at: {error}"))?;
                 ModuleSocket::Listener { listener, connections: Vec::new(), closing: false }
             }
-            SocketKind::Connection => {
+            ModuleSocketKind::Connection => {
                 self.named.insert(key, NamedSocket::Making(Attempt::new(text)?));
                 return Ok(None);
             }

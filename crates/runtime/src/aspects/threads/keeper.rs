@@ -1,4 +1,4 @@
-//! Who keeps the threads of modules: no code leaves while a thread runs it.
+//! The keeper of modules' threads: no code leaves while a thread runs it.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use slate_module::Level;
 use slate_module::aspect::ThreadState;
 
-use super::thread::{Life, ModuleThread};
+use super::thread::{ModuleThread, ThreadParts};
 use crate::clock::Clock;
 use crate::log::Logger;
 use slate_engine::thread_name;
@@ -19,7 +19,7 @@ const LOOK: Duration = Duration::from_micros(500);
 
 /// All threads that modules own.
 pub(crate) struct ThreadKeeper {
-    groups: Mutex<BTreeMap<Arc<str>, Arc<Group>>>,
+    groups: Mutex<BTreeMap<Arc<str>, Arc<ThreadGroup>>>,
     /// How long a thread may take to stop.
     hang: Duration,
     lockstep: bool,
@@ -30,7 +30,7 @@ pub(crate) struct ThreadKeeper {
 }
 
 /// The threads of a module.
-pub(super) struct Group {
+pub(super) struct ThreadGroup {
     module: Arc<str>,
     inner: Mutex<GroupThreads>,
 }
@@ -39,10 +39,10 @@ pub(super) struct Group {
 struct GroupThreads {
     /// How many don't want a thread to begin.
     closed: u32,
-    owned: Vec<Owned>,
+    owned: Vec<OwnedThread>,
 }
 
-struct Owned {
+struct OwnedThread {
     thread: Arc<ModuleThread>,
     handle: JoinHandle<()>,
     /// Whether it was named as one that does not stop.
@@ -59,7 +59,7 @@ pub(crate) struct Lingering {
 }
 
 /// While it is there, no thread of some modules begins.
-pub(crate) struct Closed(Vec<Arc<Group>>);
+pub(crate) struct Closed(Vec<Arc<ThreadGroup>>);
 
 impl Drop for Closed {
     fn drop(&mut self) {
@@ -79,13 +79,13 @@ impl ThreadKeeper {
         })
     }
 
-    fn groups(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<Group>>> {
+    fn groups(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, Arc<ThreadGroup>>> {
         self.groups.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The threads of a module that begins.
-    pub(super) fn group(&self, module: &Arc<str>) -> Arc<Group> {
-        let group = Arc::new(Group { module: Arc::clone(module), inner: Mutex::default() });
+    pub(super) fn group(&self, module: &Arc<str>) -> Arc<ThreadGroup> {
+        let group = Arc::new(ThreadGroup { module: Arc::clone(module), inner: Mutex::default() });
         self.groups().insert(Arc::clone(module), Arc::clone(&group));
         group
     }
@@ -114,7 +114,7 @@ impl ThreadKeeper {
     }
 
     /// Begins a thread; gives it back while none may begin.
-    pub(super) fn start(&self, group: &Group, life: Box<Life>) -> Result<(), Box<Life>> {
+    pub(super) fn start(&self, group: &ThreadGroup, life: Box<ThreadParts>) -> Result<(), Box<ThreadParts>> {
         let mut inner = group.inner();
         if inner.closed > 0 {
             return Err(life);
@@ -132,7 +132,7 @@ impl ThreadKeeper {
         match std::thread::Builder::new().name(name).spawn(move || life.live()) {
             Ok(handle) => {
                 inner.owned.retain(|owned| !owned.handle.is_finished());
-                inner.owned.push(Owned { thread, handle, named: false });
+                inner.owned.push(OwnedThread { thread, handle, named: false });
             }
             Err(error) => {
                 thread.set(ThreadState::Ended);
@@ -145,7 +145,7 @@ impl ThreadKeeper {
     }
 
     /// The module's instance is gone: tells its threads to stop, and has those named that don't.
-    pub(super) fn stop(self: &Arc<Self>, group: &Arc<Group>) {
+    pub(super) fn stop(self: &Arc<Self>, group: &Arc<ThreadGroup>) {
         if !group.stop() {
             return;
         }
@@ -157,7 +157,7 @@ impl ThreadKeeper {
     }
 
     /// The module is gone.
-    pub(super) fn forget(&self, group: &Arc<Group>) {
+    pub(super) fn forget(&self, group: &Arc<ThreadGroup>) {
         self.groups().retain(|_, other| !Arc::ptr_eq(other, group));
     }
 
@@ -172,7 +172,7 @@ impl ThreadKeeper {
     }
 }
 
-impl Group {
+impl ThreadGroup {
     fn inner(&self) -> MutexGuard<'_, GroupThreads> {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -197,14 +197,14 @@ impl Group {
         inner.owned = left;
         let is_left = !inner.owned.is_empty();
         drop(inner);
-        let ended: Vec<Owned> = ended;
+        let ended: Vec<OwnedThread> = ended;
         // So that what the thread cleans up at its very end is done, too. A panic did not leave the module's code.
         ended.into_iter().for_each(|owned| drop(owned.handle.join()));
         is_left
     }
 }
 
-fn close(groups: Vec<Arc<Group>>) -> Closed {
+fn close(groups: Vec<Arc<ThreadGroup>>) -> Closed {
     for group in &groups {
         group.inner().closed += 1;
         group.stop();
@@ -214,7 +214,7 @@ fn close(groups: Vec<Arc<Group>>) -> Closed {
 
 /// Waits until the threads have ended; those that don't in time.
 #[allow(clippy::disallowed_methods, reason = "whether a thread ends is a matter of the wall clock")]
-fn lingering(groups: &[Arc<Group>], limit: Duration) -> Vec<Lingering> {
+fn lingering(groups: &[Arc<ThreadGroup>], limit: Duration) -> Vec<Lingering> {
     let start = Instant::now();
     while groups.iter().filter(|group| group.settle()).count() > 0 {
         if start.elapsed() >= limit {

@@ -17,10 +17,10 @@ use crate::clock::Clock;
 use crate::digest::Digest;
 use crate::log::Logger;
 use crate::synchronization::Synchronization;
-use keeper::Group;
+use keeper::ThreadGroup;
 pub(crate) use keeper::{Closed, Lingering, ThreadKeeper};
-use ring::{Inlet, Outlet, ring};
-use thread::{Life, ModuleThread, OwnedBody, answer, room};
+use ring::{RingInlet, RingOutlet, ring};
+use thread::{ModuleThread, OwnedBody, ThreadParts, answer, room};
 
 /// How many threads a module may have at a time.
 const LIMIT: usize = 16;
@@ -31,7 +31,7 @@ struct ThreadService {
     table: Threads,
     module: Arc<str>,
     keeper: Arc<ThreadKeeper>,
-    group: Arc<Group>,
+    group: Arc<ThreadGroup>,
     logger: Arc<Logger>,
     clock: Arc<Clock>,
     synchronization: Arc<Synchronization>,
@@ -47,14 +47,14 @@ struct ThreadService {
 struct TickThread {
     thread: Arc<ModuleThread>,
     /// Until it begins.
-    life: Option<Box<Life>>,
+    life: Option<Box<ThreadParts>>,
     /// Whether this tick wants it to stop.
     stop: bool,
-    inlet: Inlet,
-    outlet: Outlet,
+    inlet: RingInlet,
+    outlet: RingOutlet,
 }
 
-// SAFETY: the table's context is the service itself, which is used by whoever runs the module alone.
+// SAFETY: the table's context is the service itself, which only the thread that runs the module uses.
 unsafe impl Send for ThreadService {}
 
 pub(super) fn make(means: &Means, module: &Arc<str>) -> Box<dyn HostService> {
@@ -149,7 +149,7 @@ impl ThreadService {
         let thread = ModuleThread::new(name);
         let (inlet, outlet_of_thread) = ring(bytes);
         let (inlet_of_thread, outlet) = ring(bytes);
-        let life = Life {
+        let life = ThreadParts {
             thread: Arc::clone(&thread),
             body,
             inlet: inlet_of_thread,

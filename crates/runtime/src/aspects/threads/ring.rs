@@ -6,20 +6,20 @@ use rtrb::{Consumer, Producer, RingBuffer};
 const HEADER: usize = 12;
 
 /// A ring of so many bytes.
-pub(super) fn ring(bytes: usize) -> (Inlet, Outlet) {
+pub(super) fn ring(bytes: usize) -> (RingInlet, RingOutlet) {
     let (producer, consumer) = RingBuffer::new(bytes);
-    (Inlet { producer, held: Vec::with_capacity(bytes), bytes }, Outlet { consumer, visible: 0 })
+    (RingInlet { producer, held: Vec::with_capacity(bytes), bytes }, RingOutlet { consumer, visible: 0 })
 }
 
 /// Where values go in.
-pub(super) struct Inlet {
+pub(super) struct RingInlet {
     producer: Producer<u8>,
     /// Values that are not sent yet.
     held: Vec<u8>,
     bytes: usize,
 }
 
-impl Inlet {
+impl RingInlet {
     /// Holds a value to be sent; false when there is no room.
     ///
     /// # Errors
@@ -60,13 +60,13 @@ impl Inlet {
 }
 
 /// Where values come out.
-pub(super) struct Outlet {
+pub(super) struct RingOutlet {
     consumer: Consumer<u8>,
     /// Bytes of the values that may be taken; always whole values.
     visible: usize,
 }
 
-impl Outlet {
+impl RingOutlet {
     /// From now on, what was sent until now can be taken.
     pub fn look(&mut self) {
         self.visible = self.consumer.slots();

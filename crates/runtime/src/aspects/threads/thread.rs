@@ -11,7 +11,7 @@ use slate_module::table::{Bytes, DONE, PANICKED, REFUSED, Sink};
 use slate_module::{Level, ModuleKind};
 
 use super::super::calls::{say, text};
-use super::ring::{Inlet, Outlet};
+use super::ring::{RingInlet, RingOutlet};
 use crate::clock::Clock;
 use crate::log::ModuleLog;
 use crate::synchronization::{Count, Emitter, Synchronization};
@@ -20,7 +20,7 @@ use crate::synchronization::{Count, Emitter, Synchronization};
 const STOP: u64 = 1;
 const NEWS: u64 = 2;
 
-/// How often a thread that waits for a synchronisation point looks whether it shall stop.
+/// How often a thread that waits for a synchronisation point checks whether it must stop.
 const LOOK: Duration = Duration::from_millis(10);
 
 /// A thread as its module and its keeper see it.
@@ -99,11 +99,11 @@ impl Drop for OwnedBody {
 }
 
 /// All that a thread has. The fields are dropped in this order, so the code goes last.
-pub(super) struct Life {
+pub(super) struct ThreadParts {
     pub thread: Arc<ModuleThread>,
     pub body: OwnedBody,
-    pub inlet: Inlet,
-    pub outlet: Outlet,
+    pub inlet: RingInlet,
+    pub outlet: RingOutlet,
     pub log: Option<Box<ModuleLog>>,
     pub clock: Arc<Clock>,
     pub synchronization: Arc<Synchronization>,
@@ -113,10 +113,10 @@ pub(super) struct Life {
 }
 
 /// What the calls of a [`Stop`] work on.
-struct Side {
+struct StopContext {
     thread: Arc<ModuleThread>,
-    inlet: Inlet,
-    outlet: Outlet,
+    inlet: RingInlet,
+    outlet: RingOutlet,
     log: Option<Box<ModuleLog>>,
     clock: Arc<Clock>,
     synchronization: Arc<Synchronization>,
@@ -124,11 +124,11 @@ struct Side {
     emitters: BTreeMap<String, Emitter>,
 }
 
-impl Life {
+impl ThreadParts {
     /// The life of the thread, in the thread.
     pub fn live(self: Box<Self>) {
         let Self { thread, body, inlet, outlet, log, clock, synchronization, module, kind } = *self;
-        let mut side = Side {
+        let mut side = StopContext {
             thread: Arc::clone(&thread),
             inlet,
             outlet,
@@ -150,9 +150,9 @@ impl Life {
 
 /// # Safety
 /// The context is the side of the thread that calls, which uses it in one call at a time.
-unsafe fn side<'a>(context: *mut ()) -> &'a mut Side {
+unsafe fn side<'a>(context: *mut ()) -> &'a mut StopContext {
     // SAFETY: passed on to the caller.
-    unsafe { &mut *context.cast::<Side>() }
+    unsafe { &mut *context.cast::<StopContext>() }
 }
 
 unsafe extern "C" fn is_set(context: *mut ()) -> i32 {

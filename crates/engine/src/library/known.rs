@@ -1,0 +1,118 @@
+//! What libraries were when they were loaded last, so that one that has changed is told of before it is opened.
+
+use std::fs::{self, File, Metadata};
+use std::io::{self, Write};
+use std::os::unix::fs::MetadataExt;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use slate_configuration::replacement::Replacement;
+
+use super::{LibraryError, checksum};
+
+/// How many libraries are known at most; the one that was loaded the longest ago goes first.
+const MOST: usize = 256;
+
+/// The largest file that is read, bytes.
+const LARGEST: u64 = 1 << 20;
+
+/// The libraries of a user's agents by their checksums, in a file.
+///
+/// One that was written since is another one. One that was not, and has other bytes nevertheless, is damaged: so does a disk
+/// that fails.
+#[derive(Debug)]
+pub struct KnownLibraries {
+    file: PathBuf,
+}
+
+/// What is known of a library.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize, Serialize)]
+struct KnownLibrary {
+    path: PathBuf,
+    /// Hexadecimal.
+    checksum: String,
+    written: FileStamp,
+}
+
+/// Changes whenever a file is written or replaced, whatever sets its date.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize)]
+struct FileStamp {
+    inode: u64,
+    length: u64,
+    /// Seconds and nanoseconds.
+    modified: (i64, i64),
+    changed: (i64, i64),
+}
+
+impl FileStamp {
+    fn of(found: &Metadata) -> Self {
+        Self {
+            inode: found.ino(),
+            length: found.len(),
+            modified: (found.mtime(), found.mtime_nsec()),
+            changed: (found.ctime(), found.ctime_nsec()),
+        }
+    }
+}
+
+impl KnownLibraries {
+    /// Those in that file, which is made when the first one is loaded.
+    pub fn at(file: PathBuf) -> Self {
+        Self { file }
+    }
+
+    /// Whether a library was written since it was looked at last. From now on it is known as it is.
+    ///
+    /// # Errors
+    /// It is damaged. It stays known as it was.
+    pub fn look(&self, library: &Path) -> Result<bool, LibraryError> {
+        // What can't be read is refused when it is loaded.
+        let Ok(present) = KnownLibrary::of(library) else { return Ok(false) };
+        let mut known = self.read();
+        let before = known.iter().position(|known| known.path == present.path).map(|at| known.remove(at));
+        if before.as_ref() == Some(&present) {
+            return Ok(false);
+        }
+        if before.as_ref().is_some_and(|before| before.written == present.written) {
+            return Err(LibraryError {
+                file: library.into(),
+                problem: "is damaged: its bytes have changed since it was loaded last, and nobody has written to it".into(),
+                help: "build or copy it again, and look after the disk".into(),
+            });
+        }
+        let is_changed = before.is_some_and(|before| before.checksum != present.checksum);
+        known.push(present);
+        // Where this can't be written, nothing is known the next time.
+        let _ = self.write(&known[known.len().saturating_sub(MOST)..]);
+        Ok(is_changed)
+    }
+
+    fn read(&self) -> Vec<KnownLibrary> {
+        // What is no such file is replaced.
+        let is_small = fs::metadata(&self.file).is_ok_and(|found| found.is_file() && found.len() <= LARGEST);
+        let text = is_small.then(|| fs::read(&self.file).ok()).flatten();
+        text.and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default()
+    }
+
+    fn write(&self, known: &[KnownLibrary]) -> io::Result<()> {
+        if let Some(folder) = self.file.parent() {
+            fs::create_dir_all(folder)?;
+        }
+        let mut new = Replacement::create(&self.file)?;
+        new.write_all(&serde_json::to_vec(known)?)?;
+        new.keep()
+    }
+}
+
+impl KnownLibrary {
+    fn of(library: &Path) -> io::Result<Self> {
+        let path = fs::canonicalize(library)?;
+        let mut file = File::open(&path)?;
+        let found = file.metadata()?;
+        if !found.is_file() {
+            return Err(io::ErrorKind::InvalidInput.into());
+        }
+        let checksum = format!("{:016x}", checksum::hash(&mut file, found.len())?);
+        Ok(Self { path, checksum, written: FileStamp::of(&found) })
+    }
+}

@@ -1,0 +1,50 @@
+//! Whom the loop asks.
+
+use std::sync::Arc;
+
+use super::guest::{Guest, Role};
+use super::{Core, LoopPolicy, Takeover};
+use crate::clock::TimeSource;
+
+/// Who says which stage comes next, of the program.
+pub(super) struct PolicyRole;
+
+impl Role for PolicyRole {
+    type Code = dyn LoopPolicy;
+
+    fn guest(core: &mut Core) -> &mut Option<Guest<dyn LoopPolicy>> {
+        &mut core.policy
+    }
+}
+
+/// The module that may take the loop.
+pub(super) struct TakeoverRole;
+
+impl Role for TakeoverRole {
+    type Code = Arc<Takeover>;
+
+    fn guest(core: &mut Core) -> &mut Option<Guest<Arc<Takeover>>> {
+        &mut core.takeover
+    }
+
+    /// It stays: while its module is late it is not asked, and that ends what it has taken.
+    fn put_away(_: &mut Core) -> &'static str {
+        TAKEOVER
+    }
+}
+
+/// Who says what time it is.
+pub(super) struct TimeRole;
+
+impl Role for TimeRole {
+    type Code = dyn TimeSource;
+
+    fn guest(core: &mut Core) -> &mut Option<Guest<dyn TimeSource>> {
+        &mut core.time_source
+    }
+}
+
+/// What the log calls them.
+pub(super) const POLICY: &str = "the policy of the main loop";
+pub(super) const TAKEOVER: &str = "the policy of a module";
+pub(super) const TIME_SOURCE: &str = "the time source";

@@ -1,0 +1,97 @@
+use std::fs::{File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use slate_runtime::replacement::Replacement;
+
+use super::{HEADER, Sample, TrajectoryPosition, append_row};
+
+/// How often what is new is written.
+const PERIOD: Duration = Duration::from_secs(1);
+
+/// Writes a trajectory to a file while it grows, so that a process that is killed loses its last second at most.
+///
+/// A thread of its own writes, so that a slow disk holds no run up. When samples were removed, the file is replaced by one without
+/// them. What can't be written is left to the report at the end of the run, which tells why.
+#[derive(Debug)]
+pub struct TrajectoryStream {
+    /// Dropped at the end.
+    running: Option<Sender<()>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl TrajectoryStream {
+    /// Begins to write to `path` what `read` returns of each position, as [`ThinnedTrajectory::read`](super::ThinnedTrajectory::read)
+    /// does.
+    ///
+    /// # Errors
+    /// When there is no thread for it.
+    pub fn start(
+        path: &Path,
+        read: impl Fn(&mut TrajectoryPosition) -> Vec<Sample> + Send + 'static,
+    ) -> io::Result<Self> {
+        let mut file =
+            StreamedFile { path: path.into(), file: None, position: TrajectoryPosition::default() };
+        let (running, ended) = channel::<()>();
+        let thread = Builder::new().name("trajectory".into()).spawn(move || {
+            slate_runtime::give_way();
+            loop {
+                let is_over = ended.recv_timeout(PERIOD) != Err(RecvTimeoutError::Timeout);
+                if file.follow(&read).is_err() || is_over {
+                    return;
+                }
+            }
+        })?;
+        Ok(Self { running: Some(running), thread: Some(thread) })
+    }
+}
+
+impl Drop for TrajectoryStream {
+    /// Writes what is left.
+    fn drop(&mut self) {
+        drop(self.running.take());
+        if let Some(thread) = self.thread.take() {
+            // A panic in it has said so.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// The file, and how much of the trajectory it has.
+struct StreamedFile {
+    path: PathBuf,
+    file: Option<File>,
+    position: TrajectoryPosition,
+}
+
+impl StreamedFile {
+    /// Writes what is new.
+    fn follow(&mut self, read: &impl Fn(&mut TrajectoryPosition) -> Vec<Sample>) -> io::Result<()> {
+        let before = self.position;
+        let samples = read(&mut self.position);
+        match &mut self.file {
+            Some(file) if self.position.follows(before) => {
+                let mut text = String::new();
+                samples.iter().for_each(|sample| append_row(sample, &mut text));
+                file.write_all(text.as_bytes())
+            }
+            _ => {
+                let mut text = String::from(HEADER);
+                samples.iter().for_each(|sample| append_row(sample, &mut text));
+                self.replace(&text)
+            }
+        }
+    }
+
+    /// Puts a whole file in the place of what is there, and goes on behind it.
+    fn replace(&mut self, text: &str) -> io::Result<()> {
+        let mut new = Replacement::create(&self.path)?;
+        new.write_all(text.as_bytes())?;
+        new.keep()?;
+        self.file = Some(OpenOptions::new().append(true).open(&self.path)?);
+        Ok(())
+    }
+}

@@ -1,0 +1,104 @@
+use serde::{Deserialize, Serialize};
+
+use super::Sample;
+
+/// A trajectory of bounded size.
+///
+/// Samples come every 50 ms. With more than 20,000 of them, every other time is removed and samples come half as often, as often as
+/// necessary. So a run of any length takes the same memory, and the same run always has the same samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ThinnedTrajectory {
+    /// When the next samples are due, nanoseconds.
+    next: u64,
+    /// From sample to sample, nanoseconds.
+    #[serde(default = "period")]
+    period: u64,
+    samples: Vec<Sample>,
+    /// Counts how often samples were removed or replaced, for those who follow.
+    #[serde(skip)]
+    generation: u64,
+}
+
+fn period() -> u64 {
+    ThinnedTrajectory::PERIOD
+}
+
+impl Default for ThinnedTrajectory {
+    fn default() -> Self {
+        Self { next: 0, period: Self::PERIOD, samples: Vec::new(), generation: 0 }
+    }
+}
+
+/// How much of a [`ThinnedTrajectory`] was read; nothing at the beginning.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TrajectoryPosition {
+    generation: u64,
+    samples: usize,
+}
+
+impl TrajectoryPosition {
+    /// Whether what was read follows what was read until another position; else all was read once more, as samples were removed.
+    pub fn follows(&self, before: Self) -> bool {
+        self.generation == before.generation
+    }
+}
+
+impl ThinnedTrajectory {
+    /// From sample to sample before any was removed, nanoseconds.
+    pub const PERIOD: u64 = 50_000_000;
+
+    /// The most samples.
+    pub const LIMIT: usize = 20_000;
+
+    /// Adds the samples of all robots at a time, if they are due or the run ends.
+    pub fn add(&mut self, time: u64, is_end: bool, samples: impl IntoIterator<Item = Sample>) {
+        if time < self.next && !is_end {
+            return;
+        }
+        self.next += self.period;
+        self.samples.extend(samples);
+        if self.samples.len() > Self::LIMIT {
+            self.thin();
+        }
+    }
+
+    /// Removes every other time, and lets samples come half as often.
+    fn thin(&mut self) {
+        let (mut time, mut number) = (None, 0_usize);
+        self.samples.retain(|sample| {
+            if time.replace(sample.time).is_some_and(|last| last != sample.time) {
+                number += 1;
+            }
+            number.is_multiple_of(2)
+        });
+        self.period = self.period.saturating_mul(2);
+        // Samples that are left are on the grid of the new period.
+        let last = self.samples.last().map_or(0, |sample| sample.time);
+        self.next = (last / self.period).saturating_add(1).saturating_mul(self.period);
+        self.generation += 1;
+    }
+
+    /// Goes on from another one, such as that of a snapshot.
+    pub fn replace(&mut self, other: Self) {
+        let generation = self.generation + 1;
+        *self = Self { generation, ..other };
+    }
+
+    /// The samples, in order of time.
+    pub fn samples(&self) -> &[Sample] {
+        &self.samples
+    }
+
+    /// Takes the samples out.
+    pub fn take(&mut self) -> Vec<Sample> {
+        self.generation += 1;
+        std::mem::take(&mut self.samples)
+    }
+
+    /// The samples from a position on, which is behind all of them then. When samples were removed since, these are all.
+    pub fn read(&self, position: &mut TrajectoryPosition) -> &[Sample] {
+        let start = if position.generation == self.generation { position.samples } else { 0 };
+        *position = TrajectoryPosition { generation: self.generation, samples: self.samples.len() };
+        self.samples.get(start..).unwrap_or_default()
+    }
+}
