@@ -15,7 +15,7 @@ const QUERIES: [&[&str]; 8] = [
     &["--help"],
     &["teleop", "--help"],
     &["get", "/loop/state"],
-    &["set", "/r2/planner/params/speed", "0.3"],
+    &["set", "/r2/planner/params/max_linear_velocity", "0.3"],
     &["tree"],
     &["ps"],
     &["module", "list"],

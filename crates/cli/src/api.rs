@@ -4,39 +4,40 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::Value;
+use slate::control::client::{Access, Request};
+use slate::control::{BASE, Role};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
-use slate::control::client::{Access, Request};
-use slate::control::{BASE, Role};
+use crate::role;
 
 #[derive(Debug, Args)]
 pub struct ApiOptions {
-    /// Such as `GET` or `PUT`; without it the operations are listed.
+    /// Method, such as `GET` or `PUT` [default: list all operations]
     #[arg(value_parser = method, requires = "path")]
     method: Option<String>,
 
-    /// Such as `/modules` or `/slate/exp1/loop/state?bare`.
+    /// Path, such as `/modules` or `/slate/exp1/loop/state?bare`
     #[arg(value_parser = path)]
     path: Option<String>,
 
-    /// JSON, @FILE, or - for what comes on stdin.
+    /// JSON, @FILE, or - for stdin
     body: Option<String>,
 
-    /// Which kind of answer is wanted, such as `text/event-stream`.
+    /// Media type to accept, such as `text/event-stream`
     #[arg(long, value_name = "KIND", value_parser = header)]
     accept: Option<String>,
 
-    /// Whose secret is sent; that of a developer unless given.
-    #[arg(long, value_parser = crate::endpoint::role())]
+    /// Role whose token is used [default: the highest]
+    #[arg(long, value_parser = role::parser())]
     role: Option<Role>,
 
-    /// Where the answer goes, such as a picture.
+    /// Write the response into a file
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Prints the list as JSON.
+    /// Print the list as JSON
     #[arg(long, conflicts_with = "method")]
     json: bool,
 
@@ -125,7 +126,7 @@ fn list(access: &Access, json: bool) -> Result<bool, Failure> {
             text.strip_prefix(BASE).filter(|rest| rest.starts_with('/')).unwrap_or(text).to_owned()
         })
     };
-    let head = ["method", "path", "for", "what it does"].map(String::from);
+    let head = ["method", "path", "for", "summary"].map(String::from);
     output::columns([head].into_iter().chain(operations.map(row)));
     Ok(true)
 }

@@ -8,197 +8,201 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Subcommand};
 use serde_json::json;
-use slate::record::bag::{self, Compared, Decoder, Error, Part, Reader, Selection, Unread, Value};
+use slate::record::bag::{self, Compared, Decoder, Error, Part, Reader, Selection, Value};
 use slate::record::logs;
 use slate::runtime::printable;
 
 use crate::failure::Failure;
 use crate::output;
+use crate::recording::{all_read, known, parse_offset};
 
 #[derive(Debug, Subcommand)]
 pub enum BagVerb {
-    /// Shows what is in a recording; all of it is read and checked.
+    /// Show the contents of a recording, and verify it
     Info {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// Prints it as JSON.
+        /// Print as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Checks all checksums, indexes and statistics of a recording; exit code 1 says that it is damaged, 2 that it is none.
+    /// Verify checksums, indexes and statistics (exit code 1 if damaged, 2 if not a recording)
     Verify {
-        /// The file.
+        /// File
         file: PathBuf,
     },
-    /// Makes a whole file of a truncated or damaged recording.
+    /// Repair a truncated or damaged recording
     Repair {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// Where the whole file goes; it takes the place of the damaged one unless given.
+        /// Repaired file [default: replace the damaged one]
         #[arg(long)]
         out: Option<PathBuf>,
-        /// Replaces what is there already.
+        /// Replace existing files
         #[arg(long)]
         force: bool,
-        /// Prints what was kept and lost as JSON.
+        /// Print what was recovered and lost as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Prints messages, a line each.
+    /// Print messages, one per line
     Cat {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// Topics, or patterns such as `/r2/*`; all unless given.
+        /// Topics or patterns, such as `/r2/*` [default: all]
         topics: Vec<String>,
         #[command(flatten)]
-        span: Span,
-        /// Prints each line as JSON.
+        span: TimeSpan,
+        /// Print each line as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Makes a recording of another system's log.
+    /// Import a log of another system
     Import {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// What it is; told from its content unless given.
+        /// Format [default: recognized by content]
         #[arg(long, value_parser = format_named)]
         format: Option<logs::Format>,
-        /// Leaves out what is wrong in it, and counts that.
+        /// Skip and count invalid parts
         #[arg(long)]
         lenient: bool,
-        /// The new file.
+        /// Output file
         #[arg(long)]
         out: PathBuf,
-        /// Replaces what is there already.
+        /// Replace existing files
         #[arg(long)]
         force: bool,
-        /// Prints what became of it as JSON.
+        /// Print the result as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Writes messages as tables, a CSV file for each topic, as a log of CARMEN, or as a recording with the messages of ROS 2.
-    #[command(group = clap::ArgGroup::new("form").args(["csv", "carmen", "ros"]).required(true))]
-    Export {
-        /// The file.
-        file: PathBuf,
-        /// Topics, or patterns such as `/r2/*`; all unless given.
-        topics: Vec<String>,
-        /// As tables of comma-separated values.
-        #[arg(long)]
-        csv: bool,
-        /// As a log of CARMEN: sweeps of lasers and odometry.
-        #[arg(long)]
-        carmen: bool,
-        /// As MCAP with the messages that ROS 2 has, such as `sensor_msgs/msg/LaserScan`, where it has one.
-        #[arg(long)]
-        ros: bool,
-        /// The topic that tells where a robot is in the map, in the place of the one that the recorded configuration names.
-        #[arg(long, value_name = "TOPIC", requires = "ros")]
-        pose: Option<String>,
-        /// The log or recording, or for tables a file that ends with `.csv` for one topic, else a folder.
-        #[arg(long)]
-        out: PathBuf,
-        /// Replaces what is there already.
-        #[arg(long)]
-        force: bool,
-        #[command(flatten)]
-        span: Span,
-    },
-    /// Copies a part of a recording.
+    /// Export as CSV, CARMEN log, or MCAP with ROS 2 messages
+    Export(ExportOptions),
+    /// Copy a part of a recording
     Filter {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// Topics, or patterns such as `/r2/*`; all unless given.
+        /// Topics or patterns, such as `/r2/*` [default: all]
         #[arg(long, num_args = 1..)]
         topics: Vec<String>,
-        /// Topics that are left out, or patterns.
+        /// Exclude topics or patterns
         #[arg(long, num_args = 1.., value_name = "TOPICS")]
         exclude: Vec<String>,
         #[command(flatten)]
-        span: Span,
-        /// The new file.
+        span: TimeSpan,
+        /// Output file
         #[arg(long)]
         out: PathBuf,
-        /// Replaces what is there already.
+        /// Replace existing files
         #[arg(long)]
         force: bool,
     },
-    /// Puts several recordings into one, in the order of their times.
+    /// Merge recordings in the order of their times
     Merge {
-        /// The files.
+        /// Files
         #[arg(required = true, num_args = 2..)]
         files: Vec<PathBuf>,
-        /// What the topics of a file stand under in the new one; given once for each file, in their order, or never. Nothing for ''.
+        /// Prefix for the topics of a file, given once per file in order, '' for none
         #[arg(long, value_name = "NAME", value_parser = prefix)]
         prefix: Vec<String>,
-        /// Has messages of different runs stand among each other, also where they have the same topic.
+        /// Interleave messages of different runs even on the same topic
         #[arg(long)]
         interleave: bool,
-        /// The new file.
+        /// Output file
         #[arg(long)]
         out: PathBuf,
-        /// Replaces what is there already.
+        /// Replace existing files
         #[arg(long)]
         force: bool,
     },
-    /// Compares the messages of two recordings; exit code 1 says that they differ.
+    /// Compare two recordings (exit code 1 if they differ)
     Diff {
-        /// The one.
+        /// First recording
         a: PathBuf,
-        /// The other one.
+        /// Second recording
         b: PathBuf,
-        /// Compares what was measured on the wall clock too, which differs from run to run.
+        /// Also compare wall-clock measurements, which differ from run to run
         #[arg(long)]
         all: bool,
-        /// Only these topics, or patterns such as `/r2/**`.
+        /// Compare only these topics or patterns, such as `/r2/**`
         #[arg(long, num_args = 1.., value_name = "TOPICS")]
         select: Vec<String>,
-        /// Topics that are left out, or patterns.
+        /// Exclude topics or patterns
         #[arg(long, num_args = 1.., value_name = "TOPICS")]
         exclude: Vec<String>,
-        /// Prints the result as JSON.
+        /// Print the result as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Lists the files that a recording has with it, such as the configuration of its run, or takes them out.
+    /// List or extract attachments, such as the configuration of the run
     Attachments {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// The folder that they are written into.
+        /// Extract into this folder
         #[arg(long, value_name = "FOLDER")]
         out: Option<PathBuf>,
-        /// Replaces what is there already.
+        /// Replace existing files
         #[arg(long)]
         force: bool,
-        /// Prints them as JSON.
+        /// Print as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Draws numbers over time.
+    /// Plot fields over time
     Plot {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// Topic and field, such as `/r2/pose/theta` or `/r2/scan/ranges/3`.
+        /// Topic and field, such as `/r2/pose/theta` or `/r2/scan/ranges/3`
         #[arg(required = true)]
         fields: Vec<String>,
         #[command(flatten)]
-        span: Span,
-        /// The image.
+        span: TimeSpan,
+        /// SVG file
         #[arg(long, default_value = "plot.svg", value_parser = target::image)]
         out: PathBuf,
-        /// Replaces what is there already.
+        /// Replace existing files
         #[arg(long)]
         force: bool,
     },
 }
 
+#[derive(Debug, Args)]
+#[command(group = clap::ArgGroup::new("form").args(["csv", "carmen", "ros"]).required(true))]
+pub struct ExportOptions {
+    /// File
+    file: PathBuf,
+    /// Topics or patterns, such as `/r2/*` [default: all]
+    topics: Vec<String>,
+    /// Export a CSV table per topic
+    #[arg(long)]
+    csv: bool,
+    /// Export laser scans and odometry as a CARMEN log
+    #[arg(long)]
+    carmen: bool,
+    /// Export MCAP with ROS 2 messages such as `sensor_msgs/msg/LaserScan` where they exist
+    #[arg(long)]
+    ros: bool,
+    /// Topic of the robot's pose in the map [default: as recorded in the configuration]
+    #[arg(long, value_name = "TOPIC", requires = "ros")]
+    pose: Option<String>,
+    /// Output file; for CSV a folder, or a file that ends with `.csv` for a single topic
+    #[arg(long)]
+    out: PathBuf,
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+    #[command(flatten)]
+    span: TimeSpan,
+}
+
 #[derive(Args, Clone, Copy, Debug)]
-pub struct Span {
-    /// From when on, seconds after the first message.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds, allow_negative_numbers = true)]
+pub struct TimeSpan {
+    /// Start, seconds after the first message
+    #[arg(long, value_name = "SECONDS", value_parser = parse_offset, allow_negative_numbers = true)]
     from: Option<u64>,
-    /// Until when, seconds after the first message.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds, allow_negative_numbers = true)]
+    /// End, seconds after the first message
+    #[arg(long, value_name = "SECONDS", value_parser = parse_offset, allow_negative_numbers = true)]
     to: Option<u64>,
 }
 
@@ -209,7 +213,7 @@ fn format_named(name: &str) -> Result<logs::Format, String> {
     })
 }
 
-/// What topics stand under: names with slashes between them.
+/// Parses a prefix: names separated by slashes.
 fn prefix(text: &str) -> Result<String, String> {
     let name = text.trim_matches('/');
     let is_name = |name: &str| {
@@ -222,14 +226,7 @@ fn prefix(text: &str) -> Result<String, String> {
     }
 }
 
-pub fn nanoseconds(text: &str) -> Result<u64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok((seconds * 1e9).round() as u64),
-        _ => Err("expected seconds after the first message, at least 0".into()),
-    }
-}
-
-impl Span {
+impl TimeSpan {
     fn of(self, file: &Path, topics: &[String]) -> Result<Selection, Error> {
         if let (Some(from), Some(to)) = (self.from, self.to)
             && from > to
@@ -244,7 +241,7 @@ impl Span {
     }
 }
 
-/// Does what is asked; false when a file is damaged, two differ, or messages can't be read.
+/// Runs the command; returns false if a file is damaged, two differ, or messages can't be read.
 pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
     match verb {
         BagVerb::Info { file, json } => {
@@ -276,31 +273,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
                 false => show::imported(out, &imported),
             }
         }
-        BagVerb::Export { file, topics, out, span, force, carmen: true, .. } => {
-            target::free(out, &[file], *force)?;
-            let log = logs::export_carmen(file, &span.of(file, topics)?, out)?;
-            show::carmen(out, &log);
-            return Ok(all_read(file, &log.unread));
-        }
-        BagVerb::Export { file, topics, pose, out, span, force, ros: true, .. } => {
-            target::free(out, &[file], *force)?;
-            let robots = crate::report::known(file).unwrap_or_default().robots;
-            let (robots, pose) = (&robots[..], pose.as_deref());
-            let export = logs::RosExport { robots, pose, ..logs::RosExport::default() };
-            let log = logs::export_ros(file, &span.of(file, topics)?, &export, out)?;
-            show::ros(out, &log);
-            return Ok(all_read(file, &log.unread));
-        }
-        BagVerb::Export { file, topics, out, span, force, .. } => {
-            target::free(out, &[file], *force)?;
-            let (tables, unread) = bag::export_csv(file, &span.of(file, topics)?, out)?;
-            for table in tables {
-                let (path, topic) = (printable(&table.path), table.topic);
-                let messages = output::counted(table.rows, "message", "messages");
-                output::line(format_args!("{path} has {messages} of {topic}"));
-            }
-            return Ok(all_read(file, &unread));
-        }
+        BagVerb::Export(options) => return export(options),
         BagVerb::Filter { file, topics, exclude, span, out, force } => {
             target::free(out, &[file], *force)?;
             let messages = bag::copy(file, out, &span.of(file, topics)?.without(exclude))?;
@@ -311,16 +284,7 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
         }
         BagVerb::Diff { a, b, all, select, exclude, json } => {
             let selection = Selection::new(select).without(exclude);
-            let diff = bag::diff_of(a, b, &Compared { selection, is_measured: *all })?;
-            match json {
-                true => output::document("slate.bag.diff/1", &diff),
-                false => show::diff(a, b, &diff),
-            }
-            let is_read = [a, b]
-                .into_iter()
-                .zip(&diff.unread)
-                .fold(true, |is_read, (file, unread)| all_read(file, unread) && is_read);
-            return Ok(diff.first.is_none() && is_read);
+            return diff((a, b), &Compared { selection, is_measured: *all }, *json);
         }
         BagVerb::Attachments { file, out, force, json } => {
             attachments::attachments(file, out.as_deref(), *force, *json)?;
@@ -340,12 +304,46 @@ pub fn bag(verb: &BagVerb) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// Says what of a file can't be read; true when there is nothing.
-pub fn all_read(file: &Path, unread: &[Unread]) -> bool {
-    for unread in unread {
-        eprintln!("{}: {}", printable(file), output::harmless(unread));
+/// Exports messages; false when some can't be read.
+fn export(options: &ExportOptions) -> Result<bool, Failure> {
+    let ExportOptions { file, topics, carmen, ros, pose, out, span, force, csv: _ } = options;
+    target::free(out, &[file], *force)?;
+    let selection = span.of(file, topics)?;
+    let unread = match (carmen, ros) {
+        (true, _) => {
+            let log = logs::export_carmen(file, &selection, out)?;
+            show::carmen(out, &log);
+            log.unread
+        }
+        (_, true) => {
+            let robots = known(file).unwrap_or_default().robots;
+            let (robots, pose) = (&robots[..], pose.as_deref());
+            let export = logs::RosExport { robots, pose, ..logs::RosExport::default() };
+            let log = logs::export_ros(file, &selection, &export, out)?;
+            show::ros(out, &log);
+            log.unread
+        }
+        _ => {
+            let (tables, unread) = bag::export_csv(file, &selection, out)?;
+            tables.iter().for_each(|table| show::table(&table.path, &table.topic, table.rows));
+            unread
+        }
+    };
+    Ok(all_read(file, &unread))
+}
+
+/// Compares two recordings; false when they differ or can't be read in full.
+fn diff((a, b): (&Path, &Path), compared: &Compared, json: bool) -> Result<bool, Failure> {
+    let diff = bag::diff_of(a, b, compared)?;
+    match json {
+        true => output::document("slate.bag.diff/1", &diff),
+        false => show::diff(a, b, &diff),
     }
-    unread.is_empty()
+    let mut is_read = true;
+    for (file, unread) in [a, b].into_iter().zip(&diff.unread) {
+        is_read &= all_read(file, unread);
+    }
+    Ok(diff.first.is_none() && is_read)
 }
 
 fn merge(

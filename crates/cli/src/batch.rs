@@ -10,16 +10,41 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread;
 
+use clap::Args;
+use clap_complete::ArgValueCompleter;
 use slate::record::{Batch, Outcome, Summary};
 use slate::runtime::Rate;
 
-use crate::arguments::{BatchOptions, MAXIMUM_SEED, ModeName};
+use crate::complete;
 use crate::examples;
 use crate::failure::Failure;
-use crate::mission::{How, Mission};
+use crate::mission::{How, MissionRun};
 use crate::output;
-use ending::Ending;
-use progress::Progress;
+use crate::run_options::{ApplicationOptions, MAXIMUM_SEED, ModeName};
+use ending::BatchEnding;
+use progress::BatchProgress;
+
+#[derive(Debug, Args)]
+pub struct BatchOptions {
+    /// Example or configuration file
+    #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
+    pub name: String,
+
+    #[command(flatten)]
+    pub common: ApplicationOptions,
+
+    /// Number of runs
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    pub runs: u64,
+
+    /// Seed of the first run; the next run has the next seed
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=MAXIMUM_SEED))]
+    pub seed: u64,
+
+    /// Number of parallel runs; the results do not depend on it [default: number of cores; 1 in threaded mode]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub jobs: Option<u16>,
+}
 
 /// Runs many seeds; true when all were run and reached their goal.
 pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
@@ -28,8 +53,8 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     if last.is_none_or(|last| last > MAXIMUM_SEED) {
         return Err(Failure::Seeds);
     }
-    let ending = Ending::on_request();
-    let queue = Queue { options, begun: AtomicU64::new(0), ending: &ending };
+    let ending = BatchEnding::on_request();
+    let queue = SeedQueue { options, begun: AtomicU64::new(0), ending: &ending };
     let summaries = all(&queue)?;
     if ending.is_asked() {
         eprintln!("interrupted: {} of {} runs are done", summaries.len(), options.runs);
@@ -43,8 +68,8 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
 }
 
 /// Makes the runs, and returns what they left in the order of their seeds.
-fn all(queue: &Queue<'_>) -> Result<Vec<Summary>, Failure> {
-    let mut progress = Progress::new(queue.options.runs);
+fn all(queue: &SeedQueue<'_>) -> Result<Vec<Summary>, Failure> {
+    let mut progress = BatchProgress::new(queue.options.runs);
     let mut summaries = BTreeMap::new();
     let mut failures = BTreeMap::new();
     thread::scope(|scope| {
@@ -94,14 +119,14 @@ fn jobs(options: &BatchOptions) -> u64 {
 }
 
 /// The seeds, which threads take one by one.
-struct Queue<'a> {
+struct SeedQueue<'a> {
     options: &'a BatchOptions,
     /// How many seeds were taken.
     begun: AtomicU64,
-    ending: &'a Arc<Ending>,
+    ending: &'a Arc<BatchEnding>,
 }
 
-impl Queue<'_> {
+impl SeedQueue<'_> {
     /// Makes one run after the other until there is no more seed, or one can't be run.
     fn work(&self, results: &Sender<(u64, Result<Summary, Failure>)>) {
         while !self.ending.is_over() {
@@ -142,7 +167,7 @@ impl Queue<'_> {
             follows: false,
             disarmed: false,
         };
-        let mission = Mission::load(application, how)?;
+        let mission = MissionRun::load(application, how)?;
         self.ending.watch(seed, mission.agent.stopper());
         let finished = mission.run();
         self.ending.forget(seed);

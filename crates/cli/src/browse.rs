@@ -4,24 +4,25 @@ use std::process::{Command, Stdio};
 
 use clap::Args;
 use serde_json::json;
+use slate::control::client::Request;
+use slate::control::{BASE, Role};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
-use slate::control::client::Request;
-use slate::control::{BASE, Role};
+use crate::role;
 
 #[derive(Debug, Args)]
 pub struct ConsoleOptions {
-    /// Opens it in a browser.
+    /// Open it in a browser
     #[arg(long)]
     open: bool,
 
-    /// What whoever has the link may do; most of all unless given.
-    #[arg(long, value_parser = crate::endpoint::role())]
+    /// Rights of the link [default: the highest]
+    #[arg(long, value_parser = role::parser())]
     role: Option<Role>,
 
-    /// Prints the link as JSON.
+    /// Print the link as JSON
     #[arg(long)]
     json: bool,
 

@@ -1,6 +1,6 @@
-//! What is wrong with a configuration, without running it.
+//! Checks of a configuration without running it.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -12,108 +12,57 @@ use slate::blackboard::Board;
 use slate::control::OpenError;
 use slate::module::Plugin;
 use slate::record::{Misspelt, misspelt};
+use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, Survey, Wired, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
 use slate::runtime::directory::check_reach;
-use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
-use slate::runtime::{Agent, Mistake, Mode, Options, StartError};
-use slate::share::agent::AgentSharing;
 
 use crate::examples::{self, Application};
 use crate::failure::{ASSERTION_FALSE, Failure};
+use crate::finding::ConfigurationFinding;
 use crate::observation::Observation;
+use crate::offline::{QUIET, catalogue, load};
 use crate::{complete, output, scene};
 
 #[derive(Debug, Args)]
 pub struct CheckOptions {
-    /// An example by name, or a configuration file.
+    /// Example or configuration file
     #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
     pub name: String,
 
-    /// One of the agents that the file describes; all of them unless given.
+    /// Agent of the file [default: all]
     #[arg(long, value_name = "NAME")]
     pub agent: Option<String>,
 
-    /// Sets a value of the configuration first; may be given several times.
+    /// Override a setting; repeatable
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<String>,
 
-    /// A file with the settings of the computer that it shall run on.
+    /// Configuration of the target machine, which overrides the main one
     #[arg(long, value_name = "FILE")]
     pub host: Option<PathBuf>,
 
-    /// Counts warnings as errors.
+    /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
 
-    /// Prints what is wrong as JSON.
+    /// Print the findings as JSON
     #[arg(long)]
     json: bool,
 }
 
-/// Sharing that reaches nobody: what the configuration says of it is checked, endpoints too, and nothing is opened.
-struct Offline(AgentSharing);
-
-impl Sharing for Offline {
-    fn start(&mut self, site: Site) -> Result<(), SharingError> {
-        self.0.check(&site)
-    }
-
-    fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
-
-    fn carriers(&self) -> BTreeSet<String> {
-        self.0.carriers()
-    }
-
-    fn has_jpeg(&self) -> bool {
-        self.0.has_jpeg()
-    }
-}
-
-/// Something that was found.
-#[derive(Debug, Serialize)]
-pub struct Finding {
-    severity: &'static str,
-    code: &'static str,
-    message: String,
-    pub help: Option<String>,
-    file: Option<String>,
-    line: Option<usize>,
-}
-
-/// What a configuration is made of, once it fits.
+/// Numbers of parts of a configuration.
 #[derive(Debug, Default, Serialize)]
-struct Counts {
+struct CompositionCounts {
     agents: usize,
     modules: usize,
     links: usize,
     actuators: usize,
 }
 
-/// An application that is made as for a run, but neither reached by others nor written about.
-pub fn load(application: &Application) -> Result<Agent, Failure> {
-    let options = Options {
-        mode: Mode::Staged,
-        sharing: Some(Box::new(Offline(AgentSharing::default()))),
-        armed: false,
-        ..Options::default()
-    };
-    Ok(Agent::load_with(&application.database, &application.plugins, options)?)
-}
-
-/// What an application could be made of, without an agent.
-pub fn catalogue(application: &Application) -> Result<Catalogue, Failure> {
-    let sharing = Offline(AgentSharing::default());
-    Ok(slate::runtime::catalogue(&application.configuration, &application.plugins, Some(&sharing))?)
-}
-
-/// What keeps a look at a configuration from touching files that a run may be writing.
-pub const QUIET: [&str; 3] =
-    ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];
-
 /// Checks it, and returns what the process ends with.
 pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
-    let (mut findings, mut counts) = (Vec::new(), Counts::default());
+    let (mut findings, mut counts) = (Vec::new(), CompositionCounts::default());
     let mut rendered = String::new();
     let colour = output::has_colour(&std::io::stderr());
     let mut complain = |severity, report: &Report| {
@@ -121,7 +70,7 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
             "error" => rendered.push_str(&report.render(colour)),
             _ => report.to_string().lines().for_each(|line| rendered.push_str(&format!("warning: {line}\n"))),
         }
-        findings.extend(report.diagnostics().iter().map(|one| finding(severity, one)));
+        findings.extend(report.diagnostics().iter().map(|one| ConfigurationFinding::new(severity, one)));
     };
     let names = match &options.agent {
         Some(name) => vec![Some(name.clone())],
@@ -156,7 +105,8 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
     }
     // What several agents of a file have in common is wrong once.
     let mut seen = BTreeSet::new();
-    findings.retain(|one: &Finding| seen.insert((one.file.clone(), one.line, one.message.clone())));
+    findings
+        .retain(|one: &ConfigurationFinding| seen.insert((one.file.clone(), one.line, one.message.clone())));
     let errors = findings.iter().filter(|one| options.strict || one.severity == "error").count();
     if options.json {
         let ok = errors == 0;
@@ -169,9 +119,9 @@ pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
             findings.iter().map(|one| one.code).filter(|code| !code.is_empty()).collect();
         if !codes.is_empty() && std::io::stderr().is_terminal() {
             let codes: Vec<_> = codes.into_iter().collect();
-            eprintln!("more about them: slate explain {}", codes.join(" "));
+            eprintln!("more: slate explain {}", codes.join(" "));
         }
-        let Counts { agents, modules, links, actuators } = counts;
+        let CompositionCounts { agents, modules, links, actuators } = counts;
         let number =
             |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
         let warnings = findings.len() - findings.iter().filter(|one| one.severity == "error").count();
@@ -223,30 +173,18 @@ fn unused(configuration: &Configuration, catalogue: &Catalogue, survey: &Survey<
         let is_used =
             survey.modules.iter().any(|module| plugin.kinds().iter().any(|kind| kind.is(&module.kind)));
         let entry = configuration.table("plugins").and_then(|table| table.get(plugin.name()))?;
-        let message = format!("no module is of plugin `{}`", plugin.name());
-        let help = "leave it out, or say `load = false` if it is to be loaded later";
+        let message = format!("no module uses plugin `{}`", plugin.name());
+        let help = "remove it, or set `load = false` to load it later";
         (!is_used).then(|| configuration.diagnostic(entry.span, message, Some(help.into())))
     };
     catalogue.plugins.iter().filter_map(warn).collect()
 }
 
-/// What is to be recorded and is nowhere.
+/// Returns warnings for recorded properties that do not exist.
 fn unrecorded(configuration: &Configuration, board: &Board) -> Vec<Diagnostic> {
     let warn = |own: Misspelt| {
         let setting = configuration.value(own.setting)?;
         Some(configuration.diagnostic(setting.span, own.to_string(), Some(own.help.clone())))
     };
     misspelt(&configuration.record().selection, board).into_iter().filter_map(warn).collect()
-}
-
-/// Of something that is wrong with a configuration.
-pub fn finding(severity: &'static str, diagnostic: &Diagnostic) -> Finding {
-    Finding {
-        severity,
-        code: diagnostic.mistake().map_or("", Mistake::code),
-        message: diagnostic.message().into(),
-        help: diagnostic.help_text().map(String::from),
-        file: diagnostic.source_name().map(String::from),
-        line: diagnostic.line(),
-    }
 }

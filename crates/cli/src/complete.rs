@@ -1,23 +1,17 @@
-//! What a shell offers when Tab is pressed: verbs, options, and the names of agents that run.
+//! Candidates for shell completion.
 
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::sync::mpsc::channel;
 use std::time::Duration;
 
-use clap::{CommandFactory, ValueEnum};
+use clap::ValueEnum;
 use clap_complete::CompletionCandidate;
-use clap_complete::env::{CompleteEnv, Shells};
 use slate::control::Client;
 use slate::runtime::directory::agents;
 
-use crate::arguments::Arguments;
-use crate::connection::ask_usual;
-use crate::failure::Failure;
-use crate::{examples, output};
-
-/// The shell calls this program with it, and gets candidates instead of what the program does.
-const VARIABLE: &str = "SLATE_COMPLETE";
+use crate::examples;
+use crate::local_agents::ask_default;
 
 /// A person waits for the key; names that come later are not offered.
 const BUDGET: Duration = Duration::from_millis(150);
@@ -31,24 +25,7 @@ pub enum Shell {
     Zsh,
 }
 
-/// Answers a shell that asks for candidates, and ends; returns when none does.
-pub fn answer() {
-    CompleteEnv::with_factory(Arguments::command).var(VARIABLE).complete();
-}
-
-/// Prints what makes a shell ask.
-pub fn completions(shell: Shell) -> Result<bool, Failure> {
-    let name = shell.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default();
-    let (shells, mut script) = (Shells::builtins(), Vec::new());
-    let failed = |source| Failure::File { path: "completions".into(), source };
-    if let Some(completer) = shells.completer(&name) {
-        completer.write_registration(VARIABLE, "slate", "slate", "slate", &mut script).map_err(failed)?;
-    }
-    output::line(String::from_utf8_lossy(&script).trim_end());
-    Ok(true)
-}
-
-/// What `find` finds in time.
+/// Returns what `find` finds in time.
 fn in_time(find: impl FnOnce() -> BTreeSet<String> + Send + 'static) -> BTreeSet<String> {
     let (sender, found) = channel();
     // What hangs ends with this program; without a thread, nothing is found.
@@ -71,7 +48,7 @@ pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
     // A path may begin without its slash.
     let slash = if current.to_string_lossy().starts_with('/') || current.is_empty() { "/" } else { "" };
     let found = in_time(move || {
-        let all = ask_usual(|client| client.properties(None)).into_iter().flatten();
+        let all = ask_default(|client| client.properties(None)).into_iter().flatten();
         all.map(|property| format!("{slash}{}", property.path)).collect()
     });
     candidates(found, current)
@@ -80,13 +57,13 @@ pub fn of_properties(current: &OsStr) -> Vec<CompletionCandidate> {
 /// Their modules.
 pub fn of_modules(current: &OsStr) -> Vec<CompletionCandidate> {
     let found =
-        in_time(|| ask_usual(Client::modules).into_iter().flatten().map(|module| module.name).collect());
+        in_time(|| ask_default(Client::modules).into_iter().flatten().map(|module| module.name).collect());
     candidates(found, current)
 }
 
 /// Their inputs that are linked.
 pub fn of_links(current: &OsStr) -> Vec<CompletionCandidate> {
-    let found = in_time(|| ask_usual(Client::links).into_iter().flatten().map(|link| link.to).collect());
+    let found = in_time(|| ask_default(Client::links).into_iter().flatten().map(|link| link.to).collect());
     candidates(found, current)
 }
 

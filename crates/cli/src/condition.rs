@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use serde_json::Value;
 
-/// What a value has to be: at least one of the groups, and all of a group.
+/// A condition in disjunctive form: one group must hold, with all its tests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition(Vec<Vec<Test>>);
 
@@ -15,7 +15,7 @@ struct Test {
     /// Empty for the whole value.
     path: Vec<String>,
     operator: Operator,
-    wanted: Wanted,
+    wanted: Operand,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,13 +29,13 @@ enum Operator {
 }
 
 #[derive(Clone, Debug, PartialEq)]
-enum Wanted {
+enum Operand {
     Number(f64),
     Text(String),
     Bool(bool),
 }
 
-/// Those that begin like another one come first.
+/// Operators; a longer one precedes its prefix.
 const OPERATORS: [(&str, Operator); 6] = [
     ("==", Operator::Equal),
     ("!=", Operator::Unequal),
@@ -46,7 +46,7 @@ const OPERATORS: [(&str, Operator); 6] = [
 ];
 
 const EXPECTED: &str = "expected FIELD OPERATOR VALUE, such as `range < 0.5`, `state == WORKING` or `> 3`; \
-                        several are joined by `and` and `or`";
+                        join several by `and` and `or`";
 
 impl FromStr for Condition {
     type Err = String;
@@ -122,18 +122,18 @@ fn test(words: Vec<Word>) -> Result<Test, String> {
         _ => return Err(EXPECTED.into()),
     };
     let wanted = match wanted {
-        Word::Quoted(text) => Wanted::Text(text.clone()),
+        Word::Quoted(text) => Operand::Text(text.clone()),
         Word::Bare(text) => match (text.parse(), text.as_str()) {
-            (_, "true") => Wanted::Bool(true),
-            (_, "false") => Wanted::Bool(false),
-            (Ok(number), _) => Wanted::Number(number),
-            (Err(_), text) => Wanted::Text(text.into()),
+            (_, "true") => Operand::Bool(true),
+            (_, "false") => Operand::Bool(false),
+            (Ok(number), _) => Operand::Number(number),
+            (Err(_), text) => Operand::Text(text.into()),
         },
         Word::Operator(_) => return Err(EXPECTED.into()),
     };
-    let is_ordered = matches!(wanted, Wanted::Number(_));
+    let is_ordered = matches!(wanted, Operand::Number(_));
     if !is_ordered && !matches!(operator, Operator::Equal | Operator::Unequal) {
-        return Err(format!("{wanted} is no number, so it can be compared by == and != only"));
+        return Err(format!("{wanted} is not a number: expected == or !="));
     }
     Ok(Test { path, operator, wanted })
 }
@@ -141,7 +141,7 @@ fn test(words: Vec<Word>) -> Result<Test, String> {
 /// Why a value is neither so nor otherwise.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Unfit {
-    /// It has no such field.
+    /// The value has no such field.
     NoField(String),
     /// The field can't be compared so.
     NotComparable(String),
@@ -185,7 +185,7 @@ impl Test {
                 let names: Vec<_> = found.as_object().into_iter().flat_map(|fields| fields.keys()).collect();
                 let names: Vec<&str> = names.iter().map(|name| name.as_str()).collect();
                 let known = if names.is_empty() { "no fields".into() } else { names.join(", ") };
-                Unfit::NoField(format!("there is no `{}`: it has {known}", self.path.join("/")))
+                Unfit::NoField(format!("unknown field `{}`; it has {known}", self.path.join("/")))
             })?;
         }
         // What is wrapped for the blackboard, such as `enabled`, is its value.
@@ -195,13 +195,13 @@ impl Test {
             found = inner;
         }
         let order = match (&self.wanted, found) {
-            (Wanted::Number(wanted), Value::Number(number)) => {
+            (Operand::Number(wanted), Value::Number(number)) => {
                 number.as_f64().and_then(|number| number.partial_cmp(wanted))
             }
             // A number that is none, such as NaN, is unequal to all.
-            (Wanted::Number(_), Value::Null | Value::String(_)) => None,
-            (Wanted::Text(wanted), Value::String(text)) => Some(text.as_str().cmp(wanted)),
-            (Wanted::Bool(wanted), Value::Bool(found)) => Some(found.cmp(wanted)),
+            (Operand::Number(_), Value::Null | Value::String(_)) => None,
+            (Operand::Text(wanted), Value::String(text)) => Some(text.as_str().cmp(wanted)),
+            (Operand::Bool(wanted), Value::Bool(found)) => Some(found.cmp(wanted)),
             (wanted, found) => {
                 let place = if self.path.is_empty() {
                     "the value".into()
@@ -227,7 +227,7 @@ impl Test {
     }
 }
 
-impl fmt::Display for Wanted {
+impl fmt::Display for Operand {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Number(number) => write!(f, "{number}"),

@@ -1,53 +1,54 @@
 use clap::Subcommand;
 use serde_json::json;
-use slate::control::{Changed, ClientError, Different};
+use slate::control::{ClientError, Different};
 use slate::runtime::configuration::{SaveTo, parse_change};
 
+use crate::changes::show_changes;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
 
 #[derive(Debug, Subcommand)]
 pub enum ConfigVerb {
-    /// Shows settings of a running agent, and where each is written.
+    /// Show settings and their origin
     Get {
-        /// A path, such as `modules.follower` or `robots.r2`; everything unless given.
+        /// Path, such as `modules.follower` or `robots.r2` [default: all]
         path: Option<String>,
-        /// Prints the settings as JSON.
+        /// Print the settings as JSON
         #[arg(long)]
         json: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Changes settings while the agent runs, all or none of them.
+    /// Change settings of the running agent, all or none
     Set {
-        /// Settings, such as `modules.follower.params.gain=2.5`.
+        /// Settings, such as `modules.follower.params.gain=2.5`
         #[arg(value_name = "PATH=VALUE", required = true)]
         settings: Vec<String>,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Takes back what was changed while the agent ran and not saved.
+    /// Revert unsaved changes
     Revert {
-        /// A path, such as `modules.follower.params`; all changes unless given.
+        /// Path, such as `modules.follower.params` [default: all changes]
         path: Option<String>,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Shows what holds and is not what the files say.
+    /// Show the differences from the files
     Diff {
-        /// Prints the differences as JSON.
+        /// Print the differences as JSON
         #[arg(long)]
         json: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Writes what was changed while the agent ran into its files; comments and order stay.
+    /// Save changes into the files; comments and order are kept
     Save {
-        /// Writes all of it into the file of this computer, which `slate run --host` named.
+        /// Save all changes into the file that `slate run --host` named
         #[arg(long)]
         host: bool,
-        /// Writes the links too that nobody has written, as types and roles leave no choice.
+        /// Also save the links that were inferred from types and roles
         #[arg(long)]
         expanded: bool,
         #[command(flatten)]
@@ -55,7 +56,7 @@ pub enum ConfigVerb {
     },
 }
 
-/// Does what is asked; true, as what is refused is a failure.
+/// Runs the command; returns true, as a refusal is a failure.
 pub fn config(verb: &ConfigVerb) -> Result<bool, Failure> {
     match verb {
         ConfigVerb::Get { path, json, agent } => get(agent, path.as_deref().unwrap_or_default(), *json)?,
@@ -89,23 +90,6 @@ fn set(agent: &AgentOption, settings: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Says what has changed.
-pub fn show_changes(changed: &[Changed]) {
-    if changed.is_empty() {
-        output::line("nothing changes: all is as it should be");
-    }
-    for Changed { path, before, after, default, needs_reload, .. } in changed {
-        let text = |value: &Option<String>| {
-            let default = default.as_ref().map(|default| format!("{default} (default)"));
-            value.clone().or(default).unwrap_or_else(|| "none".into())
-        };
-        output::line(format_args!("{path}: {} -> {}", text(before), text(after)));
-        if let Some(plugin) = needs_reload {
-            crate::module::show_reload(plugin);
-        }
-    }
-}
-
 fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {
     let mut client = agent.connect()?;
     let differences = client.differences()?;
@@ -115,7 +99,7 @@ fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {
         differences.iter().for_each(show);
     }
     if let Some(refusal) = client.refused_edit()? {
-        eprintln!("a file was edited and is refused; what it said before goes on:");
+        eprintln!("an edited file is refused; its previous settings stay in force:");
         return Err(ClientError::Refused(refusal).into());
     }
     Ok(())
@@ -148,7 +132,7 @@ fn save(agent: &AgentOption, host: bool, expanded: bool) -> Result<(), Failure> 
     }
     let saved = client.save(if host { SaveTo::Host } else { SaveTo::Origin })?;
     if saved.files.is_empty() {
-        output::line("nothing to save: the files say it all");
+        output::line("nothing to save: the files are up to date");
     }
     saved.files.iter().for_each(|file| output::line(slate::runtime::printable(file)));
     Ok(())

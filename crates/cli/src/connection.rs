@@ -1,31 +1,26 @@
 //! Finding the agent that a command is for.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::mpsc::channel;
-use std::time::Duration;
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
-use slate::control::{Client, ClientError, Role};
+use slate::control::client::{Access, Trouble};
+use slate::control::{Client, Role};
 use slate::runtime::directory::agents;
 use slate::runtime::sharing::TEAM;
 
 use crate::complete;
-use crate::failure::Failure;
-use slate::control::client::Access;
-use slate::control::client::Trouble;
-
 #[cfg(feature = "mcp")]
 use crate::endpoint::place_at;
 use crate::endpoint::{access_at, access_of};
-use crate::watch::now;
+use crate::failure::Failure;
+use crate::local_agents::{ask_all, default_agent};
 
 /// Which agent is asked.
 #[derive(Debug, Args)]
 pub struct AgentOption {
-    /// The agent, by name, or over HTTP by its address such as https://robot.local:7878, with SLATE_TOKEN as secret; that in
-    /// SLATE_AGENT unless given. Needed when several run and no URL names one.
+    /// Name of the agent, or its address such as https://robot.local:7878 with the token in SLATE_TOKEN [default:
+    /// SLATE_AGENT, or the only running agent]
     #[arg(long, value_name = "NAME|ADDRESS", add = ArgValueCompleter::new(complete::of_agents))]
     pub agent: Option<String>,
 }
@@ -33,8 +28,7 @@ pub struct AgentOption {
 impl AgentOption {
     /// The name or the address that was said, if any was.
     pub fn said(&self) -> Option<String> {
-        let usual = || std::env::var("SLATE_AGENT").ok().filter(|said| !said.is_empty());
-        self.agent.clone().or_else(usual)
+        self.agent.clone().or_else(default_agent)
     }
 
     /// The address that was said, if it is no name.
@@ -159,45 +153,6 @@ impl AgentOption {
     fn named<'u>(&self, url: &'u str) -> Option<&'u str> {
         named(url).filter(|name| self.said().is_none() && agents().iter().any(|own| own == name))
     }
-}
-
-/// How long agents may take that are asked because one of them may be meant.
-const BUDGET: Duration = Duration::from_millis(500);
-
-/// Asks all agents that run here at once, and returns what each has answered by the end of a short while: one that hangs
-/// holds nobody up.
-pub fn ask_all<T: Send + 'static>(
-    ask: impl Fn(&str) -> T + Send + Sync + 'static,
-) -> Vec<(String, Option<T>)> {
-    let (ask, (sender, answers)) = (Arc::new(ask), channel());
-    let mut asked: Vec<(String, Option<T>)> = agents().into_iter().map(|name| (name, None)).collect();
-    for (index, (name, answer)) in asked.iter_mut().enumerate() {
-        let (own, sender, agent) = (Arc::clone(&ask), sender.clone(), name.clone());
-        // One that hangs keeps its thread until the end of this program, which is near.
-        let thread = std::thread::Builder::new().spawn(move || sender.send((index, own(&agent))));
-        // Without a thread for it, this one asks.
-        if thread.is_err() {
-            *answer = Some(ask(name));
-        }
-    }
-    drop(sender);
-    let until = now() + BUDGET;
-    while let Ok((index, answer)) = answers.recv_timeout(until.saturating_duration_since(now())) {
-        asked[index].1 = Some(answer);
-    }
-    asked
-}
-
-/// Asks the agent that is usual when that is elsewhere, else all that run here, and returns what came in time.
-pub fn ask_usual<T: Send + 'static>(
-    ask: impl Fn(&mut Client) -> Result<T, ClientError> + Send + Sync + 'static,
-) -> Vec<T> {
-    let usual = AgentOption { agent: None };
-    if usual.address().is_some() {
-        return usual.connect().ok().and_then(|mut client| ask(&mut client).ok()).into_iter().collect();
-    }
-    let asked = ask_all(move |name| ask(&mut Client::connect(name)?));
-    asked.into_iter().filter_map(|(_, answer)| answer?.ok()).collect()
 }
 
 /// The agent that a URL names, if it does; what the team knows is known to each of its agents.

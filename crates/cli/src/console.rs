@@ -3,7 +3,7 @@
 use slate::runtime::configuration::Configuration;
 
 use crate::failure::Failure;
-use crate::mission::Mission;
+use crate::mission::MissionRun;
 
 #[cfg(feature = "console")]
 mod built_in {
@@ -14,8 +14,8 @@ mod built_in {
     use slate::console::{Console, Document, Settings};
     use slate::runtime::Agent;
 
-    use super::{Configuration, Failure, Mission};
-    use crate::report::known;
+    use super::{Configuration, Failure, MissionRun};
+    use crate::recording::known;
     use crate::trails::Trails;
 
     /// A run is reached as long as this lives.
@@ -26,7 +26,7 @@ mod built_in {
     }
 
     impl Opened {
-        /// What a browser opens.
+        /// Returns the link that a browser opens.
         pub fn link(&self) -> &str {
             self.console.link()
         }
@@ -62,7 +62,7 @@ mod built_in {
         }
     }
 
-    /// What a configuration says of it.
+    /// Console settings of a configuration.
     pub struct Wish {
         settings: Settings,
         is_named: bool,
@@ -75,7 +75,7 @@ mod built_in {
         }
 
         /// Begins, in a run that somebody watches or whose configuration asks for it.
-        pub fn open(&self, mission: &Mission, is_watched: bool) -> Result<Option<Opened>, Failure> {
+        pub fn open(&self, mission: &MissionRun, is_watched: bool) -> Result<Option<Opened>, Failure> {
             if !self.settings.enabled.unwrap_or(is_watched || self.is_named) {
                 return Ok(None);
             }
@@ -108,7 +108,7 @@ mod built_in {
 
     use slate::runtime::Agent;
 
-    use super::{Configuration, Failure, Mission};
+    use super::{Configuration, Failure, MissionRun};
 
     pub fn open_playback(_: &Agent, _: &Path) -> Option<()> {
         None
@@ -143,7 +143,7 @@ mod built_in {
             ))
         }
 
-        pub fn open(&self, _: &Mission, _: bool) -> Result<Option<Opened>, Failure> {
+        pub fn open(&self, _: &MissionRun, _: bool) -> Result<Option<Opened>, Failure> {
             Ok(None)
         }
     }

@@ -4,17 +4,13 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use rustix::process::{Pid, test_kill_process};
 use serde::Deserialize;
 use slate::control::Role;
+use slate::control::client::{Access, Address, Trouble};
 use slate::runtime::directory::{Lock, folder};
 
 use crate::failure::Failure;
-use slate::control::client::Access;
-use slate::control::client::Address;
-use slate::control::client::Trouble;
-
 use crate::token;
 
 /// The end of the names of these files.
@@ -29,21 +25,15 @@ struct Endpoint {
     browser: String,
     /// By the names of roles, from the lowest.
     tokens: BTreeMap<String, String>,
-    /// Whose file it is.
+    /// Process of the agent.
     process: u32,
     /// The file of its certificate, if it speaks TLS.
     #[serde(default)]
     certificate: Option<PathBuf>,
 }
 
-/// A role on the command line.
-pub fn role() -> impl TypedValueParser<Value = Role> {
-    let names = Role::ALL.map(|role| PossibleValue::new(role.name()).help(role.doc()));
-    PossibleValuesParser::new(names).try_map(|name| Role::by_name(&name).ok_or("no role"))
-}
-
 impl Endpoint {
-    /// Those of all agents of this user.
+    /// Returns the endpoints of all agents of this user.
     fn all() -> impl Iterator<Item = Self> {
         let files = fs::read_dir(folder()).into_iter().flatten().flatten();
         let files = files.filter(|file| file.file_name().to_string_lossy().ends_with(FILE));
@@ -53,7 +43,7 @@ impl Endpoint {
         })
     }
 
-    /// That of an agent of this computer that is at an address. What one left that was killed is of a process that is gone.
+    /// Returns the endpoint of a local agent at an address; files of killed agents are ignored.
     fn at(address: &Address) -> Option<Self> {
         Self::all().find(|endpoint| {
             let process = i32::try_from(endpoint.process).ok().and_then(Pid::from_raw);
@@ -80,7 +70,7 @@ impl Endpoint {
     }
 }
 
-/// That of the agent of this computer which is reached by a name. What an agent left that was killed is of another process.
+/// Returns access to a local agent by name; files of killed agents are ignored.
 pub fn access_of(agent: &str, role: Option<Role>) -> Result<Access, Failure> {
     let process = Lock::holder(&folder().join(format!("{agent}.lock")));
     let found = Endpoint::all().find(|endpoint| Some(endpoint.process) == process);
@@ -89,7 +79,7 @@ pub fn access_of(agent: &str, role: Option<Role>) -> Result<Access, Failure> {
     Ok(Access { browser, ..endpoint.access(address, role)? })
 }
 
-/// Where the agent at an address is, without a token.
+/// Returns access to an agent at an address, without a token.
 pub fn place_at(text: &str) -> Result<Access, Failure> {
     let address = parse(text)?;
     let known = Endpoint::at(&address).and_then(|endpoint| endpoint.certificate);
@@ -97,7 +87,7 @@ pub fn place_at(text: &str) -> Result<Access, Failure> {
     Ok(Access { address, browser, token: String::new(), certificate: known.or_else(certificate) })
 }
 
-/// That of the agent at an address. Of one of this computer its certificate is known, and its secret unless one is given.
+/// Returns access to an agent at an address; certificate and token of a local agent are known.
 pub fn access_at(text: &str, role: Option<Role>) -> Result<Access, Failure> {
     let given = if role.is_none() { token::given()? } else { None };
     if let Some(token) = given {
@@ -123,9 +113,8 @@ fn certificate() -> Option<PathBuf> {
 
 /// There is no such secret.
 fn no_token(role: Option<Role>) -> Failure {
-    let detail = format!("the secret of {} is not known", role.map_or("any role", Role::one));
-    let help = "a configuration names those that there are, `console.tokens`; for an agent elsewhere, SLATE_TOKEN has one, \
-                which is sent without --role"
+    let detail = format!("no token of {} is known", role.map_or("any role", Role::one));
+    let help = "`console.tokens` of the configuration lists the tokens; for an agent elsewhere, set SLATE_TOKEN and omit --role"
         .to_owned();
     Failure::Http { status: 401, detail, help, code: None }
 }

@@ -6,20 +6,20 @@ use slate::module::Plugin;
 use slate::runtime::configuration::{Configuration, Database, Options, parse_change};
 use slate::runtime::snapshot::Snapshot;
 
-use crate::course::Course;
 use crate::failure::Failure;
 use crate::output;
+use crate::run_history::RunHistory;
 
 /// An example that is linked into the command.
 struct Example {
     name: &'static str,
     about: &'static str,
     configuration: &'static str,
-    /// What `controller` and `pace` may be.
+    /// Values of `controller` and `pace`.
     choices: [&'static [Variant]; CHOICES.len()],
 }
 
-/// What a choice is called, and the settings that make it.
+/// Name and settings of a variant.
 type Variant = (&'static str, &'static [&'static str]);
 
 const EXAMPLES: [Example; 3] = [
@@ -58,23 +58,23 @@ const FILE_EXAMPLES: [FileExample; 7] = [
     },
     FileExample {
         name: "adaptation",
-        about: "a robot whose sensors fail, and a loop that looks after it",
+        about: "a robot whose sensors fail, and a loop that adapts it",
         file: "adaptation/adaptation.toml",
     },
     FileExample { name: "reflexes", about: "reflexes of three ranks", file: "reflexes/reflexes.toml" },
     FileExample {
         name: "strategies",
-        about: "plans that are chosen by past outcomes",
+        about: "plans chosen by past outcomes",
         file: "strategies/strategies.toml",
     },
     FileExample {
         name: "camera",
-        about: "a camera, and what is found in its pictures",
+        about: "a camera and the objects in its images",
         file: "camera/camera.toml",
     },
     FileExample {
         name: "sharing",
-        about: "two agents, of which one reads the other",
+        about: "two agents, one of which reads the other",
         file: "sharing/team.toml",
     },
     FileExample {
@@ -133,11 +133,11 @@ impl Example {
     }
 }
 
-/// What there is to run.
+/// An application to run.
 pub struct Application {
-    /// What the run is called.
+    /// Name of the run.
     pub name: String,
-    /// What it begins with.
+    /// Configuration at the start.
     pub configuration: Arc<Configuration>,
     /// Where that is changed while it runs.
     pub database: Database,
@@ -233,11 +233,11 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
     if let Some(set) = sets.iter().find(is_variant) {
         return Err(Failure::OtherVariant { set: set.clone() });
     }
-    let name = Course::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
+    let name = RunHistory::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
     Ok(Application::new(&name, snapshot.configuration(sets)?))
 }
 
-/// What the examples are called.
+/// Returns the names of the examples.
 pub fn names() -> impl Iterator<Item = &'static str> {
     EXAMPLES.iter().map(|example| example.name).chain(FILE_EXAMPLES.iter().map(|example| example.name))
 }

@@ -1,4 +1,4 @@
-//! What this program is built with.
+//! Features of this build.
 
 use std::sync::LazyLock;
 
@@ -17,10 +17,7 @@ pub static VERSION: LazyLock<String> =
 
 /// The features, for the end of `--help`.
 pub static HELP: LazyLock<String> = LazyLock::new(|| {
-    format!(
-        "The agent of a verb may be named before it, too: slate --agent NAME VERB\n{}",
-        describe(&FEATURES)
-    )
+    format!("The agent may also be named first: slate --agent NAME COMMAND\n{}", describe(&FEATURES))
 });
 
 fn describe(features: &[(&str, bool)]) -> String {

@@ -3,8 +3,8 @@
 use std::fs::{File, TryLockError};
 use std::path::{Path, PathBuf};
 
-use crate::arguments::RunOptions;
 use crate::failure::Failure;
+use crate::run_options::RunOptions;
 
 /// Where a run keeps what stays of it.
 pub struct ReportFolder {
@@ -24,7 +24,7 @@ impl ReportFolder {
         };
         if options.out.is_none() && folder.path != usual {
             let [usual, own] = [&usual, &folder.path].map(|path| slate::runtime::printable(path));
-            eprintln!("another run writes its report into {usual}, so this one does into {own}");
+            eprintln!("another run is writing its report into {usual}: this one uses {own}");
         }
         Ok(Self { path: folder.path.clone(), folder: Some(folder) })
     }

@@ -5,14 +5,14 @@ use slate::control::{Client, ClientError};
 
 /// The actuators of an agent that get safe commands alone.
 #[derive(Debug, Default, Serialize)]
-pub struct Held {
-    /// Those that are stopped.
+pub struct HeldActuators {
+    /// Stopped actuators.
     pub stopped: Vec<String>,
-    /// Those that are not armed.
+    /// Disarmed actuators.
     pub disarmed: Vec<String>,
 }
 
-impl Held {
+impl HeldActuators {
     /// Asks an agent.
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let mut held = Self::default();
@@ -31,7 +31,7 @@ impl Held {
         Ok(held)
     }
 
-    /// What there is to say of them; nothing when all let commands through.
+    /// Describes them; nothing when no actuator is held.
     pub fn words(&self) -> Option<String> {
         let of = |what: &str, names: &[String]| {
             (!names.is_empty()).then(|| format!("{what}: {}", names.join(", ")))

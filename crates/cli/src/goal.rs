@@ -9,35 +9,35 @@ use slate::blackboard::is_within;
 use slate::control::{Changed, Client, Watched};
 use slate::sim::world::{Bounds, World};
 
-use crate::config::show_changes;
+use crate::changes::show_changes;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
-use crate::process::Process;
+use crate::process::ProcessInfo;
 
 #[derive(Debug, Args)]
 pub struct GoalOptions {
-    /// Metres, to the east of the map.
+    /// x in the map frame, metres
     #[arg(allow_negative_numbers = true, value_parser = finite)]
     x: f64,
 
-    /// Metres, to the north.
+    /// y in the map frame, metres
     #[arg(allow_negative_numbers = true, value_parser = finite)]
     y: f64,
 
-    /// How it is to stand there: radians, counter-clockwise from x, or degrees as `90deg`.
+    /// Heading, radians counter-clockwise from x, or degrees such as `90deg`
     #[arg(allow_negative_numbers = true, value_parser = angle)]
     heading: Option<f64>,
 
-    /// Whose goal it is, such as `r2` or `r2/knowledge`; needed when several have one.
+    /// Robot or module, such as `r2` or `r2/knowledge`; required if several have a goal
     #[arg(long, value_name = "MODULE")]
     of: Option<String>,
 
-    /// Does it though nobody is at the terminal.
+    /// Move the robot even without a terminal
     #[arg(long)]
     yes: bool,
 
-    /// Prints what changes as JSON.
+    /// Print the changes as JSON
     #[arg(long)]
     json: bool,
 
@@ -63,22 +63,22 @@ fn angle(text: &str) -> Result<f64, String> {
     }
 }
 
-/// What inputs are called that take a goal.
+/// Names of inputs that take a goal.
 const NAMES: [&str; 2] = ["goal", "target"];
 
-/// What such inputs take.
+/// Interfaces of such inputs.
 const INTERFACES: [&str; 3] = ["Point2", "Pose2", "Position"];
 
-/// Something that can be set to a goal.
-struct Target {
+/// A goal that can be set.
+struct SettableGoal {
     /// The module.
     module: String,
-    place: Place,
+    place: GoalSetting,
     /// Whether it has a heading, too.
     has_heading: bool,
 }
 
-enum Place {
+enum GoalSetting {
     /// An input, by its URL.
     Input(String),
     /// Parameters `goal_x` and `goal_y`.
@@ -123,19 +123,19 @@ fn bounds(client: &mut Client) -> Option<Bounds> {
         return Some(world.ok()?.bounds);
     }
     // A file is named from where the agent was started.
-    let folder = std::fs::read_link(format!("/proc/{}/cwd", Process::of(client.name())?.id)).ok()?;
+    let folder = std::fs::read_link(format!("/proc/{}/cwd", ProcessInfo::of(client.name())?.id)).ok()?;
     Some(World::load(folder.join(arena).to_str()?).ok()?.bounds)
 }
 
-fn set(client: &mut Client, target: &Target, options: &GoalOptions) -> Result<Vec<Changed>, Failure> {
+fn set(client: &mut Client, target: &SettableGoal, options: &GoalOptions) -> Result<Vec<Changed>, Failure> {
     let GoalOptions { x, y, heading, .. } = options;
     let parameters = format!("/{}/params", target.module);
     let (url, names) = match &target.place {
-        Place::Input(url) => (url, ["x", "y", "theta"]),
-        Place::Parameters => (&parameters, ["goal_x", "goal_y", "goal_theta"]),
+        GoalSetting::Input(url) => (url, ["x", "y", "theta"]),
+        GoalSetting::Parameters => (&parameters, ["goal_x", "goal_y", "goal_theta"]),
     };
     // The goal of an input is a whole; parameters that are not named stay.
-    let usual = (target.has_heading && matches!(target.place, Place::Input(_))).then_some(&0.0);
+    let usual = (target.has_heading && matches!(target.place, GoalSetting::Input(_))).then_some(&0.0);
     let values = names.into_iter().zip([Some(x), Some(y), heading.as_ref().or(usual)]);
     let value: Map<_, _> =
         values.filter_map(|(name, value)| Some((name.to_owned(), json!(value?)))).collect();
@@ -143,8 +143,8 @@ fn set(client: &mut Client, target: &Target, options: &GoalOptions) -> Result<Ve
 }
 
 /// The only thing that can be set to a goal, of one who is meant.
-fn target(client: &mut Client, of: Option<&str>) -> Result<Target, Failure> {
-    let is_meant = |target: &Target| {
+fn target(client: &mut Client, of: Option<&str>) -> Result<SettableGoal, Failure> {
+    let is_meant = |target: &SettableGoal| {
         of.is_none_or(|of| {
             let of = of.trim_matches('/');
             target.module.strip_prefix(of).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'))
@@ -152,18 +152,19 @@ fn target(client: &mut Client, of: Option<&str>) -> Result<Target, Failure> {
     };
     let (targets, unread) = targets(client)?;
     let (targets, others): (Vec<_>, Vec<_>) = targets.into_iter().partition(is_meant);
-    match <[Target; 1]>::try_from(targets) {
+    match <[SettableGoal; 1]>::try_from(targets) {
         Ok([target]) => Ok(target),
         Err(several) => {
-            let names = |targets: Vec<Target>| targets.into_iter().map(|target| target.module).collect();
+            let names =
+                |targets: Vec<SettableGoal>| targets.into_iter().map(|target| target.module).collect();
             let of = of.map(str::to_owned);
             Err(Failure::NoGoal { found: names(several), of, others: names(others), unread })
         }
     }
 }
 
-/// What can be set to a goal, and the modules whose goals lead nowhere.
-fn targets(client: &mut Client) -> Result<(Vec<Target>, Vec<String>), Failure> {
+/// Returns the settable goals, and the modules whose goals have no reader.
+fn targets(client: &mut Client) -> Result<(Vec<SettableGoal>, Vec<String>), Failure> {
     let properties = client.properties(None)?;
     let links = client.links()?;
     let is_linked = |path: &str| links.iter().any(|link| link.to == path);
@@ -178,8 +179,12 @@ fn targets(client: &mut Client) -> Result<(Vec<Target>, Vec<String>), Failure> {
         let Some((module, name)) = property.path.rsplit_once('/') else { continue };
         let is_goal = NAMES.contains(&name) && INTERFACES.contains(&property.interface.as_str());
         if is_goal && !is_linked(&property.path) {
-            let place = Place::Input(format!("/{}", property.path));
-            targets.push(Target { module: module.into(), place, has_heading: property.interface == "Pose2" });
+            let place = GoalSetting::Input(format!("/{}", property.path));
+            targets.push(SettableGoal {
+                module: module.into(),
+                place,
+                has_heading: property.interface == "Pose2",
+            });
         }
     }
     let params = properties.iter().filter_map(|property| property.path.strip_suffix("/params"));
@@ -195,7 +200,7 @@ fn targets(client: &mut Client) -> Result<(Vec<Target>, Vec<String>), Failure> {
                 unread.push(module);
                 continue;
             }
-            targets.push(Target { module, place: Place::Parameters, has_heading });
+            targets.push(SettableGoal { module, place: GoalSetting::Parameters, has_heading });
         }
     }
     Ok((targets, unread))

@@ -12,64 +12,63 @@ use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct LinkOptions {
-    /// The destination: an input such as `follower/pose`, or an inbox; all links are listed unless it is given.
+    /// Destination: an input such as `follower/pose`, or an inbox [default: list all links]
     #[arg(add = ArgValueCompleter::new(complete::of_links))]
     to: Option<String>,
 
-    /// The source: a property such as `localizer/pose`, or an outbox; the links of the destination are shown unless it is
-    /// given.
+    /// Source: a property such as `localizer/pose`, or an outbox [default: list the links of the destination]
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     from: Option<String>,
 
-    /// Reads last cycle's value, which breaks a circle of modules.
+    /// Read the value of the last cycle, which breaks a cyclic dependency
     #[arg(long, requires = "from")]
     previous: bool,
 
-    /// The age from which a value counts as stale, such as `200ms`.
+    /// Age from which a value is stale, such as `200ms`
     #[arg(long, requires = "from", value_name = "AGE")]
     stale: Option<String>,
 
-    /// Lets only every so manieth value through.
+    /// Pass only every COUNT-th value
     #[arg(long, requires = "from", value_name = "COUNT")]
     every: Option<u64>,
 
-    /// Lets only values through that meet a condition on a field, such as `range < 0.5`.
+    /// Pass only values for which a condition holds, such as `range < 0.5`
     #[arg(long, requires = "from", value_name = "CONDITION")]
     when: Option<String>,
 
-    /// What happens to a queue input that lags: `skip` or `evict`.
+    /// Policy for a lagging queue input: `skip` or `evict`
     #[arg(long, requires = "from")]
     policy: Option<String>,
 
-    /// How many values a queue input gets at once.
+    /// Number of values that a queue input reads at once
     #[arg(long, requires = "from", value_name = "COUNT", value_parser = clap::value_parser!(u16).range(1..=4096))]
     window: Option<u16>,
 
-    /// What carries the values of another agent, such as `local`.
+    /// Transport from another agent, such as `local`
     #[arg(long, requires = "from")]
     carrier: Option<String>,
 
-    /// Whether losses on the way from another agent are made good: `reliable` or `best-effort`.
+    /// Reliability of the transport: `reliable` or `best-effort`
     #[arg(long, requires = "from")]
     mode: Option<String>,
 
-    /// When values of another agent are sent: `on-change`, or a frequency or period such as `10Hz`.
+    /// When the other agent sends: `on-change`, or a rate such as `10Hz`
     #[arg(long, requires = "from")]
     rate: Option<String>,
 
-    /// What is between two values of another agent at least that are sent on change, such as `50ms`.
+    /// Minimum interval between values sent on change, such as `50ms`
     #[arg(long, requires = "from", value_name = "DURATION")]
     interval: Option<String>,
 
-    /// How values of another agent are made smaller: `none`, `lossless`, or `jpeg:80` for images with losses.
+    /// Compression: `none`, `lossless`, or `jpeg:80` for images
     #[arg(long, requires = "from")]
     compression: Option<String>,
 
-    /// Finds out whether it can be done, and does not do it.
+    /// Check only, change nothing
     #[arg(long, requires = "from")]
     dry_run: bool,
 
-    /// Prints the links, or what changes, as JSON.
+    /// Print the links, or the changes, as JSON
     #[arg(long)]
     json: bool,
 
@@ -79,19 +78,19 @@ pub struct LinkOptions {
 
 #[derive(Debug, Args)]
 pub struct UnlinkOptions {
-    /// The destination: an input such as `follower/pose`, or an inbox.
+    /// Destination: an input such as `follower/pose`, or an inbox
     #[arg(add = ArgValueCompleter::new(complete::of_links))]
     to: String,
 
-    /// The sender that an inbox loses; all links of the destination unless given.
+    /// Source to remove from an inbox [default: all]
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     from: Option<String>,
 
-    /// Finds out whether it can be done, and does not do it.
+    /// Check only, change nothing
     #[arg(long)]
     dry_run: bool,
 
-    /// Prints what changes as JSON.
+    /// Print the changes as JSON
     #[arg(long)]
     json: bool,
 
@@ -100,7 +99,7 @@ pub struct UnlinkOptions {
 }
 
 impl LinkOptions {
-    /// What the table of the link says, as a configuration has it.
+    /// Returns the options as the table of a link.
     fn table(&self) -> Vec<(String, String)> {
         let text = |text: &String| serde_json::Value::from(text.as_str()).to_string();
         let options = [
@@ -144,7 +143,7 @@ pub fn link(options: &LinkOptions) -> Result<bool, Failure> {
     let doubts = agent.link(to, from, &table, true).err();
     show(&agent.link(to, from, &table, false)?, false, options.json);
     if let Some(doubts) = doubts {
-        eprintln!("warning: the link is made, and waits: {}", output::harmless(doubts));
+        eprintln!("warning: the link waits: {}", output::harmless(doubts));
     }
     Ok(true)
 }
@@ -167,7 +166,9 @@ fn row(link: LinkEntry) -> [String; 7] {
         options.push("inferred".into());
     }
     let queue = match link.queue {
-        Some((_, lost)) if link.evicted => format!("evicted: it fell behind and reads no more, {lost} lost"),
+        Some((_, lost)) if link.evicted => {
+            format!("evicted: it fell behind and is no longer served, {lost} lost")
+        }
         Some((waiting, lost)) => format!("{waiting} waiting, {lost} lost"),
         None => String::new(),
     };
@@ -189,8 +190,8 @@ fn show(changed: &[slate::control::Changed], dry_run: bool, json: bool) {
         return output::document("slate.link.change/1", &json!({ "changed": changed }));
     }
     match (changed.is_empty(), dry_run) {
-        (true, _) => output::line("nothing changes: all is as it should be"),
-        (false, true) => output::line("it can be done; nothing is changed yet:"),
+        (true, _) => output::line("no change"),
+        (false, true) => output::line("dry run, nothing is changed:"),
         (false, false) => {}
     }
     // One that is taken away from what a file says is `false` there.

@@ -11,22 +11,22 @@ use crate::output;
 
 #[derive(Debug, Args)]
 pub struct LogOptions {
-    /// How many of the last lines, of those that are asked for; all that the agent keeps unless given.
+    /// Show the last LINES selected lines [default: all that the agent keeps]
     #[arg(long, short = 'n')]
     pub lines: Option<usize>,
-    /// Shows lines of this level and of worse ones.
+    /// Show lines of at least this severity
     #[arg(long, value_enum, value_name = "LEVEL")]
-    pub level: Option<Level>,
-    /// Shows lines of these modules, such as `r2/planner` or 'r2/*'; may be given several times.
+    pub level: Option<LeastLevel>,
+    /// Show lines of a module or pattern, such as `r2/planner` or 'r2/*'; repeatable
     #[arg(long, value_name = "MODULE", value_parser = module)]
     pub module: Vec<Of>,
-    /// Shows lines with this text, in lower or upper case.
+    /// Show lines that contain this text, ignoring case
     #[arg(long, value_name = "TEXT")]
     pub text: Option<String>,
-    /// Goes on with the lines that come, until it is interrupted or the agent ends.
+    /// Follow the log until Ctrl-C or the end of the agent
     #[arg(long, short)]
     pub follow: bool,
-    /// Prints each line as JSON.
+    /// Print each line as JSON
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -35,7 +35,7 @@ pub struct LogOptions {
 
 /// How bad the news of a line are; the worst comes first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
-pub enum Level {
+pub enum LeastLevel {
     Error,
     Warn,
     Info,
@@ -59,7 +59,7 @@ impl LogOptions {
     /// Whether a line is asked for.
     fn wants(&self, reading: &Reading) -> bool {
         let text = |name: &str| reading.value.get(name).and_then(Value::as_str).unwrap_or_default();
-        let level = Level::from_str(text("level"), true).unwrap_or(Level::Debug);
+        let level = LeastLevel::from_str(text("level"), true).unwrap_or(LeastLevel::Debug);
         let own = text("module");
         let of_module = |of: &Of| is_within(own, &of.name) || of.pattern.matches(own);
         let has = |wanted: &String| text("text").to_lowercase().contains(&wanted.to_lowercase());
@@ -88,7 +88,7 @@ pub fn log(options: &LogOptions) -> Result<bool, Failure> {
             // What the agent no longer keeps was never asked for at the beginning.
             let lost = (reading.sequence - last).saturating_sub(1);
             if last != 0 && lost != 0 {
-                eprintln!("{lost} lines came too fast to be shown; log.targets.file has them all");
+                eprintln!("{lost} lines were skipped; the log file contains them (log.targets.file)");
             }
             last = reading.sequence;
             if options.wants(reading) {

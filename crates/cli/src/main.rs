@@ -8,14 +8,17 @@ mod arguments;
 mod bag;
 mod batch;
 mod browse;
+mod changes;
 mod check;
+mod clock;
 mod codes;
 mod complete;
+mod completions;
 mod condition;
 mod config;
 mod connection;
 mod console;
-mod course;
+
 mod deployment;
 mod display;
 mod doctor;
@@ -24,12 +27,15 @@ mod endpoint;
 mod examples;
 mod failure;
 mod features;
+mod finding;
 mod folder;
 mod gates;
 mod goal;
 mod graph;
 mod interface;
+mod interrupt;
 mod link;
+mod local_agents;
 mod log;
 mod man;
 mod mcp;
@@ -37,6 +43,7 @@ mod mission;
 mod module;
 mod new;
 mod observation;
+mod offline;
 mod output;
 mod peers;
 mod plugin;
@@ -44,9 +51,13 @@ mod process;
 mod property;
 mod ps;
 mod record;
+mod recording;
 mod replay;
 mod report;
+mod role;
 mod run;
+mod run_history;
+mod run_options;
 mod scene;
 mod send;
 mod snapshot;
@@ -60,6 +71,8 @@ mod trace;
 #[cfg(feature = "console")]
 mod trails;
 mod tree;
+mod urls;
+mod value_text;
 mod wait;
 mod watch;
 mod words;
@@ -74,7 +87,7 @@ use failure::Failure;
 fn main() -> ExitCode {
     // An isolated module is this program, started once more.
     slate::runtime::isolation::enter(&examples::plugins());
-    complete::answer();
+    completions::answer();
     let arguments = match parsed() {
         Ok(arguments) => arguments,
         // Help and version are no errors; what is asked for goes to stdout, a complaint to stderr.
@@ -97,7 +110,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What was asked for, with help and complaints in the colours that were asked for, too.
+/// Parses the arguments, with colours as requested.
 fn parsed() -> Result<Arguments, Failure> {
     let words = words::with_agent_behind(words::of_stop(std::env::args_os().collect()));
     let is_said = |wanted: &str| words.iter().take_while(|word| *word != "--").any(|word| word == wanted);
@@ -122,7 +135,7 @@ fn parsed() -> Result<Arguments, Failure> {
     Ok(arguments)
 }
 
-/// Does what is asked, and returns what the process ends with.
+/// Runs the command; returns the exit code.
 fn done(verb: &Verb) -> Result<u8, Failure> {
     let well = match verb {
         Verb::Run(options) => return run::run(options),
@@ -155,7 +168,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Doctor(options) => return doctor::doctor(options),
         Verb::Interface(verb) => return interface::interface(verb),
         Verb::Explain { codes, json } => codes::explain(codes, *json),
-        Verb::Completions { shell } => complete::completions(*shell),
+        Verb::Completions { shell } => completions::completions(*shell),
         Verb::Check(options) => return check::check(options),
         Verb::Graph(options) => graph::graph(options),
         Verb::Ps { json } => ps::ps(*json),

@@ -16,14 +16,15 @@ use slate::control::Role;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
+use crate::role;
 
 #[derive(Debug, Args)]
 pub struct McpOptions {
-    /// What the model may do, whatever it asks for and whatever its token allows; a stop is always allowed.
-    #[arg(long, value_parser = crate::endpoint::role(), default_value_t = Role::Viewer)]
+    /// Highest role of the model, whatever its token allows; a stop is always allowed
+    #[arg(long, value_parser = role::parser(), default_value_t = Role::Viewer)]
     role: Role,
 
-    /// Serves over HTTP, at 127.0.0.1:7879 unless given, instead of on stdin and stdout; requests need a token of the agent.
+    /// Serve over HTTP instead of stdio; requests need a token of the agent [default address: 127.0.0.1:7879]
     #[arg(long, value_name = "IP:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:7879")]
     http: Option<SocketAddr>,
 
@@ -40,7 +41,7 @@ pub fn mcp(options: &McpOptions) -> Result<bool, Failure> {
     }
 }
 
-/// Says how to get it.
+/// Reports that the feature is not built in.
 #[cfg(not(feature = "mcp"))]
 pub fn mcp(McpOptions { role: _, http: _, agent: _ }: &McpOptions) -> Result<bool, Failure> {
     let help = "build it with the feature `mcp`: cargo build --release --features mcp".into();

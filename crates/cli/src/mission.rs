@@ -14,18 +14,18 @@ use slate::runtime::snapshot::Snapshot;
 use slate::runtime::{Agent, Control, Cycle, End, Options, Rate};
 use slate::share::agent::AgentSharing;
 
-use crate::arguments::ModeName;
-use crate::course::{self, Course};
 use crate::examples::Application;
 use crate::failure::Failure;
-use crate::observation::{Metrics, Observation};
+use crate::observation::{JudgeMetrics, Observation};
+use crate::run_history::{self, RunHistory};
+use crate::run_options::ModeName;
 use crate::scene;
 
-/// What every judge measures, by name: the summary has places of its own for it.
+/// Figures of every judge, which are fields of the summary.
 const STANDARD: [&str; 5] =
     ["path_length", "shortest_path", "minimum_clearance", "collisions", "collisions_caused"];
 
-/// What a run left.
+/// Result of a run.
 pub struct Finished {
     /// The agent, which makes no more cycles.
     pub agent: Agent,
@@ -34,11 +34,11 @@ pub struct Finished {
     pub trajectory: Trajectory,
     /// Whether what modules remember of it was written.
     pub remembered: Result<(), MemoryError>,
-    /// What was recorded, if that was asked for.
+    /// The recording, if any.
     pub recorded: Option<Result<Recorded, RecordError>>,
 }
 
-/// What the modules of an agent remember, as a condition of the run: a fingerprint of the file that each began with.
+/// Returns fingerprints of the modules' memory files, which are conditions of the run.
 fn memories(agent: &Agent) -> BTreeMap<String, String> {
     let text = |began: Option<u64>| began.map_or_else(|| "none".into(), |hash| format!("{hash:016x}"));
     agent.memories().map(|(module, began)| (format!("memory of {module}"), text(began))).collect()
@@ -66,12 +66,12 @@ fn known_libraries() -> Option<PathBuf> {
 }
 
 /// A run that is ready to start.
-pub struct Mission {
+pub struct MissionRun {
     pub agent: Agent,
     pub observation: Arc<Observation>,
     application: Application,
     scene: Scene,
-    course: Course,
+    course: RunHistory,
     mode: ModeName,
     wants_trajectory: bool,
     recorder: Option<Recorder>,
@@ -79,7 +79,7 @@ pub struct Mission {
     stream: Option<TrajectoryStream>,
 }
 
-impl Mission {
+impl MissionRun {
     /// Loads an application; nothing is started when anything does not fit.
     pub fn load(application: Application, how: How) -> Result<Self, Failure> {
         let configuration = &application.configuration;
@@ -105,8 +105,8 @@ impl Mission {
         let agent = Agent::load_with(&application.database, &application.plugins, options)?;
         let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
         let scene = scene::of(&application.configuration)?;
-        let course = Course::new(&application.name, memories(&agent));
-        agent.composer().keep(course::NAME, Arc::new(course.clone()));
+        let course = RunHistory::new(&application.name, memories(&agent));
+        agent.composer().keep(run_history::NAME, Arc::new(course.clone()));
         Ok(Self {
             agent,
             observation,
@@ -156,8 +156,7 @@ impl Mission {
         is_simulated || configuration.actuators().is_empty()
     }
 
-    /// The world at the start.
-    #[cfg(feature = "console")]
+    /// Returns the world at the start.
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
@@ -187,7 +186,7 @@ impl Mission {
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let (outcome, message) = self.judge(&end);
         let mut judged = self.observation.metrics().into_iter();
-        let Metrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();
+        let JudgeMetrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();
         let standard = STANDARD.map(|name| figures.remove(name));
         let [path_length, shortest_path, minimum_clearance, collisions, collisions_caused] = standard;
         let count = |figure: Option<f64>| figure.map_or(0, |figure| figure as u64);
@@ -238,13 +237,10 @@ impl Mission {
     fn judge(&self, end: &End) -> (Outcome, Option<String>) {
         match end {
             End::Hung { module } => {
-                return (Outcome::Failed, Some(format!("{module} did not return from its tick")));
+                return (Outcome::Failed, Some(format!("{module} hangs in its tick")));
             }
             End::TooManyHung { modules } => {
-                return (
-                    Outcome::Failed,
-                    Some(format!("did not return from their ticks: {}", modules.join(", "))),
-                );
+                return (Outcome::Failed, Some(format!("hang in their ticks: {}", modules.join(", "))));
             }
             End::Stopped => {}
         }

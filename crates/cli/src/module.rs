@@ -1,33 +1,33 @@
 use clap::Subcommand;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
-use slate::control::Switched;
 
+use crate::changes::show_switched;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::{complete, output};
 
 #[derive(Debug, Subcommand)]
 pub enum ModuleVerb {
-    /// Lists the modules of a running agent, how they are, and how often they ticked, came late and crashed.
+    /// List the modules with their state, ticks, overruns and crashes
     List {
-        /// Prints the list as JSON.
+        /// Print the list as JSON
         #[arg(long)]
         json: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Switches a module on.
+    /// Enable a module
     Enable {
-        /// Its name, such as `r2/planner`.
+        /// Name, such as `r2/planner`
         #[arg(add = ArgValueCompleter::new(complete::of_modules))]
         name: String,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Switches a module off: it ticks no more, and its outputs take their safe values.
+    /// Disable a module: it stops ticking, and its outputs take their safe values
     Disable {
-        /// Its name, such as `r2/planner`.
+        /// Name, such as `r2/planner`
         #[arg(add = ArgValueCompleter::new(complete::of_modules))]
         name: String,
         #[command(flatten)]
@@ -35,7 +35,7 @@ pub enum ModuleVerb {
     },
 }
 
-/// Does what is asked; true, as what is refused is a failure.
+/// Runs the command; returns true, as a refusal is a failure.
 pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
     match verb {
         ModuleVerb::List { json, agent } => list(agent, *json)?,
@@ -49,22 +49,6 @@ fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
     let switched = agent.connect()?.enable(name, on)?;
     show_switched(name, on, switched);
     Ok(())
-}
-
-/// Says how a module was switched.
-fn show_switched(name: &str, on: bool, switched: Switched) {
-    let (state, already) = (if on { "on" } else { "off" }, if switched.changed { "" } else { " already" });
-    output::line(format_args!("{name} is {state}{already}"));
-    if let Some(plugin) = switched.needs_reload {
-        show_reload(&plugin);
-    }
-}
-
-/// Says how a module begins again that has failed for good.
-pub fn show_reload(plugin: &str) {
-    output::line(format_args!(
-        "it has failed for good, so it begins when its plugin is reloaded: slate plugin reload {plugin}"
-    ));
 }
 
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use slate::blackboard::interface::{Field, Value, View};
-use slate::blackboard::{Board, Property};
+use slate::blackboard::{Board, Property, is_within};
 use slate::record::{Route, Sample};
 use slate::runtime::configuration::{Configuration, Diagnostic, Spanned, Table, Value as Setting};
 use slate::runtime::{Message, Mistake};
@@ -18,6 +18,7 @@ pub struct ObservedRobot {
     pose: Arc<Property>,
     status: Option<Arc<Property>>,
     clearance: Option<Arc<Property>>,
+    goal: Option<Arc<Property>>,
 }
 
 /// Everything that the report follows.
@@ -33,18 +34,18 @@ struct Judged {
     metrics: Arc<Property>,
     /// The judge's parameter that says which robot it is.
     robot: Option<Arc<Property>>,
-    /// What the judge is called.
+    /// Name of the judge.
     judge: String,
 }
 
-/// What a judge measured.
+/// Figures that a judge has measured.
 #[derive(Default)]
-pub struct Metrics {
+pub struct JudgeMetrics {
     /// The name of the robot, or that of the judge if it does not say whom it judges.
     pub robot: String,
     /// By the names of the judge's interface.
     pub figures: BTreeMap<String, f64>,
-    /// Those of figures that have one.
+    /// Units of the figures.
     pub units: BTreeMap<String, String>,
 }
 
@@ -60,7 +61,7 @@ pub struct RobotNow {
     pub clearance: Option<f64>,
 }
 
-/// What means nothing in `[report]`.
+/// Returns errors for unknown keys in `[report]`.
 fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
     let mut complaints = Vec::new();
     let mut check = |place: &str, table: &Table, known: &[&str]| {
@@ -82,7 +83,7 @@ fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
 }
 
 impl Observation {
-    /// What the configuration names.
+    /// Finds the properties that the configuration names.
     pub fn new(configuration: &Configuration, board: &Board) -> Result<Self, Failure> {
         let mut complaints = unknown_keys(configuration);
         let mut robots = Vec::new();
@@ -117,7 +118,8 @@ impl Observation {
             let status = find(&format!("report.robots.{name}.status"));
             let clearance = find(&format!("report.robots.{name}.clearance"));
             if let Some(pose) = pose {
-                robots.push(ObservedRobot { name, pose, status, clearance });
+                let goal = status.as_ref().and_then(|status| goal_of(status.path(), board));
+                robots.push(ObservedRobot { name, pose, status, clearance, goal });
             }
         }
         let verdict = find("mission.outcome");
@@ -131,8 +133,8 @@ impl Observation {
                 Some((property, field))
             });
             if field.is_none() {
-                let message = Mistake::Name.of(format!("there is no field `{text}`"));
-                let help = "name that of a parameter, such as \"/planner/params/speed\"";
+                let message = Mistake::Name.of(format!("unknown field `{text}`"));
+                let help = "name a field of parameters, such as \"/planner/params/max_linear_velocity\"";
                 complaints.push(configuration.diagnostic(spanned.span, message, Some(help.into())));
             }
             field
@@ -144,8 +146,8 @@ impl Observation {
         }
     }
 
-    /// What the judges measured, in the order in which the report names them; none of a judge that said nothing.
-    pub fn metrics(&self) -> Vec<Metrics> {
+    /// Returns the judges' figures in the order of the report.
+    pub fn metrics(&self) -> Vec<JudgeMetrics> {
         self.judged.iter().filter_map(Judged::metrics).collect()
     }
 
@@ -169,6 +171,27 @@ impl Observation {
     }
 }
 
+/// Names of properties that are the goal of a robot.
+const GOALS: [&str; 2] = ["goal", "target"];
+
+/// Interfaces of goals.
+const GOAL_INTERFACES: [&str; 2] = ["Point2", "Pose2"];
+
+/// Finds the goal of the robot whose Execute has its status at a path: that of its Knowledge, else of another module.
+fn goal_of(status: &str, board: &Board) -> Option<Arc<Property>> {
+    let (robot, _) = status.trim_start_matches('/').split_once('/')?;
+    let is_goal = |property: &Arc<Property>| {
+        let path = property.path().trim_start_matches('/');
+        let name = path.rsplit_once('/').map(|(_, name)| name);
+        is_within(path, robot)
+            && name.is_some_and(|name| GOALS.contains(&name))
+            && GOAL_INTERFACES.contains(&property.descriptor().name)
+    };
+    let mut goals: Vec<_> = board.properties().into_iter().filter(is_goal).collect();
+    goals.sort_by_key(|goal| (!goal.path().contains("knowledge"), goal.path().to_owned()));
+    goals.into_iter().next()
+}
+
 impl Judged {
     fn new(metrics: Arc<Property>, board: &Board) -> Self {
         let judge = metrics.path();
@@ -177,12 +200,12 @@ impl Judged {
         Self { metrics, robot: robot.map(|(params, _)| params), judge }
     }
 
-    fn metrics(&self) -> Option<Metrics> {
+    fn metrics(&self) -> Option<JudgeMetrics> {
         let measured = value(&self.metrics)?;
         let robot = self.robot.as_ref().and_then(value);
         let robot = robot.as_ref().and_then(|params| params.get("robot")?.as_str()).unwrap_or(&self.judge);
         let mut metrics =
-            Metrics { robot: robot.to_owned(), figures: BTreeMap::new(), units: BTreeMap::new() };
+            JudgeMetrics { robot: robot.to_owned(), figures: BTreeMap::new(), units: BTreeMap::new() };
         for Field { name, unit, .. } in self.metrics.descriptor().fields {
             // What does not apply is no number.
             let number = measured.get(name).and_then(Value::as_f64).filter(|number| number.is_finite());
@@ -222,7 +245,13 @@ impl ObservedRobot {
         Some(now)
     }
 
-    /// What the robot's Execute says of itself.
+    /// Returns where the robot is to go, if it has a goal.
+    pub fn goal(&self) -> Option<[f64; 2]> {
+        let goal = value(self.goal.as_ref()?)?;
+        Some([goal.get("x")?.as_f64()?, goal.get("y")?.as_f64()?])
+    }
+
+    /// Returns the status of the robot's Execute.
     pub fn status(&self) -> Option<Value> {
         value(self.status.as_ref()?)
     }

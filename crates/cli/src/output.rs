@@ -1,4 +1,4 @@
-//! What goes to stdout.
+//! Output on stdout.
 
 use std::fmt::Display;
 use std::io::{ErrorKind, IsTerminal, Write};
@@ -52,7 +52,7 @@ pub enum Colour {
     Never,
 }
 
-/// What was asked for.
+/// The colour option.
 static COLOUR: OnceLock<Colour> = OnceLock::new();
 
 /// Decides on colours, once.
@@ -76,7 +76,7 @@ pub fn has_colour(stream: &impl IsTerminal) -> bool {
 /// Whether a program reads what is printed.
 static JSON: AtomicBool = AtomicBool::new(false);
 
-/// Says whether JSON was asked for, so that what is wrong is said as JSON, too.
+/// Sets whether errors are printed as JSON.
 pub fn set_json(is_asked: bool) {
     JSON.store(is_asked, Ordering::Relaxed);
 }
@@ -86,7 +86,7 @@ pub fn is_json() -> bool {
     JSON.load(Ordering::Relaxed)
 }
 
-/// So many of something.
+/// Formats a count with its noun.
 pub fn counted(count: u64, one: &str, many: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }

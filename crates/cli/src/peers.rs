@@ -11,7 +11,7 @@ use crate::output;
 
 #[derive(Debug, Args)]
 pub struct PeersOptions {
-    /// Prints the list as JSON.
+    /// Print the list as JSON
     #[arg(long)]
     json: bool,
 

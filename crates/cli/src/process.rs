@@ -10,7 +10,7 @@ use crate::duration;
 
 /// A process that runs an agent.
 #[derive(Clone, Debug, Serialize)]
-pub struct Process {
+pub struct ProcessInfo {
     /// Its number.
     pub id: u32,
     /// The memory that it has in use, bytes; nothing where the system does not tell.
@@ -21,8 +21,8 @@ pub struct Process {
     pub threads: Option<u64>,
 }
 
-impl Process {
-    /// That of the agent which is reached by a name.
+impl ProcessInfo {
+    /// Returns the process of the agent with that name.
     pub fn of(agent: &str) -> Option<Self> {
         let id = Lock::holder(&folder().join(format!("{agent}.lock")))?;
         let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap_or_default();
@@ -47,7 +47,7 @@ fn uptime(id: u32) -> Option<f64> {
     Some(system - ticks / rustix::param::clock_ticks_per_second() as f64)
 }
 
-impl fmt::Display for Process {
+impl fmt::Display for ProcessInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "process {}", self.id)?;
         if let Some(memory) = self.memory {

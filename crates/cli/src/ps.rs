@@ -4,34 +4,34 @@ use serde::Serialize;
 use serde_json::json;
 use slate::control::{Client, ClientError};
 
-use crate::connection::ask_all;
 use crate::failure::Failure;
-use crate::gates::Held;
-use crate::process::Process;
+use crate::gates::HeldActuators;
+use crate::local_agents::ask_all;
+use crate::process::ProcessInfo;
 use crate::{duration, output};
 
 /// An agent that runs here.
 #[derive(Debug, Serialize)]
-struct Row {
+struct AgentRow {
     agent: String,
-    process: Option<Process>,
+    process: Option<ProcessInfo>,
     /// How many modules it has, and how many of them are not as intended.
     modules: Option<(usize, usize)>,
     /// Cycles of the main loop.
     cycles: Option<u64>,
     /// The actuators that let no command through.
     #[serde(flatten)]
-    held: Held,
+    held: HeldActuators,
     /// Why it can't be asked.
     trouble: Option<String>,
 }
 
-/// What an agent says of itself.
+/// State that an agent reports.
 #[derive(Default)]
-struct Answer {
+struct AgentStatus {
     modules: Option<(usize, usize)>,
     cycles: Option<u64>,
-    held: Held,
+    held: HeldActuators,
 }
 
 /// Lists them.
@@ -39,14 +39,14 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
     let rows: Vec<_> = ask_all(|name| Client::connect(name).and_then(|mut client| look(&mut client)))
         .into_iter()
         .map(|(agent, answer)| {
-            let process = Process::of(&agent);
+            let process = ProcessInfo::of(&agent);
             let (answer, trouble) = match answer {
                 Some(Ok(answer)) => (answer, None),
-                Some(Err(error)) => (Answer::default(), Some(error.to_string())),
-                None => (Answer::default(), Some("it does not answer".into())),
+                Some(Err(error)) => (AgentStatus::default(), Some(error.to_string())),
+                None => (AgentStatus::default(), Some("no answer".into())),
             };
-            let Answer { modules, cycles, held } = answer;
-            Row { agent, process, modules, cycles, held, trouble }
+            let AgentStatus { modules, cycles, held } = answer;
+            AgentRow { agent, process, modules, cycles, held, trouble }
         })
         .collect();
     if json {
@@ -59,7 +59,7 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
     }
     let dash = || "-".to_owned();
     let head = ["agent", "process", "memory", "up", "cycles", "modules", "state"].map(String::from);
-    let row = |row: &Row| {
+    let row = |row: &AgentRow| {
         let process = row.process.as_ref();
         [
             row.agent.clone(),
@@ -78,23 +78,23 @@ pub fn ps(json: bool) -> Result<bool, Failure> {
 }
 
 /// How an agent is, in words.
-fn state(row: &Row) -> String {
+fn state(row: &AgentRow) -> String {
     if let Some(trouble) = &row.trouble {
         return trouble.clone();
     }
     let ill = row.modules.map_or(0, |(_, ill)| ill);
-    let ill = (ill > 0).then(|| format!("{ill} not as intended"));
+    let ill = (ill > 0).then(|| format!("{ill} faulty"));
     let words: Vec<_> = row.held.words().into_iter().chain(ill).collect();
     if words.is_empty() { "ok".into() } else { words.join("; ") }
 }
 
-fn look(client: &mut Client) -> Result<Answer, ClientError> {
+fn look(client: &mut Client) -> Result<AgentStatus, ClientError> {
     let modules = client.modules()?;
     let ill = modules.iter().filter(|module| !matches!(module.condition.as_str(), "WORKING" | "INACTIVE"));
     let cycles = client.read("/loop/histogram/count")?;
-    Ok(Answer {
+    Ok(AgentStatus {
         modules: Some((modules.len(), ill.count())),
         cycles: cycles.and_then(|reading| reading.value.as_u64()),
-        held: Held::of(client)?,
+        held: HeldActuators::of(client)?,
     })
 }

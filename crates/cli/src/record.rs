@@ -16,36 +16,36 @@ use slate::control::client::Request;
 
 #[derive(Debug, Subcommand)]
 pub enum RecordVerb {
-    /// Begins to record a running agent into a file; the newest value of each property comes first.
+    /// Start a recording; it begins with the newest value of each property
     Start(StartOptions),
-    /// Ends a recording.
+    /// Stop a recording
     Stop {
-        /// Its file; unless given the only recording that a tool began, as that of the run ends with the run.
+        /// File of the recording [default: the only one that a tool has started]
         file: Option<PathBuf>,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Shows what is recorded of an agent, and how that goes.
+    /// Show the active recordings
     Status {
-        /// Prints it as JSON.
+        /// Print as JSON
         #[arg(long)]
         json: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Saves the last seconds of an agent, which it keeps in memory, into a file.
+    /// Save the last seconds from the flight recorder
     Snapshot {
-        /// The file; it must not be there yet.
+        /// New file
         #[arg(default_value = "flight.mcap")]
         file: PathBuf,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Fetches a recording that has ended from the folder of an agent's report, over HTTP: also from another computer.
+    /// Download a finished recording over HTTP
     Fetch {
-        /// Its name, such as `recording`; `slate api GET /recordings` shows which there are.
+        /// Name, such as `recording`; `slate api GET /recordings` lists all
         name: String,
-        /// The file that it is written into, which is not there yet; NAME.mcap in this folder unless given.
+        /// New file [default: NAME.mcap]
         #[arg(long)]
         out: Option<PathBuf>,
         #[command(flatten)]
@@ -55,18 +55,18 @@ pub enum RecordVerb {
 
 #[derive(Debug, Args)]
 pub struct StartOptions {
-    /// Which properties, such as '/r2/**' or '/**/scan'; all unless given.
+    /// Properties, such as '/r2/**' or '/**/scan' [default: all]
     pub select: Vec<String>,
-    /// Which of them not; may be given several times.
+    /// Exclude properties; repeatable
     #[arg(long, value_name = "SELECT")]
     pub exclude: Vec<String>,
-    /// At most so many values a second of each property.
+    /// Maximum rate of each property, Hz
     #[arg(long, value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
     pub rate: Option<f64>,
-    /// Only values that are other ones than the last that was recorded.
+    /// Record a value only if it differs from the one before
     #[arg(long)]
     pub on_change: bool,
-    /// The file; it must not be there yet.
+    /// New file
     #[arg(long, default_value = "recording.mcap")]
     pub out: PathBuf,
     #[command(flatten)]
@@ -75,13 +75,13 @@ pub struct StartOptions {
 
 const SCHEME: &str = "slate://";
 
-/// What is no number at all can't be told to an agent, which says of others whether they will do.
+/// Parses a rate; the agent checks its range.
 fn rate(text: &str) -> Result<f64, String> {
     let rate = text.parse::<f64>().ok().filter(|rate| rate.is_finite());
-    rate.ok_or_else(|| "expected values a second, such as 5".into())
+    rate.ok_or_else(|| "expected Hz, such as 5".into())
 }
 
-/// Does what is asked; true, as what is refused is a failure.
+/// Runs the command; returns true, as a refusal is a failure.
 pub fn record(verb: &RecordVerb) -> Result<bool, Failure> {
     match verb {
         RecordVerb::Start(options) => {
@@ -177,16 +177,19 @@ fn show(status: &RecordingStatus) {
         output::line(format_args!("{file}: {counts} since {since:.3} s{end}"));
     }
     let Some(flight) = &status.flight else {
-        output::line("the last seconds are not kept (record.flight.enabled)");
+        output::line("flight recorder: off (record.flight.enabled)");
         return;
     };
     let seconds = flight.to.saturating_sub(flight.from) as f64 * 1e-9;
     let (own, most) = (megabytes(flight.bytes), megabytes(flight.memory));
-    output::line(format_args!("in memory: the last {seconds:.1} s, {own:.1} of {most:.1} MB"));
+    output::line(format_args!("flight recorder: the last {seconds:.1} s, {own:.1} of {most:.1} MB"));
     for file in &flight.saved {
         output::line(format_args!("saved: {}", printable(file)));
     }
     if flight.skipped > 0 {
-        output::line(format_args!("{} more triggers came too soon after one before", flight.skipped));
+        output::line(format_args!(
+            "{} triggers were ignored as they followed another too closely",
+            flight.skipped
+        ));
     }
 }

@@ -1,27 +1,26 @@
 //! Pages about runs.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
-use slate::record::page::{self, Followed, Known, Page};
-use slate::record::replay::Run;
+use slate::record::page::{self, Page};
 use slate::runtime::printable;
 
-use crate::bag::all_read;
 use crate::failure::Failure;
-use crate::{output, scene};
+use crate::output;
+use crate::recording::{all_read, known};
 
 #[derive(Debug, Args)]
 pub struct ReportOptions {
-    /// A recording or another log, or the folder that a run has left.
+    /// Recording, log, or report folder of a run
     pub path: PathBuf,
 
-    /// Where the page goes, with its pictures and tables; into the folder of the run unless given, or one beside the file.
+    /// Folder of the report [default: that of the run, or one beside the file]
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 
-    /// Prints the names of all files as JSON.
+    /// Print the names of all files as JSON
     #[arg(long)]
     pub json: bool,
 }
@@ -42,13 +41,4 @@ pub fn report(options: &ReportOptions) -> Result<bool, Failure> {
         ));
     }
     Ok(all_read(recording.as_deref().unwrap_or(&options.path), &unread))
-}
-
-/// What the configuration that a recording has with it says of its world and robots; nothing if it has none that can still
-/// be read, as the rest of it can be told without.
-pub fn known(recording: &Path) -> Option<Known> {
-    let database = Run::read(recording).ok()?.configuration(Vec::new()).ok()?;
-    let configuration = database.current();
-    let scene = scene::of(&configuration).unwrap_or_default();
-    Some(Known { scene, robots: Followed::of(&configuration) })
 }

@@ -135,7 +135,7 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
     conditions
 }
 
-/// What is told to the robots with noise, or not always, or by mistake.
+/// Returns the sensor conditions of the scenario.
 fn noise(scenario: &Scenario) -> String {
     let any = |noisy: fn(&Placement) -> bool| scenario.placements.iter().any(noisy);
     let echoes = any(|Placement { description, sonar, .. }| {

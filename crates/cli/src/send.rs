@@ -10,18 +10,18 @@ use crate::{complete, output};
 
 #[derive(Debug, Args)]
 pub struct SendOptions {
-    /// The URL of what takes messages, such as `/mapper/strokes`; `slate tree` says which do.
+    /// URL of a mailbox, such as `/mapper/strokes`; `slate tree` marks them
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     url: String,
 
-    /// JSON with all fields of the message.
+    /// Message as JSON with all fields
     message: String,
 
-    /// Only finds out whether it would be taken.
+    /// Check only, send nothing
     #[arg(long)]
     dry_run: bool,
 
-    /// Prints what becomes of it as JSON.
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
 
@@ -40,8 +40,8 @@ pub fn send(options: &SendOptions) -> Result<bool, Failure> {
     }
     output::line(match status.as_str() {
         "done" => "done",
-        "fits" => "it would be taken",
-        _ => "sent; whoever takes it has not answered within a second",
+        "fits" => "the message is valid",
+        _ => "sent; no reply within a second",
     });
     Ok(true)
 }

@@ -11,48 +11,47 @@ use crate::output;
 
 #[derive(Debug, Subcommand)]
 pub enum SnapshotVerb {
-    /// Writes all of a running agent into a file, from which it, or another process, goes on.
+    /// Save the state of an agent, to be loaded or resumed
     Save {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// Writes the newest values of another agent's properties instead, as JSON: of one that the agent knows, such as
-        /// `slate://robot/**`.
+        /// Save the newest values of a peer's properties as JSON instead, such as `slate://robot/**`
         #[arg(long, value_name = "URL")]
         of: Option<String>,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Lets a running agent go on from a snapshot of it. Real actuators are disarmed.
+    /// Restore an agent from its snapshot; real actuators are disarmed
     Load {
-        /// The file.
+        /// File
         file: PathBuf,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Shows what is in a snapshot.
+    /// Show the contents of a snapshot
     Info {
-        /// The file.
+        /// File
         file: PathBuf,
-        /// Prints it as JSON.
+        /// Print as JSON
         #[arg(long, conflicts_with = "configuration")]
         json: bool,
-        /// Prints the configuration that is in it.
+        /// Print the configuration
         #[arg(long)]
         configuration: bool,
     },
 }
 
-/// Does what is asked; true, as what is refused is a failure.
+/// Runs the command; returns true, as a refusal is a failure.
 pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
     match verb {
         SnapshotVerb::Save { file, of: Some(url), agent } => {
             let saved = agent.connect_beside(url)?.save_remote(url, &agent.file(file)?)?;
-            let untold = match saved.untold {
+            let unavailable = match saved.unavailable {
                 0 => String::new(),
-                untold => format!("; it says of {untold} why they could not be had"),
+                unavailable => format!("; {unavailable} could not be read, the file says why"),
             };
             output::line(format_args!(
-                "{} has {} values of {} properties of agent {}{untold}",
+                "{} has {} values of {} properties of agent {}{unavailable}",
                 file.display(),
                 saved.values,
                 saved.properties,
@@ -65,7 +64,7 @@ pub fn snapshot(verb: &SnapshotVerb) -> Result<bool, Failure> {
         }
         SnapshotVerb::Load { file, agent } => {
             let loaded = agent.connect()?.load_snapshot(&agent.file(file)?)?;
-            output::line(format_args!("it goes on from {}", moment(&loaded)));
+            output::line(format_args!("restored {}", moment(&loaded)));
         }
         SnapshotVerb::Info { file, json, configuration } => {
             let snapshot = Snapshot::read(file)?;

@@ -9,28 +9,28 @@ use slate::control::{LONGEST, Measured};
 
 use crate::connection::AgentOption;
 use crate::failure::{ASSERTION_FALSE, Failure};
-use crate::watch::expand;
+use crate::urls::expand;
 use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct StatOptions {
-    /// Properties, such as `/simulator/r2/sonar` or `/r2/*/percept`.
+    /// Properties or patterns, such as `/simulator/r2/sonar` or `/r2/*/percept`
     #[arg(required = true, value_name = "URL", add = ArgValueCompleter::new(complete::of_properties))]
     urls: Vec<String>,
 
-    /// How long it is measured, at most 50s.
+    /// Duration of the measurement, at most 50s
     #[arg(long = "for", value_name = "TIME", default_value = "2s", value_parser = within, allow_hyphen_values = true)]
     time: Duration,
 
-    /// What the rate of each has to be at least, values a second; else the command ends with 7.
+    /// Minimum rate of each property, Hz; exit code 7 if it is lower
     #[arg(long, value_name = "HZ")]
     min: Option<f64>,
 
-    /// What it may be at most.
+    /// Maximum rate of each property, Hz; exit code 7 if it is higher
     #[arg(long, value_name = "HZ")]
     max: Option<f64>,
 
-    /// Prints what was measured as JSON.
+    /// Print the measurements as JSON
     #[arg(long)]
     json: bool,
 
@@ -40,8 +40,8 @@ pub struct StatOptions {
 
 fn within(text: &str) -> Result<Duration, String> {
     match duration::parse(text)? {
-        time if time > LONGEST => Err(format!("it is measured for {} s at most", LONGEST.as_secs())),
-        time if time.is_zero() => Err("nothing can be measured in no time".into()),
+        time if time > LONGEST => Err(format!("expected at most {} s", LONGEST.as_secs())),
+        time if time.is_zero() => Err("expected more than 0 s".into()),
         time => Ok(time),
     }
 }
@@ -81,7 +81,7 @@ pub fn stat(options: &StatOptions) -> Result<u8, Failure> {
                 .into_iter()
                 .flatten()
                 .collect();
-            eprintln!("{} comes with {rate:.2} Hz; it shall be {}", one.url, limits.join(" and "));
+            eprintln!("{} has {rate:.2} Hz; expected {}", one.url, limits.join(" and "));
             holds = false;
         }
     }
@@ -108,20 +108,20 @@ fn row(one: &Measured) -> [String; 11] {
     ]
 }
 
-/// What a figure does not show by itself.
+/// Prints remarks on a measurement.
 fn note(one: &Measured) {
     let url = &one.url;
     if !one.has_writer {
-        output::line(format_args!("{url}: nobody writes it now"));
+        output::line(format_args!("{url}: no writer at present"));
     } else if one.rate.is_none() {
-        let age = one.age.map_or("it was never written".into(), |age| {
+        let age = one.age.map_or("never written".into(), |age| {
             format!("the last one is {} old", duration::show(age as f64))
         });
         output::line(format_args!("{url}: no new value came; {age}"));
     }
     if one.unseen > 0 {
         output::line(format_args!(
-            "{url}: {} of {} values were replaced before they were looked at; the rate counts them, the intervals don't",
+            "{url}: {} of {} values were overwritten before they were sampled; the rate counts them, the intervals don't",
             one.unseen, one.count
         ));
     }

@@ -5,8 +5,10 @@ use std::time::{Duration, Instant};
 
 use slate::runtime::Stopper;
 
+use crate::clock::now;
 use crate::console::Opened;
 use crate::deployment;
+use crate::interrupt::DEBOUNCE;
 
 /// How often the run looks for browsers.
 const PERIOD: Duration = Duration::from_millis(200);
@@ -28,10 +30,10 @@ impl Interrupt {
             match asked {
                 // The end of each thread of the supervisor may be another signal; its second Ctrl-C is none that is caught.
                 Some(_) if supervised => {}
-                Some(first) if first.elapsed() < deployment::ONE_REQUEST => {}
+                Some(first) if first.elapsed() < DEBOUNCE => {}
                 Some(_) => std::process::exit(130),
                 None => {
-                    asked = Some(deployment::now());
+                    asked = Some(now());
                     own.set();
                     stopper.stop();
                     if supervised {
@@ -77,10 +79,10 @@ pub fn stay(interrupt: &Interrupt, console: Option<&Opened>, wishes: bool) {
     let link = console.map(|console| format!(" at {}", console.link())).unwrap_or_default();
     let until = if wishes { "until Ctrl-C" } else { "while its browser is connected, or until Ctrl-C" };
     eprintln!("the run is over; the agent stays{link} {until}");
-    let mut seen = deployment::now();
+    let mut seen = now();
     while !interrupt.wait(PERIOD) {
         if wishes || has_browser() {
-            seen = deployment::now();
+            seen = now();
         } else if seen.elapsed() >= GRACE {
             return;
         }

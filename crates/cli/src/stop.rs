@@ -11,21 +11,21 @@ use serde_json::json;
 use slate::control::{Client, ClientError};
 use slate::runtime::directory::agents;
 
+use crate::clock::now;
 use crate::connection::AgentOption;
 use crate::failure::{Failure, UNREACHED};
 use crate::output;
-use crate::watch::now;
 use slate::control::BASE;
 use slate::control::client::{Access, Request, RequestError, Trouble};
 
 #[derive(Debug, Args)]
 pub struct StopOptions {
-    /// Why, in one word or several; it is kept and shown.
+    /// Reason, which is logged and shown
     // What nobody knows is a part of it (see `words`): a stop is not refused for a word.
     #[arg(value_name = "REASON")]
     reason: Vec<String>,
 
-    /// Prints who has stopped as JSON.
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
 
@@ -35,7 +35,7 @@ pub struct StopOptions {
 
 #[derive(Debug, Args)]
 pub struct ResetOptions {
-    /// Prints whether there was a stop as JSON.
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
 
@@ -45,10 +45,10 @@ pub struct ResetOptions {
 
 #[derive(Debug, Args)]
 pub struct ArmOptions {
-    /// Its name, such as `r2/wheels`; all of them unless given.
+    /// Actuator, such as `r2/wheels` [default: all]
     actuator: Option<String>,
 
-    /// Prints what is armed as JSON.
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
 
@@ -59,13 +59,13 @@ pub struct ArmOptions {
 /// How long an agent may take to confirm a stop. It needs a few milliseconds; a person must not be left without an answer.
 const PATIENCE: Duration = Duration::from_secs(4);
 
-/// How often a stop is tried again whose connection an agent has closed, as it has no descriptor left, and after which pause.
+/// Retries of a stop whose connection an agent without free descriptors has closed, and the pause between them.
 const TRIES: u32 = 5;
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// What became of the stop of an agent.
+/// Result of stopping an agent.
 #[derive(Debug, Serialize)]
-struct Answer {
+struct StopResult {
     agent: String,
     /// Neither this nor trouble is with one that has ended meanwhile.
     stopped: bool,
@@ -76,15 +76,15 @@ struct Answer {
 }
 
 /// Tells an agent to stop, for a reason.
-type Stop = Box<dyn FnOnce(&str) -> Result<(), Failure> + Send>;
+type StopCall = Box<dyn FnOnce(&str) -> Result<(), Failure> + Send>;
 
 /// An agent, and how it is told to stop.
-struct Target {
+struct StopTarget {
     name: String,
-    stop: Stop,
+    stop: StopCall,
 }
 
-impl Target {
+impl StopTarget {
     /// One that is reached here, by its name.
     fn here(name: String) -> Self {
         let agent = name.clone();
@@ -118,15 +118,15 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
         empty if empty.trim().is_empty() => "by a person at the terminal".into(),
         reason => reason,
     };
-    let targets: Vec<Target> = match (options.agent.elsewhere()?, options.agent.said()) {
-        (Some(access), _) => vec![Target::elsewhere(access)],
-        (None, Some(name)) => vec![Target::here(name)],
-        (None, None) => agents().into_iter().map(Target::here).collect(),
+    let targets: Vec<StopTarget> = match (options.agent.elsewhere()?, options.agent.said()) {
+        (Some(access), _) => vec![StopTarget::elsewhere(access)],
+        (None, Some(name)) => vec![StopTarget::here(name)],
+        (None, None) => agents().into_iter().map(StopTarget::here).collect(),
     };
     let answers = stop_all(targets, &reason, |answer| {
         if let (false, true) = (json, answer.stopped) {
-            let Answer { agent, after_ms, .. } = answer;
-            output::line(format_args!("{agent} has stopped all actuators, after {after_ms:.1} ms"));
+            let StopResult { agent, after_ms, .. } = answer;
+            output::line(format_args!("{agent} has stopped all actuators after {after_ms:.1} ms"));
         }
     })?;
     if answers.iter().all(|answer| !answer.stopped && answer.trouble.is_none()) {
@@ -135,7 +135,7 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
     if json {
         output::json(&json!({"schema": "slate.stop/1", "reason": reason, "agents": answers}));
     } else if answers.iter().any(|answer| answer.stopped) {
-        output::line("they stay so until `slate reset` and `slate arm`");
+        output::line("the stop holds until `slate reset` and `slate arm`");
     }
     let silent = answers.into_iter().filter_map(|answer| Some((answer.agent, answer.trouble?)));
     let silent: Vec<_> = silent.collect();
@@ -146,14 +146,18 @@ pub fn stop(options: &StopOptions) -> Result<u8, Failure> {
 }
 
 /// Stops all of them at once, so that one which hangs holds up no other; `tell` hears of each as soon as it has answered.
-fn stop_all(targets: Vec<Target>, reason: &str, tell: impl Fn(&Answer)) -> Result<Vec<Answer>, Failure> {
-    let waiting = |target: &Target| Answer {
+fn stop_all(
+    targets: Vec<StopTarget>,
+    reason: &str,
+    tell: impl Fn(&StopResult),
+) -> Result<Vec<StopResult>, Failure> {
+    let waiting = |target: &StopTarget| StopResult {
         agent: target.name.clone(),
         stopped: false,
         after_ms: PATIENCE.as_secs_f64() * 1e3,
         trouble: Some(format!("no answer within {} s", PATIENCE.as_secs())),
     };
-    let mut answers: Vec<Answer> = targets.iter().map(waiting).collect();
+    let mut answers: Vec<StopResult> = targets.iter().map(waiting).collect();
     let is_one = answers.len() == 1;
     let (sender, outcomes) = channel();
     let begin = now();
@@ -204,9 +208,9 @@ pub fn reset(options: &ResetOptions) -> Result<bool, Failure> {
         return Ok(true);
     }
     output::line(if was_stopped {
-        "the stop is over; `slate arm` lets commands through"
+        "the stop is reset; `slate arm` arms the actuators"
     } else {
-        "no actuator was stopped; which are armed stays as it is"
+        "no stop was active; armed actuators stay armed"
     });
     Ok(true)
 }

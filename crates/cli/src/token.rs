@@ -19,7 +19,7 @@ pub fn given() -> Result<Option<String>, Trouble> {
     // Anything else could end the line of a request.
     match !token.is_empty() && token.bytes().all(|byte| byte.is_ascii_alphanumeric()) {
         true => Ok(Some(token.to_owned())),
-        false => Err(Trouble::Token { place, reason: "it is none".into() }),
+        false => Err(Trouble::Token { place, reason: "expected letters and digits".into() }),
     }
 }
 

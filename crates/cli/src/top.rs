@@ -14,26 +14,26 @@ use slate::control::{Client, ClientError, Watched};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::gates::Held;
-use crate::process::Process;
-use crate::watch::{end_well_on_interrupt, is_interrupted};
+use crate::gates::HeldActuators;
+use crate::interrupt::{self, is_interrupted};
+use crate::process::ProcessInfo;
 use crate::{duration, output};
 
 #[derive(Debug, Args)]
 pub struct TopOptions {
-    /// Prints the table once.
+    /// Print the table once and exit
     #[arg(long)]
     once: bool,
 
-    /// How often the table is renewed, once a minute at least.
+    /// Refresh interval, at most one minute
     #[arg(long, value_name = "TIME", default_value = "1s", value_parser = period, allow_hyphen_values = true)]
     interval: Duration,
 
-    /// By what it is sorted.
-    #[arg(long, value_enum, default_value_t = Order::Load)]
-    sort: Order,
+    /// Sort key
+    #[arg(long, value_enum, default_value_t = SortKey::Load)]
+    sort: SortKey,
 
-    /// Prints the table once, as JSON.
+    /// Print the table once as JSON
     #[arg(long)]
     json: bool,
 
@@ -42,20 +42,20 @@ pub struct TopOptions {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Order {
-    /// The time that ticks take of each period.
+enum SortKey {
+    /// Share of the period that ticks take
     Load,
-    /// The name.
+    /// Name
     Name,
-    /// The longest tick.
+    /// Longest tick
     Max,
-    /// How uneven the periods are.
+    /// Deviation of the period
     Jitter,
 }
 
 /// A line of the table; times in nanoseconds.
 #[derive(Debug, Serialize)]
-struct Row {
+struct ModuleRow {
     module: String,
     condition: String,
     ticks: u64,
@@ -88,14 +88,14 @@ pub fn top(options: &TopOptions) -> Result<bool, Failure> {
     let mut client = options.agent.connect()?;
     let is_live = !options.once && !options.json && std::io::stdout().is_terminal();
     if !is_live {
-        let look = Look::at(&mut client, options.sort)?;
+        let look = TimingTable::at(&mut client, options.sort)?;
         match options.json {
             true => output::json(&look.json()),
             false => look.lines().iter().for_each(output::line),
         }
         return Ok(true);
     }
-    end_well_on_interrupt();
+    interrupt::catch();
     let mut screen = std::io::stdout();
     let _ = execute!(screen, EnterAlternateScreen, Hide);
     let shown = live(options, &mut client, &mut screen);
@@ -113,7 +113,7 @@ pub fn top(options: &TopOptions) -> Result<bool, Failure> {
 fn live(options: &TopOptions, client: &mut Client, screen: &mut impl Write) -> Result<(), Failure> {
     while !is_interrupted() {
         let (width, height) = size().unwrap_or((80, 24));
-        let lines = Look::at(client, options.sort)?.lines();
+        let lines = TimingTable::at(client, options.sort)?.lines();
         for (row, line) in lines.iter().take(height.into()).enumerate() {
             let line: String = output::harmless(line).chars().take(width.into()).collect();
             // Not all at once, as that flickers.
@@ -130,18 +130,18 @@ fn live(options: &TopOptions, client: &mut Client, screen: &mut impl Write) -> R
     Ok(())
 }
 
-/// What was seen.
-struct Look {
+/// Timing of an agent at one time.
+struct TimingTable {
     agent: String,
-    process: Option<Process>,
+    process: Option<ProcessInfo>,
     state: Value,
     cycle: Value,
-    held: Held,
-    rows: Vec<Row>,
+    held: HeldActuators,
+    rows: Vec<ModuleRow>,
 }
 
-impl Look {
-    fn at(client: &mut Client, order: Order) -> Result<Self, Failure> {
+impl TimingTable {
+    fn at(client: &mut Client, order: SortKey) -> Result<Self, Failure> {
         let modules = client.modules()?;
         let urls = modules
             .iter()
@@ -153,7 +153,7 @@ impl Look {
             let number = |value: &Value, name: &str| value.get(name).and_then(Value::as_u64);
             let period = number(timing, "period").filter(|period| *period > 0);
             let mean = number(histogram, "mean");
-            Row {
+            ModuleRow {
                 module: module.name.clone(),
                 condition: module.condition.clone(),
                 ticks: module.ticks,
@@ -169,15 +169,15 @@ impl Look {
         };
         let mut rows: Vec<_> = modules.iter().enumerate().map(row).collect();
         match order {
-            Order::Name => {}
-            Order::Load => rows.sort_by(|a, b| b.load.unwrap_or(0.0).total_cmp(&a.load.unwrap_or(0.0))),
-            Order::Max => rows.sort_by_key(|row| std::cmp::Reverse(row.max)),
-            Order::Jitter => rows.sort_by_key(|row| std::cmp::Reverse(row.jitter)),
+            SortKey::Name => {}
+            SortKey::Load => rows.sort_by(|a, b| b.load.unwrap_or(0.0).total_cmp(&a.load.unwrap_or(0.0))),
+            SortKey::Max => rows.sort_by_key(|row| std::cmp::Reverse(row.max)),
+            SortKey::Jitter => rows.sort_by_key(|row| std::cmp::Reverse(row.jitter)),
         }
-        let held = Held::of(client)?;
+        let held = HeldActuators::of(client)?;
         let (agent, count) = (client.name().to_owned(), values.len());
         // Another computer's processes are not seen here.
-        let process = Some(&agent).filter(|_| client.is_local()).and_then(|agent| Process::of(agent));
+        let process = Some(&agent).filter(|_| client.is_local()).and_then(|agent| ProcessInfo::of(agent));
         Ok(Self {
             agent,
             process,

@@ -15,13 +15,13 @@ use crate::output;
 
 #[derive(Debug, Args)]
 pub struct TraceOptions {
-    /// How long to record, seconds. Ctrl-C ends it earlier, with the file.
+    /// Duration, seconds; Ctrl-C ends it earlier
     #[arg(long, default_value_t = 5.0, value_parser = seconds)]
     pub seconds: f64,
-    /// The file, which <https://ui.perfetto.dev> opens. An older one is replaced at the end.
+    /// File for https://ui.perfetto.dev; an existing one is replaced
     #[arg(long, default_value = "trace.json")]
     pub out: PathBuf,
-    /// Prints what was recorded of each track as JSON.
+    /// Print the number of spans of each track as JSON
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -72,7 +72,7 @@ fn interrupts() -> Receiver<()> {
         let _ = sender.try_send(());
     });
     if let Err(error) = handled {
-        eprintln!("Ctrl-C will throw the trace away: {error}");
+        eprintln!("Ctrl-C will discard the trace: {error}");
     }
     receiver
 }
@@ -90,7 +90,7 @@ fn record(client: &mut Client, seconds: f64, interrupted: &Receiver<()>) -> Resu
         left -= part;
         let progress = client.trace_progress()?;
         if progress.ended {
-            eprintln!("the agent has ended, and the trace with it");
+            eprintln!("the agent has ended; the trace is complete until then");
             return Ok(progress);
         }
     }
@@ -147,13 +147,13 @@ fn summary(recorded: &TraceEntry) -> String {
     )
 }
 
-/// What is missing, and of which tracks.
+/// Describes missing spans by track.
 fn warning(recorded: &TraceEntry) -> Option<String> {
     let missing = recorded.tracks.iter().filter(|track| track.missing > 0);
     let missing: Vec<_> = missing.map(|track| format!("{} of {}", track.missing, track.name)).collect();
     (!missing.is_empty()).then(|| {
         format!(
-            "{} spans are missing, as they came faster than they could be written: {}; the trace says where",
+            "{} spans are missing, which came faster than the disk could write: {}; the trace marks where",
             recorded.missing(),
             missing.join(", ")
         )

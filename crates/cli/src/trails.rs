@@ -73,18 +73,18 @@ impl Trail {
     }
 }
 
-type Shared = Arc<Mutex<BTreeMap<String, Trail>>>;
+type SharedTrails = Arc<Mutex<BTreeMap<String, Trail>>>;
 
 /// Follows robots until it is dropped. It looks as tools do, so the run waits for it no more than for them.
 pub struct Trails {
-    all: Shared,
+    all: SharedTrails,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Trails {
     pub fn follow(observation: Arc<Observation>, clock: impl Fn() -> u64 + Send + 'static) -> Self {
-        let (all, stop) = (Shared::default(), Arc::new(AtomicBool::new(false)));
+        let (all, stop) = (SharedTrails::default(), Arc::new(AtomicBool::new(false)));
         let (trails, stopped) = (Arc::clone(&all), Arc::clone(&stop));
         let follow = move || {
             while !stopped.load(Ordering::Acquire) {
@@ -96,7 +96,7 @@ impl Trails {
         Self { all, stop, thread }
     }
 
-    /// What tells them.
+    /// Returns a function that reads the trails as JSON.
     pub fn reader(&self) -> Arc<dyn Fn() -> Value + Send + Sync> {
         let all = Arc::clone(&self.all);
         Arc::new(move || json!({ "robots": &*locked(&all) }))

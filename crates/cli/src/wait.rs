@@ -7,31 +7,31 @@ use clap_complete::ArgValueCompleter;
 use serde_json::json;
 use slate::control::{Reading, Watched};
 
+use crate::clock::now;
 use crate::condition::Condition;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::property::in_a_line;
-use crate::watch::now;
+use crate::value_text::in_a_line;
 use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct WaitOptions {
-    /// A property or a field, such as `/referee/verdict`.
+    /// Property or field, such as `/referee/verdict`
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     url: String,
 
-    /// What it shall be, such as `state == SUCCEEDED` or `> 0.5`.
+    /// Condition, such as `state == SUCCEEDED` or `> 0.5`
     condition: Condition,
 
-    /// How long it is waited.
+    /// Maximum time to wait
     #[arg(long, value_name = "TIME", default_value = "30s", value_parser = duration::parse, allow_hyphen_values = true)]
     timeout: Duration,
 
-    /// For how long it has to stay so, of the agent's time.
+    /// Time for which the condition must hold, of the agent's time
     #[arg(long = "for", value_name = "TIME", value_parser = duration::parse, allow_hyphen_values = true)]
     time: Option<Duration>,
 
-    /// Prints the value as JSON.
+    /// Print the value as JSON
     #[arg(long)]
     json: bool,
 
@@ -74,12 +74,11 @@ pub fn wait(options: &WaitOptions) -> Result<bool, Failure> {
             return Ok(true);
         }
         if now() >= until {
-            let last = newest.map_or("it was never written".into(), |reading| {
-                format!("it is {}", in_a_line(&reading.value))
-            });
+            let last = newest
+                .map_or("never written".into(), |reading| format!("it is {}", in_a_line(&reading.value)));
             let seconds = options.timeout.as_secs_f64();
             return Err(Failure::NoValue(format!(
-                "{} was not so within {seconds:.1} s: {last}",
+                "{}: the condition did not hold within {seconds:.1} s: {last}",
                 options.url
             )));
         }

@@ -1,56 +1,58 @@
 //! Values as they come.
 
 use std::io::IsTerminal;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 use clap_complete::ArgValueCompleter;
 use serde_json::{Value, json};
-use slate::control::{Client, ClientError, Reading, Watched};
+use slate::control::{ClientError, Reading, Watched};
 use slate::record::bag::seconds;
 
+use crate::clock::now;
 use crate::condition::Condition;
 use crate::connection::AgentOption;
 use crate::failure::{Failure, TIMED_OUT};
-use crate::property::{flatten, in_a_line};
+use crate::interrupt::{self, is_interrupted};
+use crate::urls::expand;
+use crate::value_text::{flatten, in_a_line};
 use crate::{complete, duration, output};
 
 #[derive(Debug, Args)]
 pub struct WatchOptions {
-    /// Properties or fields, such as `/simulator/r2/truth` or `/r2/*/state`.
+    /// Properties, fields or patterns, such as `/simulator/r2/truth` or `/r2/*/state`
     #[arg(required = true, value_name = "URL", add = ArgValueCompleter::new(complete::of_properties))]
     urls: Vec<String>,
 
-    /// Ends after so many values.
+    /// Stop after this many values
     #[arg(long, short = 'n', value_name = "COUNT", value_parser = clap::value_parser!(u64).range(1..))]
     count: Option<u64>,
 
-    /// Ends after the first value of each.
+    /// Stop after one value of each property
     #[arg(long, conflicts_with = "count")]
     once: bool,
 
-    /// Ends after that time, such as `10s`.
+    /// Stop after this time, such as `10s`
     #[arg(long = "for", value_name = "TIME", value_parser = duration::parse, allow_hyphen_values = true)]
     time: Option<Duration>,
 
-    /// Shows at most so many values a second of each, of the agent's time.
+    /// Maximum rate of each property, Hz of the agent's time
     #[arg(long, value_name = "RATE", value_parser = positive)]
     max_hz: Option<f64>,
 
-    /// Shows a value only when it is another one than that before.
+    /// Print a value only if it differs from the one before
     #[arg(long)]
     changes: bool,
 
-    /// Shows only values that are so, such as `range < 0.5 and state == WORKING`.
+    /// Print only values for which a condition holds, such as `range < 0.5 and state == WORKING`
     #[arg(long = "where", value_name = "CONDITION")]
     condition: Option<Condition>,
 
-    /// Prints each value as a line of JSON.
+    /// Print each value as a line of JSON
     #[arg(long, conflicts_with = "csv")]
     json: bool,
 
-    /// Prints each value of one property as a line of a table with commas.
+    /// Print the values of one property as comma-separated values
     #[arg(long)]
     csv: bool,
 
@@ -61,55 +63,15 @@ pub struct WatchOptions {
 fn positive(text: &str) -> Result<f64, String> {
     match text.trim_end_matches("Hz").trim().parse::<f64>() {
         Ok(rate) if rate.is_finite() && rate > 0.0 => Ok(rate),
-        _ => Err("expected a positive number of values a second, such as 10".into()),
+        _ => Err("expected a positive number of Hz, such as 10".into()),
     }
 }
 
 /// How long the agent is asked to wait at a time; then it is looked whether somebody wants to end.
 const WAIT: Duration = Duration::from_millis(250);
 
-/// Whether Ctrl-C was pressed.
-static INTERRUPTED: AtomicBool = AtomicBool::new(false);
-
-/// Has Ctrl-C end what goes on with what there is to say at the end.
-pub fn end_well_on_interrupt() {
-    // Without it, Ctrl-C ends the process at once.
-    let _ = ctrlc::set_handler(|| {
-        if INTERRUPTED.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-}
-
-/// Whether Ctrl-C was pressed since.
-pub fn is_interrupted() -> bool {
-    INTERRUPTED.load(Ordering::Relaxed)
-}
-
-/// The properties that URLs name, patterns replaced by what they are of.
-pub fn expand(client: &mut Client, urls: &[String]) -> Result<Vec<String>, Failure> {
-    let mut all = Vec::new();
-    for url in urls {
-        if !url.contains('*') {
-            all.push(url.clone());
-            continue;
-        }
-        let root = match url.strip_prefix("slate://").and_then(|rest| rest.split('/').next()) {
-            Some(agent) => format!("slate://{agent}/"),
-            None => "/".into(),
-        };
-        let found = client.properties(Some(url))?.into_iter();
-        let found = found.filter(|property| property.access != "messages");
-        all.extend(found.map(|property| format!("{root}{}", property.path)));
-    }
-    match all.is_empty() {
-        true => Err(Failure::NothingLike { pattern: urls.join(" ") }),
-        false => Ok(all),
-    }
-}
-
-/// What is watched, and what was shown of it.
-struct Line {
+/// A watched property.
+struct WatchLine {
     url: String,
     shown: u64,
     last: Option<Reading>,
@@ -124,11 +86,11 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
     if options.csv && urls.len() > 1 {
         return Err(Failure::SeveralInTable { urls });
     }
-    end_well_on_interrupt();
+    interrupt::catch();
     let width = urls.iter().map(|url| url.chars().count()).max().filter(|_| urls.len() > 1);
     let mut of: Vec<_> = urls.iter().map(|url| Watched { url: url.clone(), after: None }).collect();
-    let new = |url| Line { url, shown: 0, last: None, missed: 0 };
-    let mut lines: Vec<Line> = urls.into_iter().map(new).collect();
+    let new = |url| WatchLine { url, shown: 0, last: None, missed: 0 };
+    let mut lines: Vec<WatchLine> = urls.into_iter().map(new).collect();
     let until = options.time.map(|time| now() + time);
     let (mut total, mut has_head, mut since) = (0, false, None);
     loop {
@@ -170,19 +132,19 @@ pub fn watch(options: &WatchOptions) -> Result<u8, Failure> {
         }
     }
     if total == 0 && !is_interrupted() {
-        eprintln!("no value came in that time");
+        eprintln!("no value in that time");
         return Ok(TIMED_OUT);
     }
     if is_interrupted() && std::io::stderr().is_terminal() {
         let missed: u64 = lines.iter().map(|line| line.missed).sum();
         let seconds = since.map_or(0.0, |since: Instant| since.elapsed().as_secs_f64());
-        eprintln!("{total} values in {seconds:.1} s, {missed} came too fast to be seen");
+        eprintln!("{total} values in {seconds:.1} s, {missed} missed");
     }
     Ok(0)
 }
 
 /// Whether a value is to be shown.
-fn wanted(options: &WatchOptions, line: &Line, reading: &Reading) -> Result<bool, Failure> {
+fn wanted(options: &WatchOptions, line: &WatchLine, reading: &Reading) -> Result<bool, Failure> {
     if options.once && line.shown > 0 {
         return Ok(false);
     }
@@ -199,7 +161,7 @@ fn wanted(options: &WatchOptions, line: &Line, reading: &Reading) -> Result<bool
     holds.map_err(|problem| Failure::Condition { url: line.url.clone(), problem })
 }
 
-fn show(options: &WatchOptions, line: &Line, reading: &Reading, missed: u64, width: Option<usize>) {
+fn show(options: &WatchOptions, line: &WatchLine, reading: &Reading, missed: u64, width: Option<usize>) {
     let Reading { value, sequence, time } = reading;
     if options.json {
         let (url, schema) = (&line.url, "slate.watch/1");
@@ -250,9 +212,4 @@ fn quoted(cell: &str) -> String {
         true => format!("\"{}\"", cell.replace('"', "\"\"")),
         false => cell.into(),
     }
-}
-
-#[allow(clippy::disallowed_methods, reason = "who waits at a terminal waits on the wall clock")]
-pub fn now() -> Instant {
-    Instant::now()
 }

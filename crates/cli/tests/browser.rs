@@ -71,8 +71,12 @@ fn chromium() -> PathBuf {
 }
 
 /// A run that lasts as long as somebody looks.
-const ENDLESS: [&str; 4] =
-    ["--set", "modules.referee.params.time_limit=600.0", "--set", "modules.referee.params.tolerance=1e-9"];
+const ENDLESS: [&str; 4] = [
+    "--set",
+    "modules.referee.params.time_limit=600.0",
+    "--set",
+    "modules.referee.params.goal_tolerance=1e-9",
+];
 
 /// A run, and the link that it prints.
 fn open(running: &mut Running, agent: &str, example: &str, arguments: &[&str]) -> String {

@@ -55,7 +55,7 @@ fn all_mistakes_are_told_at_once_with_their_places() {
     let output = running.call(&["check", "wrong.toml"]);
     assert_eq!(output.status.code(), Some(7));
     assert!(text(&output.stderr).contains("───") && text(&output.stdout).contains("errors"), "{output:?}");
-    running.fails(2, &["check", "nothing.toml"], &["no example and no file"]);
+    running.fails(2, &["check", "nothing.toml"], &["no example or file"]);
 }
 
 #[test]
@@ -178,7 +178,7 @@ fn a_mistake_has_the_code_of_its_kind() {
         ("time.source=simulater", "S012"),
         ("links.\"referee/truth\"=\"slate://team/x\"", "S013"),
         ("loop.period=fast", "S015"),
-        ("robots.r2.modules.planner.params.speed=99", "S015"),
+        ("robots.r2.modules.planner.params.max_linear_velocity=99", "S015"),
     ] {
         let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
         assert_eq!(checked["findings"][0]["code"], code, "{set}: {checked}");

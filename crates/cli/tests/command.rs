@@ -188,8 +188,8 @@ fn what_is_wrong_is_said_with_its_place_and_its_mend() {
     refused("layout", &["run", "exp1", "--set", "world.layout=none"], &["none", "authors", "random"]);
     refused(
         "range",
-        &["run", "exp1", "--set", "robots.r2.modules.planner.params.speed=99"],
-        &["speed", "99", "0 to 3"],
+        &["run", "exp1", "--set", "robots.r2.modules.planner.params.max_linear_velocity=99"],
+        &["max_linear_velocity", "99", "0 to 3"],
     );
     refused("max", &["run", "exp1", "--mode", "threaded", "--rate", "max"], &["threaded", "realtime"]);
 }

@@ -23,7 +23,7 @@ time.source = "simulator"
 modules.simulator = {}
 
 [agents.watcher.modules.referee]
-params = { robot = "r2", tolerance = 0.1, time_limit = 1e6 }
+params = { robot = "r2", goal_tolerance = 0.1, time_limit = 1e6 }
 [agents.watcher.links]
 "referee/truth" = "slate://robot/simulator/r2/truth"
 "#;
@@ -227,7 +227,7 @@ fn a_crashed_agent_starts_anew_disarmed_and_shares_again_and_one_that_ends_by_it
     wait_for("the arming", armed);
     kill("-KILL", &first);
     wait_for("the other robot", || {
-        started.says("robot ended by signal 9 (killed); it starts anew in 100 ms, disarmed")
+        started.says("robot ended by signal 9 (killed); restarting in 100 ms, disarmed")
     });
     wait_for("the robot's process", || {
         children(&started.id()).iter().any(|(id, arguments)| *id != first && arguments.contains("--disarmed"))
@@ -324,11 +324,7 @@ fn what_one_refuses_starts_none() {
     refused("keys.toml", &["--agent", "b"], &["unknown key `periods`", "keys.toml:2:1"]);
     let typo = team_text().replace("tolerance", "tolerances");
     fs::write(folder.join("parameters.toml"), typo).unwrap();
-    refused(
-        "parameters.toml",
-        &[],
-        &["watcher |", "did you mean `tolerance`?", "so none of the agents does"],
-    );
+    refused("parameters.toml", &[], &["watcher |", "did you mean `goal_tolerance`?", "no agent is started"]);
     let twice = "[agents.a]\nshare.listen = \"local:x\"\n[agents.b]\nshare.listen = \"local:x\"\n";
     fs::write(folder.join("twice.toml"), twice).unwrap();
     refused("twice.toml", &[], &["local:x", "in use"]);
@@ -343,7 +339,7 @@ fn what_one_refuses_starts_none() {
     // Names.
     refused("team.toml", &["--agent", "watchr"], &["no agent is called `watchr`", "did you mean `watcher`?"]);
     refused("team.toml", &["--set", "agents.watchr.loop.period=1ms"], &["no agent is called `watchr`"]);
-    refused("team.toml", &["--resume", "x"], &["a snapshot is that of one agent", "--agent robot"]);
+    refused("team.toml", &["--resume", "x"], &["a snapshot belongs to one agent", "--agent robot"]);
     running.fails(2, &["batch", "team.toml"], &["several agents are described", "`robot`, `watcher`"]);
     refused("exp1", &["--agent", "robot"], &["no agent is called `robot`", "`exp1`"]);
 }
@@ -358,7 +354,7 @@ fn settings_are_for_one_agent_or_for_all_and_are_saved_where_they_belong() {
     wait_for("the agents", || !get("robot", "loop").is_empty() && !get("watcher", "loop").is_empty());
     assert!(get("watcher", "loop.period").contains("30ms") && get("robot", "loop.period").contains("20ms"));
     assert!(get("watcher", "loop.hang").contains("3s") && get("robot", "loop.hang").contains("3s"));
-    running.done(&["config", "set", "--agent", "watcher", "modules.referee.params.tolerance=0.2"]);
+    running.done(&["config", "set", "--agent", "watcher", "modules.referee.params.goal_tolerance=0.2"]);
     running.done(&["config", "save", "--agent", "watcher"]);
     let saved = fs::read_to_string(running.folder().join("team.toml")).unwrap();
     assert_eq!(saved, team_text().replace("tolerance = 0.1", "tolerance = 0.2"));

@@ -22,7 +22,7 @@ fn new_interface_is_compared_with_a_later_version() {
         assert!(source.contains(line), "{line}: {source}");
     }
     assert!(!source.contains("reserved"), "{source}");
-    running.fails(2, &arguments, &["it is there already"]);
+    running.fails(2, &arguments, &["exists already"]);
 
     let said = running.done(&["interface", "check", "battery.rs", "--json"]);
     let checked: Value = serde_json::from_str(&said).unwrap();
@@ -50,7 +50,7 @@ fn new_interface_is_compared_with_a_later_version() {
     version("field.rs", "pub charging: Bool,", "pub current: f32,");
     let output = running.call(&["interface", "diff", "battery.rs", "field.rs"]);
     let said = common::text(&output.stdout);
-    for words in ["INCOMPATIBLE", "- charging", "+ current (f32) is new", "built against the new one"] {
+    for words in ["INCOMPATIBLE", "- charging", "+ current (f32) added", "built against the new one"] {
         assert!(said.contains(words), "{words}: {said}");
     }
 }
@@ -79,11 +79,15 @@ fn what_something_is_for_may_have_several_lines() {
 #[test]
 fn what_is_no_field_or_type_is_refused() {
     let running = Running::new("interface-wrong");
-    running.fails(2, &["interface", "new", "battery", "--field", "x:f64"], &["called as types are"]);
+    running.fails(2, &["interface", "new", "battery", "--field", "x:f64"], &["expected a name such as"]);
     running.fails(2, &["interface", "new", "Battery", "--field", "x"], &["NAME:TYPE"]);
     running.fails(2, &["interface", "new", "Battery", "--field", "x:bool"], &["`Bool`"]);
     running.fails(2, &["interface", "new", "Battery", "--field", "x:Pose3"], &["did you mean Pose2"]);
-    running.fails(2, &["interface", "new", "Battery", "--field", "type:f64"], &["`type` is a word of Rust"]);
+    running.fails(
+        2,
+        &["interface", "new", "Battery", "--field", "type:f64"],
+        &["`type` is a keyword of Rust"],
+    );
     running.fails(2, &["interface", "new", "Battery", "--field", "9a:f64"], &["`9a` begins with a digit"]);
     running.fails(
         2,
@@ -97,7 +101,7 @@ fn what_is_no_field_or_type_is_refused() {
             &["is no unit", "m/s"],
         );
     }
-    running.fails(2, &["interface", "new", "Self", "--field", "x:f64"], &["`Self` is a word of Rust"]);
+    running.fails(2, &["interface", "new", "Self", "--field", "x:f64"], &["`Self` is a keyword of Rust"]);
     running.fails(2, &["interface", "check", "nothing.rs"], &["nothing.rs"]);
     let write = |name: &str, text: &str| std::fs::write(running.folder().join(name), text).unwrap();
     write("open.rs", "use std::fmt;\nfn main(){\n");
@@ -108,7 +112,7 @@ fn what_is_no_field_or_type_is_refused() {
     running.fails(7, &["interface", "check", "none.rs"], &["none.rs:1", "below `#[interface]`"]);
     write("enum.rs", "#[interface]\npub enum Mode { Off, On }\n");
     assert!(running.done(&["interface", "check", "enum.rs"]).contains("enums alone"));
-    assert!(running.done(&["explain", "s006"]).contains("S006: the two ends of a link don't fit"));
-    assert!(running.done(&["explain", "S7", "s15"]).contains("S007: a circle"));
+    assert!(running.done(&["explain", "s006"]).contains("S006: the two ends of a link don't match"));
+    assert!(running.done(&["explain", "S7", "s15"]).contains("S007: cyclic dependency"));
     running.fails(4, &["explain", "S999"], &["`slate explain` lists all"]);
 }

@@ -62,7 +62,7 @@ fn kill(seed: u64) -> (usize, usize, u64) {
     let seed_text = seed.to_string();
     let mut arguments =
         vec!["run", "exp1", "--headless", "--seed", &seed_text, "--mode", mode, "--rate", "4"];
-    arguments.extend(["--set", "record.enabled=true", "--set", "modules.referee.params.tolerance=0.0"]);
+    arguments.extend(["--set", "record.enabled=true", "--set", "modules.referee.params.goal_tolerance=0.0"]);
     arguments.extend(["--out", "here"]);
     let mut command = running.command(&arguments);
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();

@@ -115,7 +115,7 @@ fn what_is_wrong_in_a_log_is_told_with_its_line_and_how_to_go_on() {
     assert!(text(&cut.stderr).contains("`slate bag import cut.bag --lenient"), "{cut:?}");
     let verified = slate(&folder, &["bag", "verify", "a.log"]);
     assert_eq!(verified.status.code(), Some(2), "{verified:?}");
-    assert!(text(&verified.stderr).contains("`slate bag import` makes one of a log"), "{verified:?}");
+    assert!(text(&verified.stderr).contains("`slate bag import` converts logs"), "{verified:?}");
 }
 
 #[test]

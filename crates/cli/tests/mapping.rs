@@ -13,7 +13,7 @@ const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/mappi
 /// A run that ends when the robot is at its goal, or 40 s after its start.
 fn run(folder: &Path, more: &[&str]) -> Value {
     let mut all = vec!["run", EXAMPLE, "--headless", "--json", "--out", "report"];
-    let ends = ["modules.referee.params.tolerance=0.15", "modules.referee.params.time_limit=40.0"];
+    let ends = ["modules.referee.params.goal_tolerance=0.15", "modules.referee.params.time_limit=40.0"];
     all.extend(ends.iter().chain(more).flat_map(|set| ["--set", set]));
     let output = slate(folder, &all);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
@@ -40,7 +40,7 @@ fn messages_are_checked_before_they_are_sent_and_whoever_sends_them_hears_what_b
     let undo = r#"{"width": 0.1, "mark": "UNDO", "points": []}"#;
     let nothing = ["refuses the message: invalid stroke: no stroke left to undo", "one that it takes"];
     running.fails(5, &["send", url, undo], &nothing);
-    assert_eq!(running.done(&["send", url, stroke, "--dry-run"]), "it would be taken\n");
+    assert_eq!(running.done(&["send", url, stroke, "--dry-run"]), "the message is valid\n");
     running.fails(5, &["send", url, undo], &nothing);
     assert_eq!(running.done(&["send", url, stroke]), "done\n");
     let said: Value = serde_json::from_str(&running.done(&["send", url, undo, "--json"])).unwrap();
@@ -50,7 +50,7 @@ fn messages_are_checked_before_they_are_sent_and_whoever_sends_them_hears_what_b
     running.fails(5, &["send", url, r#"{"width": 0.1, "mark": "OCCUPIED"}"#], &["lacks points", "MapStroke"]);
     running.fails(5, &["send", url, &stroke.replace("0.1", "\"wide\"")], &["`MapStroke/width` is f64"]);
     running.fails(4, &["send", url, &stroke.replace("width", "widht")], &["`widht`", "width"]);
-    running.fails(2, &["send", url, "{width}"], &["is no message"]);
+    running.fails(2, &["send", url, "{width}"], &["is not a message"]);
     running.fails(5, &["send", "/r2/occupancy_mapper/map", stroke], &["takes no messages", "slate set"]);
     running.fails(4, &["send", "/r2/occupancy_mapper/stroke", stroke], &["strokes"]);
 }

@@ -15,7 +15,7 @@ const PACKAGE: &str = "mcp==2.3.0";
 
 const EXP1: [&str; 6] = ["run", "exp1", "--headless", "--json", "--rate", "0.3"];
 
-const SPEED: &str = "/r2/planner/params/speed";
+const SPEED: &str = "/r2/planner/params/max_linear_velocity";
 
 fn well(output: Output, advice: &str) -> Output {
     assert!(output.status.success(), "{advice}\n{}\n{}", text(&output.stdout), text(&output.stderr));
@@ -131,7 +131,7 @@ fn an_operator_over_mcp_drives_and_sets_only_what_is_operable() {
         &json!([
             ["write", { "path": "/r2/knowledge/params/goal_x", "body": -0.5 }],
             ["write", { "path": SPEED, "body": 0.35 }],
-            ["set", { "body": [["robots.r2.modules.planner.params.speed", "0.35"]] }],
+            ["set", { "body": [["robots.r2.modules.planner.params.max_linear_velocity", "0.35"]] }],
             ["drive", { "actuator": "r2/wheels", "command": wheels, "seconds": 0.3 }],
             ["leases", {}],
             ["drive", { "actuator": "r2/wheels", "command": wheels, "seconds": 99 }],

@@ -20,7 +20,7 @@ source = "simulator"
 
 const ARM: &str = r#"
 [modules.referee]
-params = { robot = "r2", tolerance = 0.1, time_limit = 1e6 }
+params = { robot = "r2", goal_tolerance = 0.1, time_limit = 1e6 }
 [links]
 "referee/truth" = "slate://base/simulator/r2/truth"
 "#;

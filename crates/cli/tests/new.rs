@@ -78,13 +78,13 @@ fn a_new_module_runs_beside_the_blocks_of_a_robot() {
 fn a_project_is_not_written_over_another_nor_called_what_is_taken() {
     let running = Running::new("new-taken");
     running.done(&["new", "rover", "-t", "plugin"]);
-    running.fails(2, &["new", "rover"], &["it is there already"]);
+    running.fails(2, &["new", "rover"], &["exists already"]);
     // Its kinds of modules would be called as those of another plugin.
     running.fails(2, &["new", "differential"], &["come with Slate"]);
-    running.fails(2, &["new", "Rover"], &["small letters"]);
+    running.fails(2, &["new", "Rover"], &["lower-case letters"]);
     running.fails(2, &["new", "pioneer"], &["has something of that name"]);
     running.fails(2, &["new", "other", "--template", "robot"], &["mapek, module, plugin"]);
-    running.fails(2, &["new", "other", "--slate", "/nowhere"], &["no folder of Slate's sources"]);
+    running.fails(2, &["new", "other", "--slate", "/nowhere"], &["not a checkout of Slate"]);
     assert!(!running.folder().join("other").exists());
 }
 

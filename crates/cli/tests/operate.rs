@@ -34,8 +34,7 @@ const EXP1: [&str; 11] = [
 fn goals_that_nobody_reads_are_told_to_do_nothing() {
     let mut running = Running::new("goal-unread");
     running.start("exp3", &["run", "exp3", "--headless", "--rate", "0.3"]);
-    let words =
-        ["no module has a goal that can be set", "nobody reads the goals of r2/knowledge, r3/knowledge"];
+    let words = ["no module has a settable goal", "the goals of r2/knowledge, r3/knowledge have no reader"];
     running.fails(4, &["goal", "1", "0", "--yes"], &words);
 }
 
@@ -112,7 +111,7 @@ fn a_robot_is_driven_by_keys_and_stops_when_none_is_pressed() {
     terminal.press(b"\x1b");
     let (code, shown) = terminal.end();
     assert_eq!(code, Some(0), "{shown}");
-    assert!(shown.contains("w a s d") && shown.contains("given back"), "{shown}");
+    assert!(shown.contains("w a s d") && shown.contains("is released"), "{shown}");
     assert_eq!(holder(&running), Value::Null);
 }
 
@@ -140,7 +139,7 @@ fn a_robot_stops_when_who_drives_it_is_gone() {
 #[test]
 fn who_drives_is_told_what_is_missing() {
     let running = started("teleop-refused");
-    running.fails(2, &["teleop"], &["there is none", "terminal"]);
+    running.fails(2, &["teleop"], &["stdin is not a terminal", "terminal"]);
     let (code, shown) = Terminal::new(&running, "teleop r2/weels").end();
     assert_eq!(code, Some(4), "{shown}");
     assert!(shown.contains("no actuator is called `r2/weels`") && shown.contains("r2/wheels"), "{shown}");
@@ -161,13 +160,13 @@ fn a_goal_is_set_where_the_robot_keeps_it() {
         goal["x"] == -0.5 && goal["y"] == 1.25
     });
     running.fails(2, &["goal", "1", "0.5", "90deg", "--yes"], &["`r2/knowledge`", "no heading"]);
-    let others = ["`r7` has no goal", "such a goal have: r2/knowledge"];
+    let others = ["`r7` has no settable goal", "robots with a settable goal: r2/knowledge"];
     running.fails(4, &["goal", "1", "0.5", "--of", "r7", "--yes"], &others);
     for far in [["1e9", "0"], ["0", "-3"]] {
         running.fails(
             5,
             &["goal", far[0], far[1], "--yes"],
-            &["outside of the world, which goes from [-2.5, -2.475] to"],
+            &["outside the world, which extends from [-2.5, -2.475] to"],
         );
     }
     running.fails(2, &["goal", "1", "inf", "--yes"], &["metres"]);
@@ -191,7 +190,7 @@ fn any_operation_of_the_api_is_called_with_a_secret_that_is_found() {
         &["viewer may not"],
     );
     running.fails(4, &["api", "GET", "/slate/exp1/nothing/there"], &["no property at"]);
-    running.fails(2, &["api", "PUT", "/modules/r2/pass_range", "{enabled"], &["`{enabled` is no body"]);
+    running.fails(2, &["api", "PUT", "/modules/r2/pass_range", "{enabled"], &["`{enabled` is not JSON"]);
     running.fails(2, &["api", "GET", "/a b"], &["%"]);
     running.done(&["api", "GET", "/openapi.json", "--out", "openapi.json"]);
     let document = std::fs::read_to_string(running.folder().join("openapi.json")).unwrap();
@@ -272,8 +271,8 @@ fn an_agent_whose_socket_is_forwarded_is_used_like_one_that_runs_here() {
     let socket = |run: &Running, name: &str| run.sockets().join("slate").join(name);
     forward(&socket(&elsewhere, "robot.sock"), socket(&running, "exp1.sock"));
     assert!(elsewhere.done(&["module", "list"]).contains("r2/planner"));
-    elsewhere.done(&["set", "/r2/planner/params/speed", "0.3"]);
-    assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.3);
+    elsewhere.done(&["set", "/r2/planner/params/max_linear_velocity", "0.3"]);
+    assert_eq!(running.read("exp1", "/r2/planner/params/max_linear_velocity"), 0.3);
     let mut terminal = Terminal::new(&elsewhere, "teleop --agent robot");
     wait_for("the controls", || holder(&running).is_string());
     terminal.press(b"\x1b");

@@ -32,7 +32,7 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
     assert_eq!(json(&output)["outcome"], "goal_reached", "{output:?}");
 
     // Slowly, so that there is time to exchange it.
-    let slow = "modules.wall_follower.params.speed=0.05";
+    let slow = "modules.wall_follower.params.max_linear_velocity=0.05";
     running.start("wall-follower", &["run", configuration, "--headless", "--rate", "1", "--set", slow]);
     let source = crate_folder.join("src/lib.rs");
     let code = std::fs::read_to_string(&source).unwrap();
@@ -44,7 +44,7 @@ fn a_new_plugin_is_tested_built_run_and_exchanged_as_it_says() {
     cargo(&crate_folder, "build");
     std::fs::copy(built, &library).unwrap();
     let said = running.done(&["plugin", "reload", "wall-follower"]);
-    assert!(said.contains("goes on with its state"), "{said}");
+    assert!(said.contains("keeps its state"), "{said}");
     let backwards = (0..400).any(|_| {
         std::thread::sleep(std::time::Duration::from_millis(25));
         running.read("wall-follower", "/wheels/command/left").as_f64() < Some(0.0)
@@ -95,14 +95,14 @@ fn names_that_no_plugin_can_have_and_folders_that_are_there_are_refused() {
     let output = slate(&folder, &["plugin", "new", "taken"]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
     let said = text(&output.stderr);
-    assert!(said.contains("`taken` can't be used: it is there already"), "{said}");
+    assert!(said.contains("`taken` exists already"), "{said}");
     assert!(said.contains("help: choose another name"), "{said}");
     for (name, reason) in [
         ("2d", "a letter first"),
-        ("fn", "a word of Rust"),
+        ("fn", "reserved by Rust"),
         ("slate", "Slate's own packages"),
         ("slate-plugin", "Slate's own packages"),
-        ("simulator", "has something of that name"),
+        ("simulator", "uses this name"),
     ] {
         let said = text(&slate(&folder, &["plugin", "new", name]).stderr);
         assert!(said.contains(&format!("`{name}` can't be the name")) && said.contains(reason), "{said}");

@@ -151,7 +151,7 @@ fn every_module_is_the_same_after_other_links_switches_and_parameters() {
     let changes: Changes<'_> = &[
         (30, &[("links.\"r2/avoid_wall/sonar\"", "\"/r2/laser_ring/value\"")]),
         (40, &[("modules.\"r2/avoid_wall\".enabled", "true")]),
-        (50, &[("modules.\"r2/planner\".params.careful_speed", "0.15")]),
+        (50, &[("modules.\"r2/planner\".params.careful_linear_velocity", "0.15")]),
         (55, &[("links.\"r2/avoid_obstacle/sonar\"", "\"/r2/laser_ring/value\"")]),
         (60, &[("links.\"r2/avoid_wall/sonar\"", "\"/simulator/r2/sonar\"")]),
         (70, &[("links.\"r2/planner/situation\"", "false"), ("modules.\"r2/execute\".enabled", "false")]),

@@ -320,7 +320,7 @@ const LONG: [&str; 6] = [
     "--set",
     "modules.referee.params.time_limit=20.0",
     "--set",
-    "modules.referee.params.tolerance=0.0",
+    "modules.referee.params.goal_tolerance=0.0",
     "--rate",
     "4",
 ];
@@ -330,7 +330,7 @@ fn what_is_changed_during_the_run_is_changed_again() {
     let mut running = Running::new("record-changes");
     let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
     running.start("exp1", &[&run[..], &ON, &LONG].concat());
-    running.done(&["config", "set", "robots.r2.modules.planner.params.speed=0.21"]);
+    running.done(&["config", "set", "robots.r2.modules.planner.params.max_linear_velocity=0.21"]);
     running.done(&["module", "disable", "r2/avoid_obstacle"]);
     running.done(&["link", "r2/avoid_wall/sonar", "simulator/r1/sonar"]);
     running.done(&["plugin", "reload", "slate-wheeled", &library("libslate_wheeled.so")]);
@@ -423,7 +423,7 @@ fn what_can_not_be_made_again_is_not_covered() {
     // Nor is it said of a module that it writes something else.
     let tried = slate(running.folder(), &["try", "r2/execute", "--bag", "here/run.mcap"]);
     let said = text(&tried.stdout);
-    assert!(said.contains("going on from a snapshot, which can't be made again, and may be all"), "{said}");
+    assert!(said.contains("going on from a snapshot, which can't be repeated and may explain"), "{said}");
     assert_eq!(tried.status.code(), Some(2));
 }
 

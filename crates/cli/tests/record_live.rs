@@ -18,7 +18,7 @@ const RUN: [&str; 9] = [
     "--rate",
     "1",
     "--set",
-    "modules.referee.params.tolerance=0.0",
+    "modules.referee.params.goal_tolerance=0.0",
     "--out",
     "here",
 ];

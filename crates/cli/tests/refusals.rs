@@ -38,13 +38,21 @@ fn arguments_that_are_wrong_are_named() {
     refused("no_name", &["run"], &["<NAME>"]);
     refused("verb", &["runn", "exp1"], &["runn", "run"]);
     // Before a verb it is said which option was meant, also before a stop, whose words are its reason.
-    let leading = ["no option `--unknown`", "--agent NAME", "`slate stop --help`"];
+    let leading = ["unexpected option `--unknown`", "--agent NAME", "`slate stop --help`"];
     refused("leading", &["--unknown", "stop"], &leading);
     refused("leading_value", &["--unknown=3", "stop", "it", "smells"], &leading);
-    refused("leading_near", &["--agnt", "r2", "stop"], &["no option `--agnt`", "did you mean `--agent`?"]);
-    refused("leading_verb", &["--jsn", "stop"], &["no option `--jsn`", "did you mean `slate stop --json`?"]);
+    refused(
+        "leading_near",
+        &["--agnt", "r2", "stop"],
+        &["unexpected option `--agnt`", "did you mean `--agent`?"],
+    );
+    refused(
+        "leading_verb",
+        &["--jsn", "stop"],
+        &["unexpected option `--jsn`", "did you mean `slate stop --json`?"],
+    );
     refused("leading_agent", &["--agent", "r2", "--colour", "list"], &["`--colour`", "mean `--color`?"]);
-    refused("leading_alone", &["-x"], &["no option `-x`", "--version"]);
+    refused("leading_alone", &["-x"], &["unexpected option `-x`", "--version"]);
     refused("mode", &["run", "exp1", "--mode", "stage"], &["staged", "threaded"]);
     refused("workers", &["run", "exp1", "--workers", "99"], &["99", "64"]);
     refused("rate_nan", &["run", "exp1", "--rate", "nan"], &["nan", "realtime"]);
@@ -87,8 +95,14 @@ fn settings_that_are_wrong_are_shown() {
     set("report", "report.bogus=1", &["unknown key `bogus`", "speed"]);
     set("report_robot", "report.robots.r2.poze='/x'", &["unknown key `poze`", "pose"]);
     set("path", "robots.r2.modules.planer.params.speed=1", &["planer"]);
-    set("parameter", "robots.r2.modules.planner.params.sped=1", &["sped", "speed"]);
-    set("type", "robots.r2.modules.planner.params.speed=fast", &["speed", "fast"]);
+    set("parameter", "robots.r2.modules.planner.params.speed=1", &["speed", "max_linear_velocity"]);
+    set("former", "robots.r2.modules.planner.params.careful_speed=1", &["careful_linear_velocity"]);
+    set("former_referee", "modules.referee.params.tolerance=1", &["goal_tolerance"]);
+    set(
+        "type",
+        "robots.r2.modules.planner.params.max_linear_velocity=fast",
+        &["max_linear_velocity", "fast"],
+    );
     set("nan", "modules.referee.params.time_limit=nan", &["time_limit"]);
     set("duration", "loop.period=0", &["period", "20ms"]);
     set("seed_text", "agent.seed=x", &["seed", "whole number"]);

@@ -58,7 +58,7 @@ fn a_playback_is_controlled_from_another_shell() {
     let output = running.finish();
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(text(&output.stdout).contains(" cycles, up to "), "{output:?}");
-    running.fails(3, &["replay", "status"], &["no agent runs here"]);
+    running.fails(3, &["replay", "status"], &["no agent is running"]);
 }
 
 #[test]
@@ -91,13 +91,14 @@ fn recomputed_modules_write_what_is_recorded_or_the_difference_is_told() {
     // So are the messages that they send to each other.
     let plans = said.lines().find(|line| line.starts_with("/r2/execute/plan ")).unwrap();
     assert!(plans.ends_with(" the same") && !said.contains("nothing of"), "{said}");
-    let slower = [whole, "--set", "modules.\"r2/planner\".params.careful_speed=0.1"];
+    let slower = [whole, "--set", "modules.\"r2/planner\".params.careful_linear_velocity=0.1"];
     let said = printed(&folder, 1, &with(&slower));
     assert!(
         said.lines().any(|line| line.starts_with("/r2/execute/plan ") && line.contains("different")),
         "{said}"
     );
-    let sets = ["referee", "--set", "modules.referee.params.tolerance=0.5", "--set", "record.enabled=true"];
+    let sets =
+        ["referee", "--set", "modules.referee.params.goal_tolerance=0.5", "--set", "record.enabled=true"];
     let said = printed(&folder, 1, &with(&sets));
     assert!(said.contains("first difference at ") && said.contains("recomputed.mcap"), "{said}");
     let diff = printed(&folder, 1, &["bag", "diff", "here/run.mcap", "recomputed.mcap"]);
@@ -159,11 +160,11 @@ fn a_module_is_tried_on_a_recording() {
 fn a_module_is_tried_on_the_last_seconds_with_what_was_changed_within_them() {
     let mut running = Running::new("try-flight");
     let unlinked = r#"robots.r2.links."planner/goal"=false"#;
-    let sets = ["--set", "modules.referee.params.tolerance=0.0", "--set", unlinked];
+    let sets = ["--set", "modules.referee.params.goal_tolerance=0.0", "--set", unlinked];
     running.start("exp1", &[&["run", "exp1", "--headless", "--rate", "1"][..], &sets].concat());
     let cycles = |running: &Running| running.read("exp1", "/loop/state/cycles").as_u64().unwrap_or(0);
     wait_for("it goes on", || cycles(&running) >= 25);
-    running.done(&["config", "set", "robots.r2.modules.planner.params.careful_speed=0.2"]);
+    running.done(&["config", "set", "robots.r2.modules.planner.params.careful_linear_velocity=0.2"]);
     running.done(&["link", "r2/planner/goal", "r2/knowledge/goal"]);
     let changed = cycles(&running);
     wait_for("it goes on", || cycles(&running) >= changed + 25);
@@ -188,7 +189,7 @@ fn what_a_module_sends_is_compared_beside_what_others_send_to_the_same_mailbox()
     assert!(reflexes(&said).contains("different") && said.contains("first difference at "), "{said}");
     // One that sent nothing sends nothing.
     let said = printed(&folder, 0, &["try", "r2/avoid_wall", "--bag", "here/run.mcap"]);
-    assert!(said.contains("identical\nr2/avoid_wall wrote nothing, neither then nor now\n"), "{said}");
+    assert!(said.contains("identical\nr2/avoid_wall wrote nothing in either run\n"), "{said}");
 }
 
 #[test]
@@ -204,7 +205,7 @@ fn what_a_module_sends_is_compared_though_nobody_runs_who_takes_it() {
     let said = printed(&folder, 0, &["try", "r2/planner", "--bag", "here/run.mcap"]);
     assert!(plans(&said).ends_with(" the same") && said.contains("\nidentical\n"), "{said}");
     assert!(!said.contains("nothing of") && !said.contains("not compared"), "{said}");
-    let slower = "modules.\"r2/planner\".params.careful_speed=0.1";
+    let slower = "modules.\"r2/planner\".params.careful_linear_velocity=0.1";
     let said = printed(&folder, 1, &["try", "r2/planner", "--bag", "here/run.mcap", "--set", slower]);
     assert!(plans(&said).contains("different"), "{said}");
     let first = said.lines().find(|line| line.starts_with("first difference at ")).unwrap();
@@ -229,7 +230,7 @@ fn of_threads_what_a_module_sends_alone_is_named_and_not_compared() {
     // Its ticks there are not those here, so that another value is no verdict on it.
     let said = printed(&folder, 2, &["try", "r2/execute", "--bag", "here/run.mcap"]);
     assert!(
-        said.contains("first difference at ") && said.contains("which values a tick saw is not recorded"),
+        said.contains("first difference at ") && said.contains("the values that a tick saw are not recorded"),
         "{said}"
     );
 }
@@ -243,7 +244,7 @@ fn a_module_that_begins_later_is_said_to_have_begun_anew() {
     assert!(said.contains("\nidentical, from fresh state at 1.500 s\n"), "{said}");
     // What remembers where it was cannot know it.
     let said = printed(&folder, 2, &[&later[..], &["r2/pass_position"]].concat());
-    let words = "the modules began from fresh state at 1.500 s: what they remembered then is not recorded";
+    let words = "the modules began from fresh state at 1.500 s: their recorded state is unknown";
     assert!(said.contains("first difference at ") && said.contains(words), "{said}");
     let tried =
         slate(&folder, &["try", "r2/knowledge", "--bag", "here/run.mcap", "--start", "1.5", "--json"]);

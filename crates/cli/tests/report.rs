@@ -47,7 +47,7 @@ fn the_trajectory_has_a_row_for_each_robot_and_moment() {
 fn trajectory_of_long_run_is_bounded() {
     let folder = folder("long");
     // A mission that does not end before its time is up.
-    let never = "modules.referee.params.tolerance=0.0";
+    let never = "modules.referee.params.goal_tolerance=0.0";
     exp1(&folder, &["--seed", "1", "--out", "here", "--set", &limit(600), "--set", never]);
     let csv = std::fs::read_to_string(folder.join("here/trajectory.csv")).unwrap();
     let rows: Vec<_> = csv.lines().skip(1).map(|line| line.split(',').collect::<Vec<_>>()).collect();
@@ -240,10 +240,10 @@ fn the_outcome_is_told_also_when_the_report_can_not_be_written() {
 #[test]
 fn two_runs_at_once_do_not_write_into_one_folder_and_a_killed_one_leaves_it_free() {
     let mut running = Running::new("report-folder");
-    let endless = ["--rate", "1", "--set", "modules.referee.params.tolerance=0.0"];
+    let endless = ["--rate", "1", "--set", "modules.referee.params.goal_tolerance=0.0"];
     let run = |more: &[&'static str]| [&["run", "exp1", "--headless"], more].concat();
     running.start("exp1", &[&run(&["--out", "here"])[..], &endless].concat());
-    running.fails(2, &run(&["--out", "./here"]), &["another run writes its report into ./here", "--out"]);
+    running.fails(2, &run(&["--out", "./here"]), &["another run is writing its report into ./here", "--out"]);
     running.kill();
     let report = running.folder().join("here/summary.json");
     assert!(!report.exists());
@@ -253,7 +253,7 @@ fn two_runs_at_once_do_not_write_into_one_folder_and_a_killed_one_leaves_it_free
     running.start("exp1", &[&run(&[])[..], &endless].concat());
     let output = running.call(&run(&[]));
     let said = text(&output.stderr);
-    assert!(said.contains("into runs/exp1-0, so this one does into runs/exp1-0-2\n"), "{said}");
+    assert!(said.contains("into runs/exp1-0: this one uses runs/exp1-0-2\n"), "{said}");
     assert!(text(&output.stdout).contains("report: runs/exp1-0-2"), "{output:?}");
     assert!(running.folder().join("runs/exp1-0-2/summary.json").exists());
 }
@@ -261,7 +261,7 @@ fn two_runs_at_once_do_not_write_into_one_folder_and_a_killed_one_leaves_it_free
 #[test]
 fn killed_run_leaves_its_trajectory() {
     let running = Running::new("killed");
-    let never = "modules.referee.params.tolerance=0.0";
+    let never = "modules.referee.params.goal_tolerance=0.0";
     let mut command =
         running.command(&["run", "exp1", "--headless", "--out", "here", "--rate", "20", "--set", never]);
     let mut child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();

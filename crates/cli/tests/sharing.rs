@@ -17,7 +17,7 @@ source = "simulator"
 /// A referee of another agent's robot.
 const WATCHER: &str = r#"
 [modules.referee]
-params = { robot = "r2", tolerance = 0.1, time_limit = 1e6 }
+params = { robot = "r2", goal_tolerance = 0.1, time_limit = 1e6 }
 [links]
 "referee/truth" = "slate://robot/simulator/r2/truth"
 "referee/contacts" = "slate://robot/simulator/contacts"
@@ -168,8 +168,8 @@ fn another_agent_is_looked_into_through_one_that_knows_it() {
     refused(5, &["get", "slate://robt/simulator/r2/truth"], &["no agent `robt`", "nearest: robot"]);
     refused(4, &["get", "slate://robot/simulator/r2/trut"], &["nearest: simulator/r2/truth"]);
     refused(5, &["get", "slate://robot/**"], &["is not a property's URL"]);
-    refused(4, &["list", "slate://robot/simulatr/**"], &["nearest: simulator/"]);
-    running.fails(3, &["list", "--agent", "watchr"], &["there are: watcher, robot"]);
+    refused(4, &["list", "slate://robot/simulatr/**"], &["did you mean `simulator`?"]);
+    running.fails(3, &["list", "--agent", "watchr"], &["running agents: watcher, robot"]);
 }
 
 #[test]
@@ -180,7 +180,7 @@ fn a_url_that_names_an_agent_leads_to_it() {
     run(&mut running, "watcher");
     run(&mut running, "other");
     // Two have that, and one alone has the other.
-    running.fails(2, &["get", "/simulator/r2/truth/x"], &["several agents run here"]);
+    running.fails(2, &["get", "/simulator/r2/truth/x"], &["several agents are running"]);
     assert!(running.call(&["get", "/referee/params/robot"]).status.success());
     let read = |url: &str| running.call(&["get", url]).status.success();
     wait_for("a value", || read("slate://robot/simulator/r2/truth/x"));
@@ -212,7 +212,7 @@ fn a_url_that_names_an_agent_leads_to_it() {
     assert!(made.status.success() && said.contains("waits: `referee/clearance`"), "{said}");
     running.done(&["unlink", "slate://watcher/referee/clearance"]);
     let good = dry("slate://robot/simulator/r2/truth");
-    assert!(running.done(&good.each_ref().map(String::as_str)).contains("nothing is changed yet"));
+    assert!(running.done(&good.each_ref().map(String::as_str)).contains("dry run"));
     // One that has no socket here is asked through the one that knows it.
     std::fs::remove_file(running.sockets().join("slate/robot.sock")).unwrap();
     wait_for("a value", || read("slate://robot/simulator/r2/truth/x"));
@@ -221,7 +221,7 @@ fn a_url_that_names_an_agent_leads_to_it() {
     running.fails(
         3,
         &["get", "slate://nobody/simulator/r2/truth"],
-        &["none of those that do knows it", "slate peers"],
+        &["unknown to the running agents", "slate peers"],
     );
 }
 

@@ -26,7 +26,7 @@ const LIMIT: &str = "modules.referee.params.time_limit=60.0";
 fn sixty_seconds_are_thirty_and_thirty_in_another_process() {
     let folder = folder("snapshot-bits");
     // A mission that does not end before its time is up.
-    let far = ["--seed", "3", "--set", LIMIT, "--set", "modules.referee.params.tolerance=0.0"];
+    let far = ["--seed", "3", "--set", LIMIT, "--set", "modules.referee.params.goal_tolerance=0.0"];
     let straight = left(&folder, &far);
     assert_eq!(straight.0["sim_time_s"].as_f64().map(f64::round), Some(60.0));
     for (at, workers) in [("20ms", "0"), ("1.7s", "0"), ("13.3s", "2"), ("30s", "0")] {
@@ -118,7 +118,7 @@ fn adaptation_resumed_takes_back_what_it_had_changed() {
 #[test]
 fn config_diff_and_revert_work_after_a_resume() {
     let mut running = Running::new("snapshot-layers");
-    let speed = "robots.r2.modules.planner.params.careful_speed";
+    let speed = "robots.r2.modules.planner.params.careful_linear_velocity";
     let run = [
         "run",
         "exp1",
@@ -128,19 +128,19 @@ fn config_diff_and_revert_work_after_a_resume() {
         "--seed",
         "3",
         "--set",
-        "robots.r2.modules.planner.params.speed=0.3",
+        "robots.r2.modules.planner.params.max_linear_velocity=0.3",
     ];
     running.start("exp1", &run);
     running.done(&["config", "set", &format!("{speed}=0.1")]);
     let before = running.done(&["config", "diff"]);
-    assert!(before.contains("careful_speed = 0.1"), "{before}");
+    assert!(before.contains("careful_linear_velocity = 0.1"), "{before}");
     running.done(&["snapshot", "save", "here.snapshot"]);
     running.kill();
     running.start("exp1", &["run", "--headless", "--rate", "1", "--resume", "here.snapshot"]);
     assert_eq!(lines(&running.done(&["config", "diff"])), lines(&before));
     let reverted = running.done(&["config", "revert"]);
-    assert!(reverted.contains("careful_speed: 0.1 -> "), "{reverted}");
-    assert!(!running.done(&["config", "diff"]).contains("careful_speed"));
+    assert!(reverted.contains("careful_linear_velocity: 0.1 -> "), "{reverted}");
+    assert!(!running.done(&["config", "diff"]).contains("careful_linear_velocity"));
 }
 
 /// What is told, without where it comes from: a resumed run has no files.

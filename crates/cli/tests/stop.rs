@@ -12,14 +12,14 @@ use common::Running;
 fn stops(running: &Running, words: &[&str], agents: &[&str]) {
     let said = running.done(&[&["stop"], words].concat());
     let mut found: Vec<_> =
-        said.lines().filter_map(|line| line.split_once(" has stopped all actuators, after ")).collect();
+        said.lines().filter_map(|line| line.split_once(" has stopped all actuators after ")).collect();
     found.sort_unstable();
     assert_eq!(found.iter().map(|(agent, _)| *agent).collect::<Vec<_>>(), agents, "{said}");
     for (_, time) in found {
         let time: f64 = time.strip_suffix(" ms").unwrap().parse().unwrap();
         assert!((0.0..4000.0).contains(&time), "{said}");
     }
-    assert!(said.ends_with("they stay so until `slate reset` and `slate arm`\n"), "{said}");
+    assert!(said.ends_with("the stop holds until `slate reset` and `slate arm`\n"), "{said}");
 }
 
 fn wheels(running: &Running) -> [f64; 2] {
@@ -73,11 +73,11 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     running.fails(5, &["arm"], &["a child ran by"]);
     stands(&running, "STOPPED");
 
-    assert_eq!(running.done(&["reset"]), "the stop is over; `slate arm` lets commands through\n");
+    assert_eq!(running.done(&["reset"]), "the stop is reset; `slate arm` arms the actuators\n");
     // It is shown with the next cycle.
     assert!(soon(|| mode(&running) == "DISARMED"));
     stands(&running, "DISARMED");
-    assert!(running.done(&["reset"]).contains("no actuator was stopped"));
+    assert!(running.done(&["reset"]).contains("no stop was active"));
     stands(&running, "DISARMED");
     running.fails(4, &["arm", "r2/whels"], &["no actuator is called `r2/whels`", "did you mean r2/wheels?"]);
     running.fails(4, &["arm", "gripper"], &["no actuator is called `gripper`"]);
@@ -86,13 +86,13 @@ fn a_stopped_robot_stands_until_it_is_reset_and_armed() {
     drives(&running);
 
     // A reset of what is not stopped disarms nothing.
-    assert!(running.done(&["reset"]).contains("no actuator was stopped"));
+    assert!(running.done(&["reset"]).contains("no stop was active"));
     drives(&running);
     stops(&running, &["--agent", "exp1"], &["exp1"]);
     running.done(&["reset", "--agent", "exp1"]);
     assert_eq!(running.done(&["arm", "--agent", "exp1"]), "the actuators are armed\n");
     drives(&running);
-    running.fails(3, &["stop", "--agent", "exp7"], &["no agent `exp7`", "there are: exp1"]);
+    running.fails(3, &["stop", "--agent", "exp7"], &["no agent `exp7`", "running agents: exp1"]);
     drives(&running);
 }
 
@@ -148,7 +148,7 @@ fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other
 
     // To let several go needs more care.
     for verb in ["reset", "arm"] {
-        running.fails(2, &[verb], &["several agents run here: exp1, exp1-2"]);
+        running.fails(2, &[verb], &["several agents are running: exp1, exp1-2"]);
     }
     running.done(&["reset", "--agent", "exp1-2"]);
     running.done(&["arm", "--agent", "exp1-2"]);
@@ -159,7 +159,8 @@ fn with_several_agents_all_stop_and_one_that_hangs_is_told_and_holds_up_no_other
     assert_eq!(output.status.code(), Some(3), "{output:?}");
     let (said, wrong) = (common::text(&output.stdout), common::text(&output.stderr));
     assert!(said.contains("exp1 has stopped") && said.contains("exp1-2 has stopped"), "{said}");
-    for words in ["`frozen` has not confirmed", "no answer within 4 s", "stop the robot by its own switch"] {
+    for words in ["`frozen` has not confirmed", "no answer within 4 s", "use the robot's own emergency stop"]
+    {
         assert!(wrong.contains(words), "{words}: {wrong}");
     }
     assert!(soon(|| running.read("exp1-2", "/r2/wheels/gate")["mode"] == "STOPPED"));
@@ -189,7 +190,7 @@ fn an_agent_that_hung_finds_the_stop_that_nobody_waits_for_any_more() {
 fn without_an_agent_there_is_nothing_to_stop() {
     let running = Running::new("nobody");
     for command in ["stop", "reset", "arm"] {
-        running.fails(3, &[command], &["no agent runs here", "slate run"]);
+        running.fails(3, &[command], &["no agent is running", "slate run"]);
         running.fails(3, &[command, "--agent", "exp1"], &["no agent `exp1`", "slate run"]);
     }
 }

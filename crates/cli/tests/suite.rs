@@ -8,6 +8,7 @@ mod command;
 mod common;
 mod console;
 mod deployment;
+mod display;
 mod interface;
 mod isolation;
 mod logs;

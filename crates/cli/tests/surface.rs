@@ -129,7 +129,7 @@ fn the_documents_in_json_keep_their_form() {
                 "url":"text"}],"schema":"slate.stat/1","seconds":"number"}"#,
         ),
         (
-            &["set", "/r2/planner/params/speed", "0.35"],
+            &["set", "/r2/planner/params/max_linear_velocity", "0.35"],
             r#"{"changed":[{"after":"text","before":null,"default":"text","path":"text"}],"schema":"slate.set/1","url":"text"}"#,
         ),
         (
@@ -217,7 +217,7 @@ fn what_is_wrong_is_a_document_for_whoever_asks_for_json() {
         (2, &["get"], None, "not provided", "Usage"),
         (2, &["tree", "--bogus"], None, "--bogus", "Usage"),
         (2, &["param", "list"], None, "unrecognized", "slate set /MODULE/params/NAME"),
-        (2, &["goal", "0", "0"], None, "nobody", "--yes"),
+        (2, &["goal", "0", "0"], None, "without a person", "--yes"),
         (4, &["explain", "S999"], None, "S999", "lists all"),
         (2, &["interface", "check", "none.rs"], None, "none.rs", ""),
         (2, &["run", "bad.toml"], Some("S002"), "typ", ""),

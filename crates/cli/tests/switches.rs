@@ -103,8 +103,8 @@ fn new_code_is_tried_beside_the_old_and_takes_over() {
     assert_eq!(lines(&["module", "list"], "new code beside it"), 0);
     running.done(&["plugin", "shadow", "slate-wheeled", &file]);
     let said = running.done(&["plugin", "promote", "slate-wheeled"]);
-    assert!(said.contains("slate-wheeled is exchanged between two ticks"), "{said}");
-    assert_eq!(said.matches("goes on with its state").count(), modules, "{said}");
+    assert!(said.contains("slate-wheeled is reloaded between two ticks"), "{said}");
+    assert_eq!(said.matches("keeps its state").count(), modules, "{said}");
     assert_eq!(lines(&["module", "list"], "new code beside it"), 0);
     assert_eq!(lines(&["plugin", "list"], &file), 1, "it is its code now");
 }
@@ -187,7 +187,7 @@ fn a_robot_without_a_simulator_goes_with_the_wall_clock() {
     std::fs::write(&file, "agent.name = \"wall\"\nloop.period = \"50ms\"\n").unwrap();
     for rate in [&["--rate", "max"][..], &["--rate", "7"], &["--mode", "threaded", "--rate", "7"]] {
         let run = [&["run", "wall.toml", "--headless"][..], rate].concat();
-        running.fails(2, &run, &["runs on the wall clock", "leave `--rate` out"]);
+        running.fails(2, &run, &["runs on the wall clock", "omit `--rate`"]);
     }
     let start = std::time::Instant::now();
     running.start("wall", &["run", "wall.toml", "--headless"]);

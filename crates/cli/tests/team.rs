@@ -69,7 +69,7 @@ fn eight_robots_come_to_know_what_each_of_them_finds_and_tell_each_other_to_look
     assert!(listed.contains("slate://team/obstacles "), "{listed}");
     let typo = ["get", "slate://team/obstacle/facts", "--agent", "r1"];
     running.fails(4, &typo, &["no property at /team/obstacle", "team/obstacles"]);
-    running.fails(2, &["get", "slate://team/obstacles/facts"], &["several agents run here"]);
+    running.fails(2, &["get", "slate://team/obstacles/facts"], &["several agents are running"]);
     // What is wrong with a link is seen before it is made.
     for (code, to, from, words) in [
         (

@@ -83,7 +83,7 @@ fn a_trace_of_a_running_agent_opens_in_perfetto() {
 #[test]
 fn a_trace_that_can_not_be_made_is_refused_before_it_is_recorded() {
     let mut running = Running::new("no_trace");
-    running.fails(3, &["trace"], &["no agent runs here"]);
+    running.fails(3, &["trace"], &["no agent is running"]);
     for seconds in ["0", "-1", "nan", "inf", "3601", "soon"] {
         let seconds = format!("--seconds={seconds}");
         running.fails(2, &["trace", &seconds], &["more than 0 and at most 3600"]);
@@ -149,7 +149,10 @@ fn a_trace_ends_with_its_agent_and_is_kept() {
     let output = child.wait_with_output().unwrap();
     running.finish();
     assert_eq!(output.status.code(), Some(0), "{output:?}");
-    assert!(text(&output.stderr).contains("the agent has ended, and the trace with it"), "{output:?}");
+    assert!(
+        text(&output.stderr).contains("the agent has ended; the trace is complete until then"),
+        "{output:?}"
+    );
     assert!(text(&output.stdout).contains(" tracks over "), "{output:?}");
     assert!(cycles(&running.folder().join("trace.json")) >= 3);
 }
@@ -165,8 +168,8 @@ fn a_trace_whose_agent_is_killed_leaves_nothing_and_says_so() {
     let output = child.wait_with_output().unwrap();
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(stderr.contains("error: agent `exp1` has ended without finishing the trace"), "{stderr}");
-    assert!(stderr.contains("help: what it had recorded was no whole file and is removed"), "{stderr}");
+    assert!(stderr.contains("error: agent `exp1` ended before the trace was complete"), "{stderr}");
+    assert!(stderr.contains("help: the incomplete file is removed"), "{stderr}");
     assert!(!running.folder().join("trace.json.part").exists());
     assert_eq!(std::fs::read_to_string(&older).unwrap(), "older");
 }
@@ -234,8 +237,8 @@ fn what_is_missing_is_said_and_is_no_failure() {
     let output = running.call(&arguments);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     assert!(text(&output.stdout).starts_with("180 spans of 3 tracks over 0.50 s in "), "{output:?}");
-    let warning = "warning: 17 spans are missing, as they came faster than they could be written: \
-                   10 of main loop, 7 of r2/execute; the trace says where";
+    let warning = "warning: 17 spans are missing, which came faster than the disk could write: \
+                   10 of main loop, 7 of r2/execute; the trace marks where";
     assert_eq!(text(&output.stderr).trim_end(), warning);
     let output = running.call(&[&arguments[..], &["--json"]].concat());
     assert_eq!(output.status.code(), Some(0), "{output:?}");

@@ -68,16 +68,22 @@ fn values_are_watched_as_they_come_and_only_those_that_are_meant() {
     assert!(states.len() > 5, "{states:?}");
 
     // A field is a property of its own, and what does not change is not shown twice.
-    let ticks =
-        lines(&running.done(&["watch", "/referee/params/tolerance", "--changes", "--for", "0.3s", "--json"]));
+    let ticks = lines(&running.done(&[
+        "watch",
+        "/referee/params/goal_tolerance",
+        "--changes",
+        "--for",
+        "0.3s",
+        "--json",
+    ]));
     assert_eq!(ticks.len(), 1, "{ticks:?}");
     let far = running.call(&["watch", truth, "--where", "x > 1000", "--for", "0.3s"]);
     assert_eq!((far.status.code(), text(&far.stdout)), (Some(6), String::new()));
 
     running.fails(4, &["watch", "/simulator/r2/trut"], &["simulator/r2/truth"]);
     running.fails(2, &["watch", truth, "--where", "x ="], &["FIELD OPERATOR VALUE"]);
-    running.fails(4, &["watch", truth, "--where", "z > 1"], &["there is no `z`", "x, y"]);
-    running.fails(2, &["watch", "/r2/*/state", "--csv"], &["of one property"]);
+    running.fails(4, &["watch", truth, "--where", "z > 1"], &["unknown field `z`", "x, y"]);
+    running.fails(2, &["watch", "/r2/*/state", "--csv"], &["takes one property"]);
     running.fails(2, &["watch", truth, "--max-hz", "0"], &["positive"]);
 }
 
@@ -92,7 +98,10 @@ fn a_script_waits_for_a_value() {
     running.done(&["wait", "/referee/enabled", "== true", "--for", "200ms", "--timeout", "5s"]);
     let output = running.call(&["wait", "/simulator/r2/truth", "x > 1000", "--timeout", "300ms"]);
     assert_eq!(output.status.code(), Some(6), "{output:?}");
-    assert!(text(&output.stderr).contains("was not so within 0.3 s: it is theta="), "{output:?}");
+    assert!(
+        text(&output.stderr).contains("the condition did not hold within 0.3 s: it is theta="),
+        "{output:?}"
+    );
     // One mistake has one code, whichever verb meets it.
     let has = ["theta", "x", "y"];
     running.fails(4, &["wait", "/simulator/r2/truth", "foo == 1"], &has);
@@ -100,7 +109,7 @@ fn a_script_waits_for_a_value() {
     running.fails(4, &["watch", "/simulator/r2/truth/foo", "--once"], &has);
     running.fails(4, &["watch", "/simulator/r2/truth", "--where", "foo == 1", "--once"], &has);
     running.fails(4, &["stat", "/simulator/r2/truth/foo", "--for", "10ms"], &has);
-    running.fails(4, &["set", "/r2/planner/params/foo", "1"], &["careful_speed"]);
+    running.fails(4, &["set", "/r2/planner/params/foo", "1"], &["careful_linear_velocity"]);
     running.fails(2, &["wait", "/simulator/r2/truth", "x"], &["FIELD OPERATOR VALUE"]);
 }
 
@@ -119,14 +128,14 @@ fn what_can_be_set_is_told_apart_from_what_is_linked_and_a_link_says_what_it_con
     let links = running.done(&["link"]);
     assert!(links.lines().any(|line| line.starts_with(input) && line.ends_with(" old")), "{links}");
     let said = running.done(&["link", input, "/simulator/r2/truth", "--dry-run"]);
-    assert!(said.contains("it can be done") && said.contains("Point2 of Pose2, field by field"), "{said}");
+    assert!(said.contains("dry run") && said.contains("Point2 of Pose2, field by field"), "{said}");
     let refused = ["link", "r2/avoid_obstacle/position", "/simulator/r2/truth", "--dry-run"];
     running.fails(5, &refused, &["Pose2 has no field `z`, which Position has"]);
 
     // What says the same as the file, or as the default, is no difference.
-    running.done(&["set", "/r2/planner/params/speed", "0.35"]);
-    assert!(running.done(&["config", "diff"]).contains("speed = 0.35"));
-    running.done(&["set", "/r2/planner/params/speed", "0.4"]);
+    running.done(&["set", "/r2/planner/params/max_linear_velocity", "0.35"]);
+    assert!(running.done(&["config", "diff"]).contains("max_linear_velocity = 0.35"));
+    running.done(&["set", "/r2/planner/params/max_linear_velocity", "0.4"]);
     assert_eq!(running.done(&["config", "diff"]), "");
 }
 
@@ -145,19 +154,19 @@ fn how_often_values_come_is_measured_in_the_agent() {
     running.fails(2, &["stat", sonar, "--for", "-1s"], &["a time is from 0"]);
     let output = running.call(&["hz", sonar, "--for", "300ms", "--min", "100"]);
     assert_eq!(output.status.code(), Some(7), "{output:?}");
-    assert!(text(&output.stderr).contains("it shall be at least 100 Hz"), "{output:?}");
+    assert!(text(&output.stderr).contains("expected at least 100 Hz"), "{output:?}");
     assert!(text(&output.stdout).contains("50.00 Hz"), "{output:?}");
     assert!(running.done(&["bw", "/referee/params", "--for", "200ms"]).contains("no new value came"));
-    running.fails(2, &["stat", sonar, "--for", "60s"], &["50 s at most"]);
+    running.fails(2, &["stat", sonar, "--for", "60s"], &["at most 50 s"]);
 }
 
 #[test]
 fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
     let mut running = Running::new("set");
     running.start("exp1", &EXP1);
-    let said = running.done(&["set", "/r2/planner/params/speed", "0.3"]);
+    let said = running.done(&["set", "/r2/planner/params/max_linear_velocity", "0.3"]);
     assert!(said.contains("0.4 (default) -> 0.3"), "{said}");
-    assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.3);
+    assert_eq!(running.read("exp1", "/r2/planner/params/max_linear_velocity"), 0.3);
     running.done(&["set", "/r2/avoid_wall/rank", r#"{"rank": 3}"#]);
     assert_eq!(running.read("exp1", "/r2/avoid_wall/rank/rank"), 3);
     running.done(&["set", "/r2/avoid_wall/rank/rank", "-4"]);
@@ -165,19 +174,36 @@ fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
     // It is a setting like others: it is known what has changed, and it can be taken back.
     assert!(running.done(&["config", "diff"]).contains("inputs"));
     running.done(&["config", "revert", "robots.r2.modules.planner"]);
-    assert_eq!(running.read("exp1", "/r2/planner/params/speed"), 0.4);
+    assert_eq!(running.read("exp1", "/r2/planner/params/max_linear_velocity"), 0.4);
     let off = running.done(&["set", "/referee/enabled", "false"]);
     assert_eq!(off.trim(), "modules.referee.enabled: true -> false");
     assert_eq!(running.read("exp1", "/referee/enabled/value"), false);
     running.done(&["set", "/referee/enabled", "true"]);
 
-    running.fails(5, &["set", "/r2/planner/params/speed", "99"], &["99, outside 0 to 3"]);
-    running.fails(5, &["set", "/r2/planner/params/speed", "fast"], &["speed"]);
-    running.fails(4, &["set", "/r2/planner/params/sped", "1"], &["speed"]);
+    running.fails(5, &["set", "/r2/planner/params/max_linear_velocity", "99"], &["99, outside 0 to 3"]);
+    running.fails(5, &["set", "/r2/planner/params/max_linear_velocity", "fast"], &["max_linear_velocity"]);
+    running.fails(4, &["set", "/r2/planner/params/speed", "1"], &["max_linear_velocity"]);
     running.fails(5, &["set", "/simulator/r2/truth", "1"], &["written by module `simulator`", "slate link"]);
     running.fails(5, &["set", "/r2/planner/position", "1"], &["is linked, from", "slate unlink"]);
     running.fails(5, &["set", "/r2/execute/plan", "1"], &["takes messages"]);
     running.fails(5, &["set", "/loop/state", "1"], &["the host's own", "slate config set"]);
+}
+
+#[test]
+fn tree_of_a_path_shows_what_is_below_it() {
+    let mut running = Running::new("subtree");
+    running.start("exp1", &EXP1);
+    let tree = running.done(&["tree", "/r2"]);
+    assert!(tree.starts_with("/r2\n") && tree.contains("\n├─ planner\n│  ├─ "), "{tree}");
+    assert!(!tree.contains("simulator"), "{tree}");
+    let whole = running.done(&["tree", "slate://exp1/r2/planner/params", "--values"]);
+    assert!(whole.starts_with("slate://exp1/r2/planner/params  GoToOriginParams  can be set"), "{whole}");
+    assert!(running.done(&["list", "/r2"]).contains("/r2/planner/params"));
+
+    running.fails(4, &["tree", "/r3"], &["`/r3`", "/ contains: ", "r2", "simulator"]);
+    running.fails(4, &["tree", "/r2/planer"], &["did you mean `planner`? /r2 contains: "]);
+    running.fails(4, &["tree", "/simulator/r2/truth/x"], &["/simulator/r2/truth is a property", "slate get"]);
+    running.fails(4, &["list", "/r3/**"], &["no property", "r2"]);
 }
 
 #[test]
@@ -186,11 +212,11 @@ fn the_tree_the_modules_and_the_agents_are_shown() {
     running.start("exp1", &EXP1);
     running.done(&["wait", "/loop/histogram/count", "> 5"]);
     let tree = running.done(&["tree", "/r2/planner/*", "--values"]);
-    assert!(tree.contains("└─ planner") && tree.contains("speed=0.4"), "{tree}");
+    assert!(tree.contains("└─ planner") && tree.contains("max_linear_velocity=0.4"), "{tree}");
     assert!(!running.done(&["tree", "--depth", "1"]).contains("planner"));
     let tree: Value = serde_json::from_str(&running.done(&["tree", "--json"])).unwrap();
     let planner = &tree["tree"]["below"]["r2"]["below"]["planner"]["below"];
-    assert_eq!(planner["params"]["value"]["speed"], 0.4, "{planner}");
+    assert_eq!(planner["params"]["value"]["max_linear_velocity"], 0.4, "{planner}");
     assert_eq!(
         (&planner["params"]["access"], &planner["state"]["access"]),
         (&"setting".into(), &"output".into())
@@ -224,10 +250,10 @@ fn an_agent_that_hangs_holds_up_nobody_who_asks_for_another_one() {
     signal("-STOP");
     let begin = std::time::Instant::now();
     let listed = running.call(&["ps"]);
-    let read = running.call(&["get", "/referee/params/tolerance"]);
+    let read = running.call(&["get", "/referee/params/goal_tolerance"]);
     let took = begin.elapsed();
     signal("-CONT");
-    assert!(text(&listed.stdout).contains("it does not answer"), "{listed:?}");
+    assert!(text(&listed.stdout).contains("no answer"), "{listed:?}");
     assert_eq!(text(&read.stdout).trim(), "0.1", "{read:?}");
     assert!(took < std::time::Duration::from_secs(4), "{took:?}");
 }

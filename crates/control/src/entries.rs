@@ -205,7 +205,7 @@ pub struct RemoteSnapshotEntry {
     pub values: usize,
     /// How many have one that is not in the file: too large to be sent, or not to be read by this agent.
     #[serde(default)]
-    pub untold: usize,
+    pub unavailable: usize,
 }
 
 /// A trace that is or was recorded.

@@ -229,7 +229,7 @@ fn odometry_alone_reaches_the_goal_with_unchanged_blocks() {
         &format!("[robots.r2.links]\n{links}[robots.r2.modules]\n{modules}"),
     );
     // Odometry drifts by some percent of the way.
-    let mut agent = loaded(&text, &["world.layout=authors", "modules.referee.params.tolerance=0.2"]);
+    let mut agent = loaded(&text, &["world.layout=authors", "modules.referee.params.goal_tolerance=0.2"]);
     let (mut drift, mut steps) = (0.0_f64, 0);
     let state = |agent: &Agent| agent.board().read("referee/verdict/state").unwrap().map(|(value, _)| value);
     while state(&agent).as_ref().and_then(Value::as_str).is_none_or(|state| state == "RUNNING") {

@@ -18,8 +18,8 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r3.modules.give_way.enabled=false",
             "robots.r3.modules.avoid_wall.enabled=true",
             // The authors' wheels turn with 1 rad/s.
-            "robots.r3.modules.planner.params.speed=0.11",
-            "robots.r3.modules.planner.params.careful_speed=0.11",
+            "robots.r3.modules.planner.params.max_linear_velocity=0.11",
+            "robots.r3.modules.planner.params.careful_linear_velocity=0.11",
         ],
     ),
     (
@@ -29,8 +29,8 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r3.modules.give_way.enabled=false",
             "robots.r3.modules.avoid_wall.enabled=true",
             "robots.r3.modules.avoid_wall.params.corrected_clamp=true",
-            "robots.r3.modules.planner.params.speed=0.11",
-            "robots.r3.modules.planner.params.careful_speed=0.11",
+            "robots.r3.modules.planner.params.max_linear_velocity=0.11",
+            "robots.r3.modules.planner.params.careful_linear_velocity=0.11",
         ],
     ),
 ];
@@ -42,8 +42,8 @@ pub const PACES: [(&str, &[&str]); 3] = [
         "authors",
         &[
             // The authors' wheels turn with 1 rad/s.
-            "robots.r3.modules.planner.params.speed=0.11",
-            "robots.r3.modules.planner.params.careful_speed=0.11",
+            "robots.r3.modules.planner.params.max_linear_velocity=0.11",
+            "robots.r3.modules.planner.params.careful_linear_velocity=0.11",
             "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=0.11",
         ],
     ),
@@ -51,8 +51,8 @@ pub const PACES: [(&str, &[&str]); 3] = [
         "robots",
         &[
             // The limits of the actuators, where there is room.
-            "robots.r3.modules.planner.params.speed=1.5",
-            "robots.r3.modules.planner.params.careful_speed=0.3",
+            "robots.r3.modules.planner.params.max_linear_velocity=1.5",
+            "robots.r3.modules.planner.params.careful_linear_velocity=0.3",
             "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=1.5",
         ],
     ),

@@ -27,8 +27,8 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r3.modules.avoid_obstacle.enabled=false",
             "robots.r3.modules.avoid_wall.enabled=true",
             // The authors' wheels turn with 1 rad/s.
-            "robots.r2.modules.planner.params.speed=0.0975",
-            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "robots.r2.modules.planner.params.max_linear_velocity=0.0975",
+            "robots.r2.modules.planner.params.careful_linear_velocity=0.0975",
             "robots.r3.modules.planner.params.max_linear_velocity=0.11",
             // Nor do they look ahead, or make room.
             "robots.r3.modules.planner.params.prediction_horizon=0",
@@ -44,8 +44,8 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
             "robots.r3.modules.avoid_obstacle.enabled=false",
             "robots.r3.modules.avoid_wall.enabled=true",
             "robots.r3.modules.avoid_wall.params.corrected_clamp=true",
-            "robots.r2.modules.planner.params.speed=0.0975",
-            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "robots.r2.modules.planner.params.max_linear_velocity=0.0975",
+            "robots.r2.modules.planner.params.careful_linear_velocity=0.0975",
             "robots.r3.modules.planner.params.max_linear_velocity=0.11",
             "robots.r3.modules.planner.params.prediction_horizon=0",
             "robots.r2.modules.planner.params.progress_timeout=1e6",
@@ -60,8 +60,8 @@ pub const PACES: [(&str, &[&str]); 3] = [
         "authors",
         &[
             // The authors' wheels turn with 1 rad/s.
-            "robots.r2.modules.planner.params.speed=0.0975",
-            "robots.r2.modules.planner.params.careful_speed=0.0975",
+            "robots.r2.modules.planner.params.max_linear_velocity=0.0975",
+            "robots.r2.modules.planner.params.careful_linear_velocity=0.0975",
             "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=0.0975",
             "robots.r3.modules.planner.params.max_linear_velocity=0.11",
             "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=0.11",
@@ -71,8 +71,8 @@ pub const PACES: [(&str, &[&str]); 3] = [
         "robots",
         &[
             // The limits of the actuators, where there is room.
-            "robots.r2.modules.planner.params.speed=1.2",
-            "robots.r2.modules.planner.params.careful_speed=0.3",
+            "robots.r2.modules.planner.params.max_linear_velocity=1.2",
+            "robots.r2.modules.planner.params.careful_linear_velocity=0.3",
             "robots.r2.modules.avoid_obstacle.params.max_linear_velocity=1.2",
             "robots.r3.modules.planner.params.max_linear_velocity=1.5",
             "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=1.5",

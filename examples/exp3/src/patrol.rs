@@ -24,10 +24,10 @@ pub struct PatrolParams {
     pub corner_x: f64,
     #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "y of the corners, on both sides of the origin")]
     corner_y: f64,
-    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in free space")]
-    pub speed: f64,
-    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in crowded space")]
-    careful_speed: f64,
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in free space")]
+    pub max_linear_velocity: f64,
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in crowded space")]
+    careful_linear_velocity: f64,
     #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "distance from a corner at which it counts as reached")]
     goal_tolerance: f64,
     #[param(default = 10.0, range = 0.1..=1e6, unit = "s", doc = "time without progress after which it makes room for another robot")]
@@ -99,7 +99,7 @@ impl Plan for PatrolPlanner {
             return;
         }
         let turns = memory.aside.is_some() != was_aside && !situation.is_reactive();
-        let speeds = [params.speed, params.careful_speed];
+        let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
         let is_changed = room_changed || memory.journey.is_outdated(goal, speeds);
         if turns || situation.needs_plan() || must_change(is_changed, situation) {
             memory.journey.go(goal, speeds, params.goal_tolerance, plan);

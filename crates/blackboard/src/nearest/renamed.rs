@@ -1,8 +1,9 @@
 //! Former names of parameters and ports.
 
 /// Former and present names; a former name may have several present ones, in different modules.
-const RENAMED: [(&str, &str); 68] = [
+const RENAMED: [(&str, &str); 69] = [
     ("berth", "inflation_margin"),
+    ("careful_speed", "careful_linear_velocity"),
     ("distance", "following_distance"),
     ("distance", "release_distance"),
     ("distance", "wall_distance"),

@@ -103,7 +103,7 @@ fn quoted(text: &str) -> String {
     Value::Text(text.into()).to_string()
 }
 
-/// What an attachment is called in the folder: nothing outside of it, and nothing twice.
+/// Returns a file name for an attachment: inside the folder, and unique.
 fn own_name(name: &str, taken: &mut BTreeSet<String>) -> String {
     let last = name.rsplit(['/', '\\']).next().unwrap_or_default();
     let last = if ["", ".", ".."].contains(&last) { "attachment" } else { last };

@@ -1,4 +1,4 @@
-//! What is told of recordings.
+//! Output about recordings.
 
 use std::path::Path;
 
@@ -13,6 +13,10 @@ const LONGEST: usize = 100;
 
 pub fn written(file: &Path, messages: u64) {
     output::line(format_args!("{} has {}", printable(file), counted(messages, "message", "messages")));
+}
+
+pub fn table(file: &Path, topic: &str, rows: u64) {
+    output::line(format_args!("{} has {} of {topic}", printable(file), counted(rows, "message", "messages")));
 }
 
 pub fn verified(file: &Path, info: &Info) {
@@ -188,7 +192,7 @@ pub fn diff(a: &Path, b: &Path, diff: &Diff) {
     measured(diff);
 }
 
-/// Says what was left out.
+/// Prints which topics were not compared.
 fn measured(diff: &Diff) {
     let topics = diff.measured.len() as u64;
     if topics > 0 {

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use slate::record::bag::Error;
 
-/// Refuses what is there already unless it is to be replaced, and always a file that is read.
+/// Refuses an output that exists, unless forced, and an output that is an input.
 pub fn free(out: &Path, inputs: &[&Path], is_forced: bool) -> Result<(), Error> {
     let unfit = |what: &str| Err(Error::Unfit { path: out.into(), what: what.into() });
     if let Ok(place) = out.canonicalize()
         && inputs.iter().any(|input| input.canonicalize().is_ok_and(|input| input == place))
     {
-        return unfit("it is what is read, and can't be what is written; give `--out` another name");
+        return unfit("it is an input and can't be the output: choose another `--out`");
     }
     let is_free = match std::fs::read_dir(out) {
         Ok(mut entries) => entries.next().is_none(),
@@ -18,7 +18,7 @@ pub fn free(out: &Path, inputs: &[&Path], is_forced: bool) -> Result<(), Error> 
     };
     match is_free || is_forced {
         true => Ok(()),
-        false => unfit("it is there already; give `--out` another name, or `--force` to replace it"),
+        false => unfit("it exists already: choose another `--out`, or replace it with `--force`"),
     }
 }
 

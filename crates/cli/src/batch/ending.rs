@@ -7,11 +7,12 @@ use std::time::Instant;
 
 use slate::runtime::Stopper;
 
-use crate::deployment;
+use crate::clock::now;
+use crate::interrupt::DEBOUNCE;
 
 /// Stops the runs that are under way, and lets none begin.
 #[derive(Default)]
-pub struct Ending {
+pub struct BatchEnding {
     asked: AtomicBool,
     runs: Mutex<Runs>,
 }
@@ -23,17 +24,17 @@ struct Runs {
     stoppers: BTreeMap<u64, Stopper>,
 }
 
-impl Ending {
+impl BatchEnding {
     /// One that the first Ctrl-C begins; the second one ends the process.
     pub fn on_request() -> Arc<Self> {
         let ending = Arc::new(Self::default());
         let asked_of = Arc::clone(&ending);
         let mut first: Option<Instant> = None;
         let handled = ctrlc::set_handler(move || match first {
-            Some(first) if first.elapsed() < deployment::ONE_REQUEST => {}
+            Some(first) if first.elapsed() < DEBOUNCE => {}
             Some(_) => std::process::exit(130),
             None => {
-                first = Some(deployment::now());
+                first = Some(now());
                 asked_of.asked.store(true, Ordering::Release);
                 asked_of.end();
             }

@@ -8,7 +8,7 @@ use crossterm::queue;
 use crossterm::terminal::{Clear, ClearType, size};
 use slate::record::Summary;
 
-use crate::deployment;
+use crate::clock::now;
 
 /// How often to look whether the line is to be shown anew.
 pub const PERIOD: Duration = Duration::from_millis(500);
@@ -20,7 +20,7 @@ const SILENCE: Duration = Duration::from_secs(30);
 const PARTS: u64 = 10;
 
 /// Shows how far the runs are until it is dropped.
-pub struct Progress {
+pub struct BatchProgress {
     runs: u64,
     done: u64,
     reached: u64,
@@ -31,10 +31,10 @@ pub struct Progress {
     said: Instant,
 }
 
-impl Progress {
+impl BatchProgress {
     /// At the beginning of so many runs.
     pub fn new(runs: u64) -> Self {
-        let (start, terminal) = (deployment::now(), std::io::stderr().is_terminal());
+        let (start, terminal) = (now(), std::io::stderr().is_terminal());
         Self { runs, done: 0, reached: 0, collisions_caused: 0, start, terminal, said: start }
     }
 
@@ -61,7 +61,7 @@ impl Progress {
     }
 
     fn say(&mut self) {
-        self.said = deployment::now();
+        self.said = now();
         let text = self.text();
         let mut out = std::io::stderr().lock();
         // What can't be shown is not missed.
@@ -89,7 +89,7 @@ impl Progress {
     }
 }
 
-impl Drop for Progress {
+impl Drop for BatchProgress {
     fn drop(&mut self) {
         if self.terminal {
             let mut out = std::io::stderr().lock();

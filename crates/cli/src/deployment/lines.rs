@@ -1,4 +1,4 @@
-//! What agents print, whole lines with their names.
+//! Output of several agents, line by line with their names.
 
 use std::io::{self, BufRead, BufReader, IsTerminal, Read, Write};
 use std::sync::mpsc::{Receiver, channel};
@@ -24,7 +24,7 @@ pub enum To {
 }
 
 impl To {
-    /// What begins the lines of an agent.
+    /// Returns the prefix of an agent's lines.
     pub fn prefix(self, index: usize, name: &str, width: usize) -> String {
         let terminal = match self {
             Self::Stdout => io::stdout().is_terminal(),

@@ -15,13 +15,13 @@ use serde_json::Value;
 use slate::runtime::Rate;
 use slate::runtime::isolation::Supervisor;
 
-use super::Event;
+use super::MemberEvent;
 use super::lines::{Relay, To};
-use crate::arguments::{Common, RunOptions};
 use crate::examples::Application;
+use crate::run_options::{ApplicationOptions, RunOptions};
 
 /// An agent, whether it runs or not.
-pub struct Member {
+pub struct TeamMember {
     /// As the file names its table.
     pub name: String,
     /// As tools find it.
@@ -31,12 +31,12 @@ pub struct Member {
     /// Whether that one has ended.
     pub is_over: bool,
     pub supervisor: Supervisor,
-    pub running: Option<Running>,
+    pub running: Option<MemberProcess>,
     /// How often it was started anew.
     pub restarts: u32,
-    /// What it ended with, once it has ended for good.
+    /// Exit code, once the agent has ended for good.
     pub code: Option<u8>,
-    /// What its last run was like, where that is wanted as JSON.
+    /// Summary of its last run, if requested as JSON.
     pub summary: Option<Value>,
     arguments: Vec<OsString>,
     index: usize,
@@ -48,14 +48,14 @@ pub struct Member {
 }
 
 /// The process of an agent.
-pub struct Running {
+pub struct MemberProcess {
     child: Child,
     /// Its other end is the agent's standard input.
     stream: UnixStream,
     lines: [Relay; 2],
 }
 
-impl Member {
+impl TeamMember {
     /// An agent that does not run yet; the one that `is_shown` has a web console for whoever watches the run.
     pub fn new(
         options: &RunOptions,
@@ -85,7 +85,7 @@ impl Member {
     }
 
     /// Starts its process, which sends events.
-    pub fn start(&mut self, anew: bool, events: &Sender<Event>) -> io::Result<()> {
+    pub fn start(&mut self, anew: bool, events: &Sender<MemberEvent>) -> io::Result<()> {
         let (stream, theirs) = UnixStream::pair()?;
         let (mut ready, index) = (stream.try_clone()?, self.index);
         // This is the program as it runs, also when its file was replaced meanwhile.
@@ -103,20 +103,20 @@ impl Member {
         let events = events.clone();
         let watch = move || {
             if ready.read_exact(&mut [0]).is_ok() {
-                let _ = events.send(Event::Ready(index));
+                let _ = events.send(MemberEvent::Ready(index));
             }
             // It is left to the supervisor to take note of the end, so that the number is that of no other process
             // before.
             let options = WaitIdOptions::EXITED | WaitIdOptions::NOWAIT;
             while matches!(waitid(WaitId::Pid(id), options), Err(Errno::INTR)) {}
-            let _ = events.send(Event::Ended(index));
+            let _ = events.send(MemberEvent::Ended(index));
         };
         let started = std::thread::Builder::new()
             .name("agent".into())
             .spawn(watch)
             .and_then(|_| self.relay(&mut child));
         match started {
-            Ok(lines) => self.running = Some(Running { child, stream, lines }),
+            Ok(lines) => self.running = Some(MemberProcess { child, stream, lines }),
             Err(error) => {
                 // It does nothing yet.
                 let _ = child.kill().and_then(|()| child.wait());
@@ -139,14 +139,14 @@ impl Member {
 
     /// Takes note that its process has ended, and how, when its last lines are out.
     pub fn reap(&mut self) -> Option<ExitStatus> {
-        let Running { mut child, lines, .. } = self.running.take()?;
+        let MemberProcess { mut child, lines, .. } = self.running.take()?;
         let [stdout, stderr] = lines.map(Relay::finish);
         self.summary = stdout.or(stderr).or(self.summary.take());
         child.wait().ok()
     }
 }
 
-impl Running {
+impl MemberProcess {
     /// Lets the agent run, which is ready to.
     pub fn release(&mut self) {
         // It fails when the process has just ended, which is noticed.
@@ -171,13 +171,13 @@ impl Running {
     }
 }
 
-/// What a process ended with, as a shell sees it.
+/// Returns the exit code as a shell reports it.
 pub fn code(status: ExitStatus) -> u8 {
     let code = status.code().or_else(|| status.signal().map(|signal| 128 + signal));
     code.and_then(|code| u8::try_from(code).ok()).unwrap_or(2)
 }
 
-/// What the agent's process is started with, beside that it is the agent's.
+/// Returns the arguments of the agent's process.
 fn arguments(options: &RunOptions, name: &str, application: &Application, is_shown: bool) -> Vec<OsString> {
     // All are named, so that none that comes later is forgotten.
     let RunOptions {
@@ -195,7 +195,7 @@ fn arguments(options: &RunOptions, name: &str, application: &Application, is_sho
         supervised: _,
         watched: _,
     } = options;
-    let Common { mode, workers, set, host, json } = common;
+    let ApplicationOptions { mode, workers, set, host, json } = common;
     let mut arguments: Vec<OsString> = vec!["--supervised".into(), "--headless".into()];
     let mut add = |option: &str, value: Option<OsString>| {
         if let Some(value) = value {

@@ -14,32 +14,30 @@ use serde_json::json;
 use slate::runtime::configuration::{Configuration, Spanned};
 use slate::runtime::isolation::{Supervisor, describe};
 
-use crate::arguments::RunOptions;
+use crate::clock::now;
 use crate::examples::Application;
 use crate::failure::Failure;
+use crate::interrupt::DEBOUNCE;
+use crate::run_options::RunOptions;
 use crate::{examples, output};
-use member::{Member, Running, code};
+use member::{MemberProcess, TeamMember, code};
 pub use tether::{Tether, end_later};
 
 /// How long an agent that was asked to end may take.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Requests to end that follow each other within that time are one: programs such as `timeout` send it to a process and to
-/// the group that it is in. Who wants to kill has waited for longer.
-pub const ONE_REQUEST: Duration = Duration::from_millis(300);
-
-/// What a process ends with that a person asked twice to.
+/// Exit code of a process that was interrupted twice.
 const INTERRUPTED: u8 = 130;
 
 /// The codes of a run that ended by itself: well, not well, refused; or that a person broke off, by SIGHUP, SIGINT or
 /// SIGTERM before it caught them.
 const BY_ITSELF: [u8; 6] = [0, 1, 2, 129, INTERRUPTED, 143];
 
-/// Those of a run that was asked to end, and did so.
+/// Exit codes of a run that was asked to end.
 const STOPPED: [u8; 4] = [1, 129, INTERRUPTED, 143];
 
-/// What happens to the supervisor.
-pub enum Event {
+/// Event of the supervisor.
+pub enum MemberEvent {
     /// An agent can start, or has ended; by its place.
     Ready(usize),
     Ended(usize),
@@ -56,7 +54,7 @@ pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
     let (sender, events) = channel();
     let asked = sender.clone();
     let handled = ctrlc::set_handler(move || {
-        let _ = asked.send(Event::Asked);
+        let _ = asked.send(MemberEvent::Asked);
     });
     if let Err(error) = handled {
         say(format_args!("Ctrl-C will end the agents without their reports: {error}"));
@@ -81,7 +79,7 @@ pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
 }
 
 /// The agents, if the configurations of all of them are good.
-fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failure> {
+fn members(options: &RunOptions, names: &[String]) -> Result<Vec<TeamMember>, Failure> {
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
     let file = options.name.as_deref().unwrap_or_default();
     let mut files: BTreeMap<PathBuf, &str> = BTreeMap::new();
@@ -107,7 +105,7 @@ fn members(options: &RunOptions, names: &[String]) -> Result<Vec<Member>, Failur
     };
     let shown = applications.iter().position(has_mission).unwrap_or(0);
     let member = |(index, (name, application)): (usize, &(&String, Application))| {
-        Member::new(options, (index, name), width, application, index == shown)
+        TeamMember::new(options, (index, name), width, application, index == shown)
     };
     Ok(applications.iter().enumerate().map(member).collect())
 }
@@ -130,14 +128,14 @@ fn place(path: &Path) -> PathBuf {
 }
 
 struct Deployment {
-    members: Vec<Member>,
-    sender: Sender<Event>,
+    members: Vec<TeamMember>,
+    sender: Sender<MemberEvent>,
     start: Instant,
     /// How many can start; they do when all can.
     ready: usize,
     /// Since when they are to end.
     stopping: Option<Instant>,
-    /// What one ended with that could not start.
+    /// Exit code of an agent that could not start.
     refused: Option<u8>,
     /// When a person asked for the end.
     asked: Option<Instant>,
@@ -151,7 +149,7 @@ impl Deployment {
         for index in 0..self.members.len() {
             if let Err(source) = self.members[index].start(false, &self.sender) {
                 let agent = self.members[index].name.clone();
-                self.each_running(Running::kill);
+                self.each_running(MemberProcess::kill);
                 for member in &mut self.members {
                     let _ = member.reap();
                 }
@@ -162,16 +160,16 @@ impl Deployment {
     }
 
     /// Deals with what happens until all have ended.
-    fn follow(&mut self, events: &Receiver<Event>) {
+    fn follow(&mut self, events: &Receiver<MemberEvent>) {
         while self.members.iter().any(|member| member.code.is_none()) {
             let event = match self.due() {
                 Some(due) => events.recv_timeout(due.saturating_duration_since(now())),
                 None => events.recv().map_err(RecvTimeoutError::from),
             };
             match event {
-                Ok(Event::Ready(index)) => self.ready(index),
-                Ok(Event::Ended(index)) => self.ended(index),
-                Ok(Event::Asked) => self.asked(),
+                Ok(MemberEvent::Ready(index)) => self.ready(index),
+                Ok(MemberEvent::Ended(index)) => self.ended(index),
+                Ok(MemberEvent::Asked) => self.asked(),
                 Err(_) => self.on_time(),
             }
         }
@@ -224,10 +222,7 @@ impl Deployment {
                 say(format_args!("{name} {}", describe(status)));
             }
         } else if !is_started {
-            say(format_args!(
-                "{name} {} before it could start, so none of the agents does",
-                describe(status)
-            ));
+            say(format_args!("{name} {} before it was ready: no agent is started", describe(status)));
             member.code = Some(code.max(1));
             self.refused = Some(code.max(1));
             self.stop();
@@ -269,11 +264,11 @@ impl Deployment {
     }
 
     /// An agent has crashed: it starts anew, unless it did too often.
-    fn fall(member: &mut Member, at: u64, how: &str, code: u8) {
-        let Member { name, called, supervisor, code: ended, .. } = member;
+    fn fall(member: &mut TeamMember, at: u64, how: &str, code: u8) {
+        let TeamMember { name, called, supervisor, code: ended, .. } = member;
         match supervisor.failed(at) {
             Some(delay) => say(format_args!(
-                "{name} {how}; it starts anew in {} ms, disarmed: `slate arm --agent {called}` lets its actuators go on",
+                "{name} {how}; restarting in {} ms, disarmed: `slate arm --agent {called}` arms its actuators",
                 delay / 1_000_000
             )),
             None => {
@@ -286,7 +281,7 @@ impl Deployment {
     /// Starts anew what is due, or ends what should have ended.
     fn on_time(&mut self) {
         if self.stopping.is_some_and(|since| now() >= since + PATIENCE) {
-            self.each_running(Running::kill);
+            self.each_running(MemberProcess::kill);
             // It can't be held up.
             self.stopping = Some(now());
             return;
@@ -309,10 +304,10 @@ impl Deployment {
                 self.asked = Some(now());
                 self.stop();
             }
-            Some(first) if first.elapsed() < ONE_REQUEST => {}
+            Some(first) if first.elapsed() < DEBOUNCE => {}
             Some(_) => {
                 self.killed = true;
-                self.each_running(Running::kill);
+                self.each_running(MemberProcess::kill);
             }
         }
     }
@@ -323,14 +318,14 @@ impl Deployment {
             return;
         }
         self.stopping = Some(now());
-        self.each_running(Running::interrupt);
+        self.each_running(MemberProcess::interrupt);
         // Those that wait to be started anew never are.
         for member in self.members.iter_mut().filter(|member| member.running.is_none()) {
             member.code.get_or_insert(2);
         }
     }
 
-    fn each_running(&self, act: impl Fn(&Running)) {
+    fn each_running(&self, act: impl Fn(&MemberProcess)) {
         self.members.iter().filter_map(|member| member.running.as_ref()).for_each(act);
     }
 
@@ -344,21 +339,15 @@ impl Deployment {
     /// How each ended, for programs.
     fn summary(&self) -> serde_json::Value {
         let agents = self.members.iter().map(|member| {
-            let Member { name, code, restarts, summary, .. } = member;
+            let TeamMember { name, code, restarts, summary, .. } = member;
             (name.clone(), json!({ "code": code, "restarts": restarts, "summary": summary }))
         });
         json!({ "agents": agents.collect::<serde_json::Map<_, _>>() })
     }
 }
 
-/// Says something to whoever started the agents; a closed terminal is nobody's loss.
+/// Prints a line to stderr; a closed terminal is ignored.
 fn say(text: std::fmt::Arguments<'_>) {
     use std::io::Write;
     let _ = std::io::stderr().lock().write_all(format!("{text}\n").as_bytes());
-}
-
-#[allow(clippy::disallowed_methods, reason = "processes live by the wall clock")]
-/// The time of the machine.
-pub fn now() -> Instant {
-    Instant::now()
 }

@@ -9,7 +9,7 @@ use rustix::process::{Signal, set_parent_process_death_signal};
 use super::PATIENCE;
 use crate::failure::Failure;
 
-/// What joins an agent to the process that started it, its standard input.
+/// Connection of an agent to its supervisor, on stdin.
 pub struct Tether(UnixStream);
 
 impl Tether {
@@ -27,7 +27,7 @@ impl Tether {
         take().map(Self).map_err(failed)
     }
 
-    /// Says that this agent can start, and waits until all can; false when one can't.
+    /// Reports that this agent is ready, and waits for the others; false if one fails.
     pub fn wait(&mut self) -> bool {
         self.0.write_all(&[0]).and_then(|()| self.0.read_exact(&mut [0])).is_ok()
     }

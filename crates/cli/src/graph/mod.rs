@@ -17,31 +17,31 @@ use slate::runtime::replacement::Replacement;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::{check, complete, examples, output};
+use crate::{complete, examples, offline, output};
 
 #[derive(Debug, Args)]
 pub struct GraphOptions {
-    /// An example by name, or a configuration file; the agent that runs unless given.
+    /// Example or configuration file [default: the running agent]
     #[arg(add = ArgValueCompleter::new(complete::of_configurations))]
     name: Option<String>,
 
-    /// What is written; what the name of the file says unless given, and a drawing to stdout.
+    /// Output format [default: by file name; svg on stdout]
     #[arg(long, value_enum)]
-    format: Option<Format>,
+    format: Option<GraphFormat>,
 
-    /// The same as `--format json`.
+    /// Same as `--format json`
     #[arg(long, conflicts_with = "format")]
     json: bool,
 
-    /// The file; what is printed goes to stdout unless given.
+    /// Output file [default: stdout]
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 
-    /// Leaves modules out whose names are so, such as `referee` or `r2/*`; may be given several times.
+    /// Hide a module or pattern, such as `referee` or `r2/*`; repeatable
     #[arg(long, value_name = "PATTERN")]
     hide: Vec<String>,
 
-    /// Sets a value of the configuration first; may be given several times.
+    /// Override a setting; repeatable
     #[arg(long, value_name = "PATH=VALUE", requires = "name")]
     set: Vec<String>,
 
@@ -50,24 +50,24 @@ pub struct GraphOptions {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Format {
-    /// A drawing.
+enum GraphFormat {
+    /// Drawing
     Svg,
-    /// A text that Markdown shows as a drawing.
+    /// Mermaid, which Markdown viewers draw
     Mermaid,
-    /// For Graphviz.
+    /// Graphviz
     Dot,
-    /// For programs.
+    /// JSON
     Json,
 }
 
-/// What a file has in it by the ending of its name.
-fn named(path: &Path) -> Result<Format, Failure> {
+/// Returns the format for a file name.
+fn named(path: &Path) -> Result<GraphFormat, Failure> {
     match path.extension().and_then(|ending| ending.to_str()) {
-        Some("svg") | None => Ok(Format::Svg),
-        Some("mmd" | "mermaid" | "md") => Ok(Format::Mermaid),
-        Some("dot" | "gv") => Ok(Format::Dot),
-        Some("json") => Ok(Format::Json),
+        Some("svg") | None => Ok(GraphFormat::Svg),
+        Some("mmd" | "mermaid" | "md") => Ok(GraphFormat::Mermaid),
+        Some("dot" | "gv") => Ok(GraphFormat::Dot),
+        Some("json") => Ok(GraphFormat::Json),
         Some(_) => Err(Failure::NoDrawing { path: path.into() }),
     }
 }
@@ -82,16 +82,16 @@ pub fn graph(options: &GraphOptions) -> Result<bool, Failure> {
     let patterns: Vec<_> = patterns.collect();
     graph.hide(|name| patterns.iter().any(|pattern| pattern.matches(name)));
     let format = match (options.json, options.format, &options.out) {
-        (true, ..) => Format::Json,
+        (true, ..) => GraphFormat::Json,
         (false, Some(format), _) => format,
         (false, None, Some(path)) => named(path)?,
-        (false, None, None) => Format::Svg,
+        (false, None, None) => GraphFormat::Svg,
     };
     let text = match format {
-        Format::Svg => svg::draw(&graph),
-        Format::Mermaid => text::mermaid(&graph),
-        Format::Dot => text::dot(&graph),
-        Format::Json => text::json(&graph),
+        GraphFormat::Svg => svg::draw(&graph),
+        GraphFormat::Mermaid => text::mermaid(&graph),
+        GraphFormat::Dot => text::dot(&graph),
+        GraphFormat::Json => text::json(&graph),
     };
     match &options.out {
         Some(path) => {
@@ -114,9 +114,9 @@ fn write(path: &Path, text: &str) -> io::Result<()> {
 }
 
 fn of_configuration(name: &str, options: &GraphOptions) -> Result<ModuleGraph, Failure> {
-    let sets = [check::QUIET.map(String::from).to_vec(), options.set.clone()].concat();
+    let sets = [offline::QUIET.map(String::from).to_vec(), options.set.clone()].concat();
     let application = examples::find(name, options.agent.agent.as_deref(), Vec::new(), sets, None)?;
-    let catalogue = check::catalogue(&application)?;
+    let catalogue = offline::catalogue(&application)?;
     let wired = Wired::new(&application.configuration, &catalogue, &|_| false);
     let survey = wired.check(&catalogue)?;
     let configuration = wired.configuration();

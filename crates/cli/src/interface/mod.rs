@@ -1,6 +1,7 @@
 //! Making and maintaining interfaces.
 
 mod parse;
+mod syntax_error;
 mod token;
 mod word;
 
@@ -13,29 +14,28 @@ use slate::blackboard::interface::{Descriptor, Field};
 
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::output;
-use parse::Found;
+use parse::FoundInterface;
 
 #[derive(Debug, Subcommand)]
 pub enum InterfaceVerb {
-    /// Writes the source of a new interface.
+    /// Create the source of an interface
     New(NewInterface),
-    /// Says how the interfaces of a source file are laid out, and what is wrong with them; ends with 7 when something is.
+    /// Show the layout of interfaces and their errors (exit code 7 on errors)
     Check {
-        /// The source files.
+        /// Source files
         #[arg(required = true)]
         files: Vec<PathBuf>,
-        /// Prints the layouts as JSON.
+        /// Print the layouts as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Says what differs between two versions of a source file, and who is concerned; ends with 7 when readers of the old
-    /// one can't read the new one.
+    /// Compare two versions of interfaces (exit code 7 if incompatible)
     Diff {
-        /// The old version.
+        /// Old version
         old: PathBuf,
-        /// The new version.
+        /// New version
         new: PathBuf,
-        /// Prints the differences as JSON.
+        /// Print the differences as JSON
         #[arg(long)]
         json: bool,
     },
@@ -43,24 +43,24 @@ pub enum InterfaceVerb {
 
 #[derive(Debug, Args)]
 pub struct NewInterface {
-    /// What it is called, such as `BatteryState`.
+    /// Name, such as `BatteryState`
     name: String,
 
-    /// A field: NAME:TYPE, NAME:TYPE:UNIT or NAME:TYPE:UNIT:WHAT IT IS. Types are as in Rust: `f64`, `Bool`, `[u8; 4]`, `Text<32>`,
-    /// `Sequence<f64, 16>`, `Pose2`.
+    /// Field as NAME:TYPE[:UNIT[:DOC]]; types are `f64`, `Bool`, `[u8; 4]`, `Text<32>`, `Sequence<f64, 16>`, `Pose2`,
+    /// ...
     #[arg(long = "field", short, value_name = "FIELD", required = true)]
     fields: Vec<String>,
 
-    /// What it is for.
+    /// Documentation
     #[arg(long, default_value = "")]
     doc: String,
 
-    /// The file, which is not there yet; what is printed goes to stdout unless given.
+    /// New file [default: stdout]
     #[arg(long, short, value_name = "FILE")]
     out: Option<PathBuf>,
 }
 
-/// Does what is asked; returns what the process ends with.
+/// Runs the command; returns the exit code.
 pub fn interface(verb: &InterfaceVerb) -> Result<u8, Failure> {
     match verb {
         InterfaceVerb::New(options) => new(options),
@@ -74,7 +74,7 @@ fn new(options: &NewInterface) -> Result<u8, Failure> {
     if !options.name.starts_with(|c: char| c.is_ascii_uppercase())
         || !options.name.chars().all(|c| c.is_ascii_alphanumeric())
     {
-        return Err(refuse("an interface is called as types are, such as `BatteryState`".into()));
+        return Err(refuse("expected a name such as `BatteryState`".into()));
     }
     let mut fields = Vec::new();
     for text in &options.fields {
@@ -128,13 +128,13 @@ fn source(options: &NewInterface, fields: &[(&str, &str, &str, &str)]) -> String
     text
 }
 
-/// What something is for, as a comment: a text of several lines is one in each of them.
+/// Formats documentation as doc comments.
 fn comment(indent: &str, text: &str) -> String {
     text.lines().map(|line| format!("{indent}{}\n", format!("/// {line}").trim_end())).collect()
 }
 
 /// The interfaces of a file, and how many enums there are beside them.
-fn read(path: &Path) -> Result<(Vec<Found>, usize), Failure> {
+fn read(path: &Path) -> Result<(Vec<FoundInterface>, usize), Failure> {
     let source =
         std::fs::read_to_string(path).map_err(|source| Failure::File { path: path.into(), source })?;
     parse::read(&source).map_err(|wrong| at(path, wrong.line, wrong.message))
@@ -145,7 +145,7 @@ fn at(path: &Path, line: usize, problem: String) -> Failure {
 }
 
 /// As [`read`], of a file that shall have one.
-fn read_some(path: &Path) -> Result<Vec<Found>, Failure> {
+fn read_some(path: &Path) -> Result<Vec<FoundInterface>, Failure> {
     match read(path)? {
         (none, 0) if none.is_empty() => {
             let problem = "no interface is in this file: expected a struct or an enum below `#[interface]`";
@@ -160,7 +160,7 @@ fn check(files: &[PathBuf], json: bool) -> Result<u8, Failure> {
     for file in files {
         match read_some(file) {
             Ok(found) => {
-                for Found { line, descriptor } in found {
+                for FoundInterface { line, descriptor } in found {
                     layouts.push(layout(file, line, descriptor));
                     if !json {
                         show(descriptor);
@@ -209,8 +209,8 @@ fn show(descriptor: &Descriptor) {
     output::columns(descriptor.fields.iter().map(row));
 }
 
-/// What became of an interface.
-struct Difference {
+/// Result of comparing an interface.
+struct InterfaceDifference {
     name: &'static str,
     /// Whether readers of the old one can read the new one.
     compatible: bool,
@@ -219,18 +219,21 @@ struct Difference {
 
 fn diff(old: &Path, new: &Path, json: bool) -> Result<u8, Failure> {
     let ((old, _), (new, _)) = (read(old)?, read(new)?);
-    let of = |all: &[Found], name: &str| {
+    let of = |all: &[FoundInterface], name: &str| {
         all.iter().find(|one| one.descriptor.name == name).map(|one| one.descriptor)
     };
     let mut differences = Vec::new();
-    for Found { descriptor: before, .. } in &old {
+    for FoundInterface { descriptor: before, .. } in &old {
         differences.push(match of(&new, before.name) {
             Some(after) => compare(before, after),
-            None => Difference { name: before.name, compatible: false, changes: vec!["is no more".into()] },
+            None => {
+                InterfaceDifference { name: before.name, compatible: false, changes: vec!["removed".into()] }
+            }
         });
     }
-    for Found { descriptor, .. } in new.iter().filter(|one| of(&old, one.descriptor.name).is_none()) {
-        differences.push(Difference {
+    for FoundInterface { descriptor, .. } in new.iter().filter(|one| of(&old, one.descriptor.name).is_none())
+    {
+        differences.push(InterfaceDifference {
             name: descriptor.name,
             compatible: true,
             changes: vec!["is new".into()],
@@ -238,13 +241,13 @@ fn diff(old: &Path, new: &Path, json: bool) -> Result<u8, Failure> {
     }
     let compatible = differences.iter().all(|one| one.compatible);
     if json {
-        let one = |one: &Difference| json!({"name": one.name, "compatible": one.compatible, "changes": one.changes});
+        let one = |one: &InterfaceDifference| json!({"name": one.name, "compatible": one.compatible, "changes": one.changes});
         let all: Vec<_> = differences.iter().map(one).collect();
         output::json(
             &json!({"schema": "slate.interface.diff/1", "compatible": compatible, "interfaces": all}),
         );
     } else {
-        for Difference { name, compatible, changes } in &differences {
+        for InterfaceDifference { name, compatible, changes } in &differences {
             let verdict = match (compatible, changes.is_empty()) {
                 (true, true) => "the same",
                 (true, false) => "compatible",
@@ -269,11 +272,11 @@ fn diff(old: &Path, new: &Path, json: bool) -> Result<u8, Failure> {
     Ok(if compatible { 0 } else { ASSERTION_FALSE })
 }
 
-fn compare(before: &Descriptor, after: &Descriptor) -> Difference {
+fn compare(before: &Descriptor, after: &Descriptor) -> InterfaceDifference {
     let mut changes = Vec::new();
     for field in before.fields {
         let Some(now) = after.field(field.name) else {
-            changes.push(format!("- {} ({}) is no more", field.name, field.kind.describe()));
+            changes.push(format!("- {} ({}) removed", field.name, field.kind.describe()));
             continue;
         };
         let (was, is) = (field.kind.describe(), now.kind.describe());
@@ -293,11 +296,11 @@ fn compare(before: &Descriptor, after: &Descriptor) -> Difference {
             changes.push(format!("~ {}: byte {} -> {}", field.name, field.offset, now.offset));
         }
         if field.doc != now.doc {
-            changes.push(format!("~ {}: what it is said to be is said otherwise", field.name));
+            changes.push(format!("~ {}: documentation changed", field.name));
         }
     }
     for field in after.fields.iter().filter(|field| before.field(field.name).is_none()) {
-        changes.push(format!("+ {} ({}) is new", field.name, field.kind.describe()));
+        changes.push(format!("+ {} ({}) added", field.name, field.kind.describe()));
     }
     let compatible = before.hash == after.hash;
     if !compatible {
@@ -306,5 +309,5 @@ fn compare(before: &Descriptor, after: &Descriptor) -> Difference {
             before.hash, after.hash, before.size, after.size
         ));
     }
-    Difference { name: before.name, compatible, changes }
+    InterfaceDifference { name: before.name, compatible, changes }
 }

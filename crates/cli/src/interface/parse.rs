@@ -2,28 +2,22 @@
 
 use std::collections::BTreeMap;
 
-use super::token::{Token, tokens};
+use super::syntax_error::SyntaxError;
+use super::token::{SourceToken, tokens};
 use super::word::objection;
 use slate::blackboard::interface::{Constant, Descriptor, Enumeration, Field, Kind, Primitive, schema_hash};
 
-/// What is wrong, and in which line.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wrong {
-    pub line: usize,
-    pub message: String,
-}
-
 /// An interface and where it stands.
 #[derive(Clone, Debug)]
-pub struct Found {
+pub struct FoundInterface {
     pub line: usize,
     pub descriptor: &'static Descriptor,
 }
 
 /// The types that interfaces of a file may name: what comes with Slate, and then what stands above them.
-type Types = BTreeMap<String, Kind>;
+type KnownTypes = BTreeMap<String, Kind>;
 
-/// What was read of a file lives as long as this program, which is short.
+/// Leaks a value: the program is short-lived.
 fn keep<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
 }
@@ -33,14 +27,14 @@ fn keep_text(text: &str) -> &'static str {
 }
 
 /// Reads all interfaces of a file, in their order.
-pub fn interfaces(source: &str) -> Result<Vec<Found>, Wrong> {
+pub fn interfaces(source: &str) -> Result<Vec<FoundInterface>, SyntaxError> {
     Ok(read(source)?.0)
 }
 
 /// As [`interfaces`], with how many enums there are beside them.
-pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
+pub fn read(source: &str) -> Result<(Vec<FoundInterface>, usize), SyntaxError> {
     let mut enumerations = 0;
-    let mut reader = Reader { tokens: tokens(source)?, next: 0 };
+    let mut reader = InterfaceParser { tokens: tokens(source)?, next: 0 };
     let (mut types, mut found) = (known(), Vec::new());
     while reader.next < reader.tokens.len() {
         let doc = reader.doc();
@@ -52,14 +46,14 @@ pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
         match reader.word("`struct` or `enum`")?.as_str() {
             "struct" => {
                 let descriptor = reader.structure(&doc, &types)?;
-                if found.iter().any(|one: &Found| one.descriptor.name == descriptor.name) {
-                    return Err(Wrong {
+                if found.iter().any(|one: &FoundInterface| one.descriptor.name == descriptor.name) {
+                    return Err(SyntaxError {
                         line,
                         message: format!("`{}` is there already, above", descriptor.name),
                     });
                 }
                 types.insert(descriptor.name.into(), Kind::Nested(descriptor));
-                found.push(Found { line, descriptor });
+                found.push(FoundInterface { line, descriptor });
             }
             "enum" => {
                 let enumeration = reader.enumeration(representation, &types)?;
@@ -67,7 +61,7 @@ pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
                 enumerations += 1;
             }
             other => {
-                return Err(Wrong {
+                return Err(SyntaxError {
                     line,
                     message: format!("`{other}` is no interface: expected a struct or an enum"),
                 });
@@ -78,7 +72,7 @@ pub fn read(source: &str) -> Result<(Vec<Found>, usize), Wrong> {
 }
 
 /// The numbers, and the interfaces that come with Slate and can be a field: all without a tail.
-fn known() -> Types {
+fn known() -> KnownTypes {
     // A truth value is the type `Bool`, as not every byte is a `bool`.
     let numbers = Primitive::ALL.map(|primitive| match primitive {
         Primitive::Bool => ("Bool", Kind::Bool),
@@ -89,32 +83,32 @@ fn known() -> Types {
     numbers.into_iter().map(|(name, kind)| (name.to_owned(), kind)).chain(nested).collect()
 }
 
-struct Reader {
-    tokens: Vec<(usize, Token)>,
+struct InterfaceParser {
+    tokens: Vec<(usize, SourceToken)>,
     next: usize,
 }
 
-impl Reader {
+impl InterfaceParser {
     fn line(&self) -> usize {
         let token = self.tokens.get(self.next).or(self.tokens.last());
         token.map_or(1, |(line, _)| *line)
     }
 
-    fn peek(&self) -> Option<&Token> {
+    fn peek(&self) -> Option<&SourceToken> {
         self.tokens.get(self.next).map(|(_, token)| token)
     }
 
-    fn wrong<T>(&self, message: impl Into<String>) -> Result<T, Wrong> {
-        Err(Wrong { line: self.line(), message: message.into() })
+    fn wrong<T>(&self, message: impl Into<String>) -> Result<T, SyntaxError> {
+        Err(SyntaxError { line: self.line(), message: message.into() })
     }
 
     fn take(&mut self, sign: char) -> bool {
-        let is_it = self.peek() == Some(&Token::Sign(sign));
+        let is_it = self.peek() == Some(&SourceToken::Sign(sign));
         self.next += usize::from(is_it);
         is_it
     }
 
-    fn expect(&mut self, sign: char) -> Result<(), Wrong> {
+    fn expect(&mut self, sign: char) -> Result<(), SyntaxError> {
         match self.take(sign) {
             true => Ok(()),
             false => self.wrong(format!("expected `{sign}`")),
@@ -122,15 +116,15 @@ impl Reader {
     }
 
     /// A word that the compiler takes for a name.
-    fn name(&mut self, expected: &str) -> Result<String, Wrong> {
+    fn name(&mut self, expected: &str) -> Result<String, SyntaxError> {
         let line = self.line();
         let word = self.word(expected)?;
-        objection(&word).map_or(Ok(word), |message| Err(Wrong { line, message }))
+        objection(&word).map_or(Ok(word), |message| Err(SyntaxError { line, message }))
     }
 
-    fn word(&mut self, expected: &str) -> Result<String, Wrong> {
+    fn word(&mut self, expected: &str) -> Result<String, SyntaxError> {
         match self.peek() {
-            Some(Token::Word(word)) => {
+            Some(SourceToken::Word(word)) => {
                 let word = word.clone();
                 self.next += 1;
                 Ok(word)
@@ -141,7 +135,7 @@ impl Reader {
 
     fn doc(&mut self) -> String {
         let mut doc: Vec<String> = Vec::new();
-        while let Some(Token::Doc(line)) = self.peek() {
+        while let Some(SourceToken::Doc(line)) = self.peek() {
             doc.push(line.clone());
             self.next += 1;
         }
@@ -149,9 +143,9 @@ impl Reader {
     }
 
     /// Reads an attribute, and returns its words and texts.
-    fn attribute(&mut self) -> Result<Option<Vec<String>>, Wrong> {
-        if self.peek() != Some(&Token::Sign('#'))
-            || self.tokens.get(self.next + 1).is_none_or(|(_, next)| *next != Token::Sign('['))
+    fn attribute(&mut self) -> Result<Option<Vec<String>>, SyntaxError> {
+        if self.peek() != Some(&SourceToken::Sign('#'))
+            || self.tokens.get(self.next + 1).is_none_or(|(_, next)| *next != SourceToken::Sign('['))
         {
             return Ok(None);
         }
@@ -159,9 +153,9 @@ impl Reader {
         let (mut depth, mut words) = (1, Vec::new());
         while depth > 0 {
             match self.peek() {
-                Some(Token::Sign('[')) => depth += 1,
-                Some(Token::Sign(']')) => depth -= 1,
-                Some(Token::Word(word) | Token::Text(word)) => words.push(word.clone()),
+                Some(SourceToken::Sign('[')) => depth += 1,
+                Some(SourceToken::Sign(']')) => depth -= 1,
+                Some(SourceToken::Word(word) | SourceToken::Text(word)) => words.push(word.clone()),
                 Some(_) => {}
                 None => return self.wrong("an attribute is not closed"),
             }
@@ -172,7 +166,7 @@ impl Reader {
 
     /// Goes behind the attributes of an interface, up to its `struct` or `enum`: the integer that an enum says, or nothing
     /// at what is no interface.
-    fn interface(&mut self) -> Result<Option<String>, Wrong> {
+    fn interface(&mut self) -> Result<Option<String>, SyntaxError> {
         let (begin, mut is_interface, mut representation) = (self.next, false, "u8".to_owned());
         while let Some(words) = self.attribute()? {
             is_interface |= words.first().is_some_and(|word| word == "interface");
@@ -192,7 +186,7 @@ impl Reader {
     }
 
     fn visibility(&mut self) {
-        if self.peek() == Some(&Token::Word("pub".into())) {
+        if self.peek() == Some(&SourceToken::Word("pub".into())) {
             self.next += 1;
             if self.take('(') {
                 while !self.take(')') && self.peek().is_some() {
@@ -202,7 +196,7 @@ impl Reader {
         }
     }
 
-    fn structure(&mut self, doc: &str, types: &Types) -> Result<&'static Descriptor, Wrong> {
+    fn structure(&mut self, doc: &str, types: &KnownTypes) -> Result<&'static Descriptor, SyntaxError> {
         let name = self.name("a name")?;
         self.expect('{')?;
         let (mut fields, mut size, mut align) = (Vec::new(), 0_usize, 1);
@@ -226,7 +220,7 @@ impl Reader {
             let field_line = self.line();
             let field = self.name("the name of a field")?;
             if fields.iter().any(|known: &Field| known.name == field) {
-                return Err(Wrong {
+                return Err(SyntaxError {
                     line: field_line,
                     message: format!("there are two fields `{field}`: rename one"),
                 });
@@ -263,7 +257,11 @@ impl Reader {
         }))
     }
 
-    fn enumeration(&mut self, carrier: String, types: &Types) -> Result<&'static Enumeration, Wrong> {
+    fn enumeration(
+        &mut self,
+        carrier: String,
+        types: &KnownTypes,
+    ) -> Result<&'static Enumeration, SyntaxError> {
         let Some(carrier) = types.get(&carrier).copied() else {
             return self.wrong(format!("`{carrier}` carries no enum"));
         };
@@ -277,7 +275,7 @@ impl Reader {
             let variant = self.name("the name of a constant")?;
             if constants.iter().any(|known: &Constant| known.name == upper_case(&variant)) {
                 let message = format!("there are two constants `{variant}`: rename one");
-                return Err(Wrong { line: variant_line, message });
+                return Err(SyntaxError { line: variant_line, message });
             }
             let mut value = constants.len() as i64;
             if self.take('=') {
@@ -298,7 +296,7 @@ impl Reader {
         Ok(keep(Enumeration { name: keep_text(&name), carrier, constants }))
     }
 
-    fn count(&mut self) -> Result<usize, Wrong> {
+    fn count(&mut self) -> Result<usize, SyntaxError> {
         let text = self.word("a number")?;
         match text.replace('_', "").parse() {
             Ok(count) => Ok(count),
@@ -306,7 +304,7 @@ impl Reader {
         }
     }
 
-    fn kind(&mut self, types: &Types, may_be_tail: bool) -> Result<Kind, Wrong> {
+    fn kind(&mut self, types: &KnownTypes, may_be_tail: bool) -> Result<Kind, SyntaxError> {
         if self.take('[') {
             let item = keep(self.kind(types, false)?);
             if self.take(';') {
@@ -317,7 +315,7 @@ impl Reader {
             self.expect(']')?;
             return match may_be_tail {
                 true => Ok(Kind::Tail(item)),
-                false => self.wrong("a slice stands at the end of an interface only"),
+                false => self.wrong("a slice must be the last field"),
             };
         }
         let name = self.word("a type")?;
@@ -432,7 +430,7 @@ mod tests {
             ("#[interface] pub union A {}", 1, "expected a struct or an enum"),
             ("#[interface] pub struct A { a u8 }", 1, "expected `:`"),
             ("#[interface]\npub struct A {\n a: u8,\n a: u8 }", 4, "two fields `a`"),
-            ("#[interface]\npub struct A { type: u8 }", 2, "`type` is a word of Rust"),
+            ("#[interface]\npub struct A { type: u8 }", 2, "`type` is a keyword of Rust"),
             ("#[interface]\npub struct A { 9a: u8 }", 2, "begins with a digit"),
             ("#[interface]\npub enum A { Go, Go }", 2, "two constants `Go`"),
             ("#[interface] struct A { a: u8 }\n#[interface] struct A { a: u8 }", 2, "there already"),

@@ -3,24 +3,24 @@
 //! Own code: of an unbalanced bracket or an open text, `proc-macro2` says only "cannot parse string into token stream", where a newcomer needs
 //! the line of its begin; and `syn` would be compiled a second time for the command.
 
-use super::parse::Wrong;
+use super::syntax_error::SyntaxError;
 
 /// A piece of the source.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Token {
+pub enum SourceToken {
     Word(String),
-    /// What a text in quotes has in it.
+    /// Contents of a string literal.
     Text(String),
     Doc(String),
     Sign(char),
 }
 
 /// All of them with their lines, when each bracket is closed.
-pub fn tokens(source: &str) -> Result<Vec<(usize, Token)>, Wrong> {
+pub fn tokens(source: &str) -> Result<Vec<(usize, SourceToken)>, SyntaxError> {
     let mut tokens = Vec::new();
     let (mut rest, mut line) = (source, 1);
     while let Some(first) = rest.chars().next() {
-        let unclosed = |what: &str, end: &str| Wrong {
+        let unclosed = |what: &str, end: &str| SyntaxError {
             line,
             message: format!(
                 "{what} begins here and is not closed: expected `{end}` before the end of the file"
@@ -29,7 +29,7 @@ pub fn tokens(source: &str) -> Result<Vec<(usize, Token)>, Wrong> {
         let length = if let Some(comment) = rest.strip_prefix("//") {
             let end = comment.find('\n').unwrap_or(comment.len());
             if let Some(doc) = comment[..end].strip_prefix('/') {
-                tokens.push((line, Token::Doc(doc.trim().to_owned())));
+                tokens.push((line, SourceToken::Doc(doc.trim().to_owned())));
             }
             end + 2
         } else if rest.starts_with("/*") {
@@ -45,18 +45,18 @@ pub fn tokens(source: &str) -> Result<Vec<(usize, Token)>, Wrong> {
             if end >= bytes.len() {
                 return Err(unclosed("a text", "\""));
             }
-            tokens.push((line, Token::Text(rest[1..end].to_owned())));
+            tokens.push((line, SourceToken::Text(rest[1..end].to_owned())));
             end + 1
         } else if first.is_alphanumeric() || first == '_' {
             let end = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
-            tokens.push((line, Token::Word(rest[..end].to_owned())));
+            tokens.push((line, SourceToken::Word(rest[..end].to_owned())));
             end
         } else if first == '\'' {
             // What is no character is a lifetime, which is of no interest.
             character(rest).unwrap_or(1)
         } else {
             if !first.is_whitespace() {
-                tokens.push((line, Token::Sign(first)));
+                tokens.push((line, SourceToken::Sign(first)));
             }
             first.len_utf8()
         };
@@ -116,10 +116,10 @@ fn character(text: &str) -> Option<usize> {
 }
 
 /// Whether each bracket is closed by its own kind.
-fn balanced(tokens: &[(usize, Token)]) -> Result<(), Wrong> {
+fn balanced(tokens: &[(usize, SourceToken)]) -> Result<(), SyntaxError> {
     let mut open: Vec<(usize, char, char)> = Vec::new();
     for (line, token) in tokens {
-        let Token::Sign(sign) = token else { continue };
+        let SourceToken::Sign(sign) = token else { continue };
         match sign {
             '(' => open.push((*line, '(', ')')),
             '[' => open.push((*line, '[', ']')),
@@ -129,11 +129,11 @@ fn balanced(tokens: &[(usize, Token)]) -> Result<(), Wrong> {
                 Some((begin, opened, wanted)) => {
                     let message =
                         format!("expected `{wanted}` for the `{opened}` of line {begin}, not `{sign}`");
-                    return Err(Wrong { line: *line, message });
+                    return Err(SyntaxError { line: *line, message });
                 }
                 None => {
                     let message = format!("`{sign}` closes nothing: expected an item");
-                    return Err(Wrong { line: *line, message });
+                    return Err(SyntaxError { line: *line, message });
                 }
             },
             _ => {}
@@ -142,7 +142,7 @@ fn balanced(tokens: &[(usize, Token)]) -> Result<(), Wrong> {
     match open.pop() {
         Some((line, opened, wanted)) => {
             let message = format!("`{opened}` is not closed: expected `{wanted}` before the end of the file");
-            Err(Wrong { line, message })
+            Err(SyntaxError { line, message })
         }
         None => Ok(()),
     }

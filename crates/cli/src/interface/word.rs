@@ -1,4 +1,4 @@
-//! What fields and interfaces can be called.
+//! Valid names of fields and interfaces.
 
 /// The keywords of Rust, with those that are kept for later.
 const KEYWORDS: [&str; 53] = [
@@ -14,7 +14,7 @@ pub fn objection(word: &str) -> Option<String> {
     if word.starts_with(|first: char| first.is_numeric()) {
         Some(format!("`{word}` begins with a digit, and a name with a letter"))
     } else if KEYWORDS.contains(&word) {
-        Some(format!("`{word}` is a word of Rust, and no name"))
+        Some(format!("`{word}` is a keyword of Rust"))
     } else {
         None
     }

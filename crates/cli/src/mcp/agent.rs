@@ -10,10 +10,10 @@ use slate::control::operations::{DRIVE, STOP};
 use slate::control::{Client, ClientError, Operation, Role};
 
 use super::tools::{EXPLAIN, LONGEST_DRIVE, operation, request};
+use crate::clock::now;
 use crate::codes::explained;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::watch::now;
 
 /// For whom the agent is asked, as its log says it.
 const CALLER: &str = "mcp";
@@ -69,7 +69,7 @@ impl Reach {
         Self { route, role, name, local, idle: Mutex::new(vec![client]), is_over: AtomicBool::new(false) }
     }
 
-    /// What the model may do.
+    /// Returns the rights of the model.
     pub fn role(&self) -> Role {
         self.role
     }
@@ -89,7 +89,7 @@ impl Reach {
         self.idle.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Does what a tool is for; else says why not.
+    /// Runs a tool.
     pub fn call(
         &self,
         tool: &str,
@@ -105,7 +105,7 @@ impl Reach {
             }
             _ => match operation(tool) {
                 Some(operation) => self.carry_out(operation, arguments),
-                None => Err(format!("there is no tool `{tool}`")),
+                None => Err(format!("unknown tool `{tool}`")),
             },
         }
     }

@@ -37,7 +37,7 @@ const AGENT: &str = "agent";
 /// The argument of a body that is no object of known fields.
 const BODY: &str = "body";
 
-/// What a tool takes, as JSON Schema, and what it is for.
+/// A tool with its JSON Schema.
 pub struct ToolEntry {
     pub name: &'static str,
     pub doc: &'static str,
@@ -126,7 +126,7 @@ fn name(part: &str) -> Option<&str> {
     part.strip_prefix('{')?.strip_suffix('}')
 }
 
-/// What may stand behind the question mark; a token is for browsers.
+/// Returns the query parameters, without the token of browsers.
 fn query(operation: &Operation) -> impl Iterator<Item = &'static Parameter> {
     operation.parameters.iter().filter(|parameter| parameter.name != "token")
 }
@@ -174,7 +174,7 @@ fn schema(operation: &Operation) -> Map<String, Value> {
     object(properties, required)
 }
 
-/// What an agent is asked, by the arguments of a tool: path and body.
+/// Returns path and body of the request for a tool.
 pub fn request(
     operation: &Operation,
     agent: &str,

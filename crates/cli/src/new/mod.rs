@@ -9,41 +9,41 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::{examples, output};
 
-/// What a project is made from.
+/// Template of a project.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Template {
-    /// A robot in MAPE-K: Monitor, Analyze, Plan, Execute and a reflex.
+    /// A robot in MAPE-K: Monitor, Analyze, Plan, Execute and a reflex
     Mapek,
-    /// A module beside blocks that come with Slate: it finds the nearest thing that a robot hears.
+    /// A module beside the blocks of a robot: it finds the nearest obstacle in the sonar ranges
     Module,
-    /// A plugin with one module, which drives a robot by itself.
+    /// A plugin with one module that drives a robot
     Plugin,
 }
 
 #[derive(Debug, Args)]
 pub struct NewOptions {
-    /// What it is called; a folder of that name is made here.
+    /// Name of the project and its folder
     name: String,
 
-    /// What it is made from.
+    /// Template
     #[arg(long, short, value_enum, default_value_t = Template::Mapek)]
     template: Template,
 
-    /// The folder of Slate's sources; found by itself when this program was built there.
+    /// Checkout of Slate [default: where this program was built]
     #[arg(long, value_name = "PATH")]
     slate: Option<PathBuf>,
 
-    /// Prints the files that were written as JSON.
+    /// Print the names of the created files as JSON
     #[arg(long)]
     json: bool,
 }
 
 /// A file's name and text, with `PROJECT_NAME`, `MODULE_KIND` for the name of its module or blocks, and `SLATE_FOLDER`; a
 /// file's name has `NAME`.
-type File = (&'static str, &'static str);
+type TemplateFile = (&'static str, &'static str);
 
 impl Template {
-    fn files(self) -> [File; 4] {
+    fn files(self) -> [TemplateFile; 4] {
         let [manifest, library, configuration] = match self {
             Self::Mapek => [
                 include_str!("template/mapek/manifest.toml"),
@@ -69,7 +69,7 @@ impl Template {
         ]
     }
 
-    /// What a project of it is.
+    /// Returns the noun for a project of this template.
     fn noun(self) -> &'static str {
         match self {
             Self::Mapek => "robot",
@@ -78,7 +78,7 @@ impl Template {
         }
     }
 
-    /// What the project is, and what to do with it when it runs.
+    /// Describes the project and its next steps.
     fn about(self) -> (&'static str, &'static str) {
         match self {
             Self::Mapek => (
@@ -98,14 +98,14 @@ impl Template {
                 "is a plugin with a module `KIND`",
                 "To exchange the code under the robot, let it go slowly, and change src/lib.rs meanwhile:
 
-  slate run NAME.toml --set modules.KIND.params.speed=0.05
+  slate run NAME.toml --set modules.KIND.params.max_linear_velocity=0.05
   cargo build && slate plugin reload NAME",
             ),
         }
     }
 }
 
-/// What the configuration of the new crate names.
+/// Names that the templates' configurations use.
 const NAMED: [&str; 4] = ["simulator", "referee", "wheels", "pioneer"];
 
 /// No package can be called so.
@@ -178,7 +178,7 @@ pub fn new(options: &NewOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// Says what to do next.
+/// Prints the next steps.
 pub fn tell(name: &str, template: Template) {
     let (what, further) = template.about();
     let kind = name.replace('-', "_");
@@ -208,7 +208,7 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
         |own: &str| own.strip_prefix(&kind).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'));
     let linked = examples::plugins();
     if linked.iter().flat_map(|plugin| plugin.kinds()).any(|own| is_taken(own.name())) {
-        let reason = "modules that come with Slate are called so";
+        let reason = "a module of Slate has this name";
         return Err(Failure::ProjectName { name: name.into(), what: template.noun(), reason });
     }
     let slate = checkout(slate)?;
@@ -250,14 +250,14 @@ pub fn write(name: &str, template: Template, slate: Option<&Path>) -> Result<Vec
 fn objection(name: &str) -> Option<&'static str> {
     let small = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || c == '-' || c == '_';
     if !(name.starts_with(|c: char| c.is_ascii_lowercase()) && name.chars().all(small)) {
-        Some("a name has small letters, digits, - and _, a letter first")
+        Some("expected lower-case letters, digits, - and _, with a letter first")
     } else if RESERVED.contains(&name) {
-        Some("it is a word of Rust or Cargo")
+        Some("it is reserved by Rust or Cargo")
     } else if name == "slate" || name.starts_with("slate-") {
         // The new package depends on some of them.
-        Some("Slate's own packages are called so")
+        Some("Slate's own packages have this name")
     } else if NAMED.contains(&name) {
-        Some("the simulator's configuration, which comes with the plugin, has something of that name")
+        Some("the template's configuration uses this name")
     } else {
         None
     }

@@ -1,4 +1,4 @@
-//! What a library says of itself.
+//! Contents of a plugin library.
 
 use std::path::Path;
 

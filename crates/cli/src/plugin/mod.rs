@@ -13,82 +13,81 @@ use crate::output;
 
 #[derive(Debug, Subcommand)]
 pub enum PluginVerb {
-    /// Writes a crate with a module, its test, and a configuration that runs it in the simulator.
+    /// Create a crate with a module, a test, and a configuration for the simulator
     New {
-        /// What it is called; a folder of that name is made here.
+        /// Name of the project and its folder
         name: String,
-        /// The folder of Slate's sources; found by itself when this program was built there.
+        /// Checkout of Slate [default: where this program was built]
         #[arg(long, value_name = "PATH")]
         slate: Option<PathBuf>,
     },
-    /// Shows what a plugin's library offers and needs; the library is not opened.
+    /// Show the modules and requirements of a library without loading it
     Info {
-        /// The library, such as `target/debug/libfollower.so`.
+        /// Library, such as `target/debug/libfollower.so`
         file: PathBuf,
-        /// Prints it as JSON.
+        /// Print as JSON
         #[arg(long)]
         json: bool,
     },
-    /// Seals a plugin's library with a checksum, for its way to a robot: no agent opens it when a byte of it has changed.
+    /// Append a checksum to a library; agents refuse it if a byte has changed
     Seal {
-        /// The library.
+        /// Library
         file: PathBuf,
     },
-    /// Lists the plugins of a running agent.
+    /// List the plugins
     List {
-        /// Prints the list as JSON.
+        /// Print the list as JSON
         #[arg(long)]
         json: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Loads a plugin of the configuration, or a library, into a running agent.
+    /// Load a plugin of the configuration, or a library
     Load {
-        /// A plugin or a list of plugins of the configuration, or the file of a library.
+        /// Plugin or list of plugins of the configuration, or a library file
         #[arg(value_name = "NAME|FILE")]
         plugin: String,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Unloads a plugin: its modules end, and their outputs take their safe values.
+    /// Unload a plugin: its modules end, and their outputs take their safe values
     Unload {
-        /// Its name, or that of a list of plugins.
+        /// Name of a plugin or of a list of plugins
         name: String,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Exchanges the code of a plugin between two ticks; states are carried over where they fit.
+    /// Replace the code of a plugin between two ticks; compatible states are kept
     Reload {
-        /// Its name.
+        /// Name of the plugin
         name: String,
-        /// The library with the new code; that which it came from unless given.
+        /// Library with the new code [default: the file it was loaded from]
         file: Option<PathBuf>,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Runs new code beside that of a plugin: it makes the same steps, and what it writes is compared and thrown away.
-    /// Without a file, shows how the new code compares.
+    /// Run new code in the shadow of a plugin and compare; without a file, show the comparison
     Shadow {
-        /// Its name.
+        /// Name of the plugin
         name: String,
-        /// The library with the new code.
+        /// Library with the new code
         file: Option<PathBuf>,
-        /// Ends the new code.
+        /// End the shadow
         #[arg(long, conflicts_with = "file")]
         end: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Lets the new code beside a plugin take over, with the states that it has by now.
+    /// Let the shadow take over, with its present state
     Promote {
-        /// Its name.
+        /// Name of the plugin
         name: String,
         #[command(flatten)]
         agent: AgentOption,
     },
 }
 
-/// Does what is asked; true, as what is refused is a failure.
+/// Runs the command; returns true, as a refusal is a failure.
 pub fn plugin(verb: &PluginVerb) -> Result<bool, Failure> {
     match verb {
         PluginVerb::New { name, slate } => {
@@ -223,16 +222,16 @@ fn shadow(agent: &AgentOption, name: &str, file: Option<&Path>) -> Result<(), Fa
     Ok(())
 }
 
-/// What a reload came to.
+/// Prints the result of a reload.
 fn say(reloaded: &Reloaded) {
     let name = &reloaded.plugin;
     let how =
         if reloaded.in_place { "between two ticks" } else { "with other ports, so its modules were away" };
-    output::line(format_args!("{name} is exchanged {how}; its old library is {}", reloaded.old_library));
+    output::line(format_args!("{name} is reloaded {how}; its old library is {}", reloaded.old_library));
     for (module, lost) in &reloaded.modules {
         match lost {
-            None => output::line(format_args!("{module}: goes on with its state")),
-            Some(reason) => output::line(format_args!("{module}: begins afresh: {reason}")),
+            None => output::line(format_args!("{module}: keeps its state")),
+            Some(reason) => output::line(format_args!("{module}: restarts without its state: {reason}")),
         }
     }
 }

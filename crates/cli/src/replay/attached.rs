@@ -13,11 +13,11 @@ use crate::failure::Failure;
 /// Files of a recording in a folder of their own, as long as this lives, where those on the disk are other ones or gone.
 #[derive(Default)]
 pub struct Attached {
-    /// What has the configuration name them.
+    /// Settings that name the extracted files.
     pub sets: Vec<String>,
-    /// Those of which there is another one on the disk.
+    /// Files that differ on the disk.
     pub replaced: Vec<String>,
-    /// Those that are on the disk and not in the recording.
+    /// Files on the disk that the recording lacks.
     pub absent: Vec<String>,
     folder: Option<PathBuf>,
 }

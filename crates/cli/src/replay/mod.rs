@@ -12,8 +12,8 @@ use std::path::PathBuf;
 use clap::Args;
 use slate::record::replay::{Choice, Plan};
 
-use crate::bag::nanoseconds;
 use crate::failure::Failure;
+use crate::recording::parse_offset;
 use order::OrderVerb;
 pub use trial::{TryOptions, try_module};
 
@@ -23,76 +23,76 @@ pub struct ReplayOptions {
     #[command(subcommand)]
     order: Option<OrderVerb>,
 
-    /// A recording.
+    /// Recording
     #[arg(required = true)]
     file: Option<PathBuf>,
 
-    /// Makes a run in lockstep again and compares every value that it writes with the recorded one.
+    /// Repeat a lockstep run and compare every value with the recorded one
     #[arg(long, conflicts_with_all = ["rate", "start", "end", "repeat", "pause", "stay", "select", "exclude", "map", "recompute", "partial", "set"])]
     verify: bool,
 
-    /// How fast: `realtime`, a factor, or `max`.
+    /// Replay rate: `realtime`, a factor, or `max`
     #[arg(long, value_parser = parse_factor, default_value = "realtime", allow_hyphen_values = true)]
-    rate: Factor,
+    rate: ReplayRate,
 
-    /// Where it begins, seconds after the first value.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    /// Start, seconds after the first value
+    #[arg(long, value_name = "SECONDS", value_parser = parse_offset)]
     start: Option<u64>,
 
-    /// Where it ends, seconds after the first value.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    /// End, seconds after the first value
+    #[arg(long, value_name = "SECONDS", value_parser = parse_offset)]
     end: Option<u64>,
 
-    /// Begins again at the end.
+    /// Restart at the end
     #[arg(long = "loop", conflicts_with = "recompute")]
     repeat: bool,
 
-    /// Stands still at the beginning, until `slate replay resume` or `step`.
+    /// Start paused, until `slate replay resume` or `step`
     #[arg(long)]
     pause: bool,
 
-    /// Stands still at the end, so that tools can look at the last values, until Ctrl-C.
+    /// Keep the agent with the last values at the end, until Ctrl-C
     #[arg(long, conflicts_with = "repeat")]
     stay: bool,
 
-    /// Topics that are played, or patterns such as `/r2/*`; all unless given.
+    /// Replay only these topics or patterns, such as `/r2/*`
     #[arg(long, num_args = 1.., value_name = "TOPIC")]
     select: Vec<String>,
 
-    /// Topics that are not.
+    /// Exclude topics or patterns
     #[arg(long, num_args = 1.., value_name = "TOPIC")]
     exclude: Vec<String>,
 
-    /// Plays a topic at another path, such as `/scan=/r2/laser/scan`; may be given several times.
+    /// Remap a topic to another path, such as `/scan=/r2/laser/scan`; repeatable
     #[arg(long, value_name = "TOPIC=URL", value_parser = parse_map)]
     map: Vec<(String, String)>,
 
-    /// Modules of the recorded agent that run on what is played; what they write is compared with what is recorded.
+    /// Run modules on the replayed inputs and compare their outputs with the recorded ones
     #[arg(long, value_name = "MODULE", value_delimiter = ',')]
     recompute: Vec<String>,
 
-    /// Runs them also when not all is recorded that they read then; what came of it says so.
+    /// Run them even if some of their inputs are not recorded; the result says so
     #[arg(long, requires = "recompute")]
     partial: bool,
 
-    /// Sets a value of the recorded configuration; may be given several times.
+    /// Override a setting of the recorded configuration; repeatable
     #[arg(long, value_name = "PATH=VALUE", requires = "recompute")]
     set: Vec<String>,
 
-    /// Prints what came of it as JSON.
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }
 
 /// A factor; nothing for as fast as it goes.
 #[derive(Clone, Copy, Debug)]
-pub struct Factor(pub Option<f64>);
+pub struct ReplayRate(pub Option<f64>);
 
-fn parse_factor(text: &str) -> Result<Factor, String> {
+fn parse_factor(text: &str) -> Result<ReplayRate, String> {
     use slate::runtime::Rate;
-    crate::arguments::parse_rate(text).map(|rate| match rate {
-        Rate::Max => Factor(None),
-        Rate::Times(factor) => Factor(Some(factor)),
+    crate::run_options::parse_rate(text).map(|rate| match rate {
+        Rate::Max => ReplayRate(None),
+        Rate::Times(factor) => ReplayRate(Some(factor)),
     })
 }
 

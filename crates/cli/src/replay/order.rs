@@ -1,59 +1,59 @@
-//! What is said to a playback from another shell.
+//! Control of a running replay.
 
 use clap::Subcommand;
 use slate::runtime::playback::{LoopSection, Order, PlaybackStatus};
 
-use super::{Factor, parse_factor};
-use crate::bag::nanoseconds;
+use super::{ReplayRate, parse_factor};
 use crate::connection::AgentOption;
 use crate::failure::Failure;
 use crate::output;
+use crate::recording::parse_offset;
 
 #[derive(Debug, Subcommand)]
 pub enum OrderVerb {
-    /// Says how a playback stands.
+    /// Show the state of a replay
     Status {
-        /// Prints it as JSON.
+        /// Print as JSON
         #[arg(long)]
         json: bool,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Lets a playback stand still.
+    /// Pause a replay
     Pause(AgentOption),
-    /// Lets it go on.
+    /// Resume a replay
     Resume(AgentOption),
-    /// Makes one cycle, or so many, and stands still.
+    /// Step one or more cycles, then pause
     Step {
-        /// How many cycles.
+        /// Number of cycles
         #[arg(default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
         cycles: u64,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Goes on from another time: each property has the last value that it had then.
+    /// Seek to a time; each property takes its last value before it
     Seek {
-        /// Seconds after the first value.
-        #[arg(value_parser = nanoseconds)]
+        /// Seconds after the first value
+        #[arg(value_parser = parse_offset)]
         time: u64,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Goes at another rate.
+    /// Change the rate
     Rate {
-        /// `realtime`, a factor, or `max`.
+        /// `realtime`, a factor, or `max`
         #[arg(value_parser = parse_factor, allow_hyphen_values = true)]
-        rate: Factor,
+        rate: ReplayRate,
         #[command(flatten)]
         agent: AgentOption,
     },
-    /// Plays what is between two times again and again; without times, no more.
+    /// Repeat the section between two times; without times, stop repeating
     Loop {
-        /// Where it begins, seconds after the first value.
-        #[arg(value_parser = nanoseconds, requires = "to")]
+        /// Start, seconds after the first value
+        #[arg(value_parser = parse_offset, requires = "to")]
         from: Option<u64>,
-        /// Where it ends.
-        #[arg(value_parser = nanoseconds)]
+        /// End, seconds after the first value
+        #[arg(value_parser = parse_offset)]
         to: Option<u64>,
         #[command(flatten)]
         agent: AgentOption,

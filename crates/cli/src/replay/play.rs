@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
 use slate::control::Server;
-use slate::record::Recorder;
-use slate::record::replay::{Difference, Plan, Player, Recomputation};
+use slate::record::replay::{Difference, Plan, PlayedRun, Player, Recomputation};
+use slate::record::{Recorded, Recorder};
 use slate::runtime::recording::{Change, Recording};
 use slate::runtime::{Agent, Mode, Options, printable};
 
@@ -16,11 +16,11 @@ use crate::examples;
 use crate::failure::Failure;
 use crate::output::{self, counted};
 
-/// Plays it: 0 at its end.
+/// Plays a recording; returns the exit code, 0 at the end of the recording.
 pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     let plugins = examples::plugins();
-    // What goes as fast as it can is over before anybody looks.
     let is_paused = plan.is_paused;
+    // A playback at maximum rate is over before a browser could open.
     let is_watched = plan.rate.is_some() || is_paused || plan.stays;
     let mut player = Player::open(file, &plugins, plan)?;
     tell(&player);
@@ -40,37 +40,16 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     };
     let mut agent = Agent::load_with(&database, &plugins, how)?;
     if let Some(recorder) = &recorder {
-        let path = settings
-            .file
-            .as_ref()
-            .map_or_else(|| PathBuf::from("recomputed.mcap"), |file| file.value.clone());
-        recorder.begin(&agent, &path);
-        // A run on values of another one can't be made again from its configuration.
-        let what = format!("a playback of {}", printable(file));
-        recorder.changed(0, 0, &Change::Other { what });
+        let path = settings.file.as_ref().map(|file| file.value.clone());
+        recorder.begin(&agent, &path.unwrap_or_else(|| PathBuf::from("recomputed.mcap")));
+        // A run on replayed values can't be repeated from its configuration.
+        recorder.changed(0, 0, &Change::Other { what: format!("a playback of {}", printable(file)) });
     }
     agent.composer().control_playback(player.control());
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    // The first Ctrl-C ends it in good order, the second one the process.
-    let handled = ctrlc::set_handler(move || {
-        if asked.swap(true, Ordering::Relaxed) {
-            std::process::exit(130);
-        }
-    });
-    if let Err(error) = handled {
-        eprintln!("Ctrl-C will end the process at once: {error}");
-    }
+    let stop = stop_on_interrupt();
     let server = Server::open(&agent);
     match &server {
-        Ok(server) => {
-            let (properties, time) = player.extent();
-            let seconds = time as f64 * 1e-9;
-            eprintln!("agent {} plays {properties} properties, {seconds:.3} s", server.name());
-            if is_paused {
-                eprintln!("it stands still until `slate replay resume` or `slate replay step`");
-            }
-        }
+        Ok(server) => announce(server, &player, is_paused),
         // It is played all the same.
         Err(error) => eprintln!("{error}"),
     }
@@ -80,38 +59,76 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     let recorded = recorder.map(|recorder| recorder.end(&mut agent)).transpose()?;
     let outcome = player.outcome()?;
     match json {
-        true => output::json(&json!({
-            "schema": "slate.replay/1",
-            "values": played.values,
-            "cycles": played.cycles,
-            "time": played.time,
-            "ended": played.is_whole,
-            "recording": recorded.as_ref().map(|recorded| &recorded.file),
-            "misses": player.misses(),
-            "properties": outcome.as_ref().map(|outcome| &outcome.properties),
-            "unseen": outcome.as_ref().map(|outcome| &outcome.unseen),
-            "silent": outcome.as_ref().map(|outcome| &outcome.silent),
-            "unheard": outcome.as_ref().map(|outcome| &outcome.unheard),
-            "has_threads": outcome.as_ref().map(|outcome| outcome.has_threads),
-            "unrepeated": outcome.as_ref().map(|outcome| &outcome.unrepeated),
-            "fresh_from": outcome.as_ref().and_then(|outcome| outcome.fresh_from),
-            "first": outcome.as_ref().and_then(|outcome| outcome.first.as_ref()).map(|own| first(own, "recomputed")),
-        })),
+        true => output::json(&document(&played, recorded.as_ref(), player.misses(), outcome.as_ref())),
         false => {
-            let (values, cycles) =
-                (counted(played.values, "value", "values"), counted(played.cycles, "cycle", "cycles"));
-            let (seconds, end) = (played.time as f64 * 1e-9, if played.is_whole { "" } else { ", stopped" });
-            output::line(format_args!("{values} in {cycles}, up to {seconds:.3} s{end}"));
-            if let Some(recorded) = &recorded {
-                let values = counted(recorded.values, "value", "values");
-                output::line(format_args!("recording: {} ({values})", printable(&recorded.file)));
-            }
+            show_played(&played, recorded.as_ref());
             if let Some(outcome) = &outcome {
                 show(outcome, player.misses());
             }
         }
     }
     Ok(outcome.map_or(0, |outcome| code(&outcome, player.misses())))
+}
+
+/// Returns a flag that the first Ctrl-C sets; the second one ends the process.
+fn stop_on_interrupt() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    let handled = ctrlc::set_handler(move || {
+        if asked.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = handled {
+        eprintln!("Ctrl-C will end the process at once: {error}");
+    }
+    stop
+}
+
+/// Prints what is played, and by which agent.
+fn announce(server: &Server, player: &Player, is_paused: bool) {
+    let (properties, time) = player.extent();
+    let seconds = time as f64 * 1e-9;
+    eprintln!("agent {} plays {properties} properties, {seconds:.3} s", server.name());
+    if is_paused {
+        eprintln!("paused: `slate replay resume` or `slate replay step` starts it");
+    }
+}
+
+fn document(
+    played: &PlayedRun,
+    recorded: Option<&Recorded>,
+    misses: &[String],
+    outcome: Option<&Recomputation>,
+) -> serde_json::Value {
+    json!({
+        "schema": "slate.replay/1",
+        "values": played.values,
+        "cycles": played.cycles,
+        "time": played.time,
+        "ended": played.is_whole,
+        "recording": recorded.map(|recorded| &recorded.file),
+        "misses": misses,
+        "properties": outcome.map(|outcome| &outcome.properties),
+        "unseen": outcome.map(|outcome| &outcome.unseen),
+        "silent": outcome.map(|outcome| &outcome.silent),
+        "unheard": outcome.map(|outcome| &outcome.unheard),
+        "has_threads": outcome.map(|outcome| outcome.has_threads),
+        "unrepeated": outcome.map(|outcome| &outcome.unrepeated),
+        "fresh_from": outcome.and_then(|outcome| outcome.fresh_from),
+        "first": outcome.and_then(|outcome| outcome.first.as_ref()).map(|own| first(own, "recomputed")),
+    })
+}
+
+fn show_played(played: &PlayedRun, recorded: Option<&Recorded>) {
+    let values = counted(played.values, "value", "values");
+    let cycles = counted(played.cycles, "cycle", "cycles");
+    let (seconds, end) = (played.time as f64 * 1e-9, if played.is_whole { "" } else { ", stopped" });
+    output::line(format_args!("{values} in {cycles}, up to {seconds:.3} s{end}"));
+    if let Some(recorded) = recorded {
+        let values = counted(recorded.values, "value", "values");
+        output::line(format_args!("recording: {} ({values})", printable(&recorded.file)));
+    }
 }
 
 /// 0 when what was recomputed is what is recorded, 1 when it is not, and 2 when that says nothing, as the modules had not all
@@ -129,7 +146,7 @@ pub fn code(outcome: &Recomputation, misses: &[String]) -> u8 {
     }
 }
 
-/// Says how what was recomputed compares.
+/// Prints how the recomputed values compare.
 pub fn show(outcome: &Recomputation, misses: &[String]) {
     let count = |count: u64, what: &str| if count > 0 { format!("{count} {what}") } else { String::new() };
     let rows = outcome.properties.iter().map(|own| {
@@ -149,16 +166,16 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
             output::line(first);
             if outcome.has_threads {
                 output::line(
-                    "modules of this run had threads of their own: which values a tick saw is not recorded, and may be all that \
-                     differs",
+                    "modules of this run had threads of their own: the values that a tick saw are not recorded, which may \
+                     explain the difference",
                 );
             }
             for what in &outcome.unrepeated {
-                output::line(format_args!("{what}, which can't be made again, and may be all that differs"));
+                output::line(format_args!("{what}, which can't be repeated and may explain the difference"));
             }
             if let Some(fresh) = &fresh {
                 output::line(format_args!(
-                    "the modules began {fresh}: what they remembered then is not recorded, and may be all that differs"
+                    "the modules began {fresh}: their recorded state is unknown, which may explain the difference"
                 ));
             }
         }
@@ -172,7 +189,7 @@ pub fn show(outcome: &Recomputation, misses: &[String]) {
         None => {}
     }
     if !outcome.silent.is_empty() {
-        output::line(format_args!("{} wrote nothing, neither then nor now", outcome.silent.join(", ")));
+        output::line(format_args!("{} wrote nothing in either run", outcome.silent.join(", ")));
     }
     for (from, to) in &outcome.unheard {
         output::line(format_args!("not compared: messages of /{from} to /{to}"));
@@ -191,7 +208,7 @@ pub fn first(first: &Difference, other: &str) -> serde_json::Value {
     json!({ "time": time, "url": url, "field": field, "recorded": recorded, other: replayed })
 }
 
-/// Says what is not played as it was.
+/// Prints deviations of the replay from the recorded run.
 pub fn tell(player: &Player) {
     for miss in player.misses() {
         eprintln!("{}", output::harmless(format_args!("not as it was: {miss}")));

@@ -1,7 +1,7 @@
 //! One module, tried on a recording.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
@@ -9,50 +9,49 @@ use serde_json::{Value, json};
 use slate::blackboard::interface;
 use slate::blackboard::nearest_names;
 use slate::module::Plugin;
-use slate::record::replay::{Plan, Player, recorded_modules};
+use slate::record::replay::{Plan, PlayedRun, Player, Recomputation, recorded_modules};
 use slate::runtime::{Agent, Mode, Options, plugin, printable};
 
 use super::play;
-use crate::bag::nanoseconds;
 use crate::examples;
 use crate::failure::Failure;
 use crate::output::{self, counted};
+use crate::recording::parse_offset;
 
 #[derive(Debug, Args)]
 pub struct TryOptions {
-    /// A module of the recorded agent, such as `r2/planner`, or a type of modules, such as `pass_position`.
+    /// Recorded module, such as `r2/planner`, or a kind of module, such as `pass_position`
     module: String,
 
-    /// The recording.
+    /// Recording
     #[arg(long, value_name = "FILE")]
     bag: PathBuf,
 
-    /// The library that the module's code is taken from.
+    /// Library with the module's code
     #[arg(long, value_name = "FILE")]
     library: Option<PathBuf>,
 
-    /// What an input reads, such as `position=/simulator/r2/position`; those of the recorded module read what they did unless
-    /// given. May be given several times.
+    /// Link an input, such as `position=/simulator/r2/position`; repeatable [default: the recorded links]
     #[arg(long, value_name = "INPUT=URL", value_parser = parse_link)]
     link: Vec<(String, String)>,
 
-    /// Runs it also when not all is recorded that it reads; what came of it says so.
+    /// Run it even if some of its inputs are not recorded; the result says so
     #[arg(long)]
     partial: bool,
 
-    /// Sets a value of the recorded configuration; may be given several times.
+    /// Override a setting of the recorded configuration; repeatable
     #[arg(long, value_name = "PATH=VALUE")]
     set: Vec<String>,
 
-    /// Where it begins, seconds after the first value.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    /// Start, seconds after the first value
+    #[arg(long, value_name = "SECONDS", value_parser = parse_offset)]
     start: Option<u64>,
 
-    /// Where it ends, seconds after the first value.
-    #[arg(long, value_name = "SECONDS", value_parser = nanoseconds)]
+    /// End, seconds after the first value
+    #[arg(long, value_name = "SECONDS", value_parser = parse_offset)]
     end: Option<u64>,
 
-    /// Prints what came of it as JSON.
+    /// Print the result as JSON
     #[arg(long)]
     json: bool,
 }
@@ -62,7 +61,7 @@ fn parse_link(text: &str) -> Result<(String, String), String> {
         Some((input, url)) if !input.is_empty() && url.len() > 1 && url.starts_with('/') => {
             Ok((input.into(), url.into()))
         }
-        _ => Err("expected an input and what it reads, such as scan=/r2/laser/scan".into()),
+        _ => Err("expected an input and its source, such as scan=/r2/laser/scan".into()),
     }
 }
 
@@ -74,38 +73,19 @@ struct Candidate {
     is_recorded: bool,
 }
 
-/// Tries a module: 0 when it writes what is recorded of it, or nothing is, and has no fault; 1 when not; 2 when that can't be
-/// said.
+/// Runs one module on a recording. Returns the exit code: 0 if its output equals the recorded one or none is recorded,
+/// and no tick failed; 1 if not; 2 if that can't be decided.
 pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
-    let (mut plugins, mut sets) = (examples::plugins(), Vec::new());
-    let mut kinds: Vec<Plugin> = plugins.clone();
-    if let Some(file) = &options.library {
-        let file =
-            std::path::absolute(file).map_err(|source| Failure::File { path: file.clone(), source })?;
-        let (plugin, ..) = plugin::load(&file)?;
-        // It takes the place of one of that name.
-        plugins.retain(|other| other.name() != plugin.name());
-        sets.push(format!("plugins.{}.file={}", quoted(plugin.name()), quoted(&file.to_string_lossy())));
-        kinds.retain(|other| other.name() != plugin.name());
-        kinds.push(plugin);
-    }
+    let (plugins, library) = plugins(options.library.as_deref())?;
+    let own = library.as_ref().map(|library| library.plugin.clone());
+    let kinds: Vec<Plugin> = plugins.iter().cloned().chain(own).collect();
     let candidate = candidate(options, &kinds)?;
-    let Candidate { name, kind, is_recorded } = &candidate;
-    if !is_recorded {
-        sets.push(format!("modules.{}.kind={}", quoted(name), quoted(kind)));
-    }
-    // A module with a deadline has each tick timed; no tick takes that long.
-    sets.push(format!("modules.{}.deadline=\"60s\"", quoted(name)));
-    sets.extend(options.link.iter().map(|(input, url)| {
-        let input = input.trim_start_matches('/');
-        format!("links.{}={}", quoted(&format!("{name}/{input}")), quoted(url))
-    }));
-    sets.push("log.targets.console=false".into());
-    sets.extend(options.set.iter().cloned());
+    let set = library.map(|library| library.set);
+    let sets = set.into_iter().chain(settings(options, &candidate)).collect();
     let plan = Plan {
         start: options.start,
         end: options.end,
-        modules: BTreeSet::from([name.clone()]),
+        modules: BTreeSet::from([candidate.name.clone()]),
         is_partial: options.partial,
         sets,
         ..Plan::default()
@@ -125,15 +105,80 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
     let played = player.run(&mut agent, &AtomicBool::new(false))?;
     agent.publish_timing();
     let outcome = player.outcome()?.unwrap_or_default();
-    let ticks = Ticks::of(&agent, name);
     let values = last_values(&agent, outcome.properties.iter().map(|own| own.url.as_str()));
-    let code = match () {
-        () if ticks.has_failed() => 1,
-        () if !is_recorded => 0,
-        () => play::code(&outcome, player.misses()),
+    let trial = ModuleTrial {
+        ticks: Ticks::of(&agent, &candidate.name),
+        candidate,
+        played,
+        misses: player.misses(),
+        outcome,
+        values,
     };
-    if options.json {
-        output::json(&json!({
+    match options.json {
+        true => output::json(&trial.document()),
+        false => trial.show(&options.bag),
+    }
+    Ok(trial.code())
+}
+
+/// The plugin of a library, and the setting that loads it.
+struct TriedPlugin {
+    plugin: Plugin,
+    set: String,
+}
+
+/// Returns the plugins of this program that the library does not replace, and its plugin with the setting that loads it.
+fn plugins(library: Option<&Path>) -> Result<(Vec<Plugin>, Option<TriedPlugin>), Failure> {
+    let mut plugins = examples::plugins();
+    let Some(file) = library else { return Ok((plugins, None)) };
+    let file = std::path::absolute(file).map_err(|source| Failure::File { path: file.into(), source })?;
+    let (plugin, ..) = plugin::load(&file)?;
+    plugins.retain(|other| other.name() != plugin.name());
+    let set = format!("plugins.{}.file={}", quoted(plugin.name()), quoted(&file.to_string_lossy()));
+    Ok((plugins, Some(TriedPlugin { plugin, set })))
+}
+
+/// Returns the settings of the module.
+fn settings(options: &TryOptions, candidate: &Candidate) -> Vec<String> {
+    let Candidate { name, kind, is_recorded } = candidate;
+    let mut sets = Vec::new();
+    if !is_recorded {
+        sets.push(format!("modules.{}.kind={}", quoted(name), quoted(kind)));
+    }
+    // Each tick of a module with a deadline is timed; no tick takes that long.
+    sets.push(format!("modules.{}.deadline=\"60s\"", quoted(name)));
+    sets.extend(options.link.iter().map(|(input, url)| {
+        let input = input.trim_start_matches('/');
+        format!("links.{}={}", quoted(&format!("{name}/{input}")), quoted(url))
+    }));
+    sets.push("log.targets.console=false".into());
+    sets.extend(options.set.iter().cloned());
+    sets
+}
+
+/// Result of a run of one module on a recording.
+struct ModuleTrial<'a> {
+    candidate: Candidate,
+    played: PlayedRun,
+    ticks: Ticks,
+    misses: &'a [String],
+    outcome: Recomputation,
+    /// The last value of each property, by URL.
+    values: BTreeMap<String, Value>,
+}
+
+impl ModuleTrial<'_> {
+    fn code(&self) -> u8 {
+        match self.candidate.is_recorded {
+            _ if self.ticks.has_failed() => 1,
+            false => 0,
+            true => play::code(&self.outcome, self.misses),
+        }
+    }
+
+    fn document(&self) -> Value {
+        let Self { candidate: Candidate { name, kind, is_recorded }, played, ticks, outcome, .. } = self;
+        json!({
             "schema": "slate.try/1",
             "module": name,
             "type": kind,
@@ -143,9 +188,9 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             "timed": ticks.timing.iter().copied().collect::<BTreeMap<_, _>>(),
             "panics": ticks.panics,
             "condition": ticks.condition,
-            "misses": player.misses(),
+            "misses": self.misses,
             "properties": outcome.properties,
-            "values": values,
+            "values": self.values,
             "unseen": if *is_recorded { &outcome.unseen[..] } else { &[] },
             "silent": if *is_recorded { &outcome.silent[..] } else { &[] },
             "unheard": outcome.unheard,
@@ -153,19 +198,20 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             "unrepeated": outcome.unrepeated,
             "fresh_from": outcome.fresh_from,
             "first": outcome.first.as_ref().filter(|_| *is_recorded).map(|own| play::first(own, "recomputed")),
-        }));
-        return Ok(code);
+        })
     }
-    let (cycles, seconds) = (played.cycles, played.time as f64 * 1e-9);
-    let file = printable(&options.bag);
-    let cycles = counted(cycles, "cycle", "cycles");
-    output::line(format_args!("{name} ({kind}) on {file}: {cycles}, up to {seconds:.3} s"));
-    output::line(&ticks);
-    if *is_recorded {
-        play::show(&outcome, player.misses());
-    } else {
+
+    fn show(&self, bag: &Path) {
+        let Self { candidate: Candidate { name, kind, is_recorded }, played, outcome, .. } = self;
+        let (file, cycles) = (printable(bag), counted(played.cycles, "cycle", "cycles"));
+        let seconds = played.time as f64 * 1e-9;
+        output::line(format_args!("{name} ({kind}) on {file}: {cycles}, up to {seconds:.3} s"));
+        output::line(&self.ticks);
+        if *is_recorded {
+            return play::show(outcome, self.misses);
+        }
         for own in &outcome.properties {
-            let last = values.get(&own.url).map(Value::to_string).unwrap_or_default();
+            let last = self.values.get(&own.url).map(Value::to_string).unwrap_or_default();
             let values = counted(own.only_recomputed, "value", "values");
             output::line(format_args!("{}  {values}, at last {last}", own.url));
         }
@@ -173,7 +219,6 @@ pub fn try_module(options: &TryOptions) -> Result<u8, Failure> {
             output::line("it wrote nothing");
         }
     }
-    Ok(code)
 }
 
 /// How its ticks went.

@@ -52,7 +52,7 @@ pub fn verify(file: &Path, json: bool) -> Result<u8, Failure> {
     Ok(code)
 }
 
-/// What came of it, whether the recording goes to the end of its run, and where its files came from.
+/// Repeats a run; returns the verdict, whether the recording is complete, and the files used.
 fn made_again(file: &Path) -> Result<(Verdict, bool, Attached), Failure> {
     let comparison = Comparison::open(file)?;
     let run = comparison.run();
@@ -81,7 +81,7 @@ fn made_again(file: &Path) -> Result<(Verdict, bool, Attached), Failure> {
     Ok((comparison.compare(agent)?, has_ended, attached))
 }
 
-/// What is told in JSON.
+/// Returns the result as JSON.
 fn document(file: &Path, verdict: &Verdict, whole: bool, attached: &Attached) -> serde_json::Value {
     let (mut counts, mut difference, mut reason) = (None, None, None);
     let outcome = match verdict {

@@ -1,4 +1,4 @@
-//! What an actuator has to be told, so that a robot moves as somebody wants.
+//! Commands for actuators from linear and angular velocity.
 
 use serde_json::{Value, json};
 use slate::control::{Client, ControlsEntry};
@@ -17,7 +17,7 @@ pub enum Drive {
 }
 
 impl Drive {
-    /// That of an actuator.
+    /// Returns the drive of an actuator.
     pub fn of(client: &mut Client, controls: &ControlsEntry) -> Result<Self, Failure> {
         let per_side = match controls.interface.as_str() {
             "Twist2" => return Ok(Self::Twist),
@@ -56,7 +56,7 @@ impl Drive {
     }
 }
 
-/// What is known of the body of the robot that an actuator moves: of those that there are, the one with its name.
+/// Reads the `Chassis` of the robot that an actuator moves.
 fn chassis(client: &mut Client, actuator: &str) -> Result<Option<Value>, Failure> {
     let properties = client.properties(None)?.into_iter();
     let mut paths: Vec<_> =

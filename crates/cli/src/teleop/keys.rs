@@ -1,4 +1,4 @@
-//! What keys mean to who drives.
+//! Keys of teleoperation.
 
 /// A key that was pressed, or is held and repeated by the terminal.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -18,23 +18,24 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde_json::Value;
 use slate::control::{Client, ClientError};
 
+use crate::clock::now;
 use crate::connection::AgentOption;
 use crate::failure::Failure;
+use crate::interrupt::{self, is_interrupted};
 use crate::output;
-use crate::watch::{end_well_on_interrupt, is_interrupted, now};
 use drive::Drive;
 use keys::Key;
 
 #[derive(Debug, Args)]
 pub struct TeleopOptions {
-    /// The actuator, such as `r2/wheels`; needed when there are several.
+    /// Actuator, such as `r2/wheels` [default: the only one]
     actuator: Option<String>,
 
-    /// How fast it drives, m/s.
+    /// Linear velocity, m/s
     #[arg(long, value_name = "M/S", default_value_t = 0.3, value_parser = positive)]
     speed: f64,
 
-    /// How fast it turns, rad/s.
+    /// Angular velocity, rad/s
     #[arg(long, value_name = "RAD/S", default_value_t = 0.8, value_parser = positive)]
     turn: f64,
 
@@ -55,11 +56,11 @@ const LOOK: Timespec = Timespec { tv_sec: 0, tv_nsec: 50_000_000 };
 /// How long a key counts: longer than from one repetition to the next.
 const KEY: Duration = Duration::from_millis(150);
 
-/// What a key makes faster and slower.
+/// Factor by which + and - change the velocity.
 const STEP: f64 = 1.25;
 
-const KEYS: &str = "w a s d or arrows drive, q e z c in curves, x halts, + and - change the speed,\n\
-                    space stops all actuators, Esc ends; the robot stands still while no key is held";
+const KEYS: &str = "w a s d or arrows: drive, q e z c: curves, x: halt, + -: speed,\n\
+                    space: stop all actuators, Esc: quit; the robot stands still while no key is held";
 
 /// The terminal hands over keys at once and shows none of them, until this is dropped.
 struct Raw;
@@ -90,7 +91,7 @@ pub fn teleop(options: &TeleopOptions) -> Result<bool, Failure> {
     let controls =
         client.take_controls(&actuator, &format!("slate teleop, process {}", std::process::id()))?;
     let drive = Drive::of(&mut client, &controls)?;
-    end_well_on_interrupt();
+    interrupt::catch();
     eprintln!("{KEYS}");
     let driven = {
         let _raw = Raw::begin()?;
@@ -102,7 +103,7 @@ pub fn teleop(options: &TeleopOptions) -> Result<bool, Failure> {
         driven => {
             driven?;
             client.leave_controls()?;
-            eprintln!("the controls of {actuator} are given back");
+            eprintln!("control of {actuator} is released");
         }
     }
     Ok(true)
@@ -133,7 +134,7 @@ fn run(client: &mut Client, actuator: &str, drive: &Drive, speeds: (f64, f64)) -
                 Key::Halt => (motion, driven) = (None, None),
                 Key::Faster => factor *= STEP,
                 Key::Slower => factor /= STEP,
-                Key::Stop => client.stop("by a person who drives")?,
+                Key::Stop => client.stop("by a person at the keyboard")?,
                 Key::Quit => return Ok(()),
             }
         }
@@ -151,7 +152,7 @@ fn run(client: &mut Client, actuator: &str, drive: &Drive, speeds: (f64, f64)) -
     }
 }
 
-/// What was pressed since; it is waited for a little.
+/// Reads the keys pressed since, and waits briefly for one.
 fn pressed(stdin: &mut std::io::StdinLock<'_>) -> Result<Vec<Key>, Failure> {
     let lost = |source| Failure::File { path: "the terminal".into(), source };
     let mut polled = [PollFd::new(&*stdin, PollFlags::IN)];
@@ -186,7 +187,7 @@ fn show(actuator: &str, (speed, turn): (f64, f64), gate: &Value) {
         _ => String::new(),
     };
     let line = format!(
-        "{actuator} is {}{hint}, commanded by {}; {speed:.2} m/s, {turn:.2} rad/s",
+        "{actuator} {}{hint}, source {}; {speed:.2} m/s, {turn:.2} rad/s",
         text("mode"),
         text("priority"),
     );

@@ -383,7 +383,7 @@ fn the_configuration_and_the_world_of_a_run_are_taken_out_of_its_recording_and_g
     let out = ["attachments", "here/run.mcap", "--out", "taken"];
     let listed = done(&folder, &out);
     assert!(listed.contains("taken/configuration.toml") && listed.contains("taken/mine.toml"), "{listed}");
-    fails(&folder, 2, &out, &["taken/configuration.toml", "there already", "--force"]);
+    fails(&folder, 2, &out, &["taken/configuration.toml", "exists already", "--force"]);
     // What the run was made of is gone.
     std::fs::remove_dir_all(folder.join("worlds")).unwrap();
     let again =
@@ -445,11 +445,11 @@ fn what_is_there_is_replaced_only_when_that_is_asked_for_and_what_is_read_never(
     ];
     for (verb, old) in verbs {
         let to = |out| [verb, &["--out", out]].concat();
-        fails(&folder, 2, &to(old), &[old, "there already", "`--force`"]);
+        fails(&folder, 2, &to(old), &[old, "exists already", "`--force`"]);
         done(&folder, &[&to(old)[..], &["--force"]].concat());
         if verb[0] != "plot" {
             let itself = [&to("./run.mcap")[..], &["--force"]].concat();
-            fails(&folder, 2, &itself, &["run.mcap", "it is what is read"]);
+            fails(&folder, 2, &itself, &["run.mcap", "it is an input"]);
         }
         assert_eq!(std::fs::read(folder.join("run.mcap")).unwrap(), whole, "{verb:?}");
     }

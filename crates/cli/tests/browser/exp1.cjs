@@ -51,7 +51,7 @@ visit(async () => {
   await page.click("button[aria-label='Plot theta']");
   await until("it is plotted", async () => /rad \(.*°\)$/.test(await page.innerText(".tile[data-panel=plot] .series b")));
   // A parameter is found by its name.
-  await page.fill("input[aria-label='Search for properties']", "careful_speed");
+  await page.fill("input[aria-label='Search for properties']", "careful_linear_velocity");
   await page.waitForSelector("[data-path='r2/planner/params']");
   // A part of one, by JSONPath and by JSON Pointer.
   await page.fill("input[aria-label='Search for properties']", "sonar");
@@ -83,7 +83,7 @@ visit(async () => {
   await page.fill("input[aria-label='Search for parameters']", "planner");
   const parameters = `${AGENT}/r2/planner/params`;
   const old = await value(parameters);
-  for (const name of ["careful_speed", "speed"]) {
+  for (const name of ["careful_linear_velocity", "max_linear_velocity"]) {
     const parameter = page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`);
     // By a hand on the slider: down on what it is, and on to where a twentieth of its range is left.
     const slider = await parameter.locator("input[type=range]").boundingBox();
@@ -106,8 +106,8 @@ visit(async () => {
     await until("what is not as in the file is marked", async () => (await parameter.getAttribute("data-differs")) === "true");
   }
   // Who does not see the page hears whose number it is; what is none is answered in words of who has typed it, and stays to be mended.
-  const speed = page.getByRole("textbox", { name: "r2/planner speed, m/s", exact: true });
-  assert((await page.getByRole("slider", { name: "r2/planner speed, m/s, slider", exact: true }).count()) === 1, "the slider has no such name");
+  const speed = page.getByRole("textbox", { name: "r2/planner max_linear_velocity, m/s", exact: true });
+  assert((await page.getByRole("slider", { name: "r2/planner max_linear_velocity, m/s, slider", exact: true }).count()) === 1, "the slider has no such name");
   const refused = async (text, ...words) => {
     await speed.fill(text);
     await speed.press("Enter");
@@ -116,9 +116,9 @@ visit(async () => {
       return words.every((word) => said.includes(word));
     });
     assert((await speed.inputValue()) === text && (await speed.getAttribute("aria-invalid")) === "true", "what is wrong does not stay");
-    assert((await value(parameters)).speed === 0.1, `${text} changes the speed`);
+    assert((await value(parameters)).max_linear_velocity === 0.1, `${text} changes the speed`);
   };
-  await refused("fast", "“fast” is not a number", "speed of r2/planner is a number from 0 to 3, in m/s");
+  await refused("fast", "“fast” is not a number", "max_linear_velocity of r2/planner is a number from 0 to 3, in m/s");
   await browser.accessible(page, "a text that is no number");
   await refused("1,2,3", "“1,2,3” is not a number");
   await refused("9999", "9999 is too large", "from 0 to 3");
@@ -149,9 +149,9 @@ visit(async () => {
   await until("it is said that there is no file", async () => (await writes.innerText()).includes("built in"));
   assert(await writes.locator("button.primary").isDisabled(), "what has no file can be written");
   await writes.locator("button:has-text('Cancel')").click();
-  for (const name of ["speed", "careful_speed"]) {
+  for (const name of ["max_linear_velocity", "careful_linear_velocity"]) {
     // What was entered, the key, and the slider; the speed was entered twice.
-    for (let change = 0; change < (name === "speed" ? 4 : 3); change += 1) await page.click("button:has-text('Undo')");
+    for (let change = 0; change < (name === "max_linear_velocity" ? 4 : 3); change += 1) await page.click("button:has-text('Undo')");
     await until(`${name} is taken back`, async () => (await value(parameters))[name] === old[name]);
     await until(`${name} is as in the file`, async () => (await page.locator(`.parameter:has([id="parameter-r2/planner/params-${name}"])`).getAttribute("data-differs")) !== "true");
   }

@@ -7,7 +7,7 @@ visit(async () => {
   await page.goto(link);
   await until("the connection", async () => (await page.innerText(".connection")) === "Live");
   assert((await page.locator(".banner.over").count()) === 0, "the run is over before its end");
-  await api("PATCH", "/slate/exp1/referee/params", { tolerance: 9.0 });
+  await api("PATCH", "/slate/exp1/referee/params", { goal_tolerance: 9.0 });
   await until("the page says that the run is over", async () => (await page.locator(".banner.over").count()) === 1);
   const words = await page.innerText(".banner.over");
   assert(words.includes("The run is over") && words.includes("goal reached"), words);

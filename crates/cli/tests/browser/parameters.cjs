@@ -9,11 +9,11 @@ visit(async () => {
   await page.goto(link);
   await browser.view(page, "parameters");
   await page.fill("input[aria-label='Search for parameters']", "planner");
-  const speed = page.getByRole("textbox", { name: "r2/planner speed, m/s", exact: true });
+  const speed = page.getByRole("textbox", { name: "r2/planner max_linear_velocity, m/s", exact: true });
   await until("the file's speed", async () => (await speed.inputValue()) === "0.3");
   await speed.fill("0.2");
   await speed.press("Enter");
-  await until("the speed is set", async () => (await value(`${AGENT}/r2/planner/params`)).speed === 0.2);
+  await until("the speed is set", async () => (await value(`${AGENT}/r2/planner/params`)).max_linear_velocity === 0.2);
   const save = page.locator(".tile button:has-text('Save')");
   await until("there is one to be saved", async () => (await save.innerText()) === "Save 1");
   const dialog = page.locator("[role=dialog][aria-label=Save]");
@@ -21,9 +21,9 @@ visit(async () => {
     await save.click();
     await until("what would be written, and where", async () => {
       const said = (await dialog.innerText()).replaceAll(/\s+/g, " ");
-      return said.includes("r2/planner.params.speed 0.3 → 0.2") && said.includes("robot.toml. Comments and all other content are kept.");
+      return said.includes("r2/planner.params.max_linear_velocity 0.3 → 0.2") && said.includes("robot.toml. Comments and all other content are kept.");
     });
-    assert((await api("GET", "/settings/differences")).some(({ path }) => path.endsWith("params.speed")), "looking writes");
+    assert((await api("GET", "/settings/differences")).some(({ path }) => path.endsWith("params.max_linear_velocity")), "looking writes");
     await browser.accessible(page, "what would be written");
     await browser.picture(page, "save");
     await dialog.locator(`button:has-text('${answer}')`).click();

@@ -2,7 +2,7 @@
 
 use std::io::{BufRead, BufReader, Write};
 
-use serde_json::json;
+use serde_json::{Value as Json, json};
 
 use crate::agent::Running;
 
@@ -134,6 +134,7 @@ fn what_there_is_is_listed() {
         "/modules",
         "/plugins",
         "/links",
+        "/graph",
         "/peers",
         "/settings",
         "/log",
@@ -147,6 +148,26 @@ fn what_there_is_is_listed() {
     assert!(run.get("/metrics").text().contains("slate_module_ticks_total{module=\"sensor\"}"));
     let lines = run.get("/log?level=warn").json();
     assert!(lines.as_array().unwrap().iter().all(|line| line["level"] != "info"));
+}
+
+#[test]
+fn graph_has_a_position_for_each_module_that_is_not_hidden() {
+    let run = Running::start("graph");
+    let names = |list: &Json| -> Vec<String> {
+        list.as_array().unwrap().iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect()
+    };
+    let modules = names(&run.get("/modules").json());
+    let graph = run.get("/graph?width=900&height=600").json();
+    let drawn = names(&graph["nodes"]);
+    assert!(modules.iter().all(|name| drawn.contains(name)), "{graph}");
+    for node in graph["nodes"].as_array().unwrap() {
+        let right = node["x"].as_f64().unwrap() + graph["node_width"].as_f64().unwrap();
+        let bottom = node["y"].as_f64().unwrap() + graph["node_height"].as_f64().unwrap();
+        assert!(right <= graph["width"].as_f64().unwrap() && bottom <= graph["height"].as_f64().unwrap());
+    }
+    let hidden = run.get("/graph?hide=nothing+sensor").json();
+    assert!(names(&hidden["nodes"]).iter().all(|name| !name.contains("sensor")), "{hidden}");
+    assert!(run.get("/graph?width=-1").problem(400).contains("width"));
 }
 
 #[test]

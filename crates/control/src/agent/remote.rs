@@ -153,7 +153,7 @@ impl RemoteAgents {
             agent: agent.into(),
             properties: properties.len(),
             values: count(|newest| matches!(newest, Newest::Value(..))),
-            untold: count(|newest| matches!(newest, Newest::TooLarge(_) | Newest::NotAllowed)),
+            unavailable: count(|newest| matches!(newest, Newest::TooLarge(_) | Newest::NotAllowed)),
         };
         write(agent, &properties, file).map_err(|error| {
             let message = format!("{} can't be written: {error}", slate_runtime::printable(file));
@@ -210,7 +210,7 @@ fn write(agent: &str, properties: &[RemoteProperty], file: &Path) -> std::io::Re
     let mut out = BufWriter::new(Replacement::create(file)?);
     write!(out, "{{\"agent\":{},\"properties\":[", json!(agent))?;
     for (index, property) in properties.iter().enumerate() {
-        let (newest, untold) = match property.value("") {
+        let (newest, unavailable) = match property.value("") {
             Ok(value) => (value.map(reading), None),
             Err(reason) => (None, Some(reason.to_string())),
         };
@@ -219,7 +219,7 @@ fn write(agent: &str, properties: &[RemoteProperty], file: &Path) -> std::io::Re
             "interface": property.descriptor.name,
             "schema": format!("{:016x}", property.descriptor.hash),
             "newest": newest,
-            "untold": untold,
+            "unavailable": unavailable,
         });
         write!(out, "{}\n{entry}", if index == 0 { "" } else { "," })?;
     }

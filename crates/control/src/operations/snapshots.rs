@@ -47,7 +47,7 @@ pub(super) const VALUES: Operation = Operation::post(
             ("agent", shape::text()),
             ("properties", shape::count()),
             ("values", shape::count()),
-            ("untold", shape::count()),
+            ("unavailable", shape::count()),
         ])
     },
     values,

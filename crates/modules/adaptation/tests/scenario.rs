@@ -98,11 +98,11 @@ fn is_survived(kind: &str) {
         let mut drive = Drive::of(kind, seed, &[]);
         drive.until(4.0);
         assert_eq!(drive.source(), "/r2/laser_ring/value", "{kind}, seed {seed}: the fault began at 2.5 s");
-        assert_eq!(drive.number("r2/planner/params/speed"), 0.15);
+        assert_eq!(drive.number("r2/planner/params/max_linear_velocity"), 0.15);
         assert_eq!(drive.text("r2_manager/execute/adaptation/progress"), "EFFECTIVE");
         assert_eq!(drive.finish(), 0.0, "{kind}, seed {seed}: contacts");
         assert_eq!(drive.source(), "/simulator/r2/sonar", "{kind}, seed {seed}");
-        assert_eq!(drive.number("r2/planner/params/speed"), 0.4);
+        assert_eq!(drive.number("r2/planner/params/max_linear_velocity"), 0.4);
         let steps: Vec<_> = drive.chain("decision");
         let expected = [
             ("change", ""),

@@ -22,10 +22,10 @@ pub struct Noticing {
 /// Parameters of [`GoToOriginPlanner`].
 #[params]
 pub struct GoToOriginParams {
-    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in free space")]
-    speed: f64,
-    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "linear velocity in crowded space or near another robot")]
-    careful_speed: f64,
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in free space")]
+    max_linear_velocity: f64,
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in crowded space or near another robot")]
+    careful_linear_velocity: f64,
     #[param(default = 0.05, range = 0.001..=1.0, unit = "m", doc = "distance from the goal at which it counts as reached")]
     goal_tolerance: f64,
     #[param(default = 0.15, range = 0.001..=10.0, unit = "m", doc = "distance from the goal that triggers a new plan (hysteresis)")]
@@ -72,7 +72,7 @@ impl Plan for GoToOriginPlanner {
         let distance = math::hypot(goal.x - x, goal.y - y);
         memory.arrived &= distance <= params.replan_distance && memory.journey.leads_to(*goal);
         let away = !memory.arrived && distance > params.goal_tolerance;
-        let speeds = [params.speed, params.careful_speed];
+        let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
         let is_changed = room_changed || met || memory.journey.is_outdated(*goal, speeds);
         // A reflex leaves the robot elsewhere: replan from there.
         if (away && situation.needs_plan()) || must_change(is_changed, situation) {

@@ -58,7 +58,7 @@ struct Params {
     #[param(default = "r2", doc = "name of the robot to judge")]
     robot: Text<28>,
     #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "distance from a goal at which it counts as reached")]
-    tolerance: f64,
+    goal_tolerance: f64,
     #[param(default = 120.0, range = 0.0..=1e9, unit = "s", doc = "time limit to the last goal")]
     time_limit: f64,
     #[param(default = 1, range = 1..=1000000, doc = "laps of its goals")]
@@ -166,7 +166,7 @@ impl Referee {
         course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
         let all = params.laps.saturating_mul(goals.len() as u64);
         let away = |number: u64| place.minus(goals[(number % goals.len() as u64) as usize]).norm();
-        if course.reached < all && away(course.reached) <= params.tolerance {
+        if course.reached < all && away(course.reached) <= params.goal_tolerance {
             course.reached += 1;
             if course.reached == all {
                 course.arrived = Some(now.seconds());

@@ -1,31 +1,31 @@
-//! A robot in MAPE-K: it drives to a target, and backs off from whatever comes too near.
+//! A robot in MAPE-K: it drives to a target, and backs off from obstacles that come too near.
 //!
 //! `cargo test` tests the blocks without a robot, `slate run PROJECT_NAME.toml` runs them in the simulator.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
 
-// --- what the robot can do -------------------------------------------------------------------------------------------
+// --- actions of the robot -------------------------------------------------------------------------------------------
 
-/// What actions act on.
+/// Body of the robot, on which actions act.
 #[ports]
 pub struct Body {
-    /// Where the robot is.
+    /// Position of the robot.
     #[stale(after = "200ms")]
     position: Required<Position>,
-    /// Where it looks.
+    /// Heading of the robot.
     #[stale(after = "200ms")]
     orientation: Required<Orientation>,
-    /// How its wheels shall turn.
+    /// Command for the wheels.
     wheels: Command<WheelSpeeds>,
 }
 
-/// Metres: the radius of a wheel, and the distance between the two.
+/// Wheel radius and track width, metres.
 const WHEEL: f64 = 0.0975;
 const TRACK: f64 = 0.331;
 
 impl Body {
-    /// Commands metres and radians a second.
+    /// Commands linear and angular velocity, m/s and rad/s.
     fn drive(&self, linear: f64, angular: f64, priority: Priority) {
         let turn = angular * TRACK / 2.0;
         let [left, right] = [linear - turn, linear + turn].map(|speed| speed / WHEEL);
@@ -33,7 +33,7 @@ impl Body {
     }
 }
 
-/// Drives to a point of the map.
+/// Drives to a point in the map frame.
 #[derive(Serialize, Deserialize)]
 pub struct GoTo {
     /// Metres.
@@ -55,7 +55,7 @@ impl Action<Body> for GoTo {
         let body = acting.body;
         let (Some(position), Some(orientation)) = (body.position.fresh(), body.orientation.fresh())
         else {
-            // Who does not know where it is commands nothing, and the gate stops the wheels.
+            // Without a pose it commands nothing, and the gate stops the wheels.
             return Step::Running;
         };
         let (x, y) = (self.x - position.x, self.y - position.y);
@@ -64,7 +64,7 @@ impl Action<Body> for GoTo {
             return Step::Done;
         }
         let error = math::angle_between(orientation.theta, math::atan2(y, x));
-        // It goes only as far as it looks there, and slows down before it arrives.
+        // Slower while it faces away from the target, and near it.
         let speed = math::min(0.4, 2.0 * distance) * math::max(math::cos(error), 0.0);
         body.drive(speed, 2.0 * error, acting.priority);
         Step::Running
@@ -74,7 +74,7 @@ impl Action<Body> for GoTo {
 /// Drives straight back for a while.
 #[derive(Serialize, Deserialize)]
 pub struct BackUp {
-    /// Seconds to go.
+    /// Remaining time, seconds.
     left: f64,
 }
 
@@ -99,20 +99,20 @@ impl Action<Body> for BackUp {
 }
 
 repertoire! {
-    /// All that the robot can do.
+    /// Repertoire of the robot.
     pub enum Actions for Body as "MODULE_KIND_execute" { GoTo, BackUp }
 }
 
 // --- the deliberative route: Monitor, Analyze, Plan ------------------------------------------------------------------
 
-/// What the Monitor watches.
+/// Sensors of the Monitor.
 #[ports]
 pub struct Sensors {
     position: Required<Position>,
     orientation: Required<Orientation>,
 }
 
-/// Puts together where the robot is.
+/// Combines position and orientation into the pose.
 pub struct PoseMonitor;
 
 impl Monitor for PoseMonitor {
@@ -132,22 +132,22 @@ impl Monitor for PoseMonitor {
     }
 }
 
-/// Whether the robot is where it shall be.
+/// Whether the robot is at its target.
 #[interface]
 #[derive(PartialEq)]
 pub struct AtTarget {
-    /// Whether it is.
+    /// True at the target.
     pub there: Bool,
 }
 
-/// What the Analyze observes, and the target.
+/// Inputs of the Analyze: pose and target.
 #[ports]
 pub struct Observations {
     pose: Observed<Pose2>,
     target: Required<Point2>,
 }
 
-/// Tells when the robot arrives or leaves; a pose comes many times a second, and this seldom.
+/// Reports arrival and departure, which are rarer than poses.
 pub struct Arrival;
 
 impl Analyze for Arrival {
@@ -171,14 +171,14 @@ impl Analyze for Arrival {
     }
 }
 
-/// What the Plan is told, and the target.
+/// Inputs of the Plan: arrival and target.
 #[ports]
 pub struct Notices {
     arrival: Noticed<AtTarget>,
     target: Required<Point2>,
 }
 
-/// Goes to the target, and again whenever a reflex or anything else came between.
+/// Drives to the target, and replans after a reflex.
 pub struct Planner;
 
 impl Plan for Planner {
@@ -206,7 +206,7 @@ impl Plan for Planner {
 
 // --- the reactive route ----------------------------------------------------------------------------------------------
 
-/// What the reflex looks at.
+/// Inputs of the reflex.
 #[ports]
 pub struct Ears {
     #[stale(after = "200ms")]
@@ -219,7 +219,7 @@ pub struct ReflexParams {
     distance: f64,
 }
 
-/// Backs off from what is near.
+/// Backs off from a near obstacle.
 pub struct BackOff;
 
 impl ReactiveModel for BackOff {

@@ -1,48 +1,48 @@
-//! Tells how near the nearest thing is that the sonars of a robot hear.
+//! Distance of the nearest obstacle in the sonar ranges of a robot.
 //!
 //! `cargo test` tests it without a robot, `slate run PROJECT_NAME.toml` adds it to a robot in the simulator.
 
 use slate_plugin::prelude::*;
 
-/// The nearest thing.
+/// The nearest obstacle.
 #[interface]
 #[derive(PartialEq)]
 pub struct Nearest {
-    /// How far away it is.
+    /// Distance from the sonar.
     #[unit("m")]
     pub distance: f64,
 }
 
-/// What it reads and writes. What these are linked to is said in the configuration.
+/// Ports of the module; the configuration links them.
 #[ports]
 pub struct Io {
-    /// What the sonars hear.
+    /// Ranges of the sonars.
     #[stale(after = "500ms")]
     sonar: Required<SonarScan>,
-    /// The nearest of it, smoothed.
+    /// Nearest obstacle, smoothed.
     nearest: Output<Nearest>,
 }
 
 #[params]
 pub struct Params {
-    #[param(default = 0.5, range = 0.0..=1.0, doc = "how much of the last value stays; 0 is no smoothing")]
+    #[param(default = 0.5, range = 0.0..=1.0, doc = "weight of the previous value; 0 is no smoothing")]
     inertia: f64,
 }
 
-/// The module; its state is beside it, so that the host can save it.
-pub struct NearestThing;
+/// The module; the host owns its state and can save it.
+pub struct NearestObstacle;
 
 /// Finds the nearest echo.
 #[module(stage = SensorProcess, name = "MODULE_KIND")]
-impl Module for NearestThing {
+impl Module for NearestObstacle {
     type Io = Io;
     type Params = Params;
-    // The last distance, metres; it is carried over when the code is exchanged.
+    // The last distance, metres, which a reload of the code keeps.
     type State = Option<f64>;
 
     fn tick(last: &mut Option<f64>, io: &Io, params: &Params, _: &Tick) -> Outcome {
         let Some(scan) = io.sonar.fresh() else {
-            // Who hears nothing says nothing.
+            // No output without a fresh scan.
             *last = None;
             return Outcome::Degraded;
         };
@@ -56,7 +56,7 @@ impl Module for NearestThing {
     }
 }
 
-plugin!(NearestThing);
+plugin!(NearestObstacle);
 
 #[cfg(test)]
 mod tests {
@@ -64,29 +64,29 @@ mod tests {
 
     use super::*;
 
-    /// What it says when nothing is heard within so many metres.
-    fn nothing_within(module: &mut Fixture<NearestThing>, range: f64) -> f64 {
+    /// Returns the distance when no obstacle is within `range` metres.
+    fn nothing_within(module: &mut Fixture<NearestObstacle>, range: f64) -> f64 {
         module.write("sonar", 0, |scan: &mut SonarScan| scan.range_max = range);
         assert_eq!(module.tick(), Outcome::Ok);
         module.output::<Nearest>("nearest").unwrap().distance
     }
 
     #[test]
-    fn nothing_is_nearer_than_the_sonars_hear() {
+    fn distance_is_at_most_the_range_of_the_sonars() {
         let mut module = Fixture::new();
         assert_eq!(nothing_within(&mut module, 2.0), 2.0);
     }
 
     #[test]
-    fn half_of_the_last_value_stays() {
+    fn previous_value_has_half_the_weight() {
         let mut module = Fixture::new();
         nothing_within(&mut module, 2.0);
         assert_eq!(nothing_within(&mut module, 1.0), 1.5);
     }
 
     #[test]
-    fn it_says_nothing_while_it_hears_nothing() {
-        let mut module = Fixture::<NearestThing>::new();
+    fn writes_nothing_without_a_fresh_scan() {
+        let mut module = Fixture::<NearestObstacle>::new();
         assert_eq!(module.tick().waiting_for(), Some("sonar"));
         module.set("sonar", SonarScan::default());
         module.expire("sonar");

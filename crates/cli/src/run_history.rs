@@ -1,4 +1,4 @@
-//! What a run has shown of itself until now; it goes into snapshots, so that a report is whole when a run goes on from one.
+//! History of a run; snapshots contain it, so that the report of a resumed run is complete.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -16,13 +16,13 @@ pub const NAME: &str = "run";
 
 /// Clones are handles of the same.
 #[derive(Clone, Debug)]
-pub struct Course(Arc<Mutex<State>>);
+pub struct RunHistory(Arc<Mutex<RunState>>);
 
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
-struct State {
-    /// What the run is called.
+struct RunState {
+    /// Name of the run.
     name: String,
-    /// What the modules began with that remember; who goes on from a snapshot has begun where that run did.
+    /// Memories that the modules began with; a resumed run keeps those of the first.
     #[serde(default)]
     memories: BTreeMap<String, String>,
     /// Cycles made, and the time of the last one.
@@ -32,24 +32,24 @@ struct State {
     trajectory: ThinnedTrajectory,
 }
 
-impl Course {
+impl RunHistory {
     /// At the start of a run of that name, with what its modules remember.
     pub fn new(name: &str, memories: BTreeMap<String, String>) -> Self {
-        let state = State { name: name.into(), memories, ..State::default() };
+        let state = RunState { name: name.into(), memories, ..RunState::default() };
         Self(Arc::new(Mutex::new(state)))
     }
 
-    /// What the modules began with that remember.
+    /// Returns the memories that the modules began with.
     pub fn memories(&self) -> BTreeMap<String, String> {
         self.state().memories.clone()
     }
 
-    /// What a run was called that a snapshot was taken of.
+    /// Returns the name of the run in a snapshot.
     pub fn name_in(snapshot: &Snapshot) -> Option<String> {
-        serde_json::from_slice::<State>(snapshot.kept(NAME)?).ok().map(|state| state.name)
+        serde_json::from_slice::<RunState>(snapshot.kept(NAME)?).ok().map(|state| state.name)
     }
 
-    fn state(&self) -> MutexGuard<'_, State> {
+    fn state(&self) -> MutexGuard<'_, RunState> {
         // What stays intact when another thread panicked while it held the lock.
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -84,20 +84,20 @@ impl Course {
     }
 }
 
-impl Keepsake for Course {
+impl Keepsake for RunHistory {
     fn save(&self) -> Vec<u8> {
         // Numbers and text can be written.
         serde_json::to_vec(&*self.state()).unwrap_or_default()
     }
 
     fn restore(&self, saved: &[u8]) -> Result<Box<dyn FnOnce() + Send>, String> {
-        let state: State = serde_json::from_slice(saved).map_err(|error| error.to_string())?;
+        let state: RunState = serde_json::from_slice(saved).map_err(|error| error.to_string())?;
         let own = self.clone();
         Ok(Box::new(move || {
             let mut own = own.state();
             let mut trajectory = std::mem::take(&mut own.trajectory);
             trajectory.replace(state.trajectory);
-            *own = State { trajectory, ..state };
+            *own = RunState { trajectory, ..state };
         }))
     }
 }

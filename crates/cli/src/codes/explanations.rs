@@ -1,0 +1,165 @@
+//! Explanations of the error codes, which stay the same from release to release.
+
+use slate::runtime::Mistake;
+
+/// Explanation of a kind of mistake.
+pub struct Explanation {
+    pub mistake: Mistake,
+    pub title: &'static str,
+    pub text: &'static str,
+}
+
+/// All explanations.
+pub const EXPLANATIONS: [Explanation; 23] = [
+    Explanation {
+        mistake: Mistake::Syntax,
+        title: "invalid syntax",
+        text: "A configuration is TOML (https://toml.io). The caret marks where reading stopped; the cause is \
+               often before it: a missing closing quote or bracket, or a missing `=`. The path of an included \
+               file is relative to the file that includes it.",
+    },
+    Explanation {
+        mistake: Mistake::Key,
+        title: "unknown key",
+        text: "The book's chapter on configuration lists the keys of each table. An unknown key is an error, so \
+               that no setting is lost by a typing error. Of two keys that exclude each other the later layer \
+               wins; one file may contain only one of them.",
+    },
+    Explanation {
+        mistake: Mistake::Parameter,
+        title: "unknown parameter",
+        text: "A module declares its parameters with #[param]. `slate get /MODULE/params` prints those of a \
+               running module, `slate plugin info LIBRARY` those of a library.",
+    },
+    Explanation {
+        mistake: Mistake::Name,
+        title: "unknown name",
+        text: "A link joins an input, `module/input`, to a property, `module/output`, to a field of a property, \
+               or to an actuator's `command`. Names in a robot's tables are relative to the robot, so \
+               `planner/plan` in [robots.r2.links] means `r2/planner/plan`; a leading `/` starts at the agent. \
+               `slate tree` lists all properties.",
+    },
+    Explanation {
+        mistake: Mistake::Kind,
+        title: "unknown kind of module",
+        text: "`kind = \"...\"` selects the kind of a module; the default is the module's own name. Kinds are \
+               built into the command, or come with libraries that [plugins] names. `slate plugin list` lists the \
+               kinds of a running agent.",
+    },
+    Explanation {
+        mistake: Mistake::Ends,
+        title: "the two ends of a link don't match",
+        text: "An input takes values of one interface. Between different interfaces, fields are linked one by \
+               one; numbers are converted if their units measure the same quantity. `different versions` means \
+               that one plugin was built against older source of the interface: rebuild both. `slate interface \
+               diff OLD NEW` shows what changed.",
+    },
+    Explanation {
+        mistake: Mistake::Circle,
+        title: "cyclic dependency of modules",
+        text: "Modules of a stage run in the order of their links, a writer before its readers. In a cycle no \
+               module can run first: mark one link `previous = true`, which reads the value of the last cycle, or \
+               move a module to a later stage. Modules that wait for each other's first value never run: use \
+               `Input<T>` instead of `Required<T>` in one of them.",
+    },
+    Explanation {
+        mistake: Mistake::TwoSources,
+        title: "an input has two sources",
+        text: "An input has either a link or a value of the configuration. Remove one; `slate unlink` does it in \
+               a running agent.",
+    },
+    Explanation {
+        mistake: Mistake::Service,
+        title: "a service is missing",
+        text: "A module declares what it needs from the host or other modules, such as a camera, transforms or a \
+               network. Load the plugin that provides the service first.",
+    },
+    Explanation {
+        mistake: Mistake::Second,
+        title: "a robot can have only one of these",
+        text: "A robot has one Plan, one Execute and one Knowledge (RoCS), and a loop one owner. Put the second \
+               into another robot, or switch between them without `enabled`.",
+    },
+    Explanation {
+        mistake: Mistake::PastGate,
+        title: "a command bypasses the gate",
+        text: "A driver must read `ACTUATOR/command`, which has passed the gate: it is within limits, fresh, and \
+               blocked while the robot is stopped. Describe the actuator in [actuators], and link the driver to \
+               its `command`.",
+    },
+    Explanation {
+        mistake: Mistake::TimeSource,
+        title: "unknown time source",
+        text: "`time.source` names the module that is the clock, usually the simulator. Without it, an agent runs \
+               on the wall clock.",
+    },
+    Explanation {
+        mistake: Mistake::OtherAgent,
+        title: "the property belongs to another agent",
+        text: "Read another agent's property by a link to `slate://AGENT/PATH`, which its [share] table must \
+               allow. Set it at that agent only: --agent NAME.",
+    },
+    Explanation {
+        mistake: Mistake::Library,
+        title: "a library does not fit",
+        text: "The properties of a library are read before it is opened; `slate plugin info LIBRARY` prints them. \
+               The version of its plugin interface, the schemas of its ports and its panic strategy must match \
+               this program.",
+    },
+    Explanation {
+        mistake: Mistake::Value,
+        title: "invalid value",
+        text: "Each setting has a type, and many have a range; the message contains both. Durations have a unit, \
+               such as \"20ms\". Values are never rounded or truncated: what can't be represented exactly is \
+               refused.",
+    },
+    Explanation {
+        mistake: Mistake::NoAgent,
+        title: "no agent found",
+        text: "Commands find agents of the same user by their sockets, in XDG_RUNTIME_DIR/slate or \
+               /tmp/slate-UID. `slate ps` lists them, `slate doctor` checks the folder.",
+    },
+    Explanation {
+        mistake: Mistake::WhichAgent,
+        title: "several agents match",
+        text: "Name one with --agent NAME, or by a full URL such as slate://NAME/loop/state.",
+    },
+    Explanation {
+        mistake: Mistake::Silent,
+        title: "the agent does not answer",
+        text: "Its process hangs, is suspended, or has just ended. `slate ps` shows the process; the log shows \
+               its last messages.",
+    },
+    Explanation {
+        mistake: Mistake::Version,
+        title: "the agent speaks another version",
+        text: "The agent was started by another release of Slate. Use the command of that release, or restart the \
+               agent.",
+    },
+    Explanation {
+        mistake: Mistake::OneWriter,
+        title: "a property has one writer",
+        text: "No write ever waits, and the author of each value is known. You can set parameters and unlinked \
+               inputs; to replace an output, link its readers to another one (`slate link`), or change what its \
+               module reads.",
+    },
+    Explanation {
+        mistake: Mistake::Linked,
+        title: "the input is linked",
+        text: "A linked input has the value of its source. `slate unlink INPUT` removes the link; the input then \
+               keeps its value, which can be set, and `slate config revert` restores the link.",
+    },
+    Explanation {
+        mistake: Mistake::Messages,
+        title: "the property takes messages and has no value",
+        text: "Messages are commands from one module to another, in order. A recording contains them; they can't \
+               be read or set.",
+    },
+    Explanation {
+        mistake: Mistake::Held,
+        title: "the actuator is under control of another client",
+        text: "One person or program at a time controls an actuator. `slate api GET /leases` shows which, and \
+               since when. Control ends when that client releases it or disconnects; `slate stop` needs no \
+               control.",
+    },
+];

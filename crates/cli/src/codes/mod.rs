@@ -1,0 +1,63 @@
+//! Error codes such as `S006`.
+
+mod explanations;
+
+use serde_json::{Value, json};
+use slate::runtime::Mistake;
+
+use crate::failure::Failure;
+use crate::output;
+use explanations::{EXPLANATIONS, Explanation};
+
+/// Finds the explanation of a code; leading zeros are optional, so S7 is S007.
+fn find(code: &str) -> Option<&'static Explanation> {
+    let number: Option<u16> = code.strip_prefix(['S', 's']).and_then(|digits| digits.parse().ok());
+    let mistake = Mistake::from_code(code).or_else(|| Mistake::from_code(&format!("S{:03}", number?)))?;
+    EXPLANATIONS.iter().find(|explanation| explanation.mistake == mistake)
+}
+
+/// Returns the explanation of a code as JSON, if there is such a code.
+#[cfg(feature = "mcp")]
+pub fn explained(code: &str) -> Option<Value> {
+    find(code).map(document)
+}
+
+fn document(explanation: &Explanation) -> Value {
+    let Explanation { mistake, title, text } = explanation;
+    json!({"code": mistake.code(), "title": title, "explanation": text})
+}
+
+/// Explains codes, or lists all.
+pub fn explain(wanted: &[String], json: bool) -> Result<bool, Failure> {
+    let find = |code: &String| find(code).ok_or_else(|| Failure::NoCode { code: code.clone() });
+    let chosen: Vec<_> = match wanted {
+        [] => EXPLANATIONS.iter().collect(),
+        wanted => wanted.iter().map(find).collect::<Result<_, _>>()?,
+    };
+    if json {
+        let codes: Vec<_> = chosen.into_iter().map(document).collect();
+        output::json(&json!({"schema": "slate.explain/1", "codes": codes}));
+    } else if wanted.is_empty() {
+        output::columns(chosen.into_iter().map(|one| [one.mistake.code().to_owned(), one.title.to_owned()]));
+    } else {
+        for Explanation { mistake, title, text } in chosen {
+            output::line(format_args!("{}: {title}\n\n{text}\n", mistake.code()));
+        }
+    }
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_code_has_an_explanation() {
+        for mistake in Mistake::ALL {
+            let found = find(&mistake.code().to_lowercase());
+            assert!(found.is_some_and(|found| found.mistake == mistake), "{}", mistake.code());
+            assert!(found.is_some_and(|found| found.text.len() > 60), "{}", mistake.code());
+        }
+        assert_eq!(EXPLANATIONS.len(), Mistake::ALL.len());
+    }
+}

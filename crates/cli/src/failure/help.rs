@@ -1,0 +1,216 @@
+//! What to do about an error.
+
+use miette::Diagnostic;
+use slate::blackboard::nearest_names;
+use slate::control::ClientError;
+use slate::record::bag::Error as BagError;
+use slate::record::logs::{Format, recognise};
+use slate::runtime::printable;
+
+use super::{Failure, usage};
+
+const START_AN_AGENT: &str =
+    "start one with `slate run`; commands find agents of the same user with the same XDG_RUNTIME_DIR";
+
+impl Failure {
+    /// Returns what to do, if there is advice.
+    pub(super) fn help(&self) -> Option<String> {
+        self.help_with_files()
+            .or_else(|| self.help_with_agents())
+            .or_else(|| self.help_with_driving())
+            .or_else(|| self.help_with_values())
+    }
+
+    /// Advice about arguments, configurations, recordings and folders.
+    fn help_with_files(&self) -> Option<String> {
+        Some(match self {
+            Self::Words(error) => usage::help(error),
+            Self::Leading { near, verb, .. } => leading(near.as_deref(), verb.as_deref()),
+            Self::Unknown { help, .. } | Self::NoModule { help, .. } => help.clone(),
+            Self::Folder { inside: Some(file), .. } => format!("name a file in it, such as `{}`", file.display()),
+            Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
+            Self::Unseekable { .. } => "write the configuration into a file".into(),
+            Self::Start(error) => error.help()?.to_string(),
+            Self::Bag(error) => bag(error)?,
+            Self::Snapshot(error) => error.help()?.to_string(),
+            Self::Memory(error) => error.help()?.to_string(),
+            #[cfg(feature = "console")]
+            Self::Console(error) => error.help()?.to_string(),
+            Self::Library(error) => error.help.clone(),
+            Self::WallClock => "omit `--rate`, or give the configuration a time source (`time.source`)".into(),
+            Self::BatchOnWallClock { name } => format!(
+                "`slate run {name}` runs it once; for a batch, add a simulator to the configuration and make it the time \
+                 source (`time.source`)"
+            ),
+            Self::OtherVariant { .. } => "omit it, or run the example without --resume".into(),
+            Self::SeveralResumed { agents } => format!("name the agent, such as --agent {}", agents.first()?),
+            Self::ProjectName { .. } => "choose another name, such as `wall-follower`".into(),
+            Self::FolderInUse { .. } => "choose another folder with --out, or wait until that run has ended".into(),
+            Self::Taken { .. } => "choose another name, or another working folder".into(),
+            Self::NoCheckout { .. } => {
+                "a project is built against Slate's sources: name their folder, which contains crates/plugin, with --slate \
+                 PATH; it is found automatically if `slate` was built there or is called there"
+                    .into()
+            }
+            Self::NoDrawing { .. } => {
+                "use a name that ends with .svg, .mmd, .dot or .json, or --format; programs such as rsvg-convert turn an SVG \
+                 into a PNG"
+                    .into()
+            }
+            _ => return None,
+        })
+    }
+
+    /// Advice about reaching agents, and about their modules, plugins and links.
+    fn help_with_agents(&self) -> Option<String> {
+        Some(match self {
+            Self::Unreachable(error) => error.help()?.to_string(),
+            Self::NoAgent => START_AN_AGENT.into(),
+            Self::SeveralAgents { running } => format!("choose one, such as --agent {}", running.first()?),
+            Self::Unmet { .. } => {
+                "`slate peers --agent NAME` lists the agents that an agent knows, and why one is not connected".into()
+            }
+            Self::Agent(error) => client(error),
+            Self::NotStopped { .. } => "use the robot's own emergency stop".into(),
+            Self::NotLoaded { .. } => {
+                "`slate plugin list` lists the loaded plugins; name the plugins of a list one by one".into()
+            }
+            Self::NotLinked { linked, .. } if linked.is_empty() => "the agent has no links".into(),
+            Self::NotLinked { to, linked } => {
+                match nearest_names(to, linked.iter().map(String::as_str)).join(" or ") {
+                    near if near.is_empty() => "`slate link` lists all links".into(),
+                    near => format!("did you mean {near}?"),
+                }
+            }
+            Self::NoConsole { agent } => format!(
+                "its web console is off: start it without --headless, or with --set console.port=0 (any free port); of \
+                 several agents in one file, only the one with the mission has a console, or the first, unless \
+                 [agents.{agent}.console] enables one"
+            ),
+            Self::Network(trouble) => trouble.help(),
+            Self::Http { help, .. } | Self::Mcp { help, .. } => help.clone(),
+            Self::TraceWithoutEnd { left: None, .. } => {
+                "the incomplete file is removed; start the agent and record again".into()
+            }
+            Self::TraceWithoutEnd { left: Some(part), .. } => {
+                format!("the file is incomplete: remove {}", printable(part))
+            }
+            _ => return None,
+        })
+    }
+
+    /// Advice about goals, actuators and teleoperation.
+    fn help_with_driving(&self) -> Option<String> {
+        Some(match self {
+            Self::GoalOutside { .. } => {
+                "choose a goal inside it, in metres; `slate set` accepts any, see `slate tree '/**/params' --values`".into()
+            }
+            Self::NoGoal { others, .. } if !others.is_empty() => {
+                format!("robots with a settable goal: {}", others.join(", "))
+            }
+            Self::NoGoal { found, unread, .. } if found.is_empty() && !unread.is_empty() => format!(
+                "the goals of {} have no reader, so setting them has no effect: these robots choose their goals themselves; \
+                 `slate tree '/**/params' --values` lists what can be set",
+                unread.join(", ")
+            ),
+            Self::NoGoal { found, .. } if found.is_empty() => {
+                "a goal is an unlinked input named `goal` or `target`, or the parameters `goal_x` and `goal_y`; \
+                 `slate tree '/**/params' --values` lists what can be set"
+                    .into()
+            }
+            Self::NoGoal { found, .. } => format!("choose one, such as --of {}", found.first()?),
+            Self::NoActuator { known } if known.is_empty() => "`slate check` lists the actuators of a configuration".into(),
+            Self::NoActuator { known } => format!("choose one, such as `slate teleop {}`", known.first()?),
+            Self::NoKeys { .. } => "drive it by a program: see Driving, page 28 of the book".into(),
+            Self::NoChassis { .. } => {
+                "provide a property of the interface `Chassis` with the robot's name in its path".into()
+            }
+            Self::NoHeading { .. } => "omit the heading".into(),
+            Self::Unconfirmed => "add --yes to move it nevertheless".into(),
+            Self::NoTerminal => "run it in a terminal; programs drive over HTTP, see page 28 of the book".into(),
+            _ => return None,
+        })
+    }
+
+    /// Advice about values, messages and codes.
+    fn help_with_values(&self) -> Option<String> {
+        Some(match self {
+            Self::Body { .. } => "give JSON such as '{\"enabled\": false}', @FILE, or - for stdin".into(),
+            Self::Message { .. } => "give JSON with all fields of the message, such as '{\"x\": 1.0}'".into(),
+            Self::NoCode { .. } => "`slate explain` lists all codes".into(),
+            Self::NothingBelow { pattern, above, missing, names } => {
+                nothing_below(pattern, above, missing, names)
+            }
+            Self::NothingLike { .. } => "`slate tree` lists all properties".into(),
+            Self::SeveralInTable { .. } => {
+                "name one property, or use --json, which prints a line per value".into()
+            }
+            Self::Condition { url, .. } => format!("`slate get {url}` prints its fields"),
+            _ => return None,
+        })
+    }
+}
+
+fn leading(near: Option<&str>, verb: Option<&str>) -> String {
+    let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+    let own = verb
+        .map(|verb| format!("; put the options of `{verb}` behind it, see `slate {verb} --help`"))
+        .unwrap_or_default();
+    format!(
+        "{near}Before the command, only --agent NAME, --color WHEN, --help and --version are allowed{own}"
+    )
+}
+
+/// The most names that advice lists.
+const MOST_NAMES: usize = 24;
+
+fn nothing_below(pattern: &str, above: &str, missing: &str, names: &[String]) -> String {
+    if names.is_empty() {
+        return format!("{above} is a property: `slate get {pattern}` prints its fields");
+    }
+    let near = nearest_names(missing, names.iter().map(String::as_str));
+    let near = near.first().map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
+    let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+    let more = if names.len() > MOST_NAMES { ", ..." } else { "" };
+    format!("{near}{above} contains: {shown}{more}")
+}
+
+fn client(error: &ClientError) -> String {
+    match error {
+        ClientError::Refused(refusal) => refusal.help.clone(),
+        ClientError::NoAgent { name, running } if !running.is_empty() => {
+            let near = nearest_names(name, running.iter().map(String::as_str));
+            let others = running.iter().filter(|name| !near.contains(name));
+            let all: Vec<_> = near.iter().chain(others).map(String::as_str).collect();
+            format!("running agents: {}", all.join(", "))
+        }
+        ClientError::NoAgent { .. } => START_AN_AGENT.into(),
+        ClientError::Version { .. } => "use the `slate` that runs the agent".into(),
+        _ => "see the agent's log".into(),
+    }
+}
+
+fn bag(error: &BagError) -> Option<String> {
+    let lenient = |path: &std::path::Path| {
+        let path = printable(path);
+        format!("`slate bag import {path} --lenient --out FILE.mcap` skips and counts invalid parts")
+    };
+    Some(match error {
+        BagError::NoBag { .. } => {
+            let names: Vec<_> = Format::ALL.iter().map(|format| format.name()).collect();
+            format!("`slate bag import` converts logs of other systems: {}", names.join(", "))
+        }
+        // Logs of other systems are not repaired.
+        BagError::Damaged { path, .. }
+            if !matches!(recognise(path), Ok(None | Some(Format::Mcap)) | Err(_)) =>
+        {
+            lenient(path)
+        }
+        BagError::Line { path, .. } => lenient(path),
+        BagError::Damaged { path, .. } => format!(
+            "`slate bag repair {}` recovers what is left; --out FILE keeps the damaged file",
+            printable(path)
+        ),
+        _ => return None,
+    })
+}

@@ -1,0 +1,278 @@
+//! Why a command fails: message, exit code, and what to do.
+
+mod help;
+mod print;
+mod usage;
+
+use std::path::{Path, PathBuf};
+
+use slate::control::client::{Denied, RequestError, Trouble};
+use slate::control::{ClientError, OpenError};
+use slate::record::replay::PlayError;
+use slate::runtime::configuration::Report;
+use slate::runtime::memory::MemoryError;
+use slate::runtime::plugin::LibraryError;
+use slate::runtime::snapshot::SnapshotError;
+use slate::runtime::{Mistake, StartError};
+
+use crate::condition::Unfit;
+
+/// Exit code: the agent can't be reached, or does not answer.
+pub const UNREACHED: u8 = 3;
+
+/// Exit code: unknown name.
+const UNKNOWN: u8 = 4;
+
+/// Exit code: the agent refuses the request.
+const REFUSED: u8 = 5;
+
+/// Exit code: no value or event in time.
+pub const TIMED_OUT: u8 = 6;
+
+/// Exit code: the property has no value yet.
+pub const NO_DATA: u8 = TIMED_OUT;
+
+/// Exit code: a check failed.
+pub const ASSERTION_FALSE: u8 = 7;
+
+/// Error of a command.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    #[error("{}", usage::message(.0))]
+    Words(clap::Error),
+    #[error("unexpected option `{option}` before the command")]
+    Leading { option: String, near: Option<String>, verb: Option<String> },
+    #[error("no example or file is named `{name}`")]
+    Unknown { name: String, help: String },
+    #[error("`{}` is a folder, not a configuration file", .path.display())]
+    Folder { path: PathBuf, inside: Option<PathBuf> },
+    #[error("`{}` is a pipe or a device: expected a regular file, as a configuration is read more than once", .path.display())]
+    Unseekable { path: PathBuf },
+    #[error("the last seed of the batch is greater than {}", i64::MAX)]
+    Seeds,
+    #[error("{0}")]
+    Configuration(#[from] Report),
+    #[error("{0}")]
+    Start(StartError),
+    #[error("{0}")]
+    Report(#[from] slate::record::Error),
+    #[error("{0}")]
+    Record(#[from] slate::record::RecordError),
+    #[error("{0}")]
+    Bag(#[from] slate::record::bag::Error),
+    #[cfg(feature = "console")]
+    #[error("{0}")]
+    Console(#[from] slate::console::StartError),
+    #[error("{0}")]
+    Play(PlayError),
+    #[error("{0}")]
+    World(String),
+    #[error("`--rate` needs a simulator: this agent runs on the wall clock")]
+    WallClock,
+    #[error("a batch needs a simulator: `{name}` has no time source and runs on the wall clock")]
+    BatchOnWallClock { name: String },
+    #[error("a snapshot belongs to one agent, and the file describes several: {}", .agents.join(", "))]
+    SeveralResumed { agents: Vec<String> },
+    #[error("the agent `{agent}` can't be started: {source}")]
+    Process { agent: String, source: std::io::Error },
+    #[error("no agent is running")]
+    NoAgent,
+    #[error("several agents are running: {}", .running.join(", "))]
+    SeveralAgents { running: Vec<String> },
+    #[error("agent `{name}` is not running here, and is unknown to the running agents: {}", .running.join(", "))]
+    Unmet { name: String, running: Vec<String> },
+    #[error("`--set {set}` has no effect: a resumed run keeps the variant of its snapshot")]
+    OtherVariant { set: String },
+    #[error("{0}")]
+    Agent(#[from] ClientError),
+    #[error("{0}")]
+    Unreachable(OpenError),
+    #[error("{0}")]
+    Library(#[from] LibraryError),
+    #[error("{0}")]
+    Snapshot(SnapshotError),
+    #[error("{0}")]
+    Memory(#[from] MemoryError),
+    #[error("`{name}` can't be the name of a {what}: {reason}")]
+    ProjectName { name: String, what: &'static str, reason: &'static str },
+    #[error("`{module}` is neither a recorded module nor a kind of module")]
+    NoModule { module: String, help: String },
+    #[error("`{agent}` has not confirmed that its actuators are stopped: {trouble}")]
+    NotStopped { agent: String, trouble: String },
+    #[error("no plugin `{name}` is loaded")]
+    NotLoaded { name: String },
+    #[error("no property matches `{pattern}`")]
+    NothingLike { pattern: String },
+    #[error("no property is at, below or like `{pattern}`")]
+    NothingBelow { pattern: String, above: String, missing: String, names: Vec<String> },
+    #[error("`--csv` takes one property, not several: {}", .urls.join(", "))]
+    SeveralInTable { urls: Vec<String> },
+    #[error("agent `{agent}` has no HTTP address")]
+    NoConsole { agent: String },
+    #[error("{0}")]
+    Network(#[from] Trouble),
+    #[error("{detail}")]
+    Http { status: u16, detail: String, help: String, code: Option<String> },
+    #[error("{}", no_goal(.found, .of.as_deref()))]
+    NoGoal { found: Vec<String>, of: Option<String>, others: Vec<String>, unread: Vec<String> },
+    #[error("the goal is outside the world, which extends from {minimum:?} to {maximum:?} m")]
+    GoalOutside { minimum: [f64; 2], maximum: [f64; 2] },
+    #[error("{}", no_actuator(.known))]
+    NoActuator { known: Vec<String> },
+    #[error("`{actuator}` takes {interface}; the keyboard can command {}", .known.join(", "))]
+    NoKeys { actuator: String, interface: String, known: Vec<&'static str> },
+    #[error("the wheel radius and track of `{actuator}` are unknown")]
+    NoChassis { actuator: String },
+    #[error("the goal of `{module}` takes no heading")]
+    NoHeading { module: String },
+    #[error("the robot would move without a person at the terminal")]
+    Unconfirmed,
+    #[error("stdin is not a terminal, and teleoperation reads keys")]
+    NoTerminal,
+    #[error("cannot serve the Model Context Protocol: {reason}")]
+    Mcp { reason: String, help: String },
+    #[error("`{text}` is not JSON")]
+    Body { text: String },
+    #[error("unknown graph format: {}", slate::runtime::printable(.path))]
+    NoDrawing { path: PathBuf },
+    #[error("`{text}` is not a message in JSON: {error}")]
+    Message { text: String, error: serde_json::Error },
+    #[error("unknown code `{code}`")]
+    NoCode { code: String },
+    #[error("{place}: {problem}")]
+    Interface { place: String, problem: String },
+    #[error("{url}: {problem}")]
+    Condition { url: String, problem: Unfit },
+    #[error("{0}")]
+    NoValue(String),
+    #[error("`{to}` has no link")]
+    NotLinked { to: String, linked: Vec<String> },
+    #[error("another run is writing its report into {}", slate::runtime::printable(.path))]
+    FolderInUse { path: PathBuf },
+    #[error("`{path}` exists already")]
+    Taken { path: PathBuf },
+    #[error("{}", no_checkout(.said.as_deref()))]
+    NoCheckout { said: Option<PathBuf> },
+    #[error("agent `{agent}` ended before the trace was complete")]
+    TraceWithoutEnd { agent: String, left: Option<PathBuf> },
+    #[error("`{path}` can't be used: {source}")]
+    File { path: PathBuf, source: std::io::Error },
+}
+
+impl From<StartError> for Failure {
+    fn from(error: StartError) -> Self {
+        match error {
+            StartError::Configuration(report) => Self::Configuration(report),
+            other => Self::Start(other),
+        }
+    }
+}
+
+impl From<PlayError> for Failure {
+    fn from(error: PlayError) -> Self {
+        match error {
+            PlayError::Bag(error) => Self::Bag(error),
+            PlayError::Configuration(report) => Self::Configuration(report),
+            other => Self::Play(other),
+        }
+    }
+}
+
+impl From<SnapshotError> for Failure {
+    fn from(error: SnapshotError) -> Self {
+        match error {
+            SnapshotError::Configuration(report) => Self::Configuration(report),
+            other => Self::Snapshot(other),
+        }
+    }
+}
+
+fn no_goal(found: &[String], of: Option<&str>) -> String {
+    match (found.is_empty(), of) {
+        (true, Some(of)) => format!("`{of}` has no settable goal"),
+        (true, None) => "no module has a settable goal".into(),
+        (false, _) => format!("several modules have a settable goal: {}", found.join(", ")),
+    }
+}
+
+fn no_actuator(known: &[String]) -> String {
+    match known.is_empty() {
+        true => "the agent has no actuators".into(),
+        false => format!("several actuators: {}", known.join(", ")),
+    }
+}
+
+fn no_checkout(said: Option<&Path>) -> String {
+    match said {
+        Some(said) => format!("`{}` is not a checkout of Slate", slate::runtime::printable(said)),
+        None => "no checkout of Slate found".into(),
+    }
+}
+
+impl Failure {
+    /// Returns the exit code: 3 for an unreachable agent, 4 for an unknown name, 5 for a refusal, 6 for a timeout, else 2.
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Agent(ClientError::Refused(_)) => match self.mistake() {
+                Some(Mistake::Name | Mistake::Parameter | Mistake::Kind) => UNKNOWN,
+                _ => REFUSED,
+            },
+            Self::Agent(_) | Self::NoAgent | Self::Unmet { .. } | Self::NotStopped { .. } => UNREACHED,
+            Self::Network(Trouble::NoToken { .. }) => REFUSED,
+            Self::Network(trouble) if trouble.is_callers() => 2,
+            Self::NoConsole { .. } | Self::Network(_) => UNREACHED,
+            Self::NotLinked { .. }
+            | Self::NotLoaded { .. }
+            | Self::NothingLike { .. }
+            | Self::NothingBelow { .. }
+            | Self::NoCode { .. } => UNKNOWN,
+            Self::NoGoal { found: known, .. } | Self::NoActuator { known } if known.is_empty() => UNKNOWN,
+            Self::GoalOutside { .. } => REFUSED,
+            Self::Condition { problem: Unfit::NoField(_), .. } => UNKNOWN,
+            Self::NoValue(_) => NO_DATA,
+            Self::Http { status: 404, .. } => UNKNOWN,
+            Self::Http { .. } if self.mistake() == Some(Mistake::Name) => UNKNOWN,
+            Self::Http { status: 408 | 504, .. } => TIMED_OUT,
+            Self::Http { .. } => REFUSED,
+            _ => 2,
+        }
+    }
+
+    /// Returns the kind of mistake that `slate explain` describes, if it has one.
+    fn mistake(&self) -> Option<Mistake> {
+        match self {
+            Self::Configuration(report) => report.mistake(),
+            Self::Agent(ClientError::Refused(refusal)) => Mistake::from_code(refusal.code.as_deref()?),
+            Self::Agent(ClientError::NoAgent { .. }) | Self::NoAgent | Self::Unmet { .. } => {
+                Some(Mistake::NoAgent)
+            }
+            Self::Agent(ClientError::Lost { .. } | ClientError::Nonsense { .. }) => Some(Mistake::Silent),
+            Self::NotStopped { .. } => Some(Mistake::Silent),
+            Self::Agent(ClientError::Version { .. }) => Some(Mistake::Version),
+            Self::SeveralAgents { .. } => Some(Mistake::WhichAgent),
+            Self::NotLinked { .. } | Self::NotLoaded { .. } => Some(Mistake::Name),
+            Self::NothingLike { .. } | Self::NothingBelow { .. } => Some(Mistake::Name),
+            Self::NoGoal { .. } | Self::NoActuator { .. } => Some(Mistake::Name),
+            Self::Library(_) => Some(Mistake::Library),
+            Self::Condition { problem: Unfit::NoField(_), .. } => Some(Mistake::Name),
+            Self::Condition { .. } | Self::GoalOutside { .. } => Some(Mistake::Value),
+            Self::Http { code, .. } => Mistake::from_code(code.as_deref()?),
+            _ => None,
+        }
+    }
+}
+
+impl From<Denied> for Failure {
+    fn from(Denied { status, detail, help, code, .. }: Denied) -> Self {
+        Self::Http { status, detail, help, code }
+    }
+}
+
+impl From<RequestError> for Failure {
+    fn from(error: RequestError) -> Self {
+        match error {
+            RequestError::Trouble(trouble) => trouble.into(),
+            RequestError::Denied(denied) => denied.into(),
+        }
+    }
+}

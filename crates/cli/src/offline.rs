@@ -1,0 +1,51 @@
+//! Applications that are loaded without being run.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use slate::runtime::composition::Catalogue;
+use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
+use slate::runtime::{Agent, Mode, Options};
+use slate::share::agent::AgentSharing;
+
+use crate::examples::Application;
+use crate::failure::Failure;
+
+/// Sharing that opens no connection: it checks the configuration, with its endpoints.
+struct Offline(AgentSharing);
+
+impl Sharing for Offline {
+    fn start(&mut self, site: Site) -> Result<(), SharingError> {
+        self.0.check(&site)
+    }
+
+    fn want(&mut self, _: BTreeMap<RemotePath, Want>) {}
+
+    fn carriers(&self) -> BTreeSet<String> {
+        self.0.carriers()
+    }
+
+    fn has_jpeg(&self) -> bool {
+        self.0.has_jpeg()
+    }
+}
+
+/// Loads an application as for a run, but unreachable for other agents and tools, and without a report.
+pub fn load(application: &Application) -> Result<Agent, Failure> {
+    let options = Options {
+        mode: Mode::Staged,
+        sharing: Some(Box::new(Offline(AgentSharing::default()))),
+        armed: false,
+        ..Options::default()
+    };
+    Ok(Agent::load_with(&application.database, &application.plugins, options)?)
+}
+
+/// Returns the kinds of modules that an application can use, without an agent.
+pub fn catalogue(application: &Application) -> Result<Catalogue, Failure> {
+    let sharing = Offline(AgentSharing::default());
+    Ok(slate::runtime::catalogue(&application.configuration, &application.plugins, Some(&sharing))?)
+}
+
+/// Settings that keep a loaded application from writing log files that a run may be writing.
+pub const QUIET: [&str; 3] =
+    ["log.targets.console=false", "log.targets.file=false", "log.targets.syslog=false"];

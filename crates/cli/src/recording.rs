@@ -1,0 +1,35 @@
+//! Recordings as arguments and sources of commands.
+
+use std::path::Path;
+
+use slate::record::bag::Unread;
+use slate::record::page::{Followed, Known};
+use slate::record::replay::Run;
+use slate::runtime::printable;
+
+use crate::{output, scene};
+
+/// Parses seconds after the first message, and returns nanoseconds.
+pub fn parse_offset(text: &str) -> Result<u64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if (0.0..=1e9).contains(&seconds) => Ok((seconds * 1e9).round() as u64),
+        _ => Err("expected seconds after the first message, at least 0".into()),
+    }
+}
+
+/// Reports the parts of a recording that can't be read; true when there are none.
+pub fn all_read(file: &Path, unread: &[Unread]) -> bool {
+    for unread in unread {
+        eprintln!("{}: {}", printable(file), output::harmless(unread));
+    }
+    unread.is_empty()
+}
+
+/// What the configuration that a recording has with it says of its world and robots; nothing if it has none that can still
+/// be read, as the rest of it can be told without.
+pub fn known(recording: &Path) -> Option<Known> {
+    let database = Run::read(recording).ok()?.configuration(Vec::new()).ok()?;
+    let configuration = database.current();
+    let scene = scene::of(&configuration).unwrap_or_default();
+    Some(Known { scene, robots: Followed::of(&configuration) })
+}

@@ -1,0 +1,93 @@
+//! URLs and patterns of properties on the command line.
+
+use std::collections::BTreeSet;
+
+use slate::blackboard::is_within;
+use slate::control::{Client, ClientError, PropertyEntry};
+use slate::runtime::Mistake;
+
+use crate::failure::Failure;
+
+/// Returns what the paths of listed properties are prefixed with: `/`, or `slate://AGENT/` where the pattern names one.
+pub fn root(pattern: &str) -> String {
+    match agent(pattern) {
+        Some(agent) => format!("slate://{agent}/"),
+        None => "/".into(),
+    }
+}
+
+/// Returns the agent that a URL or pattern names, if any.
+pub fn agent(pattern: &str) -> Option<&str> {
+    pattern.strip_prefix("slate://")?.split('/').next()
+}
+
+/// Returns the path of a URL, without agent and outer slashes.
+pub fn path(url: &str) -> &str {
+    let path = match url.strip_prefix("slate://") {
+        Some(rest) => rest.split_once('/').map_or("", |(_, path)| path),
+        None => url,
+    };
+    path.trim_matches('/')
+}
+
+/// Returns the pattern for a path and all below it; a pattern stays as it is.
+pub fn subtree(path: &str) -> String {
+    if path.contains('*') { path.to_owned() } else { format!("{}/**", path.trim_end_matches('/')) }
+}
+
+/// Returns the properties that match a pattern, or that are at or below a path.
+///
+/// # Errors
+/// When there are none: the error names what is there instead.
+pub fn matching(client: &mut Client, pattern: &str) -> Result<Vec<PropertyEntry>, Failure> {
+    match client.properties(Some(&subtree(pattern))) {
+        Ok(found) if !found.is_empty() => return Ok(found),
+        Ok(_) => {}
+        Err(ClientError::Refused(refusal)) if refusal.code.as_deref() == Some(Mistake::Name.code()) => {}
+        Err(error) => return Err(error.into()),
+    }
+    let whole = match agent(pattern) {
+        Some(agent) => format!("slate://{agent}/**"),
+        None => "/**".into(),
+    };
+    let paths: Vec<_> = client.properties(Some(&whole))?.into_iter().map(|own| own.path).collect();
+    // The deepest path above that exists.
+    let mut parts = path(pattern).split('/').peekable();
+    let mut above = String::new();
+    while let Some(part) = parts.peek() {
+        let next = if above.is_empty() { (*part).to_owned() } else { format!("{above}/{part}") };
+        if part.is_empty() || !paths.iter().any(|path| is_within(path, &next)) {
+            break;
+        }
+        above = next;
+        parts.next();
+    }
+    let inside = paths.iter().filter(|path| is_within(path, &above));
+    let names = inside.filter_map(|path| path[above.len()..].trim_start_matches('/').split('/').next());
+    let names: BTreeSet<_> = names.filter(|name| !name.is_empty()).map(str::to_owned).collect();
+    Err(Failure::NothingBelow {
+        pattern: pattern.into(),
+        above: format!("{}{above}", root(pattern)),
+        missing: parts.next().unwrap_or_default().into(),
+        names: names.into_iter().collect(),
+    })
+}
+
+/// Replaces patterns by the properties that match them; URLs without a wildcard stay as they are.
+pub fn expand(client: &mut Client, urls: &[String]) -> Result<Vec<String>, Failure> {
+    let mut all = Vec::new();
+    for url in urls {
+        if !url.contains('*') {
+            all.push(url.clone());
+            continue;
+        }
+        let root = root(url);
+        let found = client.properties(Some(url))?.into_iter();
+        let found = found.filter(|property| property.access != "messages");
+        all.extend(found.map(|property| format!("{root}{}", property.path)));
+    }
+    match all.is_empty() {
+        true => Err(Failure::NothingLike { pattern: urls.join(" ") }),
+        false => Ok(all),
+    }
+}
