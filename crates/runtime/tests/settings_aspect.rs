@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use slate_module::Plugin;
-use slate_module::aspect::{Answer, Aspect, Settings};
+use slate_module::aspect::{Aspect, RequestAnswer, Settings};
 use slate_module::prelude::*;
 use slate_runtime::configuration::{self, Configuration, Database};
 use slate_runtime::{Agent, Control, Mode, Options, Rate};
@@ -105,7 +105,7 @@ impl Module for Asker {
 }
 
 /// What came of the requests of an asker, in their order, with the tick in which it was known.
-type Answers = Arc<Mutex<Vec<(u64, Answer)>>>;
+type Answers = Arc<Mutex<Vec<(u64, RequestAnswer)>>>;
 
 /// Asks for those changes in those ticks, each a list; the outcome of such a tick is `outcome`.
 fn asks(asker: &str, requests: &'static [(u64, &'static [&'static str])], outcome: Outcome) -> Answers {
@@ -113,7 +113,7 @@ fn asks(asker: &str, requests: &'static [(u64, &'static [&'static str])], outcom
     let (told, mut open) = (Arc::clone(&answers), Vec::new());
     let script = move |settings: &Settings, now: &Tick| {
         open.retain(|request| match settings.answer(*request) {
-            Answer::Pending => true,
+            RequestAnswer::Pending => true,
             answer => {
                 told.lock().unwrap().push((now.number(), answer));
                 false
@@ -122,7 +122,7 @@ fn asks(asker: &str, requests: &'static [(u64, &'static [&'static str])], outcom
         let mut result = Outcome::Ok;
         for (_, changes) in requests.iter().filter(|(tick, _)| *tick == now.number()) {
             let request = settings.change(changes.iter().copied());
-            assert_eq!(settings.answer(request), Answer::Pending);
+            assert_eq!(settings.answer(request), RequestAnswer::Pending);
             open.push(request);
             result = outcome;
         }
@@ -181,7 +181,7 @@ fn changes_hold_from_the_next_cycle_on_all_at_once_and_are_taken_back() {
     assert_eq!(products, expected, "the link and the gain in the same cycles");
     let answers = answers.lock().unwrap();
     let told: Vec<_> = answers.iter().map(|(_, answer)| answer.clone()).collect();
-    let done = |text: &str| Answer::Done(text.into());
+    let done = |text: &str| RequestAnswer::Done(text.into());
     assert_eq!(
         told,
         [
@@ -239,7 +239,10 @@ fn what_does_not_fit_is_refused_whole_with_the_reason() {
     for ((_, answer), word) in
         answers.iter().zip(["gaim", "outside 0 to 100", "loop.period", "no port `inputs`"])
     {
-        assert!(matches!(answer, Answer::Refused(reason) if reason.contains(word)), "{word}: {answer:?}");
+        assert!(
+            matches!(answer, RequestAnswer::Refused(reason) if reason.contains(word)),
+            "{word}: {answer:?}"
+        );
     }
 }
 
@@ -248,7 +251,7 @@ fn a_tick_that_fails_asks_for_nothing() {
     let answers = asks("asker_that_fails", &[(1, &["modules.gauge.params.gain=10"])], Outcome::Failed);
     let mut agent = agent("asker_that_fails");
     assert_eq!(products(&mut agent, 4), [1.0, 2.0, 3.0, 4.0]);
-    assert_eq!(*answers.lock().unwrap(), [(2, Answer::Unknown)]);
+    assert_eq!(*answers.lock().unwrap(), [(2, RequestAnswer::Unknown)]);
 }
 
 #[test]
@@ -263,7 +266,7 @@ fn without_a_database_nothing_can_change() {
     let answers = answers.lock().unwrap();
     let (_, answer) = &answers[0];
     assert!(
-        matches!(answer, Answer::Refused(reason) if reason.contains("load it with a database")),
+        matches!(answer, RequestAnswer::Refused(reason) if reason.contains("load it with a database")),
         "{answer:?}"
     );
 }
@@ -281,7 +284,7 @@ fn on_the_wall_clock_they_are_made_beside_the_loop() {
     };
     agent.run(Box::new(observer)).unwrap();
     let answers = answers.lock().unwrap();
-    assert!(matches!(&answers[..], [(_, Answer::Done(_))]), "{answers:?}");
+    assert!(matches!(&answers[..], [(_, RequestAnswer::Done(_))]), "{answers:?}");
     assert_eq!(database.get("modules.gauge.params.gain").unwrap()[0].value.as_f64(), Some(10.0));
 }
 
@@ -293,7 +296,7 @@ fn modules_on_threads_of_their_own_that_ask_at_once_do_not_wait_for_each_other()
     for (asker, done) in ["asker_on_a_thread", "asker_on_another"].into_iter().zip(&done) {
         let (done, mut open) = (Arc::clone(done), None);
         let script = move |settings: &Settings, _: &Tick| {
-            if open.is_some_and(|request| settings.answer(request) != Answer::Pending) {
+            if open.is_some_and(|request| settings.answer(request) != RequestAnswer::Pending) {
                 done.fetch_add(1, Ordering::Relaxed);
                 open = None;
             }

@@ -70,7 +70,9 @@ impl CanonicalForm {
         {
             return true;
         }
-        self.canonicalize_all(bytes, items)
+        // SAFETY: the bytes are borrowed exclusively and initialised, and gaps beyond them are left out.
+        unsafe { self.clear_gaps(bytes.as_mut_ptr(), bytes.len(), items) };
+        self.canonicalize_numbers(bytes, items)
     }
 
     /// As [`canonicalize`](Self::canonicalize), of a value that was written by its type, so that its padding may be
@@ -81,13 +83,19 @@ impl CanonicalForm {
     /// initialised, and nobody else uses them during `'a`.
     #[inline]
     pub unsafe fn canonical<'a>(&self, data: *mut u8, length: usize, items: usize) -> &'a mut [u8] {
-        if self.only.is_none() {
+        let is_canonical = self.only.is_some_and(|offset| {
+            // SAFETY: the number is a field, and so lies in the value and is initialised.
+            unsafe { data.add(offset).cast::<f64>().read_unaligned() }.is_finite()
+        });
+        if !is_canonical {
             // SAFETY: passed on to the caller.
             unsafe { self.clear_gaps(data, length, items) };
         }
         // SAFETY: passed on to the caller; all bytes are initialised by now.
         let bytes = unsafe { std::slice::from_raw_parts_mut(data, length) };
-        self.canonicalize(bytes, items);
+        if !is_canonical {
+            self.canonicalize_numbers(bytes, items);
+        }
         bytes
     }
 
@@ -109,13 +117,8 @@ impl CanonicalForm {
         }
     }
 
-    fn canonicalize_all(&self, bytes: &mut [u8], items: usize) -> bool {
+    fn canonicalize_numbers(&self, bytes: &mut [u8], items: usize) -> bool {
         let mut finite = true;
-        for &(offset, size) in &self.gaps {
-            if let Some(gap) = bytes.get_mut(offset..offset + size) {
-                gap.fill(0);
-            }
-        }
         for &offset in &self.doubles {
             let Some(slot) = bytes.get_mut(offset..offset + 8) else { continue };
             let number =
@@ -140,7 +143,7 @@ impl CanonicalForm {
         if let Some((start, size, inner)) = &self.tail {
             for i in 0..items {
                 let Some(item) = bytes.get_mut(start + i * size..start + (i + 1) * size) else { break };
-                finite &= inner.canonicalize_all(item, 0);
+                finite &= inner.canonicalize_numbers(item, 0);
             }
         }
         finite

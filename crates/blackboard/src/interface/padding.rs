@@ -19,6 +19,28 @@ pub unsafe fn clear_padding(descriptor: &Descriptor, data: *mut u8, items: usize
     }
 }
 
+/// Whether a value has padding, its tail aside; found when the program is compiled.
+pub(super) const fn has_gaps(descriptor: &Descriptor) -> bool {
+    let (mut end, mut i) = (0, 0);
+    while i < descriptor.fields.len() {
+        let field = &descriptor.fields[i];
+        if field.offset > end || kind_has_gaps(&field.kind) {
+            return true;
+        }
+        end = field.offset + field.kind.size();
+        i += 1;
+    }
+    descriptor.size > end
+}
+
+const fn kind_has_gaps(kind: &Kind) -> bool {
+    match kind {
+        Kind::Optional(item) | Kind::Array(item, _) | Kind::Sequence(item, _) => kind_has_gaps(item),
+        Kind::Nested(descriptor) => has_gaps(descriptor),
+        _ => false,
+    }
+}
+
 /// The gaps of a value without its tail: offset and length of each.
 pub(super) fn for_each_gap(descriptor: &Descriptor, base: usize, gap: &mut dyn FnMut(usize, usize)) {
     let mut end = 0;

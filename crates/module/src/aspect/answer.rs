@@ -5,7 +5,7 @@ pub const PENDING: i32 = 5;
 
 /// What came of a request to the host.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Answer {
+pub enum RequestAnswer {
     /// Not done yet.
     Pending,
     /// Done; the text says what happened.
@@ -17,7 +17,7 @@ pub enum Answer {
     Unknown,
 }
 
-impl Answer {
+impl RequestAnswer {
     /// From the code that a service returned, and the text with it.
     pub(super) fn from_code(code: i32, text: String) -> Self {
         match code {

@@ -97,7 +97,7 @@ use std::ops::Deref;
 use slate_blackboard::interface::{Descriptor, schema_hash};
 
 pub use actuators::{ActuatorState, Actuators};
-pub use answer::{Answer, PENDING};
+pub use answer::{PENDING, RequestAnswer};
 pub use blackboard::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Sample, Seen, answered};
 pub use logger::Logger;
 pub use main_loop::{LoopPlace, LoopStage, MainLoop, Policy, PolicyTable, StageTable};

@@ -1,7 +1,7 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::answered;
-use super::{Answer, Service, service};
+use super::{RequestAnswer, Service, service};
 use crate::table::{Bytes, DONE, Sink};
 
 /// Loads, unloads and reloads the plugins of the agent.
@@ -61,7 +61,7 @@ unsafe impl Service for Plugins {
 }
 
 /// What came of a request for a change of plugins.
-pub type PluginAnswer = Answer;
+pub type PluginAnswer = RequestAnswer;
 
 /// A plugin of the agent.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -107,7 +107,7 @@ impl Plugins {
     pub fn answer(&self, request: u64) -> PluginAnswer {
         // SAFETY: everything lives during the call.
         let (code, text) = answered(|sink| unsafe { (self.answer)(self.context, request, sink) });
-        Answer::from_code(code, text)
+        RequestAnswer::from_code(code, text)
     }
 
     /// The plugins that were loaded when this tick began, and those of the configuration that were not.

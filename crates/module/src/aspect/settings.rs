@@ -1,7 +1,7 @@
 use slate_blackboard::interface::Descriptor;
 
 use super::blackboard::answered;
-use super::{Answer, Service, service};
+use super::{RequestAnswer, Service, service};
 use crate::table::{Bytes, Sink};
 
 /// Changes the configuration of the agent while it runs: links, parameters, `enabled`, values of inputs, levels of the log.
@@ -11,7 +11,7 @@ use crate::table::{Bytes, Sink};
 /// run repeats it.
 ///
 /// ```
-/// use slate_module::aspect::{Answer, Aspect, Settings};
+/// use slate_module::aspect::{RequestAnswer, Aspect, Settings};
 /// use slate_module::prelude::*;
 ///
 /// #[ports]
@@ -31,7 +31,7 @@ use crate::table::{Bytes, Sink};
 ///     fn tick(request: &mut Option<u64>, io: &Io, _: &(), now: &Tick) -> Outcome {
 ///         match request.map(|number| io.settings.answer(number)) {
 ///             None => *request = Some(io.settings.change(["modules.planner.params.speed=0.1"])),
-///             Some(Answer::Refused(reason)) => {
+///             Some(RequestAnswer::Refused(reason)) => {
 ///                 now.warn(format_args!("{reason}"));
 ///                 return Outcome::Degraded;
 ///             }
@@ -75,9 +75,9 @@ impl Settings {
     }
 
     /// What came of a request; the last 64 are known. What was done is told as by `slate config set`.
-    pub fn answer(&self, request: u64) -> Answer {
+    pub fn answer(&self, request: u64) -> RequestAnswer {
         // SAFETY: everything lives during the call.
         let (code, text) = answered(|sink| unsafe { (self.answer)(self.context, request, sink) });
-        Answer::from_code(code, text)
+        RequestAnswer::from_code(code, text)
     }
 }

@@ -11,7 +11,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
 use slate_plugin::module::Level;
-use slate_plugin::module::aspect::{Answer, Aspect, Settings};
+use slate_plugin::module::aspect::{Aspect, RequestAnswer, Settings};
 use slate_plugin::prelude::*;
 
 use crate::alternatives::Alternatives;
@@ -118,24 +118,25 @@ impl ActionKind for Reconfigure {
 impl Action<Managed> for Reconfigure {
     fn act(&mut self, acting: &Acting<'_, Managed>) -> Step {
         let Acting { body, now, .. } = acting;
-        let answer = self.request.map_or(Answer::Unknown, |(request, _)| body.settings.answer(request));
+        let answer =
+            self.request.map_or(RequestAnswer::Unknown, |(request, _)| body.settings.answer(request));
         let waited = self.request.map_or(0.0, |(_, since)| now.now().saturating_sub(since) as f64 * 1e-9);
         let tell = |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);
         match answer {
-            Answer::Pending => Step::Running,
+            RequestAnswer::Pending => Step::Running,
             // It was never asked for, or in a tick that failed.
-            Answer::Unknown => {
+            RequestAnswer::Unknown => {
                 tell(Progress::ASKED, format_args!("action: other settings are asked for"));
                 let changes = body.alternatives.changes(self.choice.number());
                 self.request = Some((body.settings.change(changes), now.now()));
                 Step::Running
             }
             // Which ones, the agent itself says.
-            Answer::Done(_) => {
+            RequestAnswer::Done(_) => {
                 tell(Progress::CHANGED, format_args!("action: other settings hold"));
                 Step::Done
             }
-            Answer::Refused(reason) => {
+            RequestAnswer::Refused(reason) => {
                 tell(Progress::FAILED, format_args!("action: the settings are refused: {reason}"));
                 Step::Failed
             }
