@@ -255,7 +255,7 @@ fn what_is_there_and_no_file_is_not_said_to_be_missing() {
     std::fs::write(folder.join("robot.toml"), "").unwrap();
     running.fails(2, &["check", "robot"], &["`robot` is a folder", "robot/robot.toml"]);
     running.fails(2, &["run", "/dev/null", "--headless"], &["`/dev/null` is a pipe or a device"]);
-    running.fails(2, &["check", "nothing.toml"], &["no file is called `nothing.toml`"]);
+    running.fails(2, &["check", "nothing.toml"], &["no example or file is named `nothing.toml`"]);
 }
 
 #[test]

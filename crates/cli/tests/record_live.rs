@@ -156,7 +156,7 @@ fn a_recording_that_can_not_begin_says_why_and_what_to_do() {
         running.fails(5, &start(&["--rate", rate]), &["`rate` is from 0.001", "--rate 5"]);
     }
     for rate in ["nan", "inf", "fast"] {
-        running.fails(2, &start(&["--rate", rate]), &["expected values a second"]);
+        running.fails(2, &start(&["--rate", rate]), &["expected Hz"]);
     }
     running.fails(5, &start(&["slate://exp1/nobody/*"]), &["no property of the agent", "slate list"]);
     running.fails(

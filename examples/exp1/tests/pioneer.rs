@@ -28,7 +28,8 @@ const PATIENCE: Duration = Duration::from_secs(90);
 #[test]
 fn the_same_blocks_drive_a_robot_at_a_line_to_the_goal() {
     let link = std::env::temp_dir().join(format!("slate-exp1-pioneer-{}", std::process::id()));
-    let options = slate_arcos_controller::Options { link: Some(link.clone()), ..Default::default() };
+    let options =
+        slate_arcos_controller::ControllerOptions { link: Some(link.clone()), ..Default::default() };
     let controller = Controller::start(options).unwrap();
     let device = format!("robots.r2.modules.pioneer.params.device=\"{}\"", link.display());
     let plugins = [slate_arcos::plugin(), slate_wheeled::plugin()];

@@ -159,7 +159,8 @@ fn target(context: &Context, ask: &Ask, body: &Json) -> Result<WriteTarget, Prob
         WriteKind::Setting { is_parameter, .. } => !is_parameter || context.is_operable(&path, body),
     };
     if !is_for_operators && ask.caller.role < Role::Developer {
-        let message = format!("{} may not change parameters", ask.caller.role.one());
+        let message =
+            format!("{} may not do this: parameters and switches are a developer's", ask.caller.role.one());
         let help = "ask with the token of a developer, or let `console.operable` have what operators set";
         return Err(Problem::new(StatusCode::FORBIDDEN, message, help));
     }

@@ -70,28 +70,44 @@ struct StreamedFile {
 impl StreamedFile {
     /// Writes what is new.
     fn follow(&mut self, read: &impl Fn(&mut TrajectoryPosition) -> Vec<Sample>) -> io::Result<()> {
-        let before = self.position;
-        let samples = read(&mut self.position);
-        match &mut self.file {
-            Some(file) if self.position.follows(before) => {
-                let mut text = String::new();
-                samples.iter().for_each(|sample| append_row(sample, &mut text));
-                file.write_all(text.as_bytes())
-            }
-            _ => {
-                let mut text = String::from(HEADER);
-                samples.iter().for_each(|sample| append_row(sample, &mut text));
-                self.replace(&text)
+        loop {
+            let before = self.position;
+            let samples = read(&mut self.position);
+            match &mut self.file {
+                Some(_) if self.position.follows(before) && samples.is_empty() => return Ok(()),
+                Some(file) if self.position.follows(before) => file.write_all(rows(&samples).as_bytes())?,
+                _ => self.replace(samples, read)?,
             }
         }
     }
 
     /// Puts a whole file in the place of what is there, and goes on behind it.
-    fn replace(&mut self, text: &str) -> io::Result<()> {
+    fn replace(
+        &mut self,
+        mut samples: Vec<Sample>,
+        read: &impl Fn(&mut TrajectoryPosition) -> Vec<Sample>,
+    ) -> io::Result<()> {
         let mut new = Replacement::create(&self.path)?;
-        new.write_all(text.as_bytes())?;
+        new.write_all(HEADER.as_bytes())?;
+        while !samples.is_empty() {
+            new.write_all(rows(&samples).as_bytes())?;
+            let before = self.position;
+            samples = read(&mut self.position);
+            if !self.position.follows(before) {
+                // Samples were removed meanwhile: the next turn begins anew.
+                (self.file, self.position) = (None, TrajectoryPosition::default());
+                return Ok(());
+            }
+        }
         new.keep()?;
         self.file = Some(OpenOptions::new().append(true).open(&self.path)?);
         Ok(())
     }
+}
+
+/// Rows of `trajectory.csv`.
+fn rows(samples: &[Sample]) -> String {
+    let mut text = String::new();
+    samples.iter().for_each(|sample| append_row(sample, &mut text));
+    text
 }

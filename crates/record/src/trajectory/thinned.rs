@@ -50,6 +50,9 @@ impl ThinnedTrajectory {
     /// The most samples.
     pub const LIMIT: usize = 20_000;
 
+    /// The most samples that are read at once, so that their copies need little memory.
+    pub const BATCH: usize = 1_000;
+
     /// Adds the samples of all robots at a time, if they are due or the run ends.
     pub fn add(&mut self, time: u64, is_end: bool, samples: impl IntoIterator<Item = Sample>) {
         if time < self.next && !is_end {
@@ -95,10 +98,13 @@ impl ThinnedTrajectory {
         std::mem::take(&mut self.samples)
     }
 
-    /// The samples from a position on, which is behind all of them then. When samples were removed since, these are all.
+    /// The samples from a position on, at most [`BATCH`](Self::BATCH), which is behind them then. When samples were removed since,
+    /// it begins with the first.
     pub fn read(&self, position: &mut TrajectoryPosition) -> &[Sample] {
         let start = if position.generation == self.generation { position.samples } else { 0 };
-        *position = TrajectoryPosition { generation: self.generation, samples: self.samples.len() };
-        self.samples.get(start..).unwrap_or_default()
+        let rest = self.samples.get(start..).unwrap_or_default();
+        let read = &rest[..rest.len().min(Self::BATCH)];
+        *position = TrajectoryPosition { generation: self.generation, samples: start + read.len() };
+        read
     }
 }

@@ -62,7 +62,7 @@ impl Module for Stumbler {
     type State = ();
 
     fn tick(_: &mut (), io: &StumblerIo, params: &StumblerParams, now: &Tick) -> Outcome {
-        if now.number() % params.every == 0 {
+        if now.number().is_multiple_of(params.every) {
             std::thread::sleep(Duration::from_millis(params.hang_ms));
         }
         io.moment.set(Number { value: monotonic() as f64 });

@@ -11,6 +11,7 @@ use std::time::Duration;
 use slate_blackboard::wake::Wake;
 
 use super::context::{PeerContext, impostor, locked};
+use super::dialling::Dialling;
 use super::state::PeerStates;
 use super::{Happening, Peer, RemoteProperty};
 use crate::carrier::{Carrier, CarrierError, Link};
@@ -56,15 +57,6 @@ pub(super) struct PeerLine {
     untold: Mutex<VecDeque<Happening>>,
     telling: Mutex<()>,
     ended: AtomicBool,
-}
-
-/// Where the other agent is dialled.
-#[derive(Debug, Default)]
-struct Dialling {
-    /// Whenever it is not there; nothing while only it dials.
-    always: Option<String>,
-    /// Until then, for a question.
-    until: Option<(String, u64)>,
 }
 
 /// The link in use.
@@ -119,7 +111,7 @@ impl PeerLine {
 
     /// Dials it for a question.
     pub fn visit(&self, endpoint: &str, now: u64) {
-        locked(&self.dialling).until = Some((endpoint.into(), now.saturating_add(UNUSED)));
+        locked(&self.dialling).visit(endpoint, now.saturating_add(UNUSED));
         self.changed.notify_all();
     }
 
@@ -130,12 +122,7 @@ impl PeerLine {
 
     /// Where it is to be dialled now.
     fn endpoint(&self, now: u64) -> Option<String> {
-        let mut dialling = locked(&self.dialling);
-        if dialling.until.as_ref().is_some_and(|(_, until)| now > *until) {
-            dialling.until = None;
-        }
-        let Dialling { always, until } = &*dialling;
-        always.clone().or_else(|| until.as_ref().map(|(endpoint, _)| endpoint.clone()))
+        locked(&self.dialling).endpoint(now)
     }
 
     /// Whether nobody would miss it: the other agent came by itself, and is gone.

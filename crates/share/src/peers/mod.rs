@@ -2,7 +2,9 @@
 
 mod carriers;
 mod context;
+mod dialling;
 mod door;
+mod exchange;
 mod export;
 mod handle;
 mod import;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, Event as BoardEvent, Observer, Pattern, Url};
 
+use super::exchange::{LiveExchange, PeerExchange};
 use super::export::{Export, Unserved};
 use super::import::{Import, Status};
 use super::inspection::{Answers, PropertyQuestion};
@@ -14,8 +15,7 @@ use super::rights::{is_of_team, may_read, may_send};
 use super::{Allowance, Happening, Want};
 use crate::carrier::SharedMemory;
 use crate::session::{
-    Application, Compression, Content, DeliveryStatus, Estimate, Event, Identity, Limits, Options, Sample,
-    Seen, SendError, Session,
+    Compression, Content, DeliveryStatus, Event, Identity, Limits, Options, Seen, SendError, Session,
 };
 
 /// How often a property is looked for that is not there; other names of properties come without an event.
@@ -47,65 +47,6 @@ pub struct Peer {
     retry_at: u64,
 }
 
-/// What is exchanged with another agent.
-#[derive(Debug)]
-pub(super) struct PeerExchange {
-    board: Arc<Board>,
-    agent: String,
-    wake: Arc<Wake>,
-    pub exports: BTreeMap<u32, Export>,
-    pub imports: BTreeMap<u32, Import>,
-    events: VecDeque<Event>,
-    estimate: Option<Estimate>,
-    /// What the other agent may do; all when it is nothing.
-    allowance: Option<Allowance>,
-    /// What the clock of the values shows more than the agent's, nanoseconds.
-    lead: i64,
-    /// Whether a mirror was written since it was asked.
-    shown: bool,
-}
-
-/// The exchange while a session uses it, and memory that both agents see.
-struct LiveExchange<'a> {
-    exchange: &'a mut PeerExchange,
-    memory: Option<&'a dyn SharedMemory>,
-}
-
-impl Application for LiveExchange<'_> {
-    fn event(&mut self, event: Event) {
-        self.exchange.events.push_back(event);
-    }
-
-    fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
-        let (estimate, lead) = (self.exchange.estimate, self.exchange.lead);
-        if let Some(import) = self.exchange.imports.get_mut(&id) {
-            self.exchange.shown |= import.show(sample, skipped, content, self.memory, (estimate, lead));
-        }
-    }
-
-    fn discard(&mut self, sample: &Sample, content: &[u8]) {
-        if let Some(memory) = self.memory {
-            memory.read(content, sample.length as usize, &mut |_| {});
-        }
-    }
-
-    fn has_news(&mut self, id: u32) -> bool {
-        self.exchange
-            .exports
-            .get(&id)
-            .and_then(|export| export.source.as_ref())
-            .is_some_and(|source| source.has_news())
-    }
-
-    fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
-        let export = self.exchange.exports.get_mut(&id)?;
-        let compression = export.options.compression;
-        let mut sample = export.source.as_mut()?.take(compression, self.memory, content)?;
-        sample.stamp.time = sample.stamp.time.saturating_add_signed(self.exchange.lead.saturating_neg());
-        Some(sample)
-    }
-}
-
 impl Peer {
     /// Another agent of that name, which is not connected. `wake` is notified when this agent has something for it.
     pub fn new(board: &Arc<Board>, own: Identity, agent: &str, limits: Limits, wake: &Arc<Wake>) -> Self {
@@ -113,18 +54,7 @@ impl Peer {
         let all = Pattern::parse("**").unwrap_or_else(|_| unreachable!("it is a pattern"));
         Self {
             session: Session::new(own, Some(agent), limits),
-            exchange: PeerExchange {
-                board: Arc::clone(board),
-                agent: agent.into(),
-                wake: Arc::clone(wake),
-                exports: BTreeMap::new(),
-                imports: BTreeMap::new(),
-                events: VecDeque::new(),
-                estimate: None,
-                lead: 0,
-                allowance: None,
-                shown: false,
-            },
+            exchange: PeerExchange::new(board, agent, wake),
             questions: BTreeMap::new(),
             answers: Answers::default(),
             messages: Messages::default(),
@@ -253,12 +183,7 @@ impl Peer {
 
     /// Takes the mirrors off the board.
     pub(super) fn take_down(&mut self) {
-        for import in std::mem::take(&mut self.exchange.imports).into_values() {
-            if import.mirror.is_some() {
-                // Somebody else may have taken it off.
-                let _ = self.exchange.board.remove(&import.place);
-            }
-        }
+        self.exchange.take_down();
     }
 
     /// Takes a packet that came at `now`.

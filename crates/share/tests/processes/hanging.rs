@@ -47,7 +47,7 @@ impl Module for Stumbler {
     type State = ();
 
     fn tick(_: &mut (), io: &StumblerIo, _: &(), now: &Tick) -> Outcome {
-        if now.number() % 10 == 0 {
+        if now.number().is_multiple_of(10) {
             std::thread::sleep(Duration::from_millis(150));
         }
         io.wheel.send(Number { value: monotonic() }, Priority::Plan);
@@ -102,7 +102,11 @@ pub fn time_to_live_holds_for_another_agent(way: &'static str) {
     let busy = Arc::new(AtomicBool::new(true));
     for _ in 0..setting("SLATE_BUSY", 0) {
         let busy = Arc::clone(&busy);
-        std::thread::spawn(move || while busy.load(Ordering::Relaxed) {});
+        std::thread::spawn(move || {
+            while busy.load(Ordering::Relaxed) {
+                std::hint::spin_loop();
+            }
+        });
     }
 
     let mut command = Command::new(std::env::current_exe().unwrap());

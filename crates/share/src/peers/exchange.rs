@@ -1,0 +1,100 @@
+//! What is exchanged with another agent, as its session uses it.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::sync::Arc;
+
+use slate_blackboard::Board;
+use slate_blackboard::wake::Wake;
+
+use super::Allowance;
+use super::export::Export;
+use super::import::Import;
+use crate::carrier::SharedMemory;
+use crate::session::{Application, Estimate, Event, Sample};
+
+/// What is exchanged with another agent.
+#[derive(Debug)]
+pub(super) struct PeerExchange {
+    pub board: Arc<Board>,
+    pub agent: String,
+    pub wake: Arc<Wake>,
+    pub exports: BTreeMap<u32, Export>,
+    pub imports: BTreeMap<u32, Import>,
+    pub events: VecDeque<Event>,
+    pub estimate: Option<Estimate>,
+    /// What the other agent may do; all when it is nothing.
+    pub allowance: Option<Allowance>,
+    /// What the clock of the values shows more than the agent's, nanoseconds.
+    pub lead: i64,
+    /// Whether a mirror was written since it was asked.
+    pub shown: bool,
+}
+
+impl PeerExchange {
+    /// Nothing is exchanged yet. `wake` is notified when this agent has something for the other one.
+    pub fn new(board: &Arc<Board>, agent: &str, wake: &Arc<Wake>) -> Self {
+        Self {
+            board: Arc::clone(board),
+            agent: agent.into(),
+            wake: Arc::clone(wake),
+            exports: BTreeMap::new(),
+            imports: BTreeMap::new(),
+            events: VecDeque::new(),
+            estimate: None,
+            allowance: None,
+            lead: 0,
+            shown: false,
+        }
+    }
+
+    /// Takes the mirrors off the board.
+    pub fn take_down(&mut self) {
+        for import in std::mem::take(&mut self.imports).into_values() {
+            if import.mirror.is_some() {
+                // Somebody else may have taken it off.
+                let _ = self.board.remove(&import.place);
+            }
+        }
+    }
+}
+
+/// The exchange while a session uses it, and memory that both agents see.
+pub(super) struct LiveExchange<'a> {
+    pub exchange: &'a mut PeerExchange,
+    pub memory: Option<&'a dyn SharedMemory>,
+}
+
+impl Application for LiveExchange<'_> {
+    fn event(&mut self, event: Event) {
+        self.exchange.events.push_back(event);
+    }
+
+    fn sample(&mut self, id: u32, sample: &Sample, skipped: u64, content: &[u8]) {
+        let (estimate, lead) = (self.exchange.estimate, self.exchange.lead);
+        if let Some(import) = self.exchange.imports.get_mut(&id) {
+            self.exchange.shown |= import.show(sample, skipped, content, self.memory, (estimate, lead));
+        }
+    }
+
+    fn discard(&mut self, sample: &Sample, content: &[u8]) {
+        if let Some(memory) = self.memory {
+            memory.read(content, sample.length as usize, &mut |_| {});
+        }
+    }
+
+    fn has_news(&mut self, id: u32) -> bool {
+        self.exchange
+            .exports
+            .get(&id)
+            .and_then(|export| export.source.as_ref())
+            .is_some_and(|source| source.has_news())
+    }
+
+    fn take(&mut self, id: u32, content: &mut Vec<u8>) -> Option<Sample> {
+        let export = self.exchange.exports.get_mut(&id)?;
+        let compression = export.options.compression;
+        let mut sample = export.source.as_mut()?.take(compression, self.memory, content)?;
+        sample.stamp.time = sample.stamp.time.saturating_add_signed(self.exchange.lead.saturating_neg());
+        Some(sample)
+    }
+}
