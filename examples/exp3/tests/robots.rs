@@ -182,7 +182,7 @@ fn another_corner_and_other_speeds_hold_on_the_way() {
         .set("situation", mapek::ExecuteStatus { route: mapek::Route::DELIBERATIVE, ..Default::default() });
     planner.params().corner_x = 1.0;
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.4));
-    planner.params().speed = 0.1;
+    planner.params().max_linear_velocity = 0.1;
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.1));
 }
 
