@@ -184,7 +184,7 @@ fn what_is_saved_is_shown_first_and_then_stands_in_the_file_with_its_comments() 
     let mut running = Running::new("browser-save");
     let text = format!(
         "# R2 where the floor is wet.\ninclude = [{:?}]\n\n[agent]\nname = \"wet\"\n\n[robots.r2.modules.planner.params]\n\
-         # Not faster.\nspeed = 0.3 # m/s\n",
+         # Not faster.\nmax_linear_velocity = 0.3 # m/s\n",
         example("exp1/exp1.toml")
     );
     let file = running.folder().join("robot.toml");

@@ -80,9 +80,9 @@ fn a_project_is_not_written_over_another_nor_called_what_is_taken() {
     running.done(&["new", "rover", "-t", "plugin"]);
     running.fails(2, &["new", "rover"], &["exists already"]);
     // Its kinds of modules would be called as those of another plugin.
-    running.fails(2, &["new", "differential"], &["come with Slate"]);
+    running.fails(2, &["new", "differential"], &["a module of Slate has this name"]);
     running.fails(2, &["new", "Rover"], &["lower-case letters"]);
-    running.fails(2, &["new", "pioneer"], &["has something of that name"]);
+    running.fails(2, &["new", "pioneer"], &["configuration uses this name"]);
     running.fails(2, &["new", "other", "--template", "robot"], &["mapek, module, plugin"]);
     running.fails(2, &["new", "other", "--slate", "/nowhere"], &["not a checkout of Slate"]);
     assert!(!running.folder().join("other").exists());

@@ -114,14 +114,19 @@ fn json_is_printed_only_for_who_asks() {
 }
 
 #[test]
-fn the_live_display_tells_the_robots_state_before_the_summary() {
+fn live_lines_tell_what_robots_do_before_the_summary() {
     let folder = folder("live");
     let output = slate(&folder, &["run", "exp1", "--rate", "20", "--json"]);
     let stdout = text(&output.stdout);
     assert_eq!(json(&output)["outcome"], "goal_reached", "{output:?}");
     let (display, _) = stdout.split_once("goal reached").unwrap();
-    for word in ["exp1, seed 0", "r1", "r2", "deliberative", "GoToOrigin", "clear"] {
-        assert!(display.contains(word), "the display does not say {word}: {display}");
+    for line in [
+        "exp1, seed 0",
+        "s  r2 reactive: AvoidObstacle",
+        "s  r2 deliberative: GoToOrigin",
+        "s  mission succeeded: ",
+    ] {
+        assert!(display.contains(line), "the display does not say {line}: {display}");
     }
     assert!(!stdout.contains('\u{1b}'), "who reads no terminal gets no colours");
 }

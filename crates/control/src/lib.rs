@@ -48,7 +48,7 @@ pub use agent::{
 pub use answer::{OperationAnswer, ResponseBody, json_response, response};
 pub use client::{Client, ClientError};
 pub use connection::{
-    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, PATIENCE, Patient,
+    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, Patient, WRITE_TIMEOUT,
 };
 pub use context::{Context, Document, Page};
 pub use dispatcher::Dispatcher;
@@ -58,7 +58,9 @@ pub use entries::{
     SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin, Watched,
 };
 pub use lease::LOOK;
-pub use operation::{Ask, BASE, Caller, MatchedOperation, Operation, Pace, Parameter, without_slash};
+pub use operation::{
+    BASE, Caller, MatchedOperation, Operation, OperationRequest, Pace, Parameter, without_slash,
+};
 pub use problem::Problem;
 pub use query::Query;
 pub use reserve::DescriptorReserve;

@@ -1,8 +1,8 @@
 //! What libraries were when they were loaded last, so that one that has changed is told of before it is opened.
 
-use std::fs::{self, File, Metadata};
+use std::fs::{self, DirBuilder, File, Metadata};
 use std::io::{self, Write};
-use std::os::unix::fs::MetadataExt;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
@@ -96,7 +96,8 @@ impl KnownLibraries {
 
     fn write(&self, known: &[KnownLibrary]) -> io::Result<()> {
         if let Some(folder) = self.file.parent() {
-            fs::create_dir_all(folder)?;
+            // What programs keep of a user is nobody else's, as the XDG base directory specification says.
+            DirBuilder::new().recursive(true).mode(0o700).create(folder)?;
         }
         let mut new = Replacement::create(&self.file)?;
         new.write_all(&serde_json::to_vec(known)?)?;
