@@ -156,6 +156,8 @@ fn one_person_at_a_time_has_the_controls() {
     let text =
         controls.command(&Value::Table(vec![("speed".into(), Value::Float(1.0))])).unwrap_err().to_string();
     assert!(text.contains("speed"), "{text}");
+    let text = controls.command(&Value::Table(Vec::new())).unwrap_err().to_string();
+    assert!(text.contains("it lacks value"), "{text}");
     let text = composer.take_controls("arm", "a test").unwrap_err().to_string();
     assert!(text.contains("arm") && text.contains("wheel"), "{text}");
 }
