@@ -26,8 +26,8 @@ const MOST_STOPPING: usize = 16;
 /// How many of them may be WebSockets.
 pub const MOST_SOCKETS: usize = 24;
 
-/// How long somebody may read nothing of what waits for him. It is dropped then, with what waits.
-pub const PATIENCE: Duration = Duration::from_secs(5);
+/// Time after which a blocked write closes the connection.
+pub const WRITE_TIMEOUT: Duration = Duration::from_secs(5);
 
 /// The connections of a server.
 #[derive(Default)]
@@ -70,6 +70,8 @@ impl PresentConnection {
 struct Belongings {
     trace: ToolTrace,
     leases: Vec<String>,
+    /// The connection is closed; nothing may belong to it any more.
+    is_closed: bool,
 }
 
 impl Belongings {
@@ -139,7 +141,7 @@ impl Connections {
 
     /// Ends the traces of all connections, as the agent ends: first those of callers that ask how theirs goes within `hearing`,
     /// so that they are told.
-    pub(crate) fn end_traces(&self, hearing: Duration) {
+    pub fn end_traces(&self, hearing: Duration) {
         self.ends.store(true, Ordering::Release);
         let under_way = || -> Vec<Arc<Mutex<Belongings>>> {
             let present = self.present();
@@ -218,14 +220,19 @@ impl ConnectionSlot {
             .count()
     }
 
-    /// Lets a lease end with this connection.
-    pub(crate) fn bind_lease(&self, lease: &str) {
-        self.belongings().leases.push(lease.to_owned());
+    /// Binds a lease to this connection, with which it ends; false when the connection is closed.
+    pub(crate) fn bind_lease(&self, lease: &str) -> bool {
+        let mut own = self.belongings();
+        if !own.is_closed {
+            own.leases.push(lease.to_owned());
+        }
+        !own.is_closed
     }
 
     /// Ends what belongs to the connection, which is closed.
     fn close(&self, context: &Arc<crate::context::Context>) {
-        let Belongings { trace, leases } = std::mem::take(&mut *self.belongings());
+        let closed = Belongings { is_closed: true, ..Belongings::default() };
+        let Belongings { trace, leases, .. } = std::mem::replace(&mut *self.belongings(), closed);
         for lease in &leases {
             // It may have ended by itself.
             context.leases.end(lease);
@@ -306,8 +313,9 @@ impl<S> Patient<S> {
             self.waits = None;
             return done;
         }
-        let waits =
-            self.waits.get_or_insert_with(|| Box::pin(tokio::time::sleep_until(Instant::now() + PATIENCE)));
+        let waits = self
+            .waits
+            .get_or_insert_with(|| Box::pin(tokio::time::sleep_until(Instant::now() + WRITE_TIMEOUT)));
         ready!(waits.as_mut().poll(task));
         Poll::Ready(Err(Error::new(ErrorKind::TimedOut, "the other side reads nothing")))
     }

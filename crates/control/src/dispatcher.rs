@@ -14,8 +14,10 @@ use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard, OwnedSemaphorePermit, Se
 
 use crate::answer::{OperationAnswer, ResponseBody, whole};
 use crate::context::Context;
-use crate::operation::{Ask, Caller, MatchedOperation, Operation, Pace, check_query, check_role};
-use crate::operations::{DRIVE, STOP};
+use crate::operation::{
+    BASE, Caller, MatchedOperation, Operation, OperationRequest, Pace, check_query, check_role,
+};
+use crate::operations::{DRIVE, STOP, by_name, carry_out};
 use crate::problem::Problem;
 use crate::query::Query;
 use crate::repeats::Repeats;
@@ -51,11 +53,17 @@ impl std::fmt::Debug for Dispatcher {
     }
 }
 
-/// What a request waits for before it is carried out, and holds until its end.
+/// Permits of an operation, held until its end.
 #[derive(Default)]
-struct OperationTurn {
+pub struct OperationTurn {
     _place: Option<OwnedSemaphorePermit>,
     _change: Option<OwnedMutexGuard<()>>,
+}
+
+impl std::fmt::Debug for OperationTurn {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OperationTurn").finish_non_exhaustive()
+    }
 }
 
 impl Dispatcher {
@@ -87,7 +95,7 @@ impl Dispatcher {
         body: Option<Json>,
     ) -> Response<ResponseBody> {
         let path = found.operation.path;
-        let ask = Ask {
+        let ask = OperationRequest {
             caller,
             captured: found.captured,
             query,
@@ -129,7 +137,7 @@ impl Dispatcher {
         }
         check_query(operation, &query)?;
         let body = read(headers, body, operation.body.is_some()).await?;
-        let ask = Ask {
+        let ask = OperationRequest {
             caller: caller.clone(),
             captured,
             query,
@@ -157,20 +165,48 @@ impl Dispatcher {
         Ok(whole(answer?))
     }
 
-    /// Waits for what an operation needs before it begins. Whoever is gone meanwhile has no place any more, as this is dropped.
-    async fn turn(&self, operation: &'static Operation) -> Result<OperationTurn, Problem> {
+    /// Carries out an operation for a caller that speaks another protocol, as [`carry_out`] does, and logs it. Whoever calls this
+    /// holds the [`turn`](Dispatcher::turn) of the operation.
+    ///
+    /// # Errors
+    /// As [`carry_out`].
+    pub fn carry_out(
+        &self,
+        caller: &Caller,
+        name: &str,
+        path: &str,
+        body: Json,
+    ) -> Result<OperationAnswer, Problem> {
+        let answer = carry_out(&self.context, caller, name, path, body);
+        if let Some(operation) = by_name(name) {
+            let target = operation.path.replace("{agent}", self.context.name()).replace("{path}", path);
+            self.log(operation, caller, &format!("{BASE}{target}"), &answer);
+        }
+        answer
+    }
+
+    /// Acquires the permits of an operation; dropping the future releases them.
+    ///
+    /// # Errors
+    /// When there is no permit, or another change does not end in time.
+    pub async fn turn(&self, operation: &'static Operation) -> Result<OperationTurn, Problem> {
         if operation.pace == Pace::Prompt {
             return Ok(OperationTurn::default());
         }
+        // A change that waits for its turn holds no permit: reads need them.
+        let change =
+            if operation.pace == Pace::Change { Some(self.change_turn(operation).await?) } else { None };
         let work = Arc::clone(&self.work);
         let place = match self.waits {
             // It is closed by nobody.
             true => work.acquire_owned().await.ok(),
             false => Some(work.try_acquire_owned().map_err(|_| Problem::too_many())?),
         };
-        if operation.pace == Pace::Slow {
-            return Ok(OperationTurn { _place: place, _change: None });
-        }
+        Ok(OperationTurn { _place: place, _change: change })
+    }
+
+    /// Waits for the change before this one to end.
+    async fn change_turn(&self, operation: &'static Operation) -> Result<OwnedMutexGuard<()>, Problem> {
         let waited = tokio::time::timeout(TURN, Arc::clone(&self.turn).lock_owned());
         let change = within(waited).await.ok_or_else(|| {
             let other = *self.change.lock().unwrap_or_else(PoisonError::into_inner);
@@ -179,11 +215,10 @@ impl Dispatcher {
             Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, help)
         })?;
         *self.change.lock().unwrap_or_else(PoisonError::into_inner) = operation.name;
-        Ok(OperationTurn { _place: place, _change: Some(change) })
+        Ok(change)
     }
 
-    /// Whoever changes something over the network is in the log; who drives says so many times a second, and who has the controls
-    /// is there too.
+    /// Logs an operation; reads and repeated drive commands are left out.
     fn log(
         &self,
         operation: &Operation,

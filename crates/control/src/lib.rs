@@ -48,22 +48,24 @@ pub use agent::{
 pub use answer::{OperationAnswer, ResponseBody, json_response, response};
 pub use client::{Client, ClientError};
 pub use connection::{
-    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, PATIENCE, Patient,
+    BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, Patient, WRITE_TIMEOUT,
 };
 pub use context::{Context, Document, Page};
-pub use dispatcher::Dispatcher;
+pub use dispatcher::{Dispatcher, OperationTurn};
 pub use entries::{
     Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
     ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
     SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin, Watched,
 };
 pub use lease::LOOK;
-pub use operation::{Ask, BASE, Caller, MatchedOperation, Operation, Pace, Parameter, without_slash};
+pub use operation::{
+    BASE, Caller, MatchedOperation, Operation, OperationRequest, Pace, Parameter, without_slash,
+};
 pub use problem::Problem;
 pub use query::Query;
 pub use reserve::DescriptorReserve;
 pub use role::Role;
 pub use schema::{complete, of_interface};
 pub use select::Selection;
-pub use server::{OpenError, Server, lowered, with_caller_name};
+pub use server::{HEARING, OpenError, Server, lowered, with_caller_name};
 pub use stream::{Follow, Sample, StreamForm, Watcher, apart};

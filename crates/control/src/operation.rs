@@ -41,7 +41,7 @@ pub struct Operation {
     /// The other kinds of answers.
     pub kinds: &'static [&'static str],
     /// Carries it out.
-    pub handler: fn(&Arc<Context>, &Ask) -> Result<OperationAnswer, Problem>,
+    pub handler: fn(&Arc<Context>, &OperationRequest) -> Result<OperationAnswer, Problem>,
 }
 
 /// An operation before its answer is known.
@@ -81,8 +81,9 @@ impl Operation {
         name: &'static str,
         role: Role,
         summary: &'static str,
+        pace: Pace,
     ) -> OperationDraft {
-        OperationDraft::new("POST", path, name, role, summary)
+        OperationDraft::new("POST", path, name, role, summary).pace(pace)
     }
 
     /// One that sets something as a whole.
@@ -91,8 +92,9 @@ impl Operation {
         name: &'static str,
         role: Role,
         summary: &'static str,
+        pace: Pace,
     ) -> OperationDraft {
-        OperationDraft::new("PUT", path, name, role, summary)
+        OperationDraft::new("PUT", path, name, role, summary).pace(pace)
     }
 
     /// One that sets parts of something.
@@ -101,8 +103,9 @@ impl Operation {
         name: &'static str,
         role: Role,
         summary: &'static str,
+        pace: Pace,
     ) -> OperationDraft {
-        OperationDraft::new("PATCH", path, name, role, summary)
+        OperationDraft::new("PATCH", path, name, role, summary).pace(pace)
     }
 
     /// One that ends something.
@@ -111,8 +114,9 @@ impl Operation {
         name: &'static str,
         role: Role,
         summary: &'static str,
+        pace: Pace,
     ) -> OperationDraft {
-        OperationDraft::new("DELETE", path, name, role, summary)
+        OperationDraft::new("DELETE", path, name, role, summary).pace(pace)
     }
 }
 
@@ -152,7 +156,7 @@ impl OperationDraft {
     pub const fn answers(
         self,
         answer: fn() -> Json,
-        handler: fn(&Arc<Context>, &Ask) -> Result<OperationAnswer, Problem>,
+        handler: fn(&Arc<Context>, &OperationRequest) -> Result<OperationAnswer, Problem>,
     ) -> Operation {
         let Self { method, path, name, role, summary, pace, parameters, body, kinds } = self;
         Operation { method, path, name, summary, role, pace, parameters, body, answer, kinds, handler }
@@ -181,8 +185,8 @@ pub struct Parameter {
     pub schema: fn() -> Json,
 }
 
-/// A request that is to be answered.
-pub struct Ask {
+/// Request of one operation with its caller.
+pub struct OperationRequest {
     /// Who asks.
     pub caller: Caller,
     /// The parts of the path.
@@ -221,8 +225,8 @@ impl std::fmt::Debug for Caller {
     }
 }
 
-impl Ask {
-    /// What a path has in the place of a name in braces.
+impl OperationRequest {
+    /// Value of a path parameter; empty if absent.
     pub fn part(&self, name: &str) -> &str {
         self.captured.iter().find(|(own, _)| *own == name).map_or("", |(_, part)| part)
     }
@@ -248,7 +252,7 @@ impl Ask {
         self.caller.local.as_deref().map_or_else(|| url.to_owned(), |name| own_url(url, name))
     }
 
-    /// As [`part`](Ask::part), for a path of the blackboard, which may begin with a slash.
+    /// As [`part`](OperationRequest::part), for a path of the blackboard, which may begin with a slash.
     pub fn board_path(&self, name: &str) -> &str {
         without_slash(self.part(name))
     }
@@ -286,8 +290,7 @@ impl MatchedOperation {
     /// When there is none.
     pub fn find(table: &'static [Operation], method: &str, path: &str) -> Result<Self, Problem> {
         let rest = path.strip_prefix(BASE).filter(|rest| rest.is_empty() || rest.starts_with('/'));
-        let unknown =
-            || Problem::not_found(format!("there is nothing at {path}"), "see /api/v1/openapi.json");
+        let unknown = || Problem::not_found(format!("unknown path {path}"), "see /api/v1/openapi.json");
         let parts = rest.ok_or_else(unknown)?.split('/').skip(1);
         let parts = parts.map(decode).collect::<Result<Vec<_>, _>>()?;
         // What is more special comes first, and what is more general is no other way to say the same.
@@ -307,7 +310,7 @@ impl MatchedOperation {
             return Err(unknown());
         }
         let allowed = allowed.join(", ");
-        let message = format!("{method} is nothing that can be done with {path}");
+        let message = format!("method {method} is not allowed for {path}");
         Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, format!("{allowed} can"))
             .with("allow", allowed))
     }

@@ -23,6 +23,18 @@ impl Query {
         Ok(Self(entries))
     }
 
+    /// Reads a query of which nothing may be refused, such as that of a stop: text that can't be decoded stays as it is, and
+    /// the first value of a name counts.
+    pub fn parse_leniently(text: &str) -> Self {
+        let decoded = |text: &str| decode(&text.replace('+', " ")).unwrap_or_else(|_| text.to_owned());
+        let mut entries = BTreeMap::new();
+        for pair in text.split('&').filter(|pair| !pair.is_empty()) {
+            let (name, value) = pair.split_once('=').unwrap_or((pair, ""));
+            entries.entry(decoded(name)).or_insert_with(|| decoded(value));
+        }
+        Self(entries)
+    }
+
     /// A value.
     pub fn get(&self, name: &str) -> Option<&str> {
         self.0.get(name).map(String::as_str)
@@ -122,6 +134,7 @@ mod tests {
         #[test]
         fn any_text_is_read_or_refused(text in ".{0,60}") {
             let _ = Query::parse(&text);
+            let _ = Query::parse_leniently(&text);
             let _ = decode(&text);
         }
     }

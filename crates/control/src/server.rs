@@ -45,8 +45,8 @@ const THREADS: usize = WORKING + 8;
 /// How long the head of a request may take to come.
 const REQUEST: Duration = Duration::from_secs(10);
 
-/// How long an agent that ends waits for callers to ask how their traces go.
-const HEARING: Duration = Duration::from_secs(1);
+/// Time in which callers learn from an agent that ends how their traces went.
+pub const HEARING: Duration = Duration::from_secs(1);
 
 /// The longest name of a caller, letters.
 const NAME: usize = 80;
@@ -278,7 +278,7 @@ fn stop(
     request: &Request<Incoming>,
 ) -> Option<Response<ResponseBody>> {
     let found = of_request(request.method().as_str(), request.uri().path()).ok().filter(is_stop)?;
-    let query = Query::parse(request.uri().query().unwrap_or_default()).unwrap_or_default();
+    let query = Query::parse_leniently(request.uri().query().unwrap_or_default());
     query.get("reason")?;
     Some(host.dispatcher.stop(found, caller(host, place, request), query, None))
 }
@@ -300,8 +300,9 @@ async fn answer(
     let caller = caller(host, place, &request);
     let (head, body) = request.into_parts();
     let path = head.uri.path();
-    let query = Query::parse(head.uri.query().unwrap_or_default())?;
     let found = of_request(head.method.as_str(), path)?;
+    let query = head.uri.query().unwrap_or_default();
+    let query = if is_stop(&found) { Query::parse_leniently(query) } else { Query::parse(query)? };
     if place.only_stops && !is_stop(&found) {
         return Err(Problem::too_many());
     }

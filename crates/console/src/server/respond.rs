@@ -63,24 +63,26 @@ async fn answer(
 ) -> Result<Response<ResponseBody>, Problem> {
     let asks_for_stop =
         || of_request(request.method().as_str(), request.uri().path()).is_ok_and(|found| is_stop(&found));
-    if place.only_stops && !asks_for_stop() {
+    let is_stop = asks_for_stop();
+    if place.only_stops && !is_stop {
         return Err(Problem::too_many());
     }
     let is_socket = request.headers().contains_key(UPGRADE);
     host.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {
-        return socket::open(host.dispatcher.context(), &host.guard, place, from, request);
+        return socket::open(&host.dispatcher, &host.guard, place, from, request);
     }
     let (head, body) = request.into_parts();
     let path = head.uri.path();
     if let Some(answer) = page(host, &head.method, path, &head.headers) {
         return Ok(answer);
     }
-    let mut query = Query::parse(head.uri.query().unwrap_or_default())?;
+    let query = head.uri.query().unwrap_or_default();
+    let mut query = if is_stop { Query::parse_leniently(query) } else { Query::parse(query)? };
     let role = lowered(host.guard.role(&head.method, &head.headers, &mut query)?, &head.headers);
     let found = of_request(head.method.as_str(), path)?;
     // A stop waits for nobody, and is never too much.
-    if !is_stop(&found) {
+    if !is_stop {
         host.guard.check_rate()?;
     }
     let (who, is_told) = with_caller_name(format!("{role} at {from}"), &head.headers);

@@ -213,6 +213,9 @@ fn anybody_stops_and_an_operator_lets_it_go_on() {
         ("application/x-www-form-urlencoded", "/stop", "now"),
         ("application/json", "/stop", "{bad"),
         ("application/json", "/stop?why=1", "[null]"),
+        ("application/json", "/stop?reason=50%", ""),
+        ("application/json", "/stop?reason=a&reason=b", "{}"),
+        ("application/json", "/stop?%ff=%ff", ""),
         ("image/png", "/stop", "\u{fffd}"),
     ] {
         operator.send("POST", "/reset", None).json();

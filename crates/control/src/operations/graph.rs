@@ -11,7 +11,7 @@ use crate::agent::AgentControl;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::graph::{DrawnGraph, GraphLink, ModuleGraph};
-use crate::operation::{Ask, Operation, Parameter};
+use crate::operation::{Operation, OperationRequest, Parameter};
 use crate::problem::Problem;
 
 /// The largest drawing, pixels.
@@ -84,7 +84,7 @@ fn drawing() -> Json {
     ])
 }
 
-fn read(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let length = |name| ask.query.number(name, 0.0, MOST).map(Option::unwrap_or_default);
     let available = (length("width")?, length("height")?);
     let mut graph = graph(&context.agent);

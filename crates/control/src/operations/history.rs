@@ -14,7 +14,7 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Parameter};
+use crate::operation::{Operation, OperationRequest, Parameter};
 use crate::problem::Problem;
 use crate::select::Selection;
 
@@ -76,7 +76,7 @@ fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
     })
 }
 
-fn read(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let (from, sequence) = ask.query.get("from").map(parse_place).transpose()?.unwrap_or_default();
     let to = ask.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);

@@ -12,7 +12,7 @@ use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 /// The folder of a project with what belongs to the console's page.
@@ -37,6 +37,7 @@ pub(super) const SAVE: Operation = Operation::put(
     "save_layout",
     Role::Developer,
     "Writes a layout into the project, as console/layouts/NAME.json where the agent was started",
+    Pace::Slow,
 )
 .body(|| {
     json!({
@@ -52,6 +53,7 @@ pub(super) const REMOVE: Operation = Operation::delete(
     "remove_layout",
     Role::Developer,
     "Removes a layout of the project",
+    Pace::Slow,
 )
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), remove);
 
@@ -65,7 +67,7 @@ fn folder() -> PathBuf {
     PathBuf::from(PROJECT).join("layouts")
 }
 
-pub(super) fn list(_: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn list(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries
         .filter_map(|entry| {
@@ -86,7 +88,7 @@ pub(super) fn list(_: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem
 }
 
 /// The file of a layout.
-fn file(ask: &Ask) -> Result<PathBuf, Problem> {
+fn file(ask: &OperationRequest) -> Result<PathBuf, Problem> {
     let name = ask.part("layout");
     if !is_plain(name) || name.len() > 64 || name.contains('.') {
         let help = "it has at most 64 letters, digits, _ and -";
@@ -100,7 +102,7 @@ fn unwritable(error: &std::io::Error) -> Problem {
     Problem::new(StatusCode::CONFLICT, message, "start the agent in a folder that it may write to")
 }
 
-pub(super) fn save(_: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn save(_: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = file(ask)?;
     let layout: Map<String, Json> = ask.body()?;
     let is_fit = layout.get("title").is_some_and(Json::is_string)
@@ -120,7 +122,7 @@ pub(super) fn save(_: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Probl
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-pub(super) fn remove(_: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn remove(_: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     match fs::remove_file(file(ask)?) {
         Ok(()) => Ok(OperationAnswer::Nothing),
         Err(error) if error.kind() == ErrorKind::NotFound => {

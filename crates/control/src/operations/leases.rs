@@ -13,7 +13,7 @@ use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::lease::TERM;
-use crate::operation::{Ask, Operation, Pace, without_slash};
+use crate::operation::{Operation, OperationRequest, Pace, without_slash};
 use crate::problem::Problem;
 use crate::schema;
 
@@ -26,8 +26,7 @@ pub(super) const TAKE: Operation = Operation::post(
     "/leases",
     "take",
     Role::Operator,
-    "Takes the controls of an actuator, which nobody else has then",
-).pace(Pace::Prompt).body(|| {
+    "Takes the controls of an actuator, which nobody else has then", Pace::Prompt).body(|| {
         json!({
             "type": "object",
             "required": ["actuator"],
@@ -45,18 +44,22 @@ pub(super) const DRIVE: Operation = Operation::put(
     super::DRIVE,
     Role::Operator,
     "Renews a lease of controls, which holds for 5 s, and commands the actuator for 150 ms",
+    Pace::Prompt,
 )
-.pace(Pace::Prompt)
 .body(shape::drive)
 .answers(
     || shape::object(&[("actuator", shape::text()), ("gate", shape::anything()), ("time", shape::count())]),
     renew,
 );
 
-pub(super) const GIVE_BACK: Operation =
-    Operation::delete("/leases/{lease}", "give_back", Role::Operator, "Gives the controls back")
-        .pace(Pace::Prompt)
-        .answers(|| json!({ "type": "object", "maxProperties": 0 }), give_back);
+pub(super) const GIVE_BACK: Operation = Operation::delete(
+    "/leases/{lease}",
+    "give_back",
+    Role::Operator,
+    "Gives the controls back",
+    Pace::Prompt,
+)
+.answers(|| json!({ "type": "object", "maxProperties": 0 }), give_back);
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -72,7 +75,7 @@ struct Take {
 const NAME: usize = 80;
 
 /// Who takes the controls, for people.
-fn holder(asked: &Ask, who: &str) -> String {
+fn holder(asked: &OperationRequest, who: &str) -> String {
     let own: String = who.chars().take(NAME).collect();
     match (own.is_empty(), &asked.caller.local) {
         (true, Some(_)) => "a tool".into(),
@@ -82,7 +85,7 @@ fn holder(asked: &Ask, who: &str) -> String {
     }
 }
 
-fn take(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+fn take(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Take { actuator, who, bound } = asked.body()?;
     let actuator = without_slash(&actuator);
     let taken = context.agent.composer().take_controls(actuator, &holder(asked, &who));
@@ -98,8 +101,10 @@ fn take(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem>
         let message = format!("no lease can be made: {error}");
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again")
     })?;
-    if bound {
-        asked.caller.place.bind_lease(&lease);
+    if bound && !asked.caller.place.bind_lease(&lease) {
+        context.leases.end(&lease);
+        let message = "the connection to which the lease is bound is closed";
+        return Err(Problem::new(StatusCode::CONFLICT, message, "take the controls over an open connection"));
     }
     Ok(OperationAnswer::json(json!({
         "lease": lease,
@@ -119,7 +124,7 @@ struct Renew {
     release: bool,
 }
 
-pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn renew(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Renew { command, release } = asked.body_or_default()?;
     if command.is_some() && release {
         return Err(Problem::bad("a command and its end in one", "say one of `command` and `release`"));
@@ -130,8 +135,6 @@ pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnsw
         }
         let help = "see the interface in the answer to POST /api/v1/leases";
         if let Some(command) = command {
-            // What is forgotten must not be zero: a robot would turn with one wheel.
-            schema::complete(controls.descriptor(), |name| command.get(name).is_some(), help)?;
             controls.command(&command).map_err(|error| Problem::unfit(error.to_string(), help))?;
         }
         Ok(controls.actuator().to_owned())
@@ -142,7 +145,10 @@ pub(super) fn renew(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnsw
     ))
 }
 
-pub(super) fn give_back(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn give_back(
+    context: &Arc<Context>,
+    asked: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     match context.leases.end(asked.part("lease")) {
         true => Ok(OperationAnswer::Nothing),
         false => Err(unknown()),
@@ -152,5 +158,5 @@ pub(super) fn give_back(context: &Arc<Context>, asked: &Ask) -> Result<Operation
 fn unknown() -> Problem {
     let help =
         format!("it ends {} s after it was renewed last; POST /api/v1/leases makes one", TERM.as_secs());
-    Problem::not_found("there is no such lease", help)
+    Problem::not_found("lease unknown or expired", help)
 }

@@ -9,7 +9,7 @@ use super::{DRY_RUN, conflict, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::problem::Problem;
 use crate::text::{Texts, texts};
 
@@ -18,35 +18,39 @@ pub(super) const LIST: Operation =
         .pace(Pace::Change)
         .answers(|| shape::list(shape::link()), |context, _| told(context.agent.links()));
 
-pub(super) const LINK: Operation =
-    Operation::put("/links/{input}", "link", Role::Developer, "Links an input, or adds a sender to an inbox")
-        .pace(Pace::Change)
-        .parameters(&[DRY_RUN])
-        .body(|| {
-            json!({
-                "type": "object",
-                "required": ["from"],
-                "properties": {
-                    "from": shape::text(),
-                    "options": texts("What else its table says, such as `every`."),
-                },
-                "additionalProperties": false,
-            })
-        })
-        .answers(|| shape::list(shape::changed()), link);
+pub(super) const LINK: Operation = Operation::put(
+    "/links/{input}",
+    "link",
+    Role::Developer,
+    "Links an input, or adds a sender to an inbox",
+    Pace::Change,
+)
+.parameters(&[DRY_RUN])
+.body(|| {
+    json!({
+        "type": "object",
+        "required": ["from"],
+        "properties": {
+            "from": shape::text(),
+            "options": texts("What else its table says, such as `every`."),
+        },
+        "additionalProperties": false,
+    })
+})
+.answers(|| shape::list(shape::changed()), link);
 
-pub(super) const UNLINK: Operation =
-    Operation::delete("/links/{input}", "unlink", Role::Developer, "Removes the links of an input or inbox")
-        .pace(Pace::Change)
-        .parameters(&[
-            Parameter {
-                name: "from",
-                doc: "The source of the link; all links unless given.",
-                schema: shape::text,
-            },
-            DRY_RUN,
-        ])
-        .answers(|| shape::list(shape::changed()), unlink);
+pub(super) const UNLINK: Operation = Operation::delete(
+    "/links/{input}",
+    "unlink",
+    Role::Developer,
+    "Removes the links of an input or inbox",
+    Pace::Change,
+)
+.parameters(&[
+    Parameter { name: "from", doc: "The source of the link; all links unless given.", schema: shape::text },
+    DRY_RUN,
+])
+.answers(|| shape::list(shape::changed()), unlink);
 
 pub(super) const PEERS: Operation = Operation::get(
     "/peers",
@@ -64,13 +68,13 @@ struct LinkRequest {
     options: Texts,
 }
 
-fn link(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn link(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let link: LinkRequest = ask.body()?;
     let (to, from) = (ask.own_url(ask.part("input")), ask.own_url(&link.from));
     conflict(context.agent.link(&to, &from, link.options.texts()?, ask.is_dry()?))
 }
 
-fn unlink(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn unlink(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let from = ask.query.get("from").map(|from| ask.own_url(from));
     conflict(context.agent.unlink(&ask.own_url(ask.part("input")), from.as_deref(), ask.is_dry()?))
 }

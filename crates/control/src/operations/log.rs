@@ -13,7 +13,7 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Parameter, without_slash};
+use crate::operation::{Operation, OperationRequest, Pace, Parameter, without_slash};
 use crate::problem::Problem;
 use crate::select::Selection;
 use crate::stream::{Follow, StreamForm, Watcher};
@@ -51,6 +51,7 @@ pub(super) const NOTE: Operation = Operation::post(
     "note",
     Role::Operator,
     "Writes a line into the log, such as of something that is to be found again in the recording",
+    Pace::Slow,
 )
 .body(|| shape::object(&[("text", json!({ "type": "string", "minLength": 1, "maxLength": 256 }))]))
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), note);
@@ -61,7 +62,7 @@ const TAIL: &str = "log/tail";
 /// The levels, the most important one first.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
-pub(super) fn lines(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn lines(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let after = ask.query.count("after", u64::MAX)?.or(ask.last_event).unwrap_or(0);
     let rank = |level: &str| LEVELS.iter().position(|known| level.eq_ignore_ascii_case(known));
     let least = ask.query.get("level").map(|level| {
@@ -108,7 +109,7 @@ struct Note {
     text: String,
 }
 
-pub(super) fn note(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn note(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Note { text } = ask.body()?;
     if text.trim().is_empty() || text.len() > LONGEST || text.chars().any(char::is_control) {
         let help = format!("it is one line of 1 to {LONGEST} bytes");

@@ -38,7 +38,7 @@ use crate::agent::Done;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::entries::Refusal;
-use crate::operation::{Ask, Caller, MatchedOperation, Operation, Parameter, TOKEN, check_role};
+use crate::operation::{Caller, MatchedOperation, Operation, OperationRequest, Parameter, TOKEN, check_role};
 use crate::problem::Problem;
 use crate::query::Query;
 
@@ -167,7 +167,7 @@ pub fn carry_out(
     let unknown = || Problem::not_found(format!("no operation is called `{name}`"), "GET /api/v1 lists them");
     let operation = by_name(name).ok_or_else(unknown)?;
     check_role(operation.role, caller.role)?;
-    let ask = Ask {
+    let ask = OperationRequest {
         caller: caller.clone(),
         captured: vec![("agent", context.name().to_owned()), ("path", path.to_owned())],
         query: Query::default(),
@@ -177,7 +177,9 @@ pub fn carry_out(
         body: Some(body),
     };
     let answer = (operation.handler)(context, &ask);
-    context.agent.settle();
+    if operation.name != STOP {
+        context.agent.settle();
+    }
     answer
 }
 
@@ -212,7 +214,7 @@ fn named(done: Done) -> Result<OperationAnswer, Problem> {
 
 /// A file that a caller at this computer names by its path; none over the network, as whoever may name any file may overwrite
 /// any.
-fn local_file(ask: &Ask, name: &str) -> Option<PathBuf> {
+fn local_file(ask: &OperationRequest, name: &str) -> Option<PathBuf> {
     ask.caller.local.as_ref().map(|_| PathBuf::from(name)).filter(|path| path.is_absolute())
 }
 

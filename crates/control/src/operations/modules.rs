@@ -10,7 +10,7 @@ use super::{named, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 pub(super) const LIST: Operation =
@@ -18,14 +18,18 @@ pub(super) const LIST: Operation =
         .pace(Pace::Prompt)
         .answers(|| shape::list(shape::module()), |context, _| told(context.agent.modules()));
 
-pub(super) const SWITCH: Operation =
-    Operation::put("/modules/{module}", "switch", Role::Developer, "Switches a module on or off")
-        .pace(Pace::Change)
-        .body(|| shape::object(&[("enabled", shape::flag())]))
-        .answers(
-            || shape::object(&[("changed", shape::flag()), ("needs_reload", shape::optional(shape::text()))]),
-            switch,
-        );
+pub(super) const SWITCH: Operation = Operation::put(
+    "/modules/{module}",
+    "switch",
+    Role::Developer,
+    "Switches a module on or off",
+    Pace::Change,
+)
+.body(|| shape::object(&[("enabled", shape::flag())]))
+.answers(
+    || shape::object(&[("changed", shape::flag()), ("needs_reload", shape::optional(shape::text()))]),
+    switch,
+);
 
 pub(super) const PARAMETERS: Operation = Operation::get(
     "/parameters",
@@ -41,12 +45,12 @@ struct SwitchRequest {
     enabled: bool,
 }
 
-pub(super) fn switch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn switch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let switch: SwitchRequest = ask.body()?;
     named(context.agent.enable(ask.board_path("module"), switch.enabled).map(|switched| json!(switched)))
 }
 
-pub(super) fn parameters(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn parameters(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let composer = context.agent.composer();
     let of_module = |name: String| {
         let parameters = composer.parameters(&name).into_iter();

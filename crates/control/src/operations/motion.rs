@@ -10,7 +10,7 @@ use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter, without_slash};
+use crate::operation::{Operation, OperationRequest, Pace, Parameter, without_slash};
 use crate::problem::Problem;
 
 pub(super) const ACTUATORS: Operation = Operation::get(
@@ -26,8 +26,8 @@ pub(super) const STOP: Operation = Operation::post(
     super::STOP,
     Role::Viewer,
     "Stops all actuators until `reset` and `arm`; it is no emergency stop",
+    Pace::Prompt,
 )
-.pace(Pace::Prompt)
 .parameters(&[Parameter { name: "reason", doc: "Why; it is kept and shown.", schema: shape::text }])
 .body(|| json!({ "description": "Such as {\"reason\": \"...\"}; nothing in it is a reason not to stop." }))
 .answers(|| shape::object(&[("stopped", shape::list(shape::text()))]), stop);
@@ -37,20 +37,24 @@ pub(super) const RESET: Operation = Operation::post(
     "reset",
     Role::Operator,
     "Ends a stop; nothing moves before the actuators are armed",
+    Pace::Prompt,
 )
-.pace(Pace::Prompt)
 .answers(|| shape::object(&[("was_stopped", shape::flag())]), reset);
 
-pub(super) const ARM: Operation =
-    Operation::post("/arm", "arm", Role::Operator, "Lets commands through to the actuators, or to one")
-        .pace(Pace::Prompt)
-        .body(|| {
-            let actuator = shape::optional(shape::text());
-            json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
-        })
-        .answers(|| json!({ "type": "object", "maxProperties": 0 }), arm);
+pub(super) const ARM: Operation = Operation::post(
+    "/arm",
+    "arm",
+    Role::Operator,
+    "Lets commands through to the actuators, or to one",
+    Pace::Prompt,
+)
+.body(|| {
+    let actuator = shape::optional(shape::text());
+    json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
+})
+.answers(|| json!({ "type": "object", "maxProperties": 0 }), arm);
 
-pub(super) fn actuators(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn actuators(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let newest = |path: String| {
         let read = context.board().read(&path).ok().flatten();
         read.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
@@ -76,8 +80,8 @@ struct StopRequest {
 }
 
 /// Stops at once, for a reason that may stand in the query or in the body.
-pub(crate) fn stop(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
-    // What comes with it is no reason not to stop.
+pub(crate) fn stop(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    // An invalid body is ignored; the stop is carried out.
     let stop: StopRequest = asked.body_or_default().unwrap_or_default();
     let reason = [stop.reason.as_str(), asked.query.get("reason").unwrap_or_default()]
         .into_iter()
@@ -88,7 +92,7 @@ pub(crate) fn stop(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswe
     Ok(OperationAnswer::json(json!({ "stopped": stopped })))
 }
 
-fn reset(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+fn reset(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(json!({ "was_stopped": context.agent.reset() })))
 }
 
@@ -99,7 +103,7 @@ struct Arm {
     actuator: Option<String>,
 }
 
-fn arm(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+fn arm(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let arm: Arm = asked.body_or_default()?;
     let actuator = arm.actuator.as_deref().map(without_slash);
     let is_unknown = |name: &str| context.agent.composer().actuators().iter().all(|(known, _)| known != name);

@@ -77,7 +77,7 @@ fn example(operation: &Operation, part: &str, context: &Context) -> Option<Strin
 
 /// Why an operation is not done, whichever it is.
 const PROBLEMS: [(&str, &str); 5] = [
-    ("401", "There is no token, or nobody has it."),
+    ("401", "Missing or unknown token."),
     ("403", "The role may not do this, or a foreign page asks."),
     ("429", "There are too many requests, or wrong tokens."),
     ("503", "There is no place for it now."),
@@ -131,7 +131,7 @@ fn of(operation: &Operation, context: &Context) -> Json {
     let mut document = json!({
         "operationId": operation.name,
         "summary": operation.summary,
-        "description": format!("For {} and whoever may more.", operation.role.one()),
+        "description": format!("Required role: {} or higher.", operation.role.name()),
         "parameters": parameters,
         "responses": responses(status, done),
     });

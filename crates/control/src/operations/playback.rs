@@ -10,7 +10,7 @@ use super::{conflict, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 /// The most cycles that are made at once.
@@ -30,19 +30,30 @@ pub(super) const STATUS: Operation = Operation::get(
     },
 );
 
-pub(super) const PAUSE: Operation =
-    Operation::post("/playback/pause", "pause_playback", Role::Operator, "Lets the playback stand still")
-        .answers(status, |context, _| order(context, Order::Pause));
+pub(super) const PAUSE: Operation = Operation::post(
+    "/playback/pause",
+    "pause_playback",
+    Role::Operator,
+    "Lets the playback stand still",
+    Pace::Slow,
+)
+.answers(status, |context, _| order(context, Order::Pause));
 
-pub(super) const RESUME: Operation =
-    Operation::post("/playback/resume", "resume_playback", Role::Operator, "Lets the playback go on")
-        .answers(status, |context, _| order(context, Order::Resume));
+pub(super) const RESUME: Operation = Operation::post(
+    "/playback/resume",
+    "resume_playback",
+    Role::Operator,
+    "Lets the playback go on",
+    Pace::Slow,
+)
+.answers(status, |context, _| order(context, Order::Resume));
 
 pub(super) const STEP: Operation = Operation::post(
     "/playback/step",
     "step_playback",
     Role::Operator,
     "Makes so many cycles, one unless given, and stands still",
+    Pace::Slow,
 )
 .body(|| {
     let cycles = json!({ "type": "integer", "minimum": 1, "maximum": STEPS });
@@ -55,6 +66,7 @@ pub(super) const SEEK: Operation = Operation::post(
     "seek_playback",
     Role::Operator,
     "Goes on from another time: each property has the last value that it had then",
+    Pace::Slow,
 )
 .body(|| shape::object(&[("time", shape::count())]))
 .answers(status, |context, ask| order(context, Order::Seek(ask.body::<SeekRequest>()?.time)));
@@ -64,6 +76,7 @@ pub(super) const RATE: Operation = Operation::post(
     "rate_playback",
     Role::Operator,
     "Goes so many times as fast as it was recorded, or with null as fast as it can",
+    Pace::Slow,
 )
 .body(|| {
     let factor = json!({ "type": "number", "exclusiveMinimum": 0 });
@@ -76,6 +89,7 @@ pub(super) const LOOP: Operation = Operation::post(
     "loop_playback",
     Role::Operator,
     "Plays what is between two times again and again, or with null no more",
+    Pace::Slow,
 )
 .body(|| shape::object(&[("section", shape::optional(section()))]))
 .answers(status, |context, ask| order(context, Order::Loop(ask.body::<LoopRequest>()?.section)));
@@ -138,7 +152,7 @@ fn order(context: &Context, order: Order) -> Result<OperationAnswer, Problem> {
     conflict(context.agent.replay(order))
 }
 
-fn step(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn step(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let StepRequest { cycles } = ask.body_or_default()?;
     if !(1..=STEPS).contains(&cycles) {
         return Err(Problem::unfit(format!("{cycles} cycles are no step"), format!("make 1 to {STEPS}")));

@@ -9,7 +9,7 @@ use super::{Named, conflict, file_shape, named, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 pub(super) const LIST: Operation = Operation::get(
@@ -26,22 +26,26 @@ pub(super) const LOAD: Operation = Operation::put(
     "load",
     Role::Developer,
     "Loads a plugin, or a list of plugins, of the configuration",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .answers(loaded, load);
 
-pub(super) const UNLOAD: Operation =
-    Operation::delete("/plugins/{plugin}", "unload", Role::Developer, "Unloads a plugin, or those of a list")
-        .pace(Pace::Change)
-        .answers(unloaded, unload);
+pub(super) const UNLOAD: Operation = Operation::delete(
+    "/plugins/{plugin}",
+    "unload",
+    Role::Developer,
+    "Unloads a plugin, or those of a list",
+    Pace::Change,
+)
+.answers(unloaded, unload);
 
 pub(super) const RELOAD: Operation = Operation::post(
     "/plugins/{plugin}/reload",
     "reload",
     Role::Developer,
     "Exchanges the code of a plugin by what its library has now",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .body(file_shape)
 .answers(reloaded, reload);
 
@@ -50,8 +54,8 @@ pub(super) const LOAD_LIBRARY: Operation = Operation::post(
     "load_library",
     Role::Developer,
     "Loads a library, at the computer of the agent alone",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .body(file_shape)
 .answers(loaded, load_library);
 
@@ -61,8 +65,8 @@ pub(super) const SHADOW: Operation = Operation::put(
     Role::Developer,
     "Runs new code beside that of a plugin, at the computer of the agent alone; its outputs are \
      compared and discarded",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .body(file_shape)
 .answers(|| shape::list(shape::list(shape::text())), shadow);
 
@@ -71,8 +75,8 @@ pub(super) const END_SHADOW: Operation = Operation::delete(
     "end_shadow",
     Role::Developer,
     "Ends the new code beside a plugin",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .answers(|| json!({ "type": "null" }), |context, ask| named(context.agent.end_shadow(ask.part("plugin"))));
 
 pub(super) const PROMOTE: Operation = Operation::post(
@@ -80,8 +84,8 @@ pub(super) const PROMOTE: Operation = Operation::post(
     "promote",
     Role::Developer,
     "Replaces the code of a plugin by the new code beside it",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .answers(reloaded, |context, ask| named(context.agent.promote(ask.part("plugin"))));
 
 fn loaded() -> Json {
@@ -105,7 +109,7 @@ fn reloaded() -> Json {
 }
 
 /// The library that is named. None can be over the network, as whoever may load any file may do anything.
-fn library(ask: &Ask) -> Result<PathBuf, Problem> {
+fn library(ask: &OperationRequest) -> Result<PathBuf, Problem> {
     let Named { file } = ask.body()?;
     match ask.caller.local {
         Some(_) => Ok(file),
@@ -116,23 +120,23 @@ fn library(ask: &Ask) -> Result<PathBuf, Problem> {
     }
 }
 
-fn load(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn load(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     named(context.agent.load(Some(ask.part("plugin")), None))
 }
 
-fn load_library(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn load_library(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     conflict(context.agent.load(None, Some(&library(ask)?)))
 }
 
-fn unload(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn unload(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     named(context.agent.unload(ask.part("plugin")))
 }
 
-fn reload(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn reload(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = ask.body.as_ref().map(|_| library(ask)).transpose()?;
     named(context.agent.reload(ask.part("plugin"), file.as_deref()))
 }
 
-fn shadow(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn shadow(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     named(context.agent.shadow(ask.part("plugin"), &library(ask)?))
 }

@@ -13,7 +13,7 @@ use crate::Role;
 use crate::agent::RecordingWish;
 use crate::answer::{BYTES, OperationAnswer};
 use crate::context::Context;
-use crate::operation::{Ask, Operation};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 pub(super) const LIST: Operation = Operation::get(
@@ -38,8 +38,7 @@ pub(super) const START: Operation = Operation::post(
     "/recordings/{recording}",
     "start_recording",
     Role::Operator,
-    "Begins to record, into a file of that name in the folder of the report, which is not there yet",
-).body(|| {
+    "Begins to record, into a file of that name in the folder of the report, which is not there yet", Pace::Slow).body(|| {
         let patterns = || shape::list(shape::text());
         json!({
             "type": "object",
@@ -58,6 +57,7 @@ pub(super) const END_ONLY: Operation = Operation::delete(
     "stop_only_recording",
     Role::Operator,
     "Ends the recording, if it is the only one",
+    Pace::Slow,
 )
 .answers(entry_shape, |context, _| conflict(context.agent.stop_recording(None)));
 
@@ -66,6 +66,7 @@ pub(super) const END: Operation = Operation::post(
     "stop_recording",
     Role::Operator,
     "Ends a recording; its file is whole then",
+    Pace::Slow,
 )
 .answers(entry_shape, stop);
 
@@ -74,6 +75,7 @@ pub(super) const FLIGHT: Operation = Operation::post(
     "save_flight",
     Role::Operator,
     "Saves the last seconds, which are always in memory, into a file that is not there yet",
+    Pace::Slow,
 )
 .answers(
     || {
@@ -139,7 +141,7 @@ fn recorded(context: &Context) -> RecordingStatus {
 const KIND: &str = "mcap";
 
 /// The file of a recording, or another one that is made beside them.
-fn file(context: &Context, ask: &Ask, name: &str, kind: &str) -> Result<PathBuf, Problem> {
+fn file(context: &Context, ask: &OperationRequest, name: &str, kind: &str) -> Result<PathBuf, Problem> {
     if let Some(path) = local_file(ask, name) {
         return Ok(path);
     }
@@ -159,7 +161,12 @@ fn file(context: &Context, ask: &Ask, name: &str, kind: &str) -> Result<PathBuf,
 }
 
 /// A file that is not there yet, in a folder that is.
-pub(super) fn new_file(context: &Context, ask: &Ask, name: &str, kind: &str) -> Result<PathBuf, Problem> {
+pub(super) fn new_file(
+    context: &Context,
+    ask: &OperationRequest,
+    name: &str,
+    kind: &str,
+) -> Result<PathBuf, Problem> {
     if let Some(path) = local_file(ask, name) {
         // Whoever makes it says what is in the way.
         return Ok(path);
@@ -178,7 +185,7 @@ pub(super) fn new_file(context: &Context, ask: &Ask, name: &str, kind: &str) -> 
     Ok(file)
 }
 
-fn list(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+fn list(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let status = recorder(context);
     let can_record = status.is_some();
     let RecordingStatus { recordings, flight, folder } = status.unwrap_or_default();
@@ -198,18 +205,18 @@ fn list(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
     ))
 }
 
-fn start(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn start(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let wish: RecordingWish = ask.body_or_default()?;
     let file = new_file(context, ask, ask.part("recording"), KIND)?;
     context.agent.start_recording(&file, &wish).map_err(in_conflict)?;
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-fn stop(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn stop(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     conflict(context.agent.stop_recording(Some(&file(context, ask, ask.part("recording"), KIND)?)))
 }
 
-fn fetch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn fetch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let name = ask.part("recording");
     let path = file(context, ask, name, KIND)?;
     if recorded(context).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
@@ -226,6 +233,6 @@ fn fetch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> 
     Ok(OperationAnswer::File(file, length))
 }
 
-fn snapshot(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn snapshot(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     conflict(context.agent.save_flight(&new_file(context, ask, ask.part("recording"), KIND)?))
 }

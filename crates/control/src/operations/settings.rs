@@ -11,7 +11,7 @@ use super::{DRY_RUN, TOKEN, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::problem::Problem;
 use crate::text::{Texts, texts};
 
@@ -27,18 +27,23 @@ pub(super) const LIST: Operation = Operation::get(
 ])
 .answers(|| shape::list(shape::setting()), list);
 
-pub(super) const SET: Operation =
-    Operation::patch("/settings", "set", Role::Developer, "Changes settings, all or none, by their paths")
-        .pace(Pace::Change)
-        .parameters(&[DRY_RUN])
-        .body(|| texts("Paths of settings and their values; at least one."))
-        .answers(|| shape::list(shape::changed()), set);
+pub(super) const SET: Operation = Operation::patch(
+    "/settings",
+    "set",
+    Role::Developer,
+    "Changes settings, all or none, by their paths",
+    Pace::Change,
+)
+.parameters(&[DRY_RUN])
+.body(|| texts("Paths of settings and their values; at least one."))
+.answers(|| shape::list(shape::changed()), set);
 
 pub(super) const REVERT: Operation = Operation::delete(
     "/settings",
     "revert",
     Role::Developer,
     "Takes back what was changed at run time and not saved",
+    Pace::Change,
 )
 .parameters(&[Parameter {
     name: "path",
@@ -82,17 +87,16 @@ pub(super) const SAVE: Operation = Operation::post(
     "/settings/save",
     "save",
     Role::Developer,
-    "Writes what was changed at run time into the files, with their comments kept",
-).pace(Pace::Change).parameters(&[DRY_RUN]).body(
+    "Writes what was changed at run time into the files, with their comments kept", Pace::Change).parameters(&[DRY_RUN]).body(
         || json!({ "type": "object", "properties": { "to": { "enum": ["origin", "host"] } }, "additionalProperties": false }),
     ).answers(|| shape::object(&[("files", shape::list(shape::text()))]), save);
 
-pub(super) fn list(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn list(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let found = context.agent.settings.at(asked.query.get("path").unwrap_or_default());
     found.map(OperationAnswer::json).map_err(|refusal| Problem::refused(StatusCode::NOT_FOUND, refusal))
 }
 
-fn set(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+fn set(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let changes = asked.body::<Texts>()?.texts()?;
     if changes.is_empty() {
         return Err(Problem::unfit("there is nothing to be set", "send paths and values"));
@@ -100,7 +104,7 @@ fn set(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> 
     told(context.agent.settings.set(&changes, asked.is_dry()?))
 }
 
-fn revert(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+fn revert(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     told(context.agent.settings.revert(asked.query.get("path").unwrap_or_default()))
 }
 
@@ -111,7 +115,7 @@ struct SaveRequest {
     to: SaveTo,
 }
 
-pub(super) fn save(context: &Arc<Context>, asked: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn save(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let save: SaveRequest = asked.body_or_default()?;
     told(context.agent.settings.save(save.to, asked.is_dry()?))
 }

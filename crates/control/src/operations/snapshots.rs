@@ -12,7 +12,7 @@ use crate::Role;
 use crate::agent::{Done, absolute};
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 pub(super) const LOAD: Operation = Operation::post(
@@ -20,8 +20,8 @@ pub(super) const LOAD: Operation = Operation::post(
     "load_snapshot",
     Role::Developer,
     "Goes on from a snapshot",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .answers(shape::snapshot, load);
 
 pub(super) const SAVE: Operation = Operation::post(
@@ -29,8 +29,8 @@ pub(super) const SAVE: Operation = Operation::post(
     "save_snapshot",
     Role::Developer,
     "Takes a snapshot, into the folder `snapshots` where the agent was started",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .answers(shape::snapshot, save);
 
 pub(super) const VALUES: Operation = Operation::post(
@@ -39,6 +39,7 @@ pub(super) const VALUES: Operation = Operation::post(
     Role::Developer,
     "Writes the newest values of another agent's properties, such as slate://robot/**, into a \
      file of JSON beside the snapshots",
+    Pace::Slow,
 )
 .body(|| shape::object(&[("url", shape::text())]))
 .answers(
@@ -57,7 +58,7 @@ pub(super) const VALUES: Operation = Operation::post(
 const KIND: &str = "snapshot";
 
 /// The file of a snapshot: of a name in the folder of snapshots, and for a caller at this computer any absolute path.
-fn file(ask: &Ask, kind: &str) -> Result<PathBuf, Problem> {
+fn file(ask: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
     let name = ask.part("snapshot");
     if let Some(path) = local_file(ask, name) {
         return Ok(path);
@@ -79,12 +80,12 @@ fn file(ask: &Ask, kind: &str) -> Result<PathBuf, Problem> {
     Ok(folder.join(format!("{name}.{kind}")))
 }
 
-fn save(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn save(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = file(ask, KIND)?;
     placed(context.agent.save_snapshot(&file), &file)
 }
 
-fn load(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn load(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = file(ask, KIND)?;
     if ask.caller.local.is_none() && !file.is_file() {
         let message = format!("there is no snapshot `{}`", ask.part("snapshot"));
@@ -99,7 +100,7 @@ struct Values {
     url: String,
 }
 
-fn values(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn values(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Values { url } = ask.body()?;
     conflict(context.agent.properties.remote.snapshot(&url, absolute(&file(ask, "json")?)?))
 }

@@ -8,7 +8,7 @@ use serde_json::json;
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation};
+use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
 
 pub(super) const LIVE: Operation =
@@ -20,7 +20,7 @@ pub(super) const TELEOPERATION: Operation =
         .answers(|| json!({}), explain);
 
 /// Whoever asks for one as for any other operation is told what it is.
-fn explain(_: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+fn explain(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let help = "open it with a handshake for a WebSocket, subprotocol slate.v1";
     Err(Problem::new(StatusCode::UPGRADE_REQUIRED, "this is a WebSocket", help).with("upgrade", "websocket"))
 }

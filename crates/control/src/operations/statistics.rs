@@ -9,7 +9,7 @@ use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation};
+use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
 
 pub(super) const STATISTICS: Operation = Operation::get(
@@ -45,7 +45,7 @@ fn newest(context: &Context, path: &str) -> Json {
     read.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
 }
 
-pub(super) fn statistics(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn statistics(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let modules = context.agent.composer().modules().into_iter().map(|module| {
         json!({
             "timing": newest(context, &format!("{}/timing", module.name)),
@@ -65,11 +65,11 @@ pub(super) fn statistics(context: &Arc<Context>, _: &Ask) -> Result<OperationAns
     })))
 }
 
-pub(super) fn recording(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn recording(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(newest(context, "record/state")))
 }
 
-pub(super) fn metrics(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn metrics(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let mut text = String::new();
     let modules = context.agent.composer().modules();
     // Nothing is wrong with writing into a text.

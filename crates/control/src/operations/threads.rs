@@ -10,7 +10,7 @@ use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation};
+use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
 
 /// Where the threads of this process are.
@@ -39,7 +39,7 @@ pub(super) const READ: Operation = Operation::get(
         ]))
     }, read);
 
-fn read(_: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+fn read(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let folders = fs::read_dir(THREADS).into_iter().flatten().flatten();
     let mut threads: Vec<_> = folders.filter_map(|folder| thread(&folder.path())).collect();
     threads.sort_by_key(|(id, _)| *id);

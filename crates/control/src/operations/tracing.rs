@@ -11,7 +11,7 @@ use crate::agent::absolute;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::entries::TraceEntry;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 pub(super) const RECORD: Operation = Operation::post(
@@ -20,6 +20,7 @@ pub(super) const RECORD: Operation = Operation::post(
     Role::Developer,
     "Begins to record what runs when, into a file that Perfetto opens; it is discarded if this \
      connection closes before the end",
+    Pace::Slow,
 )
 .body(file_shape)
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), record);
@@ -37,8 +38,8 @@ pub(super) const END: Operation = Operation::delete(
     "end_trace",
     Role::Developer,
     "Ends the trace that this connection records; its file exists then",
+    Pace::Prompt,
 )
-.pace(Pace::Prompt)
 .answers(entry, |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?));
 
 /// How many connections may record at once.
@@ -60,7 +61,7 @@ fn answer(entry: TraceEntry) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(json!(entry)))
 }
 
-fn record(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn record(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Named { file } = ask.body()?;
     if ask.caller.place.traces() >= MOST {
         return Err(Problem::too_many());

@@ -13,7 +13,7 @@ use super::{API, TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::problem::Problem;
 use crate::schema;
 
@@ -64,7 +64,7 @@ pub(super) const DOCUMENT: Operation =
 /// The largest value that a list has, bytes.
 const SMALL: usize = 4096;
 
-pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn agent(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let stopped = context.agent.composer().actuators().into_iter().find_map(|(_, reason)| reason);
     Ok(OperationAnswer::json(json!({
         "api": API,
@@ -78,7 +78,7 @@ pub(super) fn agent(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer
     })))
 }
 
-pub(super) fn properties(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn properties(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let pattern = ask.query.get("pattern").map(|pattern| ask.own_url(pattern));
     let values = ask.query.flag("values")?;
     let found = context.agent.properties.list(pattern.as_deref()).map_err(|refusal| {
@@ -124,12 +124,12 @@ fn known(context: &Context) -> BTreeMap<&'static str, &'static Descriptor> {
     known
 }
 
-pub(super) fn interfaces(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn interfaces(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let schemas = known(context).into_iter().map(|(name, of)| (name.to_owned(), schema::of_interface(of)));
     Ok(OperationAnswer::json(Json::Object(schemas.collect())))
 }
 
-pub(super) fn interface(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn interface(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let name = ask.part("interface");
     let known = known(context);
     let descriptor = known.get(name).ok_or_else(|| {
@@ -143,11 +143,11 @@ pub(super) fn interface(context: &Arc<Context>, ask: &Ask) -> Result<OperationAn
     Ok(OperationAnswer::json(schema::of_interface(descriptor)))
 }
 
-pub(super) fn documents(context: &Arc<Context>, _: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn documents(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(context.documents.iter().map(|document| json!(document.name)).collect()))
 }
 
-pub(super) fn document(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn document(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let name = ask.part("document");
     let found = context.documents.iter().find(|document| document.name == name);
     let unknown =

@@ -14,7 +14,7 @@ use crate::Role;
 use crate::agent::{KNOWN, refusal};
 use crate::answer::OperationAnswer;
 use crate::context::Context;
-use crate::operation::{Ask, Operation, Pace, Parameter};
+use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::picture::{Picture, is_picture};
 use crate::problem::Problem;
 use crate::select::Selection;
@@ -117,7 +117,7 @@ impl ValueForm {
     ];
 
     /// What `format` or `Accept` say, of a property that is a picture or none.
-    fn of(ask: &Ask, picture: bool) -> Result<Self, Problem> {
+    fn of(ask: &OperationRequest, picture: bool) -> Result<Self, Problem> {
         if let Some(name) = ask.query.get("format") {
             let found = Self::ALL.iter().find(|(_, known, _)| *known == name).map(|(form, _, _)| *form);
             let help = "there are json, text, png, jpeg, mjpeg and events";
@@ -143,7 +143,7 @@ impl ValueForm {
 }
 
 /// The URL that a path means.
-pub(super) fn url(ask: &Ask) -> Result<Url, Problem> {
+pub(super) fn url(ask: &OperationRequest) -> Result<Url, Problem> {
     let text = format!("slate://{}/{}", ask.part("agent"), ask.board_path("path"));
     Url::parse(&ask.own_url(&text)).map_err(|error| {
         let help = "such as /api/v1/slate/exp1/r2/planner/state";
@@ -169,7 +169,7 @@ fn unknown(error: BoardError) -> Problem {
     Problem::refused(status, refusal(Message::from(&error), KNOWN))
 }
 
-pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let url = url(ask)?;
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let bare = ask.query.flag("bare")?;
@@ -234,7 +234,7 @@ pub(super) fn read(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer,
 /// A value of another agent, or of what the team knows.
 fn elsewhere(
     context: &Context,
-    ask: &Ask,
+    ask: &OperationRequest,
     url: &Url,
     selection: &Selection,
     bare: bool,
@@ -276,7 +276,7 @@ pub(super) fn version(sequence: u64) -> String {
     format!("\"{sequence}\"")
 }
 
-pub(super) fn queue(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn queue(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let after = ask.query.count("after", u64::MAX)?.unwrap_or(0);
     let limit = ask.query.count("limit", MOST)?.unwrap_or(LIMIT);

@@ -12,7 +12,7 @@ use crate::agent::LONGEST;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::entries::Watched;
-use crate::operation::{Ask, Operation};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 pub(super) const WATCH: Operation = Operation::post(
@@ -20,8 +20,7 @@ pub(super) const WATCH: Operation = Operation::post(
     "watch",
     Role::Viewer,
     "The values of several properties that are newer than those already seen; waits for the first \
-     one",
-).body(|| {
+     one", Pace::Slow).body(|| {
         let watched = json!({
             "type": "object",
             "required": ["url"],
@@ -52,6 +51,7 @@ pub(super) const MEASURE: Operation = Operation::post(
     "measure",
     Role::Viewer,
     "The rates, intervals and sizes of the values of several properties, measured for a while",
+    Pace::Slow,
 )
 .body(|| {
     let urls = json!({ "type": "array", "items": shape::text(), "minItems": 1, "maxItems": 1000 });
@@ -98,7 +98,7 @@ struct WatchRequest {
     within: u64,
 }
 
-fn watch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn watch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let WatchRequest { mut of, within } = ask.body()?;
     of.iter_mut().for_each(|watched| watched.url = ask.own_url(&watched.url));
     told(context.agent.values.watch(&of, Duration::from_millis(within)))
@@ -111,7 +111,7 @@ struct MeasureRequest {
     time: u64,
 }
 
-fn measure(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn measure(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let MeasureRequest { urls, time } = ask.body()?;
     let urls: Vec<_> = urls.iter().map(|url| ask.own_url(url)).collect();
     told(context.agent.values.measure(&urls, Duration::from_millis(time)))

@@ -15,7 +15,7 @@ use crate::agent::enabled;
 use crate::answer::OperationAnswer;
 use crate::context::Context;
 use crate::entries::Changed;
-use crate::operation::{Ask, Operation, Pace};
+use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 use crate::schema::complete;
 use crate::text::{quoted, toml};
@@ -25,8 +25,8 @@ pub(super) const PUT: Operation = Operation::put(
     "write",
     Role::Operator,
     "Sets a parameter, an input without a link, or whether a module is enabled; or a field of them",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .parameters(&[DRY_RUN])
 .body(shape::anything)
 .answers(|| shape::list(shape::changed()), put);
@@ -36,8 +36,8 @@ pub(super) const PATCH: Operation = Operation::patch(
     "patch",
     Role::Operator,
     "Sets fields, and leaves the others as they are",
+    Pace::Change,
 )
-.pace(Pace::Change)
 .parameters(&[DRY_RUN])
 .body(|| json!({ "type": "object", "minProperties": 1 }))
 .answers(|| shape::list(shape::changed()), patch);
@@ -47,6 +47,7 @@ pub(super) const SEND: Operation = Operation::post(
     "send",
     Role::Operator,
     "Sends a message to a property that takes them; waits up to a second for what becomes of it",
+    Pace::Slow,
 )
 .parameters(&[DRY_RUN])
 .body(shape::anything)
@@ -69,7 +70,7 @@ enum WriteKind {
     },
 }
 
-fn put(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn put(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let target = target(context, ask, &body)?;
     if let WriteKind::Setting { fields, .. } = &target.what
@@ -86,7 +87,7 @@ fn put(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
     set(context, ask, &target, &body)
 }
 
-pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+pub(super) fn patch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     if body.as_object().is_none_or(serde_json::Map::is_empty) {
         return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
@@ -98,8 +99,8 @@ pub(super) fn patch(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer
     set(context, ask, &target, &body)
 }
 
-/// What a path leads to, if it can be set to that by who asks.
-fn target(context: &Context, ask: &Ask, body: &Json) -> Result<WriteTarget, Problem> {
+/// Resolves a path to a setting that the caller may write.
+fn target(context: &Context, ask: &OperationRequest, body: &Json) -> Result<WriteTarget, Problem> {
     let url = url(ask)?;
     let other = || {
         let message = format!("{url} is of another agent, and only that one changes it");
@@ -175,7 +176,7 @@ fn module_of(context: &Context, path: &str) -> Option<String> {
 
 fn set(
     context: &Arc<Context>,
-    asked: &Ask,
+    asked: &OperationRequest,
     target: &WriteTarget,
     body: &Json,
 ) -> Result<OperationAnswer, Problem> {
@@ -271,7 +272,7 @@ fn value(body: &Json) -> Result<Value, Problem> {
 }
 
 /// Refuses a change of what is not what the caller has seen.
-fn check_version(ask: &Ask, property: &Property) -> Result<(), Problem> {
+fn check_version(ask: &OperationRequest, property: &Property) -> Result<(), Problem> {
     let Some(wanted) = &ask.if_match else { return Ok(()) };
     let newest = property.newest()?.map_or(0, |(_, _, stamp)| stamp.sequence);
     let present = version(newest);
@@ -283,7 +284,7 @@ fn check_version(ask: &Ask, property: &Property) -> Result<(), Problem> {
     Err(Problem::new(StatusCode::PRECONDITION_FAILED, message, "read it again").with("etag", present))
 }
 
-fn send(context: &Arc<Context>, ask: &Ask) -> Result<OperationAnswer, Problem> {
+fn send(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let dry = ask.is_dry()?;
     let url = url(ask)?;

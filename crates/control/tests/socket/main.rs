@@ -19,13 +19,16 @@ mod wire;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use common::{Number, Pair, number, plugins};
 use proptest::prelude::*;
 use serde_json::{Value, json};
-use slate_control::{Client, ClientError, Refusal, Server, Switched};
+use slate_control::operations::{by_name, carry_out};
+use slate_control::{
+    Caller, Client, ClientError, ConnectionEnd, Connections, Context, Pace, Refusal, Role, Server, Switched,
+};
 use slate_module::prelude::*;
 use slate_module::{Level, Plugin};
 use slate_runtime::configuration::{self, Database, SaveTo};
@@ -96,7 +99,7 @@ impl Module for Door {
 }
 
 #[test]
-fn a_stop_waits_for_no_other_tool_and_who_is_gone_has_no_place() {
+fn waiting_changes_delay_no_read_and_no_stop() {
     let text = format!("{TEXT}\n[modules.door]\n").replace("time.source", "loop.hang = \"60s\"\ntime.source");
     let file = format!("{}.toml", name("places"));
     let database = Database::from_text(&file, &text, configuration::Options::default()).unwrap();
@@ -112,19 +115,20 @@ fn a_stop_waits_for_no_other_tool_and_who_is_gone_has_no_place() {
         stream.write_all(b"PUT /api/v1/plugins/door HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
         stream
     };
-    let waiting: Vec<_> = (0..32).map(|_| ask()).collect();
-    let is_full = || {
-        let mut client = Client::connect(server.name()).unwrap();
-        matches!(client.settings("modules"), Err(ClientError::Refused(refusal)) if refusal.message.contains("too many tools"))
-    };
-    eventually(is_full);
+    let waiting: Vec<_> = (0..40).map(|_| ask()).collect();
     let mut client = Client::connect(server.name()).unwrap();
+    // Time for the agent to receive all of them.
+    std::thread::sleep(Duration::from_millis(200));
+    let began = Instant::now();
+    for path in ["/log", "/interfaces"] {
+        assert_eq!(Raw::connect(&server).ask("GET", path, "").0, 200, "{path}");
+    }
+    assert!(began.elapsed() < Duration::from_secs(5), "{:?}", began.elapsed());
     client.stop("by hand").unwrap();
     assert!(client.reset().unwrap());
     assert!(!client.modules().unwrap().iter().any(|module| module.name == "door"));
     assert!(client.plugins().unwrap().iter().any(|plugin| plugin.name == "teller"));
     drop(waiting);
-    eventually(|| !is_full());
     drop(shut);
     eventually(|| client.modules().unwrap().iter().any(|module| module.name == "door"));
 }
@@ -263,6 +267,47 @@ fn an_agent_without_a_database_says_so() {
     assert!(refused(client.settings("")).message.contains("can't change"));
     client.enable("counter", false).unwrap();
     assert_eq!(client.modules().unwrap().len(), 1);
+}
+
+#[test]
+fn every_change_of_the_settings_takes_its_turn() {
+    for name in ["set", "revert", "save", "write", "link", "load", "unload", "switch"] {
+        assert_eq!(by_name(name).unwrap().pace, Pace::Change, "{name}");
+    }
+}
+
+#[test]
+fn stop_is_carried_out_whatever_its_query_is() {
+    let (_agent, server, _client) = open("stop-query");
+    let mut stream = Raw::connect(&server);
+    for (query, reason) in [
+        ("reason=50%", "50%"),
+        ("reason=a%20b&reason=c", "a b"),
+        ("reason=%ff", "%ff"),
+        ("why=1&why=2", "by the "),
+        ("%&%", "by the "),
+    ] {
+        let stopped = stream.ask("POST", &format!("/stop?{query}"), "");
+        assert_eq!(stopped, (200, json!({ "stopped": ["wheel"] })), "{query}");
+        let said = stream.ask("GET", "/actuators", "").1[0]["stopped"].clone();
+        assert_eq!(said.as_str(), Some(reason), "{query}");
+        assert_eq!(stream.ask("POST", "/reset", ""), (200, json!({ "was_stopped": true })), "{query}");
+    }
+}
+
+#[test]
+fn lease_of_a_closed_connection_is_refused() {
+    let (agent, _server, _client) = open("closed");
+    let context = Arc::new(Context::new(&agent).unwrap());
+    let place = Arc::new(Arc::new(Connections::default()).admit());
+    let end = ConnectionEnd::new(&context, &place);
+    let caller = Caller { role: Role::Operator, who: "a test".into(), local: None, is_told: false, place };
+    let take = || carry_out(&context, &caller, "take", "", json!({ "actuator": "wheel", "bound": true }));
+    assert!(take().is_ok());
+    drop(end);
+    let Err(refusal) = take() else { panic!("a lease of a closed connection") };
+    assert!(refusal.detail().contains("closed"), "{refusal}");
+    assert!(agent.composer().controls()[0].holder.is_none());
 }
 
 #[test]

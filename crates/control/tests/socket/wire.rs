@@ -66,8 +66,8 @@ fn bad_requests_are_answered_with_what_is_wrong() {
     let mut stream = Raw::connect(&server);
     let agent = name("lines");
     for (method, path, body, status, word) in [
-        ("GET", "/plugns", "", 404, "nothing at"),
-        ("DELETE", "/agent", "", 405, "nothing that can be done"),
+        ("GET", "/plugns", "", 404, "unknown path"),
+        ("DELETE", "/agent", "", 405, "method DELETE is not allowed for"),
         ("GET", "/agent?x=1", "", 400, "no parameter"),
         ("GET", "/agent", "{}", 400, "takes no body"),
         ("PUT", "/modules/teller", "hello", 400, "no JSON"),

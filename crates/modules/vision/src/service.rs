@@ -40,7 +40,7 @@ impl Vision {
         Self { context: Arc::as_ptr(cameras), capture, release }
     }
 
-    /// Returns the newest picture of a camera, by the text of a [`Source`](crate::Source).
+    /// Returns the newest picture of a camera, by the text of a [`Source`](crate::ImageSource).
     ///
     /// The first call opens the camera; its first picture comes with a later tick. The [stamp](Picture::stamp) has time and number.
     ///

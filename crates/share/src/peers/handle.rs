@@ -296,8 +296,8 @@ impl Peers {
         Ok(receiver)
     }
 
-    /// Tells another agent something of the team's knowledge, which arrives as a [`Happening::Told`] or not at all; false
-    /// when it is lost already.
+    /// Tells another agent something of the team's knowledge, which arrives as a
+    /// [`Happening::Told`](super::Happening::Told) or not at all; false when it is lost already.
     pub fn tell(&self, agent: &str, message: &[u8]) -> bool {
         let Some(line) = self.lines.line(agent) else { return false };
         let told = locked(&line.peer).tell(message);

@@ -115,7 +115,6 @@ impl<'c> SnapshotRestorer<'c> {
         kept: &[String],
         other: Option<(&Configuration, &BTreeMap<String, String>)>,
     ) -> Result<(), SnapshotError> {
-        self.agent.recorder.tell("going on from a snapshot");
         self.is_of(snapshot)?;
         let mut composition = self.agent.composition();
         let here = &composition.configuration;
@@ -208,10 +207,16 @@ impl<'c> SnapshotRestorer<'c> {
         };
         let held = HeldSeats::of(&subjects)?;
         let thaw = Thaw { subjects, ready };
+        let recorder = self.agent.recorder.clone();
         let done = links.exchange_with(
             &composition.assembly,
             &self.agent.shared,
-            move |shared| thaw.judged(shared),
+            move |shared| {
+                let thaw = thaw.judged(shared)?;
+                // Of a load that is refused before, what records the agent has nothing to tell.
+                recorder.tell("going on from a snapshot");
+                Ok(thaw)
+            },
             |shared, thaw| thaw.apply(shared),
         );
         drop(held);

@@ -16,7 +16,7 @@ const TOLD: usize = 2;
 pub struct Outgoing {
     /// The robot that it is for.
     pub to: u32,
-    /// Give them to its [`Replica::receive`].
+    /// Give them to its [`Replica::receive`](super::Replica::receive).
     pub bytes: Vec<u8>,
 }
 
