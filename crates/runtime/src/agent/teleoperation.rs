@@ -8,8 +8,8 @@ use slate_blackboard::interface::{AccessError, Descriptor, Value, edit};
 use slate_module::Level;
 
 use super::handle::{AgentHandle, WeakHandle};
-use crate::actuators::{Actuator, Holder};
-use crate::clock::monotonic;
+use slate_engine::actuators::{Actuator, Holder};
+use slate_engine::clock::monotonic;
 
 /// The controls of one actuator. Nobody else has them as long as this lives.
 ///

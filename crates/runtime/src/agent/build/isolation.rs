@@ -9,9 +9,9 @@ use slate_blackboard::interface::Interface;
 use slate_module::Trigger;
 
 use super::{BuildPlan, ModuleBuilder};
-use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
-use crate::runner::Supervised;
 use slate_composition::{LinkTarget, Wire};
+use slate_engine::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
+use slate_engine::runner::Supervised;
 
 /// A step that takes this many deadlines does not return any more.
 const DEADLINES: u64 = 10;

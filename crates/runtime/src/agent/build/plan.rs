@@ -3,8 +3,8 @@
 use slate_blackboard::channel::Budget;
 use slate_module::{Direction, PortDescription, Trigger};
 
-use crate::configuration::Configuration;
 use slate_composition::{Joint, LinkTarget, Survey, Surveyed, Wire};
+use slate_configuration::Configuration;
 
 /// Reader handles for tools, and for modules that come later.
 pub(super) const SPARE_READERS: u16 = 16;

@@ -10,10 +10,10 @@ use slate_module::{Direction, Interface, PortDescription};
 
 use super::{BuildMoment, BuildPlan, Failed, ModuleBuilder, SPARE_READERS};
 use crate::aspects::followed;
-use crate::runner::{ModuleState, ModuleTiming};
-use crate::timing::TimingHistogram;
 use slate_composition::parameters::enabled_descriptor;
 use slate_composition::{Implied, LinkTarget, Wire};
+use slate_engine::runner::{ModuleState, ModuleTiming};
+use slate_engine::timing::TimingHistogram;
 
 /// What every module's runner writes.
 fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {

@@ -11,13 +11,13 @@ use slate_module::Trigger;
 use slate_module::aspect::{MainLoop, Service};
 use slate_safety::StopLatch;
 
-use crate::actuators::Actuator;
 use crate::agent::Mode;
 use crate::aspects::{Means, ServicePlace};
-use crate::isolation::Arenas;
-use crate::log::Logger;
-use crate::runner::{Health, InputAge, ModuleCondition, Patience, QueueGauge};
 use slate_composition::{Surveyed, needs};
+use slate_engine::actuators::Actuator;
+use slate_engine::isolation::Arenas;
+use slate_engine::log::Logger;
+use slate_engine::runner::{Health, InputAge, ModuleCondition, Patience, QueueGauge};
 
 /// What the host has for all modules, also for those that are not there yet.
 pub(in crate::agent) struct HostResources {

@@ -10,14 +10,14 @@ use slate_module::Direction;
 
 use super::resources::ModuleSignals;
 use super::{BuildPlan, ModuleBuilder, new_writer};
-use crate::configuration::LinkPolicy;
-use crate::runner::{
+use slate_composition::link::{FieldPlace, Program};
+use slate_composition::{Joint, LinkTarget, Way, Wire};
+use slate_configuration::LinkPolicy;
+use slate_configuration::Mistake;
+use slate_engine::runner::{
     AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, OutboxWiring,
     QueueWiring, SourceWiring, Wiring,
 };
-use slate_composition::link::{FieldPlace, Program};
-use slate_composition::{Joint, LinkTarget, Way, Wire};
-use slate_configuration::Mistake;
 
 /// Something that a module reads.
 struct WiredRead<'s, 'a> {
