@@ -11,7 +11,7 @@ use slate_safety::{Gate, GateConfiguration, GateState};
 
 use super::{BuildPlan, Failed, ModuleBuilder, SPARE_READERS, new_writer};
 use slate_composition::parameters::value_bytes;
-use slate_composition::{LinkTarget, Wire};
+use slate_composition::{LinkSource, Wire};
 use slate_configuration::Mistake;
 use slate_engine::actuators::Actuator;
 
@@ -125,7 +125,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         wanted: &slate_configuration::Actuator,
         descriptor: &Descriptor,
     ) -> Result<(), Failed> {
-        for joint in self.plan.readers(LinkTarget::Command(index)).filter(|joint| joint.is_plain()) {
+        for joint in self.plan.readers(LinkSource::Command(index)).filter(|joint| joint.is_plain()) {
             let (module, Wire::Port(port)) = joint.port else { continue };
             let own = self.plan.port(module, port).descriptor;
             if own.hash != descriptor.hash {
@@ -148,7 +148,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
         descriptor: &'static Descriptor,
     ) -> Result<(Writer, Writer), Failed> {
         let name = &wanted.name.value;
-        let (_, budget) = self.plan.demand(LinkTarget::Command(index), &format!("{name}/command"));
+        let (_, budget) = self.plan.demand(LinkSource::Command(index), &format!("{name}/command"));
         let board = &self.builder.resources.board;
         let command = board.add_channel(
             &format!("{name}/command"),
@@ -208,7 +208,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
 
     /// What a module that follows the actuator's command takes it to be.
     fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
-        let joint = self.plan.readers(LinkTarget::Command(actuator)).find(|joint| joint.is_plain())?;
+        let joint = self.plan.readers(LinkSource::Command(actuator)).find(|joint| joint.is_plain())?;
         match joint.port {
             (module, Wire::Port(port)) => Some(self.plan.port(module, port).descriptor),
             (_, Wire::Enabled | Wire::Params) => None,

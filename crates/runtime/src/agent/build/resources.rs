@@ -17,7 +17,7 @@ use slate_composition::{Surveyed, needs};
 use slate_engine::actuators::Actuator;
 use slate_engine::isolation::Arenas;
 use slate_engine::log::Logger;
-use slate_engine::runner::{Health, InputAge, ModuleCondition, Patience, QueueGauge};
+use slate_engine::runner::{CallTimeout, Health, InputAge, ModuleCondition, QueueGauge};
 
 /// What the host has for all modules, also for those that are not there yet.
 pub(in crate::agent) struct HostResources {
@@ -122,8 +122,8 @@ impl HostResources {
     }
 
     /// How long the last calls of a module are waited for.
-    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> Patience {
-        Patience {
+    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> CallTimeout {
+        CallTimeout {
             module: Arc::clone(module),
             limit: (!is_isolated).then_some(self.hang),
             logger: Arc::clone(&self.logger),

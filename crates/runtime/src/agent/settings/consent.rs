@@ -9,14 +9,14 @@ use crate::agent::assembly::Assembly;
 use slate_composition::parameters;
 use slate_composition::{Catalogue, Complaints, Surveyed};
 use slate_configuration::{Configuration, Diagnostic, Report, Span};
-use slate_engine::runner::{OwnSetup, Patience, Retired};
+use slate_engine::runner::{CallTimeout, OwnSetup, Retired};
 
 /// A module that could begin with other parameters, or could not.
 pub(super) struct ConsentQuestion {
     kind: ModuleKind,
     setup: OwnSetup,
     params: Vec<u8>,
-    patience: Patience,
+    patience: CallTimeout,
     /// Where the module stands.
     place: Span,
 }
