@@ -110,7 +110,7 @@ fn a_viewer_over_mcp_looks_and_stops_and_changes_nothing() {
     done(&calls[2]);
     assert_eq!(done(&calls[3])["code"], "S006");
     refused(&calls[4], &["nothing", "help: ", "code: S"]);
-    refused(&calls[5], &["`part` is no argument", "path"]);
+    refused(&calls[5], &["unknown argument `part`", "path"]);
     // A stream never ends: a tool that waits for its end hangs.
     refused(&calls[6], &["`read` answers in JSON only", "events"]);
     refused(&calls[7], &["`log` answers in JSON only", "events"]);
