@@ -80,6 +80,7 @@ pub use change::Change;
 pub use comparison::Comparison;
 pub use database::{Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
+pub use inferred::InferredLink;
 pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
