@@ -161,7 +161,7 @@ impl MissionRun {
         &self.scene
     }
 
-    /// Goes on from a snapshot, with the settings that the application was loaded with.
+    /// Resumes from a snapshot, with the settings that the application was loaded with.
     pub fn resume(&self, snapshot: &Snapshot) -> Result<(), Failure> {
         Ok(self.agent.restore_under_own_settings(snapshot)?)
     }

@@ -215,7 +215,7 @@ pub fn reset(options: &ResetOptions) -> Result<bool, Failure> {
     Ok(true)
 }
 
-/// Lets commands through to the actuators, or to one.
+/// Arms all actuators, or one.
 pub fn arm(options: &ArmOptions) -> Result<bool, Failure> {
     let mut client = options.agent.connect()?;
     client.arm(options.actuator.as_deref())?;

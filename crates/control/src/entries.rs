@@ -105,10 +105,10 @@ pub struct LinkEntry {
     pub to: String,
     /// The source: a property or an outbox.
     pub from: String,
-    /// Whether messages go over it, from an outbox to an inbox.
+    /// Whether it carries messages from an outbox to an inbox.
     #[serde(default)]
     pub sends: bool,
-    /// Whether nobody has written it, as types and roles leave no choice.
+    /// Whether it was inferred from types and roles.
     #[serde(default)]
     pub inferred: bool,
     /// Other keys and values of its table in the configuration.

@@ -39,7 +39,7 @@ impl Leases {
         Some(act(&mut lease.controls))
     }
 
-    /// Gives the controls back; false when there is no lease of that name.
+    /// Releases a control lease; false when there is no lease of that name.
     pub fn end(&self, name: &str) -> bool {
         let ended = self.all().remove(name);
         ended.is_some()

@@ -128,7 +128,7 @@ impl From<BoardError> for Problem {
                 Self::not_found(text, "GET /api/v1/properties lists the properties")
             }
             BoardError::OtherAgent { .. } => Self::not_found(text, "ask that agent"),
-            _ => Self::unfit(text, "GET /api/v1/interfaces/NAME tells what values are made of"),
+            _ => Self::unfit(text, "GET /api/v1/interfaces/NAME returns the schema"),
         };
         Self { mistake: mistake.or(problem.mistake), ..problem }
     }

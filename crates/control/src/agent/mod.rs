@@ -114,7 +114,7 @@ impl AgentControl {
         result(modules.map(|module| (module.clone(), format!("/{module}/shadow"))).collect::<Vec<_>>())
     }
 
-    /// Ends the new code beside a plugin.
+    /// Discards the trial code of a plugin.
     pub(crate) fn end_shadow(&self, name: &str) -> Done {
         result(self.composer.end_shadow(name)?)
     }
@@ -183,7 +183,7 @@ impl AgentControl {
         snapshot(&self.composer.save_snapshot(absolute(file)?)?)
     }
 
-    /// Goes on from a snapshot.
+    /// Resumes from a snapshot.
     pub(crate) fn load_snapshot(&self, file: &Path) -> Done {
         let read = Snapshot::read(absolute(file)?)?;
         self.composer.restore(&read, self.settings.database.as_ref())?;
@@ -212,7 +212,7 @@ impl AgentControl {
         result(self.recordings()?.save(&self.composer, absolute(file)?)?)
     }
 
-    /// The actuators, and who has the controls of each.
+    /// Actuators, and who holds the control lease of each.
     pub(crate) fn holders(&self) -> Done {
         let entry = |ControlsHolder { actuator, holder }: ControlsHolder| {
             let (holder, since) = holder.unzip();
@@ -281,7 +281,7 @@ impl AgentControl {
         self.composer.recording().and_then(|recording| recording.control()).ok_or_else(no_recorder)
     }
 
-    /// Lets commands through to the actuators, or to one.
+    /// Arms all actuators, or one.
     ///
     /// # Errors
     /// When one of them is stopped, or there is none of that name.
@@ -321,7 +321,7 @@ impl AgentControl {
         result(self.composer.modules().into_iter().map(entry).collect::<Vec<_>>())
     }
 
-    /// Switches a module on or off.
+    /// Enables or disables a module.
     pub(crate) fn enable(&self, name: &str, on: bool) -> Result<Switched, Refusal> {
         let known = |database: &&Database| {
             database.current().modules().iter().any(|module| module.name.value == name)

@@ -77,7 +77,7 @@ impl Client {
         self.call("PUT", &format!("/plugins/{}/shadow", coded(name)), Some(&json!({ "file": file })))
     }
 
-    /// Ends the new code beside a plugin.
+    /// Discards the trial code of a plugin.
     pub fn end_shadow(&mut self, name: &str) -> Done<()> {
         self.call::<Json>("DELETE", &format!("/plugins/{}/shadow", coded(name)), None).map(drop)
     }
@@ -174,7 +174,7 @@ impl Client {
         self.call("PUT", &format!("/leases/{lease}"), Some(body)).map(|driven: Driven| driven.gate)
     }
 
-    /// Gives the controls back.
+    /// Releases a control lease.
     pub fn leave_controls(&mut self) -> Done<()> {
         let Some(lease) = self.lease.take() else { return Ok(()) };
         match self.call::<Json>("DELETE", &format!("/leases/{}", coded(&lease)), None) {
@@ -184,7 +184,7 @@ impl Client {
         }
     }
 
-    /// The actuators, and who has the controls of each.
+    /// Actuators, and who holds the control lease of each.
     pub fn controls(&mut self) -> Done<Vec<HolderEntry>> {
         self.call("GET", "/leases", None)
     }
@@ -198,7 +198,7 @@ impl Client {
         self.call("POST", "/reset", None).map(|reset: Reset| reset.was_stopped)
     }
 
-    /// Lets commands through to the actuators, or to one.
+    /// Arms all actuators, or one.
     pub fn arm(&mut self, actuator: Option<&str>) -> Done<()> {
         self.call::<Json>("POST", "/arm", Some(&json!({ "actuator": actuator }))).map(drop)
     }
@@ -208,7 +208,7 @@ impl Client {
         self.call("GET", "/modules", None)
     }
 
-    /// Switches a module on or off.
+    /// Enables or disables a module.
     pub fn enable(&mut self, name: &str, on: bool) -> Done<Switched> {
         self.call("PUT", &format!("/modules/{}", coded(name)), Some(&json!({ "enabled": on })))
     }
@@ -261,7 +261,7 @@ impl Client {
         self.call("PATCH", "/settings", Some(&json!(changes)))
     }
 
-    /// Takes back what was changed at run time and not saved, at a path and below it; an empty path is all of it.
+    /// Reverts changes made at run time that are not saved, at a path and below it; an empty path is all of it.
     pub fn revert(&mut self, path: &str) -> Done<Vec<Changed>> {
         self.call("DELETE", &format!("/settings?path={}", coded(path)), None)
     }

@@ -35,13 +35,13 @@ pub(super) const READ: Operation = Operation::get(
 ).parameters(&[
         Parameter {
             name: "from",
-            doc: "The earliest time, of the agent; 0 unless given. The `next` of an answer goes on where that ends.",
+            doc: "The earliest time, of the agent; 0 unless given. Continue from the `next` of an answer.",
             schema: place,
         },
-        Parameter { name: "to", doc: "The latest time; there is none unless given.", schema: shape::count },
+        Parameter { name: "to", doc: "Latest time; no limit unless given.", schema: shape::count },
         Parameter {
             name: "limit",
-            doc: "At most so many, spread evenly, with the last one; 1000 unless given. With 1 it is what held at `to`.",
+            doc: "Maximum number of values, spread evenly, the last one included; 1000 unless given. 1 returns the value at `to`.",
             schema: || json!({ "type": "integer", "minimum": 1, "maximum": MOST }),
         },
         SELECTION[0],

@@ -24,13 +24,9 @@ pub fn is_plain(name: &str) -> bool {
     !name.is_empty() && !name.starts_with('.') && name.bytes().all(known)
 }
 
-pub(super) const LIST: Operation = Operation::get(
-    "/layouts",
-    "layouts",
-    Role::Viewer,
-    "The layouts of the page that the project has, by their names",
-)
-.answers(|| json!({ "type": "object" }), list);
+pub(super) const LIST: Operation =
+    Operation::get("/layouts", "layouts", Role::Viewer, "Layouts of the page in the project, by name")
+        .answers(|| json!({ "type": "object" }), list);
 
 pub(super) const SAVE: Operation = Operation::put(
     "/layouts/{layout}",
@@ -52,7 +48,7 @@ pub(super) const REMOVE: Operation = Operation::delete(
     "/layouts/{layout}",
     "remove_layout",
     Role::Developer,
-    "Removes a layout of the project",
+    "Deletes a layout of the project",
     Pace::Slow,
 )
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), remove);

@@ -18,7 +18,7 @@ use crate::problem::Problem;
 use crate::schema;
 
 pub(super) const LIST: Operation =
-    Operation::get("/leases", "leases", Role::Viewer, "The actuators, and who has the controls of each")
+    Operation::get("/leases", "leases", Role::Viewer, "Actuators, and who holds the control lease of each")
         .pace(Pace::Prompt)
         .answers(|| shape::list(shape::holder()), |context, _| told(context.agent.holders()));
 
@@ -26,13 +26,13 @@ pub(super) const TAKE: Operation = Operation::post(
     "/leases",
     "take",
     Role::Operator,
-    "Takes the controls of an actuator, which nobody else has then", Pace::Prompt).body(|| {
+    "Acquires the exclusive control lease of an actuator", Pace::Prompt).body(|| {
         json!({
             "type": "object",
             "required": ["actuator"],
             "properties": {
                 "actuator": shape::text(),
-                "who": { "type": "string", "description": "Who takes them, for people." },
+                "who": { "type": "string", "description": "Name of the holder, shown to people." },
                 "bound": { "type": "boolean", "description": "Whether the lease also ends with this connection." },
             },
             "additionalProperties": false,
@@ -43,7 +43,7 @@ pub(super) const DRIVE: Operation = Operation::put(
     "/leases/{lease}",
     super::DRIVE,
     Role::Operator,
-    "Renews a lease of controls, which holds for 5 s, and commands the actuator for 150 ms",
+    "Renews a control lease for 5 s, and commands the actuator for 150 ms",
     Pace::Prompt,
 )
 .body(shape::drive)
@@ -56,7 +56,7 @@ pub(super) const GIVE_BACK: Operation = Operation::delete(
     "/leases/{lease}",
     "give_back",
     Role::Operator,
-    "Gives the controls back",
+    "Releases a control lease",
     Pace::Prompt,
 )
 .answers(|| json!({ "type": "object", "maxProperties": 0 }), give_back);

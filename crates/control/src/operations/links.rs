@@ -13,10 +13,9 @@ use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::problem::Problem;
 use crate::text::{Texts, texts};
 
-pub(super) const LIST: Operation =
-    Operation::get("/links", "links", Role::Viewer, "The links, by their destinations")
-        .pace(Pace::Change)
-        .answers(|| shape::list(shape::link()), |context, _| told(context.agent.links()));
+pub(super) const LIST: Operation = Operation::get("/links", "links", Role::Viewer, "Links, by destination")
+    .pace(Pace::Change)
+    .answers(|| shape::list(shape::link()), |context, _| told(context.agent.links()));
 
 pub(super) const LINK: Operation = Operation::put(
     "/links/{input}",
@@ -32,7 +31,7 @@ pub(super) const LINK: Operation = Operation::put(
         "required": ["from"],
         "properties": {
             "from": shape::text(),
-            "options": texts("What else its table says, such as `every`."),
+            "options": texts("Options of the link, such as `every`."),
         },
         "additionalProperties": false,
     })
@@ -52,13 +51,9 @@ pub(super) const UNLINK: Operation = Operation::delete(
 ])
 .answers(|| shape::list(shape::changed()), unlink);
 
-pub(super) const PEERS: Operation = Operation::get(
-    "/peers",
-    "peers",
-    Role::Viewer,
-    "The other agents that are known, and what goes to and fro",
-)
-.answers(peers, |context, _| told(context.agent.peers()));
+pub(super) const PEERS: Operation =
+    Operation::get("/peers", "peers", Role::Viewer, "Known agents, and the traffic with each")
+        .answers(peers, |context, _| told(context.agent.peers()));
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -18,39 +18,39 @@ use crate::problem::Problem;
 use crate::select::Selection;
 use crate::stream::{Follow, StreamForm, Watcher};
 
-pub(super) const LINES: Operation = Operation::get(
-    "/log",
-    "log",
-    Role::Viewer,
-    "The last lines of the log, or those that come as a stream of events",
-)
-.parameters(&[
-    Parameter {
-        name: "format",
-        doc: "`events` for a stream.",
-        schema: || json!({ "enum": ["json", "events"] }),
-    },
-    Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
-    Parameter {
-        name: "level",
-        doc: "Only those of that importance or more.",
-        schema: || json!({ "enum": ["error", "warn", "info", "debug", "trace"] }),
-    },
-    Parameter {
-        name: "module",
-        doc: "Only those of a module, or of all whose names begin so.",
-        schema: shape::text,
-    },
-    TOKEN,
-])
-.kinds(&["text/event-stream"])
-.answers(|| shape::list(shape::line()), lines);
+pub(super) const LINES: Operation =
+    Operation::get("/log", "log", Role::Viewer, "Newest lines of the log, or new lines as an event stream")
+        .parameters(&[
+            Parameter {
+                name: "format",
+                doc: "`events` for a stream.",
+                schema: || json!({ "enum": ["json", "events"] }),
+            },
+            Parameter {
+                name: "after",
+                doc: "Only entries after this sequence number.",
+                schema: shape::count,
+            },
+            Parameter {
+                name: "level",
+                doc: "Minimum severity.",
+                schema: || json!({ "enum": ["error", "warn", "info", "debug", "trace"] }),
+            },
+            Parameter {
+                name: "module",
+                doc: "Only lines of modules whose names start with this.",
+                schema: shape::text,
+            },
+            TOKEN,
+        ])
+        .kinds(&["text/event-stream"])
+        .answers(|| shape::list(shape::line()), lines);
 
 pub(super) const NOTE: Operation = Operation::post(
     "/log",
     "note",
     Role::Operator,
-    "Writes a line into the log, such as of something that is to be found again in the recording",
+    "Writes a line to the log, for example to mark a moment in the recording",
     Pace::Slow,
 )
 .body(|| shape::object(&[("text", json!({ "type": "string", "minLength": 1, "maxLength": 256 }))]))

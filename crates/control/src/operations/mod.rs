@@ -52,7 +52,7 @@ pub const STOP: &str = "stop";
 pub const DRIVE: &str = "drive";
 
 const DRY_RUN: Parameter =
-    Parameter { name: "dry_run", doc: "Only finds out whether it can be done.", schema: shape::flag };
+    Parameter { name: "dry_run", doc: "Checks the request without carrying it out.", schema: shape::flag };
 
 /// All of them. What is more special stands before what is more general.
 pub const OPERATIONS: &[Operation] = &[
@@ -226,6 +226,6 @@ struct Named {
 }
 
 fn file_shape() -> Json {
-    let path = json!({ "type": "string", "description": "An absolute path at the computer of the agent." });
+    let path = json!({ "type": "string", "description": "Absolute path on the agent's machine." });
     shape::object(&[("file", path)])
 }

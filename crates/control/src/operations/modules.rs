@@ -14,7 +14,7 @@ use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
 pub(super) const LIST: Operation =
-    Operation::get("/modules", "modules", Role::Viewer, "The modules, and how they are")
+    Operation::get("/modules", "modules", Role::Viewer, "Modules and their states")
         .pace(Pace::Prompt)
         .answers(|| shape::list(shape::module()), |context, _| told(context.agent.modules()));
 
@@ -22,7 +22,7 @@ pub(super) const SWITCH: Operation = Operation::put(
     "/modules/{module}",
     "switch",
     Role::Developer,
-    "Switches a module on or off",
+    "Enables or disables a module",
     Pace::Change,
 )
 .body(|| shape::object(&[("enabled", shape::flag())]))
@@ -35,7 +35,7 @@ pub(super) const PARAMETERS: Operation = Operation::get(
     "/parameters",
     "parameters",
     Role::Viewer,
-    "The parameters of all modules, with their defaults and ranges, and whether an operator may set them",
+    "Parameters of all modules, with defaults, ranges, and whether an operator may set them",
 )
 .answers(|| shape::list(shape::parameter()), parameters);
 

@@ -17,7 +17,7 @@ pub(super) const ACTUATORS: Operation = Operation::get(
     "/actuators",
     "actuators",
     Role::Viewer,
-    "The actuators, how their gates stand, and what they get",
+    "Actuators, the states of their gates, and their commands",
 )
 .answers(|| shape::list(shape::actuator()), actuators);
 
@@ -28,7 +28,11 @@ pub(super) const STOP: Operation = Operation::post(
     "Stops all actuators until `reset` and `arm`; it is no emergency stop",
     Pace::Prompt,
 )
-.parameters(&[Parameter { name: "reason", doc: "Why; it is kept and shown.", schema: shape::text }])
+.parameters(&[Parameter {
+    name: "reason",
+    doc: "Reason, kept and shown until `reset`.",
+    schema: shape::text,
+}])
 .body(|| json!({ "description": "Such as {\"reason\": \"...\"}; nothing in it is a reason not to stop." }))
 .answers(|| shape::object(&[("stopped", shape::list(shape::text()))]), stop);
 
@@ -41,18 +45,13 @@ pub(super) const RESET: Operation = Operation::post(
 )
 .answers(|| shape::object(&[("was_stopped", shape::flag())]), reset);
 
-pub(super) const ARM: Operation = Operation::post(
-    "/arm",
-    "arm",
-    Role::Operator,
-    "Lets commands through to the actuators, or to one",
-    Pace::Prompt,
-)
-.body(|| {
-    let actuator = shape::optional(shape::text());
-    json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
-})
-.answers(|| json!({ "type": "object", "maxProperties": 0 }), arm);
+pub(super) const ARM: Operation =
+    Operation::post("/arm", "arm", Role::Operator, "Arms all actuators, or one", Pace::Prompt)
+        .body(|| {
+            let actuator = shape::optional(shape::text());
+            json!({ "type": "object", "properties": { "actuator": actuator }, "additionalProperties": false })
+        })
+        .answers(|| json!({ "type": "object", "maxProperties": 0 }), arm);
 
 pub(super) fn actuators(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let newest = |path: String| {

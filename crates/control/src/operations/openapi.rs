@@ -78,10 +78,10 @@ fn example(operation: &Operation, part: &str, context: &Context) -> Option<Strin
 /// Why an operation is not done, whichever it is.
 const PROBLEMS: [(&str, &str); 5] = [
     ("401", "Missing or unknown token."),
-    ("403", "The role may not do this, or a foreign page asks."),
-    ("429", "There are too many requests, or wrong tokens."),
-    ("503", "There is no place for it now."),
-    ("default", "It is not done, and why."),
+    ("403", "The role is not sufficient, or the request comes from a foreign page."),
+    ("429", "Too many requests, or too many wrong tokens."),
+    ("503", "Too many requests in progress."),
+    ("default", "The request was refused; the body says why."),
 ];
 
 fn responses(status: &str, done: Json) -> Json {
@@ -112,7 +112,7 @@ fn of(operation: &Operation, context: &Context) -> Json {
         });
     let mut parameters: Vec<_> = in_path.chain(in_query).collect();
     if matches!(operation.name, "write" | "patch") {
-        let doc = "The ETag of the value that is to be changed; another one is refused with 412.";
+        let doc = "ETag of the value to change; a different one is refused with 412.";
         parameters.push(
             json!({ "name": "If-Match", "in": "header", "description": doc, "schema": { "type": "string" } }),
         );

@@ -20,7 +20,7 @@ pub(super) const STATUS: Operation = Operation::get(
     "/playback",
     "playback",
     Role::Viewer,
-    "How the recording stands that is played, if one is; times are nanoseconds after its first value",
+    "State of the playback, if a recording is played; times are nanoseconds after its first value",
 )
 .answers(
     || shape::optional(status()),
@@ -30,20 +30,15 @@ pub(super) const STATUS: Operation = Operation::get(
     },
 );
 
-pub(super) const PAUSE: Operation = Operation::post(
-    "/playback/pause",
-    "pause_playback",
-    Role::Operator,
-    "Lets the playback stand still",
-    Pace::Slow,
-)
-.answers(status, |context, _| order(context, Order::Pause));
+pub(super) const PAUSE: Operation =
+    Operation::post("/playback/pause", "pause_playback", Role::Operator, "Pauses the playback", Pace::Slow)
+        .answers(status, |context, _| order(context, Order::Pause));
 
 pub(super) const RESUME: Operation = Operation::post(
     "/playback/resume",
     "resume_playback",
     Role::Operator,
-    "Lets the playback go on",
+    "Resumes the playback",
     Pace::Slow,
 )
 .answers(status, |context, _| order(context, Order::Resume));
@@ -52,7 +47,7 @@ pub(super) const STEP: Operation = Operation::post(
     "/playback/step",
     "step_playback",
     Role::Operator,
-    "Makes so many cycles, one unless given, and stands still",
+    "Plays a number of cycles, one unless given, then pauses",
     Pace::Slow,
 )
 .body(|| {
@@ -65,7 +60,7 @@ pub(super) const SEEK: Operation = Operation::post(
     "/playback/seek",
     "seek_playback",
     Role::Operator,
-    "Goes on from another time: each property has the last value that it had then",
+    "Seeks to a time: each property gets its last value at that time",
     Pace::Slow,
 )
 .body(|| shape::object(&[("time", shape::count())]))
@@ -75,7 +70,7 @@ pub(super) const RATE: Operation = Operation::post(
     "/playback/rate",
     "rate_playback",
     Role::Operator,
-    "Goes so many times as fast as it was recorded, or with null as fast as it can",
+    "Sets the playback rate as a factor of the recorded pace, or null for the maximum",
     Pace::Slow,
 )
 .body(|| {
@@ -88,7 +83,7 @@ pub(super) const LOOP: Operation = Operation::post(
     "/playback/loop",
     "loop_playback",
     Role::Operator,
-    "Plays what is between two times again and again, or with null no more",
+    "Repeats the range between two times, or null to stop repeating",
     Pace::Slow,
 )
 .body(|| shape::object(&[("section", shape::optional(section()))]))

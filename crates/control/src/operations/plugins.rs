@@ -13,14 +13,10 @@ use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 
-pub(super) const LIST: Operation = Operation::get(
-    "/plugins",
-    "plugins",
-    Role::Viewer,
-    "The plugins that are loaded, and those that are known",
-)
-.pace(Pace::Prompt)
-.answers(|| shape::list(shape::plugin()), |context, _| told(context.agent.plugins()));
+pub(super) const LIST: Operation =
+    Operation::get("/plugins", "plugins", Role::Viewer, "Plugins, loaded and available")
+        .pace(Pace::Prompt)
+        .answers(|| shape::list(shape::plugin()), |context, _| told(context.agent.plugins()));
 
 pub(super) const LOAD: Operation = Operation::put(
     "/plugins/{plugin}",
@@ -44,13 +40,13 @@ pub(super) const RELOAD: Operation = Operation::post(
     "/plugins/{plugin}/reload",
     "reload",
     Role::Developer,
-    "Exchanges the code of a plugin by what its library has now",
+    "Reloads a plugin from its library",
     Pace::Change,
 )
 .body(|| {
     let file = json!({
         "type": "string",
-        "description": "An absolute path at the computer of the agent; the plugin's own library unless given.",
+        "description": "Absolute path on the agent's machine; the plugin's own library unless given.",
     });
     json!({ "type": "object", "properties": { "file": file }, "additionalProperties": false })
 })
@@ -60,7 +56,7 @@ pub(super) const LOAD_LIBRARY: Operation = Operation::post(
     "/plugins",
     "load_library",
     Role::Developer,
-    "Loads a library, at the computer of the agent alone",
+    "Loads a library; only from the agent's machine",
     Pace::Change,
 )
 .body(file_shape)
@@ -81,7 +77,7 @@ pub(super) const END_SHADOW: Operation = Operation::delete(
     "/plugins/{plugin}/shadow",
     "end_shadow",
     Role::Developer,
-    "Ends the new code beside a plugin",
+    "Discards the trial code of a plugin",
     Pace::Change,
 )
 .answers(|| json!({ "type": "null" }), |context, ask| named(context.agent.end_shadow(ask.part("plugin"))));
@@ -90,7 +86,7 @@ pub(super) const PROMOTE: Operation = Operation::post(
     "/plugins/{plugin}/promote",
     "promote",
     Role::Developer,
-    "Replaces the code of a plugin by the new code beside it",
+    "Promotes the trial code of a plugin",
     Pace::Change,
 )
 .answers(reloaded, |context, ask| named(context.agent.promote(ask.part("plugin"))));

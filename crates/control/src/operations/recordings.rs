@@ -20,7 +20,7 @@ pub(super) const LIST: Operation = Operation::get(
     "/recordings",
     "recordings",
     Role::Viewer,
-    "What is being recorded, and the recordings in the folder of the report",
+    "Recordings in progress, and those in the folder of the report",
 )
 .answers(
     || {
@@ -38,15 +38,15 @@ pub(super) const START: Operation = Operation::post(
     "/recordings/{recording}",
     "start_recording",
     Role::Operator,
-    "Begins to record, into a file of that name in the folder of the report, which is not there yet", Pace::Slow).body(|| {
+    "Starts a recording into a new file of this name in the folder of the report", Pace::Slow).body(|| {
         let patterns = || shape::list(shape::text());
         json!({
             "type": "object",
             "properties": {
                 "select": patterns(),
                 "exclude": patterns(),
-                "rate": { "type": ["number", "null"], "exclusiveMinimum": 0, "description": "Values a second of each." },
-                "on_change": { "type": "boolean", "description": "Only values that are other ones than the last." },
+                "rate": { "type": ["number", "null"], "exclusiveMinimum": 0, "description": "Maximum values per second of each property." },
+                "on_change": { "type": "boolean", "description": "Only values that differ from the previous one." },
             },
             "additionalProperties": false,
         })
@@ -56,7 +56,7 @@ pub(super) const END_ONLY: Operation = Operation::delete(
     "/recordings",
     "stop_only_recording",
     Role::Operator,
-    "Ends the recording, if it is the only one",
+    "Stops the only recording",
     Pace::Slow,
 )
 .answers(entry_shape, |context, _| conflict(context.agent.stop_recording(None)));
@@ -65,7 +65,7 @@ pub(super) const END: Operation = Operation::post(
     "/recordings/{recording}/stop",
     "stop_recording",
     Role::Operator,
-    "Ends a recording; its file is whole then",
+    "Stops a recording and completes its file",
     Pace::Slow,
 )
 .answers(entry_shape, stop);
@@ -74,7 +74,7 @@ pub(super) const FLIGHT: Operation = Operation::post(
     "/recordings/{recording}/snapshot",
     "save_flight",
     Role::Operator,
-    "Saves the last seconds, which are always in memory, into a file that is not there yet",
+    "Saves the flight recorder's seconds into a new file",
     Pace::Slow,
 )
 .answers(
@@ -94,7 +94,7 @@ pub(super) const FETCH: Operation = Operation::get(
     "/recordings/{recording}",
     "fetch_recording",
     Role::Viewer,
-    "The file of a recording that has ended",
+    "File of a finished recording",
 )
 .kinds(&[BYTES])
 .answers(shape::anything, fetch);

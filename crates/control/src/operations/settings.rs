@@ -19,10 +19,10 @@ pub(super) const LIST: Operation = Operation::get(
     "/settings",
     "settings",
     Role::Viewer,
-    "The settings at a path and below it, and where each is written",
+    "Settings at a path and below, and the file of each",
 )
 .parameters(&[
-    Parameter { name: "path", doc: "As --set takes it; all unless given.", schema: shape::text },
+    Parameter { name: "path", doc: "Path as in `--set`; all unless given.", schema: shape::text },
     TOKEN,
 ])
 .answers(|| shape::list(shape::setting()), list);
@@ -42,12 +42,12 @@ pub(super) const REVERT: Operation = Operation::delete(
     "/settings",
     "revert",
     Role::Developer,
-    "Takes back what was changed at run time and not saved",
+    "Reverts changes made at run time that are not saved",
     Pace::Change,
 )
 .parameters(&[Parameter {
     name: "path",
-    doc: "That and what is below it; all unless given.",
+    doc: "This path and what is below; all unless given.",
     schema: shape::text,
 }])
 .answers(|| shape::list(shape::changed()), revert);
@@ -56,7 +56,7 @@ pub(super) const DIFFERENCES: Operation = Operation::get(
     "/settings/differences",
     "differences",
     Role::Viewer,
-    "What holds and is not what the files say",
+    "Differences between the running configuration and its files",
 )
 .answers(|| shape::list(shape::different()), |context, _| told(context.agent.settings.differences()));
 
@@ -64,7 +64,7 @@ pub(super) const REFUSED: Operation = Operation::get(
     "/settings/refused",
     "refused_edit",
     Role::Viewer,
-    "What is wrong with files that were edited and are refused; null when nothing is",
+    "Errors in edited files that were refused; null without any",
 )
 .answers(
     || {
@@ -87,7 +87,7 @@ pub(super) const SAVE: Operation = Operation::post(
     "/settings/save",
     "save",
     Role::Developer,
-    "Writes what was changed at run time into the files, with their comments kept", Pace::Change).parameters(&[DRY_RUN]).body(
+    "Saves changes made at run time to the files, and keeps comments", Pace::Change).parameters(&[DRY_RUN]).body(
         || json!({ "type": "object", "properties": { "to": { "enum": ["origin", "host"] } }, "additionalProperties": false }),
     ).answers(|| shape::object(&[("files", shape::list(shape::text()))]), save);
 

@@ -19,7 +19,7 @@ pub(super) const LOAD: Operation = Operation::post(
     "/snapshots/{snapshot}/load",
     "load_snapshot",
     Role::Developer,
-    "Goes on from a snapshot",
+    "Resumes from a snapshot",
     Pace::Change,
 )
 .answers(shape::snapshot, load);
@@ -28,7 +28,7 @@ pub(super) const SAVE: Operation = Operation::post(
     "/snapshots/{snapshot}",
     "save_snapshot",
     Role::Developer,
-    "Takes a snapshot, into the folder `snapshots` where the agent was started",
+    "Saves a snapshot to the folder `snapshots` where the agent was started",
     Pace::Change,
 )
 .answers(shape::snapshot, save);

@@ -12,11 +12,11 @@ use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
 
 pub(super) const LIVE: Operation =
-    Operation::get("/live", "live", Role::Viewer, "A WebSocket: values as they come, of many properties")
+    Operation::get("/live", "live", Role::Viewer, "WebSocket: new values of several properties")
         .answers(|| json!({}), explain);
 
 pub(super) const TELEOPERATION: Operation =
-    Operation::get("/teleoperation", "teleoperation", Role::Operator, "A WebSocket: a person drives")
+    Operation::get("/teleoperation", "teleoperation", Role::Operator, "WebSocket: teleoperation by a person")
         .answers(|| json!({}), explain);
 
 /// Explains a WebSocket to a caller that sends a plain request.

@@ -16,7 +16,7 @@ pub(super) const STATISTICS: Operation = Operation::get(
     "/statistics",
     "statistics",
     Role::Viewer,
-    "How often each module runs, how long it takes, and what it misses",
+    "Rates, durations and missed deadlines of each module",
 )
 .answers(
     || {
@@ -31,12 +31,12 @@ pub(super) const STATISTICS: Operation = Operation::get(
 );
 
 pub(super) const METRICS: Operation =
-    Operation::get("/metrics", "metrics", Role::Viewer, "The same for Prometheus")
+    Operation::get("/metrics", "metrics", Role::Viewer, "Statistics for Prometheus")
         .kinds(&["text/plain"])
         .answers(shape::text, metrics);
 
 pub(super) const RECORDING: Operation =
-    Operation::get("/recording", "recording", Role::Viewer, "What the agent records of itself")
+    Operation::get("/recording", "recording", Role::Viewer, "State of the agent's own recording")
         .answers(shape::anything, recording);
 
 /// A value on the blackboard; null when there is none.

@@ -27,14 +27,14 @@ pub(super) const READ: Operation = Operation::get(
             ("id", shape::count()),
             ("name", shape::text()),
             ("processor", shape::count()),
-            ("busy", json!({ "type": "integer", "minimum": 0, "description": "How long it ran, ns." })),
+            ("busy", json!({ "type": "integer", "minimum": 0, "description": "Processor time, ns." })),
             (
                 "waited",
-                json!({ "type": "integer", "minimum": 0, "description": "How long it waited while ready, ns." }),
+                json!({ "type": "integer", "minimum": 0, "description": "Time spent ready without a processor, ns." }),
             ),
             (
                 "turns",
-                json!({ "type": "integer", "minimum": 0, "description": "How often it was given a processor." }),
+                json!({ "type": "integer", "minimum": 0, "description": "Number of times scheduled." }),
             ),
         ]))
     }, read);

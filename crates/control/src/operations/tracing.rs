@@ -37,7 +37,7 @@ pub(super) const END: Operation = Operation::delete(
     "/trace",
     "end_trace",
     Role::Developer,
-    "Ends the trace that this connection records; its file exists then",
+    "Stops this connection's trace and writes its file",
     Pace::Prompt,
 )
 .answers(entry, |_, ask| answer(ask.caller.place.with_trace(|trace| trace.end()).map_err(in_conflict)?));

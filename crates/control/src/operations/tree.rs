@@ -19,35 +19,31 @@ use crate::schema;
 
 const PATTERN: Parameter = Parameter {
     name: "pattern",
-    doc: "Which of them, such as /r2/planner/* or /**/timing; all unless given.",
+    doc: "Pattern of paths, such as /r2/planner/* or /**/timing; all unless given.",
     schema: shape::text,
 };
 
 pub(super) const AGENT: Operation =
-    Operation::get("/agent", "agent", Role::Viewer, "The agent, and what the caller may do")
+    Operation::get("/agent", "agent", Role::Viewer, "The agent, and the caller's role")
         .pace(Pace::Prompt)
         .answers(shape::agent, agent);
 
 pub(super) const PROPERTIES: Operation =
-    Operation::get("/properties", "properties", Role::Viewer, "The properties, in the order of their paths")
+    Operation::get("/properties", "properties", Role::Viewer, "Properties, sorted by path")
         .parameters(&[
             PATTERN,
-            Parameter { name: "values", doc: "With values of at most 4 KiB.", schema: shape::flag },
+            Parameter { name: "values", doc: "Includes values up to 4 KiB.", schema: shape::flag },
             TOKEN,
         ])
         .answers(|| shape::list(shape::property()), properties);
 
 pub(super) const INTERFACES: Operation =
-    Operation::get("/interfaces", "interfaces", Role::Viewer, "What values are made of, by their names")
+    Operation::get("/interfaces", "interfaces", Role::Viewer, "Interfaces, by name")
         .answers(|| json!({ "type": "object", "additionalProperties": { "type": "object" } }), interfaces);
 
-pub(super) const INTERFACE: Operation = Operation::get(
-    "/interfaces/{interface}",
-    "interface",
-    Role::Viewer,
-    "What values of an interface are made of, as JSON Schema",
-)
-.answers(|| json!({ "type": "object" }), interface);
+pub(super) const INTERFACE: Operation =
+    Operation::get("/interfaces/{interface}", "interface", Role::Viewer, "JSON Schema of an interface")
+        .answers(|| json!({ "type": "object" }), interface);
 
 pub(super) const DOCUMENTS: Operation = Operation::get(
     "/documents",

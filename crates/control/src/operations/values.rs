@@ -22,35 +22,35 @@ use crate::stream::{Follow, StreamForm, Watcher};
 
 const FORMAT: Parameter = Parameter {
     name: "format",
-    doc: "The form of the answer, where a browser can't say it by `Accept`.",
+    doc: "Format of the answer, for clients that can't set `Accept`.",
     schema: || json!({ "enum": ["json", "text", "png", "jpeg", "mjpeg", "events"] }),
 };
 
 pub(super) const SELECTION: [Parameter; 2] = [
-    Parameter { name: "pointer", doc: "A part of the value, by JSON Pointer.", schema: shape::text },
-    Parameter { name: "select", doc: "Parts of the value, by JSONPath; a list.", schema: shape::text },
+    Parameter { name: "pointer", doc: "Part of the value, as JSON Pointer.", schema: shape::text },
+    Parameter { name: "select", doc: "Parts of the value, as JSONPath; a list.", schema: shape::text },
 ];
 
 pub(super) const READ: Operation = Operation::get(
     "/slate/{agent}/{path}",
     "read",
     Role::Viewer,
-    "The newest value of slate://agent/path, or a stream of its values",
+    "Newest value of slate://agent/path, or a stream of its values",
 )
 .pace(Pace::Prompt)
 .parameters(&[
     FORMAT,
     SELECTION[0],
     SELECTION[1],
-    Parameter { name: "bare", doc: "The value alone, without sequence and time.", schema: shape::flag },
+    Parameter { name: "bare", doc: "Only the value, without sequence and time.", schema: shape::flag },
     Parameter {
         name: "rate",
-        doc: "How often a stream looks for news, in Hz; 10 unless given.",
+        doc: "Polling rate of a stream, Hz; 10 unless given.",
         schema: || json!({ "type": "number", "minimum": 0.01, "maximum": 100 }),
     },
     Parameter {
         name: "every",
-        doc: "A stream has each value that is kept, and not only the newest.",
+        doc: "Streams every kept value instead of the newest only.",
         schema: shape::flag,
     },
     Parameter {
@@ -67,14 +67,14 @@ pub(super) const QUEUE: Operation = Operation::get(
     "/queues/{agent}/{path}",
     "queue",
     Role::Viewer,
-    "The values that a property keeps, the oldest first",
+    "Kept values of a property, oldest first",
 )
 .pace(Pace::Prompt)
 .parameters(&[
     SELECTION[0],
     SELECTION[1],
-    Parameter { name: "after", doc: "Only those after that sequence number.", schema: shape::count },
-    Parameter { name: "limit", doc: "At most so many; 1000 unless given.", schema: shape::count },
+    Parameter { name: "after", doc: "Only entries after this sequence number.", schema: shape::count },
+    Parameter { name: "limit", doc: "Maximum number; 1000 unless given.", schema: shape::count },
     TOKEN,
 ])
 .answers(

@@ -24,7 +24,7 @@ pub(super) const PUT: Operation = Operation::put(
     "/slate/{agent}/{path}",
     "write",
     Role::Operator,
-    "Sets a parameter, an input without a link, or whether a module is enabled; or a field of them",
+    "Sets a parameter, an unlinked input, or `enabled` of a module, or a field of these",
     Pace::Change,
 )
 .parameters(&[DRY_RUN])
@@ -35,7 +35,7 @@ pub(super) const PATCH: Operation = Operation::patch(
     "/slate/{agent}/{path}",
     "patch",
     Role::Operator,
-    "Sets fields, and leaves the others as they are",
+    "Sets the named fields and keeps the others",
     Pace::Change,
 )
 .parameters(&[DRY_RUN])
@@ -46,7 +46,7 @@ pub(super) const SEND: Operation = Operation::post(
     "/slate/{agent}/{path}",
     "send",
     Role::Operator,
-    "Sends a message to a property that takes them; waits up to a second for what becomes of it",
+    "Sends a message to an inbox, and waits up to 1 s for its answer",
     Pace::Slow,
 )
 .parameters(&[DRY_RUN])
@@ -79,9 +79,9 @@ fn put(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer
         // What is put is the whole.
         let entries = body.as_object().ok_or_else(|| {
             let message = format!("/{} is an object of fields", target.property.path());
-            Problem::unfit(message, "GET /api/v1/interfaces/NAME tells what values are made of")
+            Problem::unfit(message, "GET /api/v1/interfaces/NAME returns the schema")
         })?;
-        let help = "PATCH leaves what is not named as it is";
+        let help = "PATCH keeps the fields that are not named";
         complete(target.property.descriptor(), |name| entries.contains_key(name), help)?;
     }
     set(context, ask, &target, &body)

@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::xxh3_64_with_seed;
 use super::support::{ROBOT, file, options, steps};
 use crate::common::plugins;
 
-/// What holds and is not what the files say: path, the file's value, the present one.
+/// Differences between the running configuration and its files: path, the file's value, the present one.
 fn told(database: &Database) -> Vec<(String, Option<String>, Option<String>)> {
     let text = |value: Option<slate_runtime::configuration::Value>| value.map(|value| value.to_string());
     let all = database.diff().into_iter();
