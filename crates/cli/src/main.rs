@@ -71,6 +71,7 @@ mod trace;
 #[cfg(feature = "console")]
 mod trails;
 mod tree;
+mod unfed;
 mod urls;
 mod value_text;
 mod wait;
