@@ -34,7 +34,8 @@ fn loose_port(
     let surveyed = &survey.modules[module];
     let own = &surveyed.description.ports[port];
     let path = format!("{}/{}", surveyed.module.name.value, own.name);
-    let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)));
+    let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
+        || reads(own) && has_link(configuration, &path);
     if is_linked || surveyed.inputs.contains_key(&port) || configuration.is_left_out(&path) {
         return None;
     }
@@ -67,12 +68,12 @@ fn loose_port(
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
             Some((format!("input `{path}` has no source"), source_help(survey, module, own, &path)))
         }
-        Direction::Input if judges(configuration, surveyed.module.name.value.as_str()) => {
+        Direction::Input if judges(configuration, &surveyed.module.name.value) => {
             let message =
                 format!("input `{path}` has no source, and its module decides the mission's outcome");
             Some((message, source_help(survey, module, own, &path)))
         }
-        Direction::Input | Direction::Queue if is_idle(configuration, survey, module) => {
+        Direction::Input | Direction::Queue if is_idle(configuration, survey, module, port) => {
             let name = &surveyed.module.name.value;
             let message = format!("input `{path}` has no source, and nothing else feeds `{name}`");
             Some((message, source_help(survey, module, own, &path)))
@@ -112,28 +113,36 @@ fn awaits_commands(configuration: &Configuration, survey: &Survey<'_>, module: u
     (role == "plan" || role == "reflex" && !takes_plans) && commands_actuator(configuration, survey, module)
 }
 
-/// Whether a module is a sensor's reader (Monitor or ReactiveModel) or commands an actuator, and nothing feeds its inputs.
-fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> bool {
+/// Whether it is the first input of a module that nothing feeds: a sensor's reader (Monitor or ReactiveModel), or one that
+/// commands an actuator.
+fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
     let surveyed = &survey.modules[module];
-    let is_fed = |(port, own): (usize, &PortDescription)| match own.direction {
-        Direction::Input | Direction::Queue => {
-            let path = survey.path(configuration, LinkTarget::Port(module, port));
-            let mut links = survey.joints.iter();
-            links.any(|joint| joint.port == (module, Wire::Port(port)))
-                || surveyed.inputs.contains_key(&port)
-                || configuration.is_left_out(&path)
-        }
-        // Tools and other agents may send to it.
-        Direction::Inbox => true,
-        _ => false,
-    };
     let ports = &surveyed.description.ports;
+    let is_fed = |(port, own): (usize, &PortDescription)| {
+        let path = survey.path(configuration, LinkTarget::Port(module, port));
+        let has_value = surveyed.inputs.contains_key(&port) || configuration.is_left_out(&path);
+        // Tools and other agents may send to an inbox.
+        own.direction == Direction::Inbox || reads(own) && (has_value || has_link(configuration, &path))
+    };
     let senses = ports.iter().any(|port| match port.direction {
         Direction::Output => port.role == "percept",
         Direction::Outbox => port.role == "reflex",
         _ => false,
     });
-    (senses || commands_actuator(configuration, survey, module)) && !ports.iter().enumerate().any(is_fed)
+    surveyed.module.enabled.value
+        && ports.iter().position(reads) == Some(port)
+        && (senses || commands_actuator(configuration, survey, module))
+        && !ports.iter().enumerate().any(is_fed)
+}
+
+/// Whether a port is an input.
+fn reads(port: &PortDescription) -> bool {
+    matches!(port.direction, Direction::Input | Direction::Queue)
+}
+
+/// Whether a link fills an input or a part of it, also one whose source is not there yet.
+fn has_link(configuration: &Configuration, path: &str) -> bool {
+    configuration.links().iter().any(|link| slate_blackboard::is_within(&link.to.value, path))
 }
 
 /// Whether the mission's outcome is of that module.
