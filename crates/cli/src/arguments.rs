@@ -130,7 +130,7 @@ pub enum Verb {
         /// URL, such as `/r2/planner/params/max_linear_velocity` or `/mission/target`
         #[arg(add = ArgValueCompleter::new(complete::of_properties))]
         url: String,
-        /// New value: a number, a text, or JSON such as `{"x": 1.5, "y": 0}`
+        /// New value: a number, a text, TOML such as `{ x = 1.5, y = 0.0 }`, or JSON
         #[arg(allow_negative_numbers = true)]
         value: String,
         /// Print the changes as JSON

@@ -396,7 +396,7 @@ const LONGEST_SHOWN: usize = 32 << 20;
 fn cat(file: &Path, selection: &Selection, json: bool) -> Result<bool, Failure> {
     let mut decoder = Decoder::up_to(LONGEST_SHOWN);
     selection.visit(&mut logs::open(file)?, |message| {
-        let value = decoder.decode(message);
+        let value = decoder.decode_named(message);
         let topic = &message.channel.topic;
         if json {
             let mut line = json!({

@@ -19,8 +19,8 @@ use crate::complete;
 use crate::examples;
 use crate::failure::Failure;
 use crate::mission::{How, MissionRun};
-use crate::output;
 use crate::run_options::{ApplicationOptions, MAXIMUM_SEED, ModeName};
+use crate::{number, output};
 use ending::BatchEnding;
 use progress::BatchProgress;
 
@@ -34,15 +34,15 @@ pub struct BatchOptions {
     pub common: ApplicationOptions,
 
     /// Number of runs
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, default_value_t = 20, value_parser = number::whole::<u64>(1, u64::MAX))]
     pub runs: u64,
 
     /// Seed of the first run; the next run has the next seed
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(..=MAXIMUM_SEED))]
+    #[arg(long, default_value_t = 1, value_parser = number::whole::<u64>(0, MAXIMUM_SEED))]
     pub seed: u64,
 
     /// Number of parallel runs; the results do not depend on it [default: number of cores; 1 in threaded mode]
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = number::whole::<u16>(1, 1024))]
     pub jobs: Option<u16>,
 }
 

@@ -1,7 +1,7 @@
 use clap::Subcommand;
 use serde_json::json;
 use slate::control::{ClientError, Different};
-use slate::runtime::configuration::{SaveTo, parse_change};
+use slate::runtime::configuration::{SaveTo, parse_change, robot_setting};
 
 use crate::changes::show_changes;
 use crate::connection::AgentOption;
@@ -107,6 +107,7 @@ fn diff(agent: &AgentOption, json: bool) -> Result<(), Failure> {
 
 fn show(difference: &Different) {
     let Different { path, file, present, origin, default } = difference;
+    let path = robot_setting(path);
     match (file, default) {
         (Some(file), _) => output::line(format_args!("- {path} = {file}")),
         (None, Some(default)) => output::line(format_args!("- {path} = {default}  # default")),

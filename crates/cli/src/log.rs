@@ -7,12 +7,13 @@ use slate::control::{Client, ClientError, Reading};
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::output;
+use crate::module::names;
+use crate::{number, output};
 
 #[derive(Debug, Args)]
 pub struct LogOptions {
     /// Show the last LINES selected lines [default: all that the agent keeps]
-    #[arg(long, short = 'n')]
+    #[arg(long, short = 'n', value_parser = number::whole::<usize>(0, u64::MAX))]
     pub lines: Option<usize>,
     /// Show lines of at least this severity
     #[arg(long, value_enum, value_name = "LEVEL")]
@@ -49,6 +50,13 @@ pub struct Of {
     pattern: Pattern,
 }
 
+impl Of {
+    /// Whether a module is one of them.
+    fn has(&self, name: &str) -> bool {
+        is_within(name, &self.name) || self.pattern.matches(name)
+    }
+}
+
 fn module(text: &str) -> Result<Of, String> {
     let name = text.trim_start_matches('/').to_owned();
     let pattern = Pattern::parse(&name).map_err(|error| error.to_string())?;
@@ -61,7 +69,7 @@ impl LogOptions {
         let text = |name: &str| reading.value.get(name).and_then(Value::as_str).unwrap_or_default();
         let level = LeastLevel::from_str(text("level"), true).unwrap_or(LeastLevel::Debug);
         let own = text("module");
-        let of_module = |of: &Of| is_within(own, &of.name) || of.pattern.matches(own);
+        let of_module = |of: &Of| of.has(own);
         let has = |wanted: &String| text("text").to_lowercase().contains(&wanted.to_lowercase());
         self.level.is_none_or(|least| level <= least)
             && (self.module.is_empty() || self.module.iter().any(of_module))
@@ -76,6 +84,7 @@ const PERIOD: Duration = Duration::from_millis(200);
 pub fn log(options: &LogOptions) -> Result<bool, Failure> {
     let mut client = options.agent.connect()?;
     let mut kept = client.history("/log/tail")?;
+    check(&mut client, &options.module, &kept)?;
     let mut last = 0;
     if let Some(lines) = options.lines {
         let wanted: Vec<_> = (0..kept.len()).filter(|place| options.wants(&kept[*place])).collect();
@@ -105,6 +114,21 @@ pub fn log(options: &LogOptions) -> Result<bool, Failure> {
             Err(ClientError::Lost { .. }) => return Ok(true),
             Err(error) => return Err(error.into()),
         }
+    }
+}
+
+/// Checks that each asked module exists, or has written a line.
+fn check(client: &mut Client, asked: &[Of], kept: &[Reading]) -> Result<(), Failure> {
+    if asked.is_empty() {
+        return Ok(());
+    }
+    let known = names(client)?;
+    let author = |reading: &Reading| Some(reading.value.get("module")?.as_str()?.to_owned());
+    let authors: Vec<_> = kept.iter().filter_map(author).collect();
+    let exists = |of: &&Of| known.iter().chain(&authors).any(|name| of.has(name));
+    match asked.iter().find(|of| !exists(of)) {
+        Some(of) => Err(Failure::UnknownModule { name: of.name.clone(), known }),
+        None => Ok(()),
     }
 }
 

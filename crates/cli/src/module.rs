@@ -1,6 +1,8 @@
 use clap::Subcommand;
 use clap_complete::ArgValueCompleter;
 use serde_json::json;
+use slate::control::{Client, ClientError, Refusal};
+use slate::runtime::Mistake;
 
 use crate::changes::show_switched;
 use crate::connection::AgentOption;
@@ -46,9 +48,27 @@ pub fn module(verb: &ModuleVerb) -> Result<bool, Failure> {
 }
 
 fn switch(agent: &AgentOption, name: &str, on: bool) -> Result<(), Failure> {
-    let switched = agent.connect()?.enable(name, on)?;
+    let mut client = agent.connect()?;
+    let switched = client.enable(name, on).map_err(|error| unknown(&mut client, name, error))?;
     show_switched(name, on, switched);
     Ok(())
+}
+
+/// The error of a module that an agent does not have, with those that it has.
+fn unknown(client: &mut Client, name: &str, error: ClientError) -> Failure {
+    let is_name = |refusal: &Refusal| refusal.code.as_deref() == Some(Mistake::Name.code());
+    match error {
+        ClientError::Refused(refusal) if is_name(&refusal) => match names(client) {
+            Ok(known) => Failure::UnknownModule { name: name.trim_start_matches('/').into(), known },
+            Err(_) => ClientError::Refused(refusal).into(),
+        },
+        other => other.into(),
+    }
+}
+
+/// The names of an agent's modules.
+pub fn names(client: &mut Client) -> Result<Vec<String>, ClientError> {
+    Ok(client.modules()?.into_iter().map(|module| module.name).collect())
 }
 
 fn list(agent: &AgentOption, json: bool) -> Result<(), Failure> {

@@ -7,13 +7,13 @@ use slate::runtime::sharing::TEAM;
 use crate::changes::show_changes;
 use crate::connection::AgentOption;
 use crate::failure::{Failure, NO_DATA};
-use crate::output;
-use crate::urls;
 use crate::value_text::flatten;
+use crate::{output, urls, value_input};
 
 /// Prints the newest value of a property or a field; returns what the process ends with.
 pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<u8, Failure> {
-    let reading = agent.connect_for(url)?.read(url)?;
+    let mut client = agent.connect_for(url)?;
+    let reading = client.read(url).map_err(|error| urls::unknown(&mut client, url, error))?;
     if json {
         let (value, sequence, time) = match &reading {
             Some(reading) => (Some(&reading.value), Some(reading.sequence), Some(reading.time)),
@@ -39,9 +39,11 @@ pub fn get(agent: &AgentOption, url: &str, json: bool) -> Result<u8, Failure> {
 
 /// Sets a parameter, an input without a link, or whether a module is on.
 pub fn set(agent: &AgentOption, url: &str, value: &str, json: bool) -> Result<bool, Failure> {
-    // What is no JSON is a text, such as the name of a constant.
-    let value = serde_json::from_str(value).unwrap_or_else(|_| Value::String(value.into()));
-    let changed = agent.connect_to(url)?.set_property(url, &value)?;
+    // Anything else is a text, such as the name of a constant.
+    let value = value_input::parse(value).unwrap_or_else(|| Value::String(value.into()));
+    let mut client = agent.connect_to(url)?;
+    let changed = client.set_property(url, &value);
+    let changed = changed.map_err(|error| value_input::refused(&mut client, "set", url, error))?;
     if json {
         output::json(&json!({"schema": "slate.set/1", "url": url, "changed": changed}));
         return Ok(true);

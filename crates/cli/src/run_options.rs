@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use clap_complete::ArgValueCompleter;
 use slate::runtime::{Mode, Rate};
 
-use crate::complete;
+use crate::{complete, number};
 
 /// The greatest seed that a configuration can hold.
 pub const MAXIMUM_SEED: u64 = i64::MAX as u64;
@@ -18,7 +18,7 @@ pub struct ApplicationOptions {
     pub mode: ModeName,
 
     /// Worker threads for independent modules; the result does not depend on them
-    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u8).range(..=64))]
+    #[arg(long, default_value_t = 0, value_parser = number::whole::<u8>(0, 64))]
     pub workers: u8,
 
     /// Override a setting, such as `robots.r2.modules.planner.params.careful_linear_velocity=0.08`; repeatable
@@ -65,7 +65,7 @@ pub struct RunOptions {
     pub rate: Option<Rate>,
 
     /// Seed of the random numbers
-    #[arg(long, value_parser = clap::value_parser!(u64).range(..=MAXIMUM_SEED))]
+    #[arg(long, value_parser = number::whole::<u64>(0, MAXIMUM_SEED))]
     pub seed: Option<u64>,
 
     /// Resume from a snapshot

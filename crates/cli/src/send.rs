@@ -6,7 +6,7 @@ use serde_json::json;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
-use crate::{complete, output};
+use crate::{complete, output, value_input};
 
 #[derive(Debug, Args)]
 pub struct SendOptions {
@@ -14,7 +14,7 @@ pub struct SendOptions {
     #[arg(add = ArgValueCompleter::new(complete::of_properties))]
     url: String,
 
-    /// Message as JSON with all fields
+    /// Message with all fields, as TOML such as `{ x = 1.5, y = 0.0 }`, or as JSON
     message: String,
 
     /// Check only, send nothing
@@ -31,9 +31,11 @@ pub struct SendOptions {
 
 /// Sends it, and tells what becomes of it within a second.
 pub fn send(options: &SendOptions) -> Result<bool, Failure> {
-    let message = serde_json::from_str(&options.message);
-    let message = message.map_err(|error| Failure::Message { text: options.message.clone(), error })?;
-    let status = options.agent.connect_to(&options.url)?.send(&options.url, message, options.dry_run)?;
+    let message = value_input::parse(&options.message)
+        .ok_or_else(|| Failure::Message { text: options.message.clone(), url: options.url.clone() })?;
+    let mut client = options.agent.connect_to(&options.url)?;
+    let status = client.send(&options.url, message, options.dry_run);
+    let status = status.map_err(|error| value_input::refused(&mut client, "send", &options.url, error))?;
     if options.json {
         output::json(&json!({"schema": "slate.send/1", "url": options.url, "status": status}));
         return Ok(true);

@@ -10,7 +10,7 @@ use slate::control::{LONGEST, Measured};
 use crate::connection::AgentOption;
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::urls::expand;
-use crate::{complete, duration, output};
+use crate::{complete, duration, number, output};
 
 #[derive(Debug, Args)]
 pub struct StatOptions {
@@ -23,11 +23,11 @@ pub struct StatOptions {
     time: Duration,
 
     /// Minimum rate of each property, Hz; exit code 7 if it is lower
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = number::hertz, allow_negative_numbers = true)]
     min: Option<f64>,
 
     /// Maximum rate of each property, Hz; exit code 7 if it is higher
-    #[arg(long, value_name = "HZ")]
+    #[arg(long, value_name = "HZ", value_parser = number::hertz, allow_negative_numbers = true)]
     max: Option<f64>,
 
     /// Print the measurements as JSON

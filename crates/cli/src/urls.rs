@@ -73,6 +73,31 @@ pub fn matching(client: &mut Client, pattern: &str) -> Result<Vec<PropertyEntry>
     })
 }
 
+/// The error of a property that an agent does not have, with those whose paths end as the URL does.
+pub fn unknown(client: &mut Client, url: &str, error: ClientError) -> Failure {
+    let ClientError::Refused(mut refusal) = error else { return error.into() };
+    if refusal.code.as_deref() == Some(Mistake::Name.code()) && !url.contains('*') {
+        let listed = client.properties(Some("/**")).unwrap_or_default();
+        // A field stands behind its property.
+        let mut own = path(url);
+        let mut near: Vec<String> = Vec::new();
+        while near.is_empty() && !own.is_empty() {
+            let end = format!("/{own}");
+            let field = &path(url)[own.len()..];
+            let ends = listed.iter().filter(|property| property.path.ends_with(&end));
+            near = ends.map(|property| format!("/{}{field}", property.path)).collect();
+            own = own.rsplit_once('/').map_or("", |(above, _)| above);
+            if !own.contains('/') {
+                break;
+            }
+        }
+        if !near.is_empty() && near.len() <= 8 {
+            refusal.help = format!("did you mean {}?", near.join(" or "));
+        }
+    }
+    ClientError::Refused(refusal).into()
+}
+
 /// Replaces patterns by the properties that match them; URLs without a wildcard stay as they are.
 pub fn expand(client: &mut Client, urls: &[String]) -> Result<Vec<String>, Failure> {
     let mut all = Vec::new();

@@ -77,7 +77,7 @@ fn what_cannot_be_loaded_is_said_once() {
     let output = slate(&folder("refused_batch"), &arguments);
     let stderr = text(&output.stderr);
     assert_eq!((output.status.code(), text(&output.stdout).as_str()), (Some(2), ""), "{output:?}");
-    assert_eq!(stderr.matches("no layout `none`").count(), 1, "{stderr}");
+    assert_eq!(stderr.matches("unknown layout `none`").count(), 1, "{stderr}");
 }
 
 #[test]

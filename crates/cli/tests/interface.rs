@@ -98,7 +98,7 @@ fn what_is_no_field_or_type_is_refused() {
         running.fails(
             2,
             &["interface", "new", "Battery", "--field", &format!("x:f64:{unit}s")],
-            &["is no unit", "m/s"],
+            &["is not a unit", "m/s"],
         );
     }
     running.fails(2, &["interface", "new", "Self", "--field", "x:f64"], &["`Self` is a keyword of Rust"]);

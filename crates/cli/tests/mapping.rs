@@ -46,11 +46,17 @@ fn messages_are_checked_before_they_are_sent_and_whoever_sends_them_hears_what_b
     let said: Value = serde_json::from_str(&running.done(&["send", url, undo, "--json"])).unwrap();
     assert_eq!((&said["schema"], &said["status"]), (&"slate.send/1".into(), &"done".into()));
     running.fails(5, &["send", url, undo], &nothing);
+    let stroke_in_toml = r#"{ width = 0.1, mark = "OCCUPIED", points = [{ x = 1.0, y = 1.0 }] }"#;
+    assert_eq!(running.done(&["send", url, stroke_in_toml, "--dry-run"]), "the message is valid\n");
 
     running.fails(5, &["send", url, r#"{"width": 0.1, "mark": "OCCUPIED"}"#], &["lacks points", "MapStroke"]);
     running.fails(5, &["send", url, &stroke.replace("0.1", "\"wide\"")], &["`MapStroke/width` is f64"]);
     running.fails(4, &["send", url, &stroke.replace("width", "widht")], &["`widht`", "width"]);
-    running.fails(2, &["send", url, "{width}"], &["is not a message"]);
+    running.fails(
+        2,
+        &["send", url, "{width}"],
+        &["is not a message", "slate send /r2/occupancy_mapper/strokes '{ x = 1.0, y = 0.0 }'"],
+    );
     running.fails(5, &["send", "/r2/occupancy_mapper/map", stroke], &["takes no messages", "slate set"]);
     running.fails(4, &["send", "/r2/occupancy_mapper/stroke", stroke], &["strokes"]);
 }

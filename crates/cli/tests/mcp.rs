@@ -107,7 +107,7 @@ fn a_viewer_over_mcp_looks_and_stops_and_changes_nothing() {
     done(&calls[2]);
     assert_eq!(done(&calls[3])["code"], "S006");
     refused(&calls[4], &["nothing", "help: ", "code: S"]);
-    refused(&calls[5], &["`part` is no argument", "path"]);
+    refused(&calls[5], &["unknown argument `part`", "path"]);
     refused(&calls[6], &["a viewer may not"]);
     refused(&calls[7], &["a viewer may not"]);
     assert_eq!(done(&calls[8])["stopped"], true);

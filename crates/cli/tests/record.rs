@@ -77,6 +77,24 @@ fn every_value_of_every_property_is_in_the_file() {
 }
 
 #[test]
+fn bag_shows_links_in_one_direction_and_names_of_constants() {
+    let folder = folder("record-shown");
+    let (file, _) = recorded(&folder, &["--seed", "3"]);
+    let bag = |verb: &str, more: &[&str]| {
+        let output = slate(&folder, &[&["bag", verb, file.to_str().unwrap()], more].concat());
+        assert!(output.status.success(), "{output:?}");
+        text(&output.stdout)
+    };
+    let info = bag("info", &[]);
+    let line =
+        |start: &str| info.lines().find(|line| line.trim_start().starts_with(start)).map(str::to_owned);
+    assert!(line("r2/execute/plan ").is_some_and(|line| line.ends_with(" /r2/planner/plan")), "{info}");
+    assert_eq!(line("r2/planner/plan "), None, "{info}");
+    let status = bag("cat", &["/r2/execute/status"]);
+    assert!(status.contains("route = \"DELIBERATIVE\"") && !status.contains("route = 1"), "{status}");
+}
+
+#[test]
 fn the_last_pose_is_that_of_the_report() {
     let folder = folder("record-pose");
     let (file, _) = recorded(&folder, &["--seed", "2"]);
@@ -506,7 +524,10 @@ fn a_file_that_may_not_grow_ends_the_recording_with_what_it_has_and_not_the_run(
         .output()
         .unwrap();
     let said = text(&output.stderr);
-    assert!(said.contains("the recording here/run.mcap ends here, and the agent goes on without"), "{said}");
+    assert!(
+        said.contains("the recording here/run.mcap ends here, and the agent continues without it"),
+        "{said}"
+    );
     assert_eq!(said.matches("ends here").count(), 1, "it is said once: {said}");
     assert_eq!(common::json(&output)["digest"], without["digest"]);
     assert_eq!(output.status.code(), Some(2), "what was asked for is not there");
@@ -559,7 +580,7 @@ fn a_file_that_is_no_recording_is_refused_in_words() {
     let folder = folder("record-none");
     std::fs::write(folder.join("none.mcap"), "no recording").unwrap();
     let (said, code) = verify(&folder, "none.mcap");
-    assert!(said.contains("`none.mcap` is no MCAP file: it begins with"), "{said}");
+    assert!(said.contains("`none.mcap` is not an MCAP file: it begins with"), "{said}");
     assert_eq!(code, Some(2));
     let (said, code) = verify(&folder, "nowhere.mcap");
     assert!(said.contains("nowhere.mcap") && code == Some(2), "{said}");

@@ -61,13 +61,18 @@ fn arguments_that_are_wrong_are_named() {
     refused("batch_example", &["batch", "exp9"], &["exp9", "exp1"]);
     refused("batch_seed", &["batch", "exp1", "--seed", "one"], &["one", "--seed"]);
     // A negative number behind an option is its value, and no option.
-    refused("negative_seed", &["run", "exp1", "--seed", "-1"], &["'-1' for '--seed"]);
+    refused(
+        "negative_seed",
+        &["run", "exp1", "--seed", "-1"],
+        &["'-1' for '--seed", "a whole number from 0 to"],
+    );
     refused(
         "negative_rate",
         &["watch", "/x", "--max-hz", "-1"],
         &["'-1' for '--max-hz", "a positive number"],
     );
     refused("negative_speed", &["teleop", "--speed", "-0.5"], &["'-0.5' for '--speed", "a positive number"]);
+    refused("least_rate", &["stat", "/x", "--min", "abc"], &["expected a rate in Hz", "found `abc`"]);
     refused("negative_runs", &["batch", "exp1", "--runs", "-3"], &["'-3' for '--runs"]);
 }
 
@@ -75,7 +80,11 @@ fn arguments_that_are_wrong_are_named() {
 fn a_judge_of_a_robot_that_is_not_there_is_refused() {
     for judge in ["referee", "pursuit"] {
         let robot = format!("modules.{judge}.params.robot=r9");
-        refused(judge, &["run", "exp3", "--headless", "--set", &robot], &["no robot `r9` in the world"]);
+        refused(
+            judge,
+            &["run", "exp3", "--headless", "--set", &robot],
+            &["params.robot: unknown robot `r9`", "expected r1"],
+        );
     }
 }
 
@@ -135,6 +144,8 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
         let text = exp1.replacen(from, to, 1);
         mistaken(name, &text, line(&text, to.lines().last().unwrap()), words);
     };
+    change("layout", "layout = \"random\"", "layout = \"authros\"", &["did you mean `authors`?"]);
+    change("model", "r2 = { model = \"pioneer_", "r2 = { model = \"pioner_", &["mean `pioneer_p3dx`?"]);
     change("reversed", "start = [-2.0, 2.0,", "start = [2.0, -2.0,", &["the least x, 2, is above"]);
     let truth = "\"referee/truth\" = \"simulator/r2/truth\"";
     let with = |link: &str| format!("{truth}\n{link}");
@@ -162,8 +173,8 @@ fn mistakes_in_the_world_are_named() {
     let world = |name: &str, setting: &str, words: &[&str]| {
         refused(name, &["run", "exp1", "--headless", "--set", setting], words);
     };
-    world("robot", "world.robots.r2.model=pionier", &["[world]", "pionier", "pioneer_p3dx"]);
-    world("arena", "world.arena=nowhere", &["[world]", "nowhere", "rocs_arena"]);
+    world("robot", "world.robots.r2.model=pionier", &["world.robots.r2.model: ", "pionier", "pioneer_p3dx"]);
+    world("arena", "world.arena=nowhere", &["world.arena: ", "nowhere", "rocs_arena"]);
     world("sonar", "world.sonar=lidar", &["pioneer_p3dx", "lidar", "vrep"]);
     world("step", "loop.period=15ms", &["period", "physics step"]);
 }

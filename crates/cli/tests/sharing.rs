@@ -242,5 +242,5 @@ fn who_shares_nothing_opens_nothing_and_an_endpoint_is_for_one() {
     let arguments = ["run", "other.toml", "--headless", "--rate", "realtime"];
     running.fails(2, &arguments, &["local:robot", "in use"]);
     std::fs::write(running.folder().join("bad.toml"), "[share]\nlisten = \"robot\"\n").unwrap();
-    running.fails(2, &["run", "bad.toml", "--headless"], &["`robot` is no endpoint", "local:base"]);
+    running.fails(2, &["run", "bad.toml", "--headless"], &["`robot` is not an endpoint", "local:base"]);
 }

@@ -28,8 +28,21 @@ fn a_switch_says_what_it_did_and_what_it_can_not_do() {
     for verb in ["enable", "disable"] {
         let words = ["no module is called `r2/planer`", "did you mean r2/planner"];
         running.fails(4, &["module", verb, "r2/planer"], &words);
+        running.fails(4, &["module", verb, "nope"], &["no module is called `nope`", "r2/planner, "]);
         running.fails(2, &["module", verb], &["<NAME>"]);
     }
+}
+
+#[test]
+fn unknown_names_are_answered_with_the_known_ones() {
+    let mut running = Running::new("unknown");
+    running.start("exp1", &EXP1);
+    running.fails(4, &["log", "--module", "nope"], &["no module is called `nope`", "r2/planner, "]);
+    running.fails(4, &["log", "--module", "planner"], &["did you mean r2/planner?"]);
+    running.done(&["log", "--module", "r2/planner"]);
+    running.done(&["log", "--module", "r2/*"]);
+    running.fails(4, &["get", "execute/status"], &["did you mean /r2/execute/status?"]);
+    running.fails(4, &["get", "/execute/status/route"], &["did you mean /r2/execute/status/route?"]);
 }
 
 #[test]

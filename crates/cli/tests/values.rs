@@ -180,6 +180,14 @@ fn what_can_be_set_is_set_and_else_it_is_said_what_to_do() {
     assert_eq!(running.read("exp1", "/referee/enabled/value"), false);
     running.done(&["set", "/referee/enabled", "true"]);
 
+    running.done(&["set", "/r2/planner/params", "{ max_linear_velocity = 0.25 }"]);
+    assert_eq!(running.read("exp1", "/r2/planner/params/max_linear_velocity"), 0.25);
+    let diff = running.done(&["config", "diff"]);
+    assert!(diff.contains("robots.r2.modules.planner.params.max_linear_velocity = 0.25"), "{diff}");
+    let help =
+        ["`slate set /r2/planner/params '{ ", "max_linear_velocity = 0.25", "`slate get /r2/planner/params`"];
+    running.fails(5, &["set", "/r2/planner/params", "fast"], &help);
+
     running.fails(5, &["set", "/r2/planner/params/max_linear_velocity", "99"], &["99, outside 0 to 3"]);
     running.fails(5, &["set", "/r2/planner/params/max_linear_velocity", "fast"], &["max_linear_velocity"]);
     running.fails(4, &["set", "/r2/planner/params/speed", "1"], &["max_linear_velocity"]);

@@ -21,6 +21,11 @@ impl<'a> Complaints<'a> {
         let help: String = help.into();
         self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
     }
+
+    /// Adds one whose message says what to do.
+    pub fn add_plain(&mut self, span: Span, message: impl Into<Message>) {
+        self.diagnostics.push(self.configuration.diagnostic(span, message, None));
+    }
 }
 
 /// Words for "did you mean".

@@ -8,7 +8,7 @@ use slate_module::{Description, Direction, Trigger};
 
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
-use crate::survey::{Survey, Surveyed, infer, needs, survey};
+use crate::survey::{LinkKeeping, Survey, Surveyed, infer, needs, survey};
 
 /// A configuration with the links that types and roles leave no choice of.
 pub struct Wired {
@@ -20,9 +20,24 @@ pub struct Wired {
 impl Wired {
     /// Finds those links. The links of modules that `stays` names remain as they are.
     pub fn new(configuration: &Configuration, catalogue: &Catalogue, stays: &dyn Fn(&str) -> bool) -> Self {
+        Self::keeping(configuration, catalogue, &LinkKeeping { stays, before: None })
+    }
+
+    /// Finds the links of ports of which nothing is said any more, unlike in the configuration `before`. All others remain as
+    /// they are.
+    pub fn after(configuration: &Configuration, before: &Configuration, catalogue: &Catalogue) -> Self {
+        Self::keeping(configuration, catalogue, &LinkKeeping { stays: &|_| true, before: Some(before) })
+    }
+
+    fn keeping(configuration: &Configuration, catalogue: &Catalogue, keeping: &LinkKeeping<'_>) -> Self {
         let mut complaints = Complaints::new(configuration);
-        let configuration = infer(configuration, catalogue, stays, &mut complaints);
+        let configuration = infer(configuration, catalogue, keeping, &mut complaints);
         Self { configuration: Arc::new(configuration), ambiguous: complaints.diagnostics }
+    }
+
+    /// Links that have several possible sources or inboxes.
+    pub fn ambiguous(&self) -> &[Diagnostic] {
+        &self.ambiguous
     }
 
     /// The configuration with those links.

@@ -4,7 +4,8 @@
 use slate_blackboard::is_within;
 
 use super::Configuration;
-use super::model::{Isolation, Link, Module};
+use super::inferred::InferredLink;
+use super::model::{Isolation, Link, Module, Wiring};
 use super::senders::UNNAMED;
 use super::source::{SettingSource, SourceKind, Span, Spanned};
 use super::value::{Table, Value};
@@ -59,8 +60,49 @@ impl Configuration {
         configuration
     }
 
-    /// The links that are not written of another configuration, as far as this one says nothing of their ports.
-    pub(super) fn inferred_of(&self, other: &Self) -> Vec<Link> {
+    /// The inferred links.
+    pub fn inferred_links(&self) -> Vec<InferredLink> {
+        let ends = |link: &Link| match link.wiring {
+            Wiring::Written => None,
+            Wiring::Inferred { sends } => {
+                Some(InferredLink { to: link.to.value.clone(), from: link.from.value.path_in(""), sends })
+            }
+        };
+        self.links.iter().filter_map(ends).collect()
+    }
+
+    /// The same with these inferred links instead of its own, except for ports of which it says something.
+    pub fn with_inferred_links(&self, links: &[InferredLink]) -> Self {
+        let nowhere = Span { source: 0, start: 0, end: 0 };
+        let link = |own: &InferredLink| Link::inferred(&own.to, &own.from, own.sends, nowhere);
+        let links: Vec<Link> = links.iter().filter_map(link).collect();
+        let configuration = self.without_inferred(|_| true);
+        let links = configuration.open_links(&links);
+        configuration.with_inferred(links)
+    }
+
+    /// What inference gives the setting of a link, by the names of its path: a source, the senders of an inbox, or
+    /// `true` for one of them.
+    pub fn inferred_value(&self, names: &[String]) -> Option<Value> {
+        let [section, to, sender @ ..] = names else { return None };
+        let is_it = |link: &&Link| section == "links" && link.is_inferred() && link.to.value == *to;
+        let mut links = self.links.iter().filter(is_it);
+        if let [sender] = sender {
+            return links.any(|link| link.from.value.to_string() == *sender).then_some(Value::Bool(true));
+        }
+        let links: Vec<&Link> = links.filter(|_| sender.is_empty()).collect();
+        let text = |link: &Link| Value::Text(link.from.value.to_string());
+        match links[..] {
+            [] => None,
+            [link] if link.wiring == (Wiring::Inferred { sends: false }) => Some(text(link)),
+            _ => {
+                Some(Value::List(links.iter().map(|link| Spanned::new(text(link), link.from.span)).collect()))
+            }
+        }
+    }
+
+    /// Those of some inferred links whose ports have no link here, and of which this configuration says nothing.
+    pub(super) fn open_links(&self, links: &[Link]) -> Vec<Link> {
         let open = |link: &&Link| {
             let port = link.inferred_port();
             port.is_some_and(|port| {
@@ -81,7 +123,7 @@ impl Configuration {
             (link.to.span, link.from.span) = (span, span);
             Some(link)
         };
-        other.links.iter().filter(open).filter_map(at).collect()
+        links.iter().filter(open).filter_map(at).collect()
     }
 
     /// The same with another module of that kind, which a plugin brought that was loaded by hand from `origin`.
@@ -126,7 +168,7 @@ impl Configuration {
             configuration.with_module(&module.name, &module.kind, origin)
         };
         let configuration = other.modules.iter().filter(missing).fold(self.clone(), add);
-        let links = configuration.inferred_of(other);
+        let links = configuration.open_links(&other.links);
         configuration.with_inferred(links)
     }
 

@@ -148,9 +148,9 @@ impl Report {
         let unsaid = unsaid + diagnostics.len().saturating_sub(MOST);
         diagnostics.truncate(MOST);
         if unsaid > 0 {
-            let help = "mend these first";
+            let help = "fix these first";
             diagnostics
-                .push(Diagnostic::without_place(format!("and {unsaid} more are wrong"), Some(help.into())));
+                .push(Diagnostic::without_place(format!("and {unsaid} more errors"), Some(help.into())));
         }
         Self { diagnostics }
     }

@@ -99,7 +99,7 @@ pub(super) fn read(path: &Path) -> Result<File, Unreadable> {
     let canonical = path.canonicalize().map_err(failed)?;
     let data = std::fs::metadata(&canonical).map_err(failed)?;
     if !data.is_file() {
-        return Err(unreadable("it is no file".into()));
+        return Err(unreadable("it is not a file".into()));
     }
     if data.len() > LARGEST_FILE {
         return Err(unreadable("it is too large".into()));

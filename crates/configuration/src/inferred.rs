@@ -1,10 +1,22 @@
 //! Links that are not written: types and roles of blocks determine them.
 
+use serde::{Deserialize, Serialize};
 use slate_blackboard::Url;
 
 use super::model::{Filter, Link, Transport, Wiring};
 use super::path::{link_setting, sender_setting};
 use super::source::{Span, Spanned};
+
+/// The ends of an inferred link.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct InferredLink {
+    /// The path of the input or inbox.
+    pub to: String,
+    /// The path of the property or outbox.
+    pub from: String,
+    /// Whether it carries messages.
+    pub sends: bool,
+}
 
 impl Link {
     /// A link between two paths that is not written; `at` is what complaints of it point at.
@@ -25,6 +37,11 @@ impl Link {
     /// Whether it is not written.
     pub fn is_inferred(&self) -> bool {
         self.wiring != Wiring::Written
+    }
+
+    /// Whether it is an inferred link that carries messages.
+    pub fn carries_messages(&self) -> bool {
+        self.wiring == Wiring::Inferred { sends: true }
     }
 
     /// The setting that would make it, and its value.

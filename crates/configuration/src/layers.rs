@@ -335,7 +335,10 @@ fn syntax_problem(error: &TomlError, source: usize, text: &str) -> Problem {
             "write a number, true, false, \"text\", [list] or { table }".into(),
         )
     } else if after_equals && !place.contains(['"', '\'', '[', '{', '\n']) {
-        (Mistake::Value.of(format!("`{place}` is no value")), format!("put text in quotes: \"{place}\""))
+        (
+            Mistake::Value.of(format!("expected a value, found `{place}`")),
+            format!("put text in quotes: \"{place}\""),
+        )
     } else {
         (Mistake::Syntax.of(error.message()), "the file must be TOML, see https://toml.io".into())
     };

@@ -80,6 +80,7 @@ pub use change::Change;
 pub use comparison::Comparison;
 pub use database::{Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
+pub use inferred::InferredLink;
 pub use layered::Layered;
 pub use levels::Levels;
 pub use mistake::{Message, Mistake};
@@ -89,7 +90,7 @@ pub use model::{
     SharedKnowledge, Transport, Wiring,
 };
 use path::Prefix;
-pub use path::{link_setting, sender_setting};
+pub use path::{link_setting, robot_setting, sender_setting};
 pub use printable::{printable, printable_text};
 use problems::Problems;
 use read::Main;
@@ -277,11 +278,16 @@ impl Configuration {
         self.merged.at(names.iter().map(String::as_str))
     }
 
-    /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or else at
-    /// `otherwise`.
-    pub fn place_of(&self, complaint: &str, otherwise: Span) -> Span {
-        let named = complaint.split_once(": ").and_then(|(path, _)| self.value(path));
-        named.map_or(otherwise, |value| value.span)
+    /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or the
+    /// nearest table above that is written; nothing if it begins with none.
+    pub fn place_of(&self, complaint: &str) -> Option<Span> {
+        let (mut path, _) = complaint.split_once(": ")?;
+        loop {
+            if let Some(value) = self.value(path) {
+                return Some(value.span);
+            }
+            path = path.rsplit_once('.')?.0;
+        }
     }
 
     /// The settings at a path and below it, in the order of their paths; an empty path is everything.

@@ -166,7 +166,7 @@ impl LinkReader<'_> {
         };
         if compression.is_none() {
             let help = "write \"none\", \"lossless\", or \"jpeg:80\" for images with losses: the quality is from 1 to 100";
-            self.problems.add(text.span, format!("`{}` is no compression", text.value), help);
+            self.problems.add(text.span, format!("unknown compression `{}`", text.value), help);
         }
         compression.map(|compression| Spanned::new(compression, text.span))
     }
@@ -185,7 +185,7 @@ impl LinkReader<'_> {
         if rate.is_none() {
             let help =
                 "write a frequency, a period or on-change: rate = \"10Hz\", \"100ms\" or \"on-change\"";
-            self.problems.add(text.span, Mistake::Value.of(format!("`{}` is no rate", text.value)), help);
+            self.problems.add(text.span, Mistake::Value.of(format!("`{}` is not a rate", text.value)), help);
         }
         rate.map(|rate| Spanned::new(rate, text.span))
     }

@@ -10,7 +10,7 @@ use super::scope::{SECTIONS, flatten_path};
 /// Those of an agent's own table lead to the same settings, when `agent` is one of several.
 pub(super) fn names(path: &str, agent: Option<&str>) -> Result<Vec<String>, Report> {
     let keys = toml_edit::Key::parse(path).map_err(|error| {
-        let message = format!("`{path}` is no path: {}", error.message().trim());
+        let message = format!("`{path}` is not a path: {}", error.message().trim());
         let help = "write names with dots between them, such as loop.period or log.levels.\"r2/planner\"";
         Diagnostic::without_place(message, Some(help.into()))
     })?;
@@ -56,6 +56,12 @@ fn of_robot(path: &[String]) -> Option<Vec<String>> {
     let (robot, name) = name.split_once('/').filter(|_| SECTIONS.contains(&section.as_str()))?;
     let start = ["robots", robot, section, name].map(String::from);
     Some(start.into_iter().chain(path[2..].iter().cloned()).collect())
+}
+
+/// The path of a setting as it is written in the table of its robot, such as `robots.r2.modules.planner`; another stays.
+pub fn robot_setting(path: &str) -> String {
+    let names = names(path, None).unwrap_or_default();
+    of_robot(&names).map_or_else(|| path.to_owned(), |names| render(&names))
 }
 
 /// The path of a link in the configuration.

@@ -118,11 +118,12 @@ impl Problems {
         match slate_module::parse_duration(text) {
             Some(0) => self.add(
                 value.span,
-                Mistake::Value.of(format!("`{name}` must be longer than nothing")),
+                Mistake::Value.of(format!("`{name}` must be greater than zero")),
                 example("20"),
             ),
             None => {
-                self.add(value.span, Mistake::Value.of(format!("`{text}` is no duration")), example("20"))
+                let message = format!("expected a duration such as \"200ms\", found {text:?}");
+                self.add(value.span, Mistake::Value.of(message), example("20"));
             }
             Some(nanoseconds) => return Some(Spanned::new(nanoseconds, value.span)),
         }

@@ -179,7 +179,7 @@ impl ShareReader<'_> {
             let help = "an endpoint is a carrier and a place, such as local:base";
             self.problems.add(
                 at.span,
-                Mistake::OtherAgent.of(format!("`{}` is no endpoint", at.value)),
+                Mistake::OtherAgent.of(format!("`{}` is not an endpoint", at.value)),
                 help,
             );
         }

@@ -38,7 +38,7 @@ impl SnapshotCondition {
         let number = match number {
             "true" => 1.0,
             "false" => 0.0,
-            number => number.parse().map_err(|_| format!("`{number}` is no number"))?,
+            number => number.parse().map_err(|_| format!("`{number}` is not a number"))?,
         };
         Ok(Self { field, comparison, number })
     }

@@ -20,8 +20,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 
 use slate_control::{
-    ConnectionEnd, ConnectionSlot, Connections, Context, DescriptorReserve, Dispatcher, Document, LOOK, Page,
-    Patient,
+    ConnectionEnd, ConnectionSlot, Connections, Context, DescriptorReserve, Dispatcher, Document, HEARING,
+    LOOK, Page, Patient,
 };
 
 use crate::guard::Guard;
@@ -97,7 +97,7 @@ impl std::fmt::Debug for Console {
 
 /// What connections share.
 pub(crate) struct ConsoleHost {
-    pub dispatcher: Dispatcher,
+    pub dispatcher: Arc<Dispatcher>,
     pub guard: Guard,
     pages: Pages,
     guests: Arc<Connections>,
@@ -164,7 +164,7 @@ impl Console {
         let link = format!("{shown}/#token={}", tokens.highest());
         let context = Context::new(agent)?.with_documents(documents).with_operable(settings.operable.clone());
         let host = Arc::new(ConsoleHost {
-            dispatcher: Dispatcher::new(Arc::new(context), WORKING, true),
+            dispatcher: Arc::new(Dispatcher::new(Arc::new(context), WORKING, true)),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
             pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
@@ -214,6 +214,7 @@ impl Console {
 
 impl Drop for Console {
     fn drop(&mut self) {
+        self.guests.end_traces(HEARING);
         self.end.notify_one();
         if let Some(thread) = self.thread.take() {
             // It has nothing that panics.

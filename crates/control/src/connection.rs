@@ -141,7 +141,7 @@ impl Connections {
 
     /// Ends the traces of all connections, as the agent ends: first those of callers that ask how theirs goes within `hearing`,
     /// so that they are told.
-    pub(crate) fn end_traces(&self, hearing: Duration) {
+    pub fn end_traces(&self, hearing: Duration) {
         self.ends.store(true, Ordering::Release);
         let under_way = || -> Vec<Arc<Mutex<Belongings>>> {
             let present = self.present();

@@ -15,9 +15,9 @@ use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard, OwnedSemaphorePermit, Se
 use crate::answer::{OperationAnswer, ResponseBody, whole};
 use crate::context::Context;
 use crate::operation::{
-    Caller, MatchedOperation, Operation, OperationRequest, Pace, check_query, check_role,
+    BASE, Caller, MatchedOperation, Operation, OperationRequest, Pace, check_query, check_role,
 };
-use crate::operations::{DRIVE, STOP};
+use crate::operations::{DRIVE, STOP, by_name, carry_out};
 use crate::problem::Problem;
 use crate::query::Query;
 use crate::repeats::Repeats;
@@ -53,11 +53,17 @@ impl std::fmt::Debug for Dispatcher {
     }
 }
 
-/// What a request waits for before it is carried out, and holds until its end.
+/// Permits of an operation, held until its end.
 #[derive(Default)]
-struct OperationTurn {
+pub struct OperationTurn {
     _place: Option<OwnedSemaphorePermit>,
     _change: Option<OwnedMutexGuard<()>>,
+}
+
+impl std::fmt::Debug for OperationTurn {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("OperationTurn").finish_non_exhaustive()
+    }
 }
 
 impl Dispatcher {
@@ -159,8 +165,31 @@ impl Dispatcher {
         Ok(whole(answer?))
     }
 
+    /// Carries out an operation for a caller that speaks another protocol, as [`carry_out`] does, and logs it. Whoever calls this
+    /// holds the [`turn`](Dispatcher::turn) of the operation.
+    ///
+    /// # Errors
+    /// As [`carry_out`].
+    pub fn carry_out(
+        &self,
+        caller: &Caller,
+        name: &str,
+        path: &str,
+        body: Json,
+    ) -> Result<OperationAnswer, Problem> {
+        let answer = carry_out(&self.context, caller, name, path, body);
+        if let Some(operation) = by_name(name) {
+            let target = operation.path.replace("{agent}", self.context.name()).replace("{path}", path);
+            self.log(operation, caller, &format!("{BASE}{target}"), &answer);
+        }
+        answer
+    }
+
     /// Acquires the permits of an operation; dropping the future releases them.
-    async fn turn(&self, operation: &'static Operation) -> Result<OperationTurn, Problem> {
+    ///
+    /// # Errors
+    /// When there is no permit, or another change does not end in time.
+    pub async fn turn(&self, operation: &'static Operation) -> Result<OperationTurn, Problem> {
         if operation.pace == Pace::Prompt {
             return Ok(OperationTurn::default());
         }

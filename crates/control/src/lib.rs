@@ -51,7 +51,7 @@ pub use connection::{
     BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, Patient, WRITE_TIMEOUT,
 };
 pub use context::{Context, Document, Page};
-pub use dispatcher::Dispatcher;
+pub use dispatcher::{Dispatcher, OperationTurn};
 pub use entries::{
     Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
     ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
@@ -67,5 +67,5 @@ pub use reserve::DescriptorReserve;
 pub use role::Role;
 pub use schema::{complete, of_interface};
 pub use select::Selection;
-pub use server::{OpenError, Server, lowered, with_caller_name};
+pub use server::{HEARING, OpenError, Server, lowered, with_caller_name};
 pub use stream::{Follow, Sample, StreamForm, Watcher, apart};

@@ -45,8 +45,8 @@ const THREADS: usize = WORKING + 8;
 /// How long the head of a request may take to come.
 const REQUEST: Duration = Duration::from_secs(10);
 
-/// How long an agent that ends waits for callers to ask how their traces go.
-const HEARING: Duration = Duration::from_secs(1);
+/// Time in which callers learn from an agent that ends how their traces went.
+pub const HEARING: Duration = Duration::from_secs(1);
 
 /// The longest name of a caller, letters.
 const NAME: usize = 80;

@@ -12,7 +12,7 @@ use slate_blackboard::interface::{Descriptor, View};
 use slate_blackboard::wake::Wake;
 use slate_blackboard::{Board, BoardError};
 use slate_module::Priority;
-use slate_safety::{Gate, GateState, Verdict};
+use slate_safety::{Gate, GateState, StopLatch, Verdict};
 
 use crate::clock::{Clock, monotonic};
 use crate::digest::Digest;
@@ -25,10 +25,14 @@ pub struct Actuator {
     /// Who may command it: paths of ports, and of modules. The gate counts them from 1.
     commanders: Vec<String>,
     descriptor: &'static Descriptor,
-    /// What a person at the controls commands, for whoever takes them. It is read by the loop, so that nobody but the
-    /// agent's own threads is ever in the gate.
+    /// What a person at the controls commands, for whoever takes them. The loop reads it, so that a person who commands is
+    /// never in the gate.
     controls: Mutex<Controls>,
     inner: Mutex<CommandedState>,
+    /// The gate's own stop, for tools: one that looks at it is never in the gate.
+    stop: Mutex<ShownStop>,
+    /// The stop of the whole agent.
+    stop_latch: StopLatch,
     clock: Arc<Clock>,
     /// How long a command holds, nanoseconds.
     time_to_live: u64,
@@ -43,6 +47,14 @@ struct Controls {
     /// There while nobody has them.
     writer: Option<Writer>,
     holder: Option<Holder>,
+}
+
+/// Stop of one gate, as tools see it.
+#[derive(Debug, Default)]
+struct ShownStop {
+    reason: Option<String>,
+    /// The change of the gate's stop that it shows.
+    revision: u64,
 }
 
 /// A person at the controls, or a program that stands for one.
@@ -69,6 +81,8 @@ struct CommandedState {
     /// Whether the last look at the controls found a command.
     steered: bool,
     last_state: Option<GateState>,
+    /// Number of changes of the gate's stop.
+    stop_revision: u64,
     /// What was published last, so that only changes and renewals are.
     fresh: bool,
     /// What the actuator got last, and when: a cycle that changes nothing more of it writes it once.
@@ -93,6 +107,7 @@ impl Actuator {
         let channel = Channel::new(descriptor.shape(0), 1, Budget { latest: 1, queues: 0, window: 0 });
         let (writer, controls) = channel.writer().ok().zip(channel.latest().ok()).unzip();
         let time_to_live = gate.time_to_live();
+        let stop_latch = gate.latch().clone();
         let expires = Arc::new(AtomicU64::new(u64::MAX));
         let inner = CommandedState {
             gate,
@@ -103,6 +118,7 @@ impl Actuator {
             controls,
             steered: false,
             last_state: None,
+            stop_revision: 0,
             fresh: false,
             written: (None, Vec::with_capacity(descriptor.size)),
             expires: Arc::clone(&expires),
@@ -113,13 +129,15 @@ impl Actuator {
             descriptor,
             controls: Mutex::new(Controls { writer, holder: None }),
             inner: Mutex::new(inner),
+            stop: Mutex::default(),
+            stop_latch,
             clock,
             time_to_live,
             expires,
         }
     }
 
-    /// The agent's time for who is in the gate and has that of its cycle.
+    /// Later of the cycle's time and the clock's.
     fn at(&self, now: u64) -> u64 {
         now.max(self.clock.now())
     }
@@ -201,9 +219,13 @@ impl Actuator {
         self.inner.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The gate, unless another thread is in it at this moment: nobody waits here. Who finds it taken meets a
-    /// commander that holds the lease, or the loop that ends what is stale.
+    /// The gate, unless another thread is in it at this moment: nobody waits here on the wall clock. Who finds it taken
+    /// meets a commander that holds the lease, or the loop that ends what is stale. Under a time source it waits, so that
+    /// what happens does not depend on other threads.
     fn free(&self) -> Option<MutexGuard<'_, CommandedState>> {
+        if self.clock.is_driven() {
+            return Some(self.locked());
+        }
         for _ in 0..64 {
             match self.inner.try_lock() {
                 Ok(inner) => return Some(inner),
@@ -214,7 +236,7 @@ impl Actuator {
         None
     }
 
-    /// A commander's command, made at the agent's time `now`.
+    /// A commander's command, made by a step of the agent's time `now`.
     pub fn offer(&self, commander: u32, priority: Priority, command: &[u8], now: u64) {
         // A reflex must not be lost, whatever else is in the gate for some nanoseconds.
         let inner = if priority == Priority::Reflex { Some(self.locked()) } else { self.free() };
@@ -333,6 +355,7 @@ impl Actuator {
             // What the actuator got is no longer what holds.
             inner.publish(now);
         }
+        self.show_stop(inner);
         Ok(())
     }
 
@@ -353,16 +376,35 @@ impl Actuator {
         let mut inner = self.locked();
         inner.gate.stop(reason);
         inner.publish(now);
+        self.show_stop(inner);
     }
 
-    /// Why it is stopped, if it is.
+    /// Why it is stopped, if it is. The gate is not entered, so that who looks delays no command.
     pub fn stop_reason(&self) -> Option<String> {
-        self.locked().gate.stop_reason()
+        let own = self.shown_stop().reason.clone();
+        own.or_else(|| self.stop_latch.reason())
     }
 
     /// Ends a stop; the gate then has to be armed.
     pub fn reset(&self) {
-        self.locked().gate.reset();
+        let mut inner = self.locked();
+        inner.gate.reset();
+        self.show_stop(inner);
+    }
+
+    /// Leaves the gate, and shows its stop. Only then, as who looks at it may be held up.
+    fn show_stop(&self, mut inner: MutexGuard<'_, CommandedState>) {
+        inner.stop_revision += 1;
+        let (revision, reason) = (inner.stop_revision, inner.gate.own_stop().map(str::to_owned));
+        drop(inner);
+        let mut shown = self.shown_stop();
+        if shown.revision < revision {
+            *shown = ShownStop { reason, revision };
+        }
+    }
+
+    fn shown_stop(&self) -> MutexGuard<'_, ShownStop> {
+        self.stop.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

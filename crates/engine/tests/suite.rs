@@ -1,4 +1,5 @@
 //! All tests of the crate that share a process, in one program: each program costs link time.
 
+mod actuators;
 mod synchronization;
 mod timing;

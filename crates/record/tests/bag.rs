@@ -390,13 +390,13 @@ fn what_was_never_a_recording_is_not_repaired_and_a_file_is_replaced_only_by_a_w
     let picture = folder.join("picture.jpeg");
     std::fs::write(&picture, [0xff; 5000]).unwrap();
     let error = slate_record::bag::repair(&picture, None).unwrap_err().to_string();
-    assert!(error.contains("picture.jpeg` is no MCAP file"), "{error}");
+    assert!(error.contains("picture.jpeg` is not an MCAP file"), "{error}");
     assert_eq!(std::fs::read(&picture).unwrap(), [0xff; 5000]);
     let empty = folder.join("empty.mcap");
     std::fs::write(&empty, "").unwrap();
     for out in [None, Some(folder.join("mended.mcap"))] {
         let error = slate_record::bag::repair(&empty, out.as_deref()).unwrap_err().to_string();
-        assert!(error.contains("empty.mcap` is no MCAP file: it is empty"), "{error}");
+        assert!(error.contains("empty.mcap` is not an MCAP file: it is empty"), "{error}");
         assert!(std::fs::read(&empty).unwrap().is_empty() && out.is_none_or(|out| !out.exists()));
     }
     let file = folder.join("run.mcap");

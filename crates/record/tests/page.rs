@@ -308,7 +308,7 @@ fn what_is_no_run_is_refused_with_what_to_do() {
     std::fs::create_dir(&empty).unwrap();
     refused(&empty, "empty`: it has no `summary.json`, so no run has left it; name the folder of a run");
     std::fs::write(empty.join("summary.json"), "{}").unwrap();
-    refused(&empty, "summary.json`: it is no summary of a run: missing field");
+    refused(&empty, "summary.json`: it is not a summary of a run: missing field");
     for name in ["a.mcap", "b.mcap"] {
         std::fs::write(empty.join(name), "").unwrap();
     }
@@ -321,7 +321,7 @@ fn what_is_no_run_is_refused_with_what_to_do() {
     }
     refused(&team, "each in a folder of its own: a, b; name one, such as ");
     std::fs::write(folder.join("letter"), "Dear reader,").unwrap();
-    refused(&folder.join("letter"), "letter` is no MCAP file");
+    refused(&folder.join("letter"), "letter` is not an MCAP file");
 }
 
 #[test]

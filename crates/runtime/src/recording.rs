@@ -50,6 +50,9 @@ pub trait RecordedAgent {
     /// The links, each under the port that has it: an input and what it reads, or an outbox and its inbox.
     fn links(&self) -> Vec<(String, String)>;
 
+    /// The inboxes that links lead to, as [`links`](Self::links) names them.
+    fn inboxes(&self) -> Vec<String>;
+
     /// The stages and the modules of each, in the order in which they run.
     fn order(&self) -> Vec<(String, Vec<String>)>;
 

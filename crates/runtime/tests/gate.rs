@@ -13,8 +13,11 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use common::hanging::{Hanging, Lags, hangs, read_by_a_module};
-use common::{complaint, load, lockstep, number};
+use common::{Number, complaint, load, lockstep, number};
 use slate_blackboard::interface::Value;
+use slate_module::Plugin;
+use slate_module::aspect::{Actuators, Aspect};
+use slate_module::prelude::*;
 use slate_runtime::{Control, ControlsError, Mode, Options, Teleoperation};
 
 const DRIVE: &str = r#"
@@ -153,6 +156,8 @@ fn one_person_at_a_time_has_the_controls() {
     let text =
         controls.command(&Value::Table(vec![("speed".into(), Value::Float(1.0))])).unwrap_err().to_string();
     assert!(text.contains("speed"), "{text}");
+    let text = controls.command(&Value::Table(Vec::new())).unwrap_err().to_string();
+    assert!(text.contains("it lacks value"), "{text}");
     let text = composer.take_controls("arm", "a test").unwrap_err().to_string();
     assert!(text.contains("arm") && text.contains("wheel"), "{text}");
 }
@@ -276,4 +281,66 @@ fn time_to_live_holds_for_reader_on_another_thread() {
 #[test]
 fn time_to_live_holds_for_module_on_its_own_thread() {
     read_by_a_module("", "a module on a thread of its own");
+}
+
+#[ports]
+pub struct SluggishIo {
+    wheel: Command<Number>,
+    actuators: Aspect<Actuators>,
+}
+
+/// Commands two actuators, by its port and by name, and takes 150 ms for each step.
+pub struct Sluggish;
+
+#[module(stage = Act, every = "1ms")]
+impl Module for Sluggish {
+    type Io = SluggishIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &SluggishIo, _: &(), _: &Tick) -> Outcome {
+        io.wheel.send(Number { value: 3.0 }, Priority::Reflex);
+        io.actuators.offer("arm", Priority::Reflex, &Number { value: 3.0 }).unwrap();
+        std::thread::sleep(Duration::from_millis(150));
+        Outcome::Ok
+    }
+}
+
+const SLUGGISH: &str = r#"
+loop = { period = "5ms", hang = "3s" }
+[modules.sluggish]
+[modules.counter]
+[modules.driver]
+enabled = false
+[links]
+"driver/input" = "counter/number"
+[actuators.wheel]
+command = "sluggish/wheel"
+time_to_live = "50ms"
+[actuators.arm]
+command = "driver/wheel"
+modules = ["sluggish"]
+time_to_live = "50ms"
+"#;
+
+#[test]
+fn command_older_than_time_to_live_is_dropped_in_each_mode() {
+    for mode in [Mode::Staged, Mode::Threaded] {
+        let options = Options { mode, armed: true, ..Options::default() };
+        let mut agent = load(SLUGGISH, &[Plugin::linked::<Sluggish>()], options).unwrap();
+        let (board, stopper) = (Arc::clone(agent.board()), agent.stopper());
+        let running = std::thread::spawn(move || agent.run(Box::new(|_| Control::Continue)));
+        let read = |path: &str| board.read(path).unwrap().and_then(|(value, _)| value.as_f64());
+        for actuator in ["wheel", "arm"] {
+            let begin = Instant::now();
+            while read(&format!("{actuator}/gate/expired")).unwrap_or(0.0) < 2.0 {
+                assert!(begin.elapsed() < Duration::from_secs(30), "no command to {actuator} is dropped");
+                assert_eq!(read(&format!("{actuator}/command/value")).unwrap_or(0.0), 0.0, "{mode:?}");
+                std::thread::sleep(Duration::from_millis(1));
+            }
+            assert_eq!(read(&format!("{actuator}/gate/passed")), Some(0.0), "{actuator}, {mode:?}");
+        }
+        stopper.stop();
+        running.join().unwrap().unwrap();
+    }
 }

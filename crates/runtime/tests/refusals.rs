@@ -340,7 +340,7 @@ fn triggers_and_actuators() {
         "[modules.relay]\non = \"inputs\"\n",
         &[
             "test.toml:3:6",
-            "`relay` is to run on `inputs`, which is none of its ports",
+            "`relay` is to run on `inputs`, which is not one of its ports",
             "did you mean input?",
         ],
     );

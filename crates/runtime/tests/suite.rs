@@ -27,4 +27,5 @@ mod settings_aspect;
 mod snapshot;
 #[path = "threads/main.rs"]
 mod threads;
+mod told;
 mod tracing;

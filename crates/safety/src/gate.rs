@@ -2,7 +2,9 @@ use slate_module::blackboard::interface::{CanonicalForm, Descriptor};
 use slate_module::{Optional, Priority};
 
 use crate::stop::stopped;
-use crate::{GateConfiguration, GateMode, GateState, LeasePriority, Reason, RefusalReason, Verdict};
+use crate::{
+    GateConfiguration, GateMode, GateState, LeasePriority, Reason, RefusalReason, StopLatch, Verdict,
+};
 
 /// Gate of one actuator; initially disarmed.
 ///
@@ -243,6 +245,16 @@ impl Gate {
     /// Returns the reason of a stop of the gate or the agent. Allocates: not for the tick path.
     pub fn stop_reason(&self) -> Option<String> {
         self.stop.clone().or_else(|| self.configuration.stop_latch.reason())
+    }
+
+    /// Returns the reason of this gate's own stop.
+    pub fn own_stop(&self) -> Option<&str> {
+        self.stop.as_deref()
+    }
+
+    /// Returns the agent's stop that this gate follows.
+    pub fn latch(&self) -> &StopLatch {
+        &self.configuration.stop_latch
     }
 
     /// Applies stops and the end of the time to live.

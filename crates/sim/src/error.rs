@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use toml_edit::{Document, Item};
+use slate_module::blackboard::nearest_names;
+use toml_edit::{Document, Item, Key};
 
 /// A world, or a robot, that can't be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -62,18 +63,33 @@ impl DescriptionError {
         Self::at(source_name, text, span, message)
     }
 
-    /// Where the description was asked for comes first, unless the error is in a file and says where.
-    pub(crate) fn of(self, asked: &str) -> Self {
-        match self.position {
-            Some(_) => self,
-            None => Self { source_name: format!("{asked}, {}", self.source_name), ..self },
-        }
+    /// The error with the setting that names the description, such as `world.arena`, in front.
+    pub(crate) fn of(self, setting: &str) -> Self {
+        let source_name = match self.position {
+            Some(_) => format!("{setting}: {}", self.source_name),
+            None => setting.into(),
+        };
+        Self { source_name, ..self }
     }
 
     pub(crate) fn parse<T: serde::de::DeserializeOwned>(source_name: &str, text: &str) -> Result<T, Self> {
         toml_edit::de::from_str(text)
             .map_err(|error| Self::at(source_name, text, error.span(), error.message()))
     }
+}
+
+/// The message for an unknown name: the known ones, and the most similar.
+pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
+    let near = nearest_names(name, known.clone()).into_iter().next();
+    let near = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
+    let known: Vec<_> = known.collect();
+    let known = if known.is_empty() { "none, as it has none".into() } else { known.join(", ") };
+    format!("unknown {what} `{name}`{near}; expected {known}")
+}
+
+/// A key of a path in a configuration, quoted where it must be.
+pub(crate) fn key(name: &str) -> String {
+    Key::new(name).display_repr().into_owned()
 }
 
 /// A step on the way to a value of a document.
@@ -93,12 +109,8 @@ pub(crate) fn text_of(
         return Ok((format!("{kind}s/{name}.toml"), (*text).into()));
     }
     if !name.ends_with(".toml") {
-        let known: Vec<_> = embedded.iter().map(|(name, _)| *name).collect();
-        let message = format!(
-            "no {kind} of that name comes with the simulator; there is {}, or the path of a .toml file",
-            known.join(", ")
-        );
-        return Err(DescriptionError::new(name, message));
+        let message = unknown(kind, name, embedded.iter().map(|(name, _)| *name));
+        return Err(DescriptionError::new(name, format!("{message}, or the path of a .toml file")));
     }
     let text = std::fs::read_to_string(name).map_err(|error| {
         let tried = std::path::absolute(name).unwrap_or_else(|_| name.into());

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
-use toml_edit::Key;
 
+use crate::error::{key, unknown};
 use crate::world::DescriptionError;
 
 /// Kind of a sensor's fault.
@@ -81,15 +81,15 @@ pub(crate) fn read(
 ) -> Result<BTreeMap<String, Vec<Fault>>, DescriptionError> {
     let mut faults: BTreeMap<String, Vec<(&str, Fault)>> = BTreeMap::new();
     for (name, entry) in table {
-        let path = format!("world.faults.{}", Key::new(name).display_repr());
+        let path = format!("world.faults.{}", key(name));
         let wrong = |key: &str, message: String| Err(DescriptionError::new(&format!("{path}{key}"), message));
         let entry: FaultEntry = match serde_json::from_value(entry.clone()) {
             Ok(entry) => entry,
             Err(error) => return wrong("", error.to_string()),
         };
         let Some(own) = sensors.get(&entry.robot) else {
-            let known: Vec<_> = sensors.keys().map(String::as_str).collect();
-            return wrong(".robot", format!("no robot `{}`; there are {}", entry.robot, known.join(", ")));
+            let known = sensors.keys().map(String::as_str);
+            return wrong(".robot", unknown("robot", &entry.robot, known));
         };
         let of_robot = |(_, sensor): &&(&str, FaultySensor)| own.contains(sensor);
         let known: Vec<_> = SENSORS.iter().filter(of_robot).map(|(name, _)| *name).collect();
@@ -100,8 +100,8 @@ pub(crate) fn read(
             return wrong(".sensor", message);
         };
         let Some((_, kind)) = KINDS.iter().find(|(name, _)| *name == entry.kind) else {
-            let known = KINDS.map(|(name, _)| name).join(", ");
-            return wrong(".kind", format!("no kind of fault `{}`; there are {known}", entry.kind));
+            let known = KINDS.iter().map(|(name, _)| *name);
+            return wrong(".kind", unknown("kind of fault", &entry.kind, known));
         };
         if !(entry.from.is_finite() && entry.from >= 0.0) {
             return wrong(".from", "expected a time in seconds, which is not negative".into());

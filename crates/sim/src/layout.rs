@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::math::{cos, sin};
 
-use crate::error::DescriptionError;
+use crate::error::{DescriptionError, key, unknown};
 use crate::geometry::{Point, Polygon, Pose};
 use crate::world::{Body, World};
 
@@ -65,7 +65,9 @@ impl Scattered {
     /// # Errors
     /// The setting with a least value above the greatest, and both.
     pub fn check(&self) -> Result<(), DescriptionError> {
-        self.robots.iter().try_for_each(|(name, area)| check(&format!("world.scattered.robots.{name}"), area))
+        self.robots
+            .iter()
+            .try_for_each(|(name, area)| check(&format!("world.scattered.robots.{}", key(name)), area))
     }
 
     /// Draws a layout.
@@ -78,9 +80,10 @@ impl Scattered {
         outlines: &BTreeMap<String, Polygon>,
         goals: &BTreeMap<String, Vec<Point>>,
         random: &mut Random,
-    ) -> Result<Layout, String> {
-        if let Some(unknown) = self.robots.keys().find(|name| !outlines.contains_key(*name)) {
-            return Err(format!("[world.scattered] names `{unknown}`, which is no robot of the world"));
+    ) -> Result<Layout, DescriptionError> {
+        if let Some(name) = self.robots.keys().find(|name| !outlines.contains_key(*name)) {
+            let setting = format!("world.scattered.robots.{}", key(name));
+            return Err(no_robot(&setting, name, outlines));
         }
         let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
         for _ in 0..TRIES {
@@ -107,7 +110,7 @@ impl Scattered {
                 return Ok(Layout { robots, bodies: Vec::new() });
             }
         }
-        Err("[world.scattered] leaves no room for the robots".into())
+        Err(DescriptionError::new("world.scattered", "no room for the robots"))
     }
 }
 
@@ -145,13 +148,12 @@ impl ObstructedWay {
         outlines: &BTreeMap<String, Polygon>,
         goal: Point,
         random: &mut Random,
-    ) -> Result<Layout, String> {
-        let outline = |name: &str| {
-            outlines
-                .get(name)
-                .ok_or_else(|| format!("[world.random] names `{name}`, which is no robot of the world"))
+    ) -> Result<Layout, DescriptionError> {
+        let outline = |setting: &str, name: &str| {
+            outlines.get(name).ok_or_else(|| no_robot(&format!("world.random.{setting}"), name, outlines))
         };
-        let (robot, disturber) = (outline(&self.robot)?, outline(&self.disturber)?);
+        let robot = outline("robot", &self.robot)?;
+        let disturber = outline("disturber", &self.disturber)?;
         let walls: Vec<Polygon> = world.bodies.iter().filter_map(Body::polygon).collect();
         for _ in 0..TRIES {
             let [west, east, south, north] = self.start;
@@ -192,8 +194,12 @@ impl ObstructedWay {
             let bodies = vec![Body::rectangle("box", [center.x, center.y], [self.box_size; 2])];
             return Ok(Layout { robots, bodies });
         }
-        Err("[world.random] leaves no room for the robots and the box".into())
+        Err(DescriptionError::new("world.random", "no room for the robots and the box"))
     }
+}
+
+fn no_robot(setting: &str, name: &str, outlines: &BTreeMap<String, Polygon>) -> DescriptionError {
+    DescriptionError::new(setting, unknown("robot", name, outlines.keys().map(String::as_str)))
 }
 
 fn heading(random: &mut Random) -> f64 {

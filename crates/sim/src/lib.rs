@@ -16,6 +16,7 @@ pub mod robot;
 pub mod robot_sensor;
 pub mod scenario;
 pub mod script;
+mod section;
 mod sensors;
 pub mod shortest_path;
 pub mod simulation;

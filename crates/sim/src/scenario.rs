@@ -5,13 +5,16 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
 use slate_module::blackboard::interface::Value;
+use slate_module::blackboard::nearest_names;
 
+use crate::error::{key, unknown};
 use crate::fault::{self, Fault, FaultySensor};
-use crate::geometry::{Point, Polygon};
+use crate::geometry::{Point, Polygon, Pose};
 pub use crate::layout::Layout;
 use crate::layout::{ObstructedWay, Scattered};
 use crate::robot::{LaserDescription, RobotDescription};
 use crate::script::RandomWalk;
+use crate::section::misread;
 use crate::simulation::Placement;
 use crate::world::{Body, DescriptionError, World};
 
@@ -61,17 +64,19 @@ pub struct Section {
 
 impl Section {
     fn check(&self) -> Result<(), DescriptionError> {
-        let wrong = |message: String| Err(DescriptionError::new("[world]", message));
         self.random.as_ref().map_or(Ok(()), ObstructedWay::check)?;
         self.scattered.as_ref().map_or(Ok(()), Scattered::check)?;
         if let Some(name) = self.goals.keys().find(|name| !self.robots.contains_key(*name)) {
-            return wrong(format!("[world.goals] names `{name}`, which is no robot of the world"));
+            let message = unknown("robot", name, self.robots.keys().map(String::as_str));
+            return Err(DescriptionError::new(&format!("world.goals.{}", key(name)), message));
         }
         if !(1..=10_000).contains(&self.steps_per_second) {
-            return wrong("steps_per_second is from 1 to 10000".into());
+            let message = format!("expected a number from 1 to 10000, found {}", self.steps_per_second);
+            return Err(DescriptionError::new("world.steps_per_second", message));
         }
         if !(1..=256).contains(&self.threads) {
-            return wrong("threads is from 1 to 256".into());
+            let message = format!("expected a number from 1 to 256, found {}", self.threads);
+            return Err(DescriptionError::new("world.threads", message));
         }
         Ok(())
     }
@@ -80,15 +85,17 @@ impl Section {
     fn robots(&self) -> Result<(Descriptions, BTreeMap<String, LaserDescription>), DescriptionError> {
         let (mut descriptions, mut lasers) = (Descriptions::new(), BTreeMap::new());
         for (name, entry) in &self.robots {
-            let mut description = RobotDescription::load(&entry.model)
-                .map_err(|error| error.of(&format!("[world] robots.{name}")))?;
+            let place = format!("world.robots.{}", key(name));
+            let mut description =
+                RobotDescription::load(&entry.model).map_err(|error| error.of(&format!("{place}.model")))?;
             let own = entry.robot_sensor.as_ref();
             if let Some(profile) = own.or(self.robot_sensor.as_ref()) {
-                choose(&mut description, profile, own.is_some())?;
+                choose(&mut description, &place, profile, own.is_some())?;
             }
             if let Some(laser) = entry.laser.as_ref().filter(|laser| !laser.is_empty()) {
-                lasers.insert(name.clone(), laser_of(&description, laser)?);
+                lasers.insert(name.clone(), laser_of(&description, &place, laser)?);
             }
+            check_sonar(entry, &description, &place, &self.sonar)?;
             descriptions.insert(name.clone(), description);
         }
         Ok((descriptions, lasers))
@@ -101,7 +108,12 @@ impl Section {
         descriptions: &Descriptions,
         goals: &BTreeMap<String, Vec<Point>>,
         seed: u64,
-    ) -> Result<Layout, String> {
+    ) -> Result<Layout, DescriptionError> {
+        let missing = |name: &str| {
+            let message =
+                format!("missing table [world.{name}]: `layout = \"{name}\"` is drawn by its rules");
+            DescriptionError::new("world.layout", message)
+        };
         if let Some(layout) = self.layouts.get(&self.layout) {
             return Ok(layout.clone());
         }
@@ -111,18 +123,17 @@ impl Section {
         match self.layout.as_str() {
             "random" => {
                 let rules = self.random.as_ref();
-                let rules = rules.ok_or("layout `random` needs a [world.random] table")?;
+                let rules = rules.ok_or_else(|| missing("random"))?;
                 rules.lay_out(world, &outlines, point(self.goal), &mut random)
             }
             "scattered" => {
                 let rules = self.scattered.as_ref();
-                let rules = rules.ok_or("layout `scattered` needs a [world.scattered] table")?;
+                let rules = rules.ok_or_else(|| missing("scattered"))?;
                 rules.lay_out(world, &outlines, goals, &mut random)
             }
             other => {
-                let mut known: Vec<_> = self.layouts.keys().map(String::as_str).collect();
-                known.extend(["random", "scattered"]);
-                Err(format!("no layout `{other}`; there are {}", known.join(", ")))
+                let known = self.layouts.keys().map(String::as_str).chain(["random", "scattered"]);
+                Err(DescriptionError::new("world.layout", unknown("layout", other, known)))
             }
         }
     }
@@ -192,12 +203,14 @@ impl Scenario {
     /// # Errors
     /// An error names the missing or invalid setting.
     pub fn new(table: &Value, seed: u64) -> Result<Self, DescriptionError> {
-        let wrong = |message: String| DescriptionError::new("[world]", message);
         // JSON's numbers are whole or not as they like, as people write them.
-        let table = serde_json::to_value(table).map_err(|error| wrong(error.to_string()))?;
-        let section: Section = serde_json::from_value(table).map_err(|error| wrong(error.to_string()))?;
+        let table =
+            serde_json::to_value(table).map_err(|error| DescriptionError::new("world", error.to_string()))?;
+        let read = |table| serde_json::from_value::<Section>(table).err().map(|error| error.to_string());
+        let section: Section = serde_json::from_value(table.clone())
+            .map_err(|error| misread(&table, &error.to_string(), read))?;
         section.check()?;
-        let mut world = World::load(&section.arena).map_err(|error| error.of("[world] arena"))?;
+        let mut world = World::load(&section.arena).map_err(|error| error.of("world.arena"))?;
         let (descriptions, lasers) = section.robots()?;
         let sensors = section.robots.iter().map(|(name, entry)| {
             let sonar = sonar_of(entry, &descriptions[name], &section.sonar);
@@ -211,14 +224,12 @@ impl Scenario {
             .iter()
             .map(|(name, goals)| (name.clone(), goals.iter().copied().map(point).collect()))
             .collect();
-        let layout = section.lay_out(&world, &descriptions, &goals, seed).map_err(wrong)?;
+        let layout = section.lay_out(&world, &descriptions, &goals, seed)?;
         world.bodies.extend(layout.bodies);
         let mut placements = Vec::new();
         for (name, entry) in &section.robots {
-            let pose = layout
-                .robots
-                .get(name)
-                .ok_or_else(|| wrong(format!("layout `{}` does not place `{name}`", section.layout)))?;
+            let pose =
+                layout.robots.get(name).ok_or_else(|| not_placed(&section.layout, &layout.robots, name))?;
             placements.push(Placement {
                 name: name.clone(),
                 description: descriptions[name].clone(),
@@ -261,29 +272,71 @@ fn sonar_of(entry: &RobotEntry, description: &RobotDescription, of_world: &str) 
     }
 }
 
+/// Error of a robot that a layout has no pose for.
+fn not_placed(name: &str, poses: &BTreeMap<String, Pose>, robot: &str) -> DescriptionError {
+    let (setting, table) = match name {
+        "random" => ("world.random".into(), "robot"),
+        "scattered" => ("world.scattered.robots".into(), "area"),
+        other => (format!("world.layouts.{}.robots", key(other)), "pose"),
+    };
+    let placed: Vec<_> = poses.keys().map(String::as_str).collect();
+    let near = nearest_names(robot, placed.iter().copied()).into_iter().next();
+    let example = match table {
+        "pose" => format!("; expected a pose such as `{} = {{ x = 0.0, y = 0.0, theta = 0.0 }}`", key(robot)),
+        _ => String::new(),
+    };
+    let near = near.map_or_else(String::new, |near| format!(" (`{near}` is similar)"));
+    let message =
+        format!("missing {table} of the robot `{robot}`{example}, found {}{near}", placed.join(", "));
+    DescriptionError::new(&setting, message)
+}
+
+/// Checks that a robot has the sonar profile that it, or the world, names.
+fn check_sonar(
+    entry: &RobotEntry,
+    description: &RobotDescription,
+    place: &str,
+    of_world: &str,
+) -> Result<(), DescriptionError> {
+    let name = sonar_of(entry, description, of_world);
+    if name.is_empty() || description.sonar.contains_key(&name) {
+        return Ok(());
+    }
+    let known = description.sonar.keys().map(String::as_str);
+    let message = format!("{}: {}", description.name, unknown("sonar profile", &name, known));
+    let of_robot = format!("{place}.sonar");
+    Err(DescriptionError::new(if entry.sonar.is_some() { &of_robot } else { "world.sonar" }, message))
+}
+
 /// The laser scanner of that name that a robot may carry.
-fn laser_of(description: &RobotDescription, name: &str) -> Result<LaserDescription, DescriptionError> {
+fn laser_of(
+    description: &RobotDescription,
+    place: &str,
+    name: &str,
+) -> Result<LaserDescription, DescriptionError> {
     description.laser.get(name).cloned().ok_or_else(|| {
-        let known: Vec<_> = description.laser.keys().map(String::as_str).collect();
-        let message = match known[..] {
-            [] => format!("no laser `{name}`: it carries none"),
-            _ => format!("no laser `{name}`; there are {}", known.join(", ")),
-        };
-        DescriptionError::new(&description.name, message)
+        let message = unknown("laser", name, description.laser.keys().map(String::as_str));
+        DescriptionError::new(&format!("{place}.laser"), format!("{}: {message}", description.name))
     })
 }
 
 /// Leaves a robot the one profile of the sensor that sees other robots that it shall have. What is said for the whole
 /// world is not said to robots without such a sensor.
-fn choose(description: &mut RobotDescription, profile: &str, own: bool) -> Result<(), DescriptionError> {
+fn choose(
+    description: &mut RobotDescription,
+    place: &str,
+    profile: &str,
+    own: bool,
+) -> Result<(), DescriptionError> {
     let profiles = &mut description.robot_sensor;
     if !profile.is_empty() && !profiles.contains_key(profile) && (own || !profiles.is_empty()) {
-        let known: Vec<_> = profiles.keys().map(String::as_str).collect();
-        let message = match known[..] {
-            [] => format!("no robot_sensor profile `{profile}`: it has no sensor that sees other robots"),
-            _ => format!("no robot_sensor profile `{profile}`; there are {}", known.join(", ")),
+        let message = match profiles.is_empty() {
+            true => format!("unknown profile `{profile}`: it has no sensor that sees other robots"),
+            false => unknown("robot_sensor profile", profile, profiles.keys().map(String::as_str)),
         };
-        return Err(DescriptionError::new(&description.name, message));
+        let of_robot = format!("{place}.robot_sensor");
+        let setting = if own { &of_robot } else { "world.robot_sensor" };
+        return Err(DescriptionError::new(setting, format!("{}: {message}", description.name)));
     }
     profiles.retain(|name, _| name == profile);
     Ok(())

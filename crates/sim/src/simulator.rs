@@ -175,7 +175,7 @@ impl Instance for Simulator {
         let scenario = scenario(setup)?;
         if !setup.period.is_multiple_of(scenario.step) {
             return Err(format!(
-                "the main loop's period ({} ns) is no multiple of the physics step ({} ns)",
+                "the main loop's period ({} ns) is not a multiple of the physics step ({} ns)",
                 setup.period, scenario.step
             )
             .into());

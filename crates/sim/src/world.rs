@@ -147,7 +147,7 @@ impl World {
                 return wrong(
                     &path,
                     format!(
-                        "body `{}` is none of: a rectangle (`center` and a positive `size`), a circle (`center` and a \
+                        "body `{}` is not one of: a rectangle (`center` and a positive `size`), a circle (`center` and a \
                          positive `radius`), a convex, counter-clockwise polygon (`points`)",
                         body.name
                     ),

@@ -49,9 +49,12 @@ fn robots_and_arenas_are_found_by_name_and_by_path() {
 #[test]
 fn unknown_names_are_refused_with_the_known_ones() {
     let text = refusal(r#"{"model": "summit"}"#, "");
-    says(&text, &["[world]", "robots.r", "summit", "pioneer_p3dx, summit_xl", ".toml"]);
+    says(&text, &["world.robots.r.model: unknown robot", "summit", "pioneer_p3dx, summit_xl", ".toml"]);
     let tried = std::path::absolute("robots/mine.toml").unwrap();
-    says(&refusal(r#"{"model": "robots/mine.toml"}"#, ""), &["[world]", "robots.r", tried.to_str().unwrap()]);
+    says(
+        &refusal(r#"{"model": "robots/mine.toml"}"#, ""),
+        &["world.robots.r.model: ", tried.to_str().unwrap()],
+    );
 }
 
 #[test]
@@ -98,7 +101,40 @@ fn the_sensor_that_sees_robots_goes_with_the_sonars_unless_said() {
 #[test]
 fn threads_are_a_number_of_them() {
     assert_eq!(scenario(r#"{"model": "summit_xl"}"#, r#", "threads": 2"#).threads, 2);
-    says(&refusal(r#"{"model": "summit_xl"}"#, r#", "threads": 0"#), &["[world]", "threads"]);
+    says(
+        &refusal(r#"{"model": "summit_xl"}"#, r#", "threads": 0"#),
+        &["world.threads: ", "from 1 to 256, found 0"],
+    );
+}
+
+#[test]
+fn a_mistake_in_the_table_names_its_setting() {
+    let pioneer = r#"{"model": "pioneer_p3dx"}"#;
+    let of_robot = |robot: &str, words: &str| says(&refusal(robot, ""), &[words]);
+    of_robot(r#"{"modle": "x"}"#, "world.robots.r.modle: unknown key `modle` (did you mean `model`?)");
+    of_robot(r#"{"model": 3}"#, "world.robots.r.model: expected a string, found integer `3`");
+    of_robot(r#"{"laser": "x"}"#, "world.robots.r: missing key `model`");
+    of_robot(r#"{"script": {}}"#, "world.robots.r: missing key `model`");
+    let sonar = r#"{"model": "pioneer_p3dx", "sonar": "rael"}"#;
+    of_robot(
+        sonar,
+        "world.robots.r.sonar: pioneer_p3dx: unknown sonar profile `rael` (did you mean `real`?)",
+    );
+    let of_world = |more: &str, words: &str| says(&refusal(pioneer, more), &[words]);
+    of_world(r#", "sonar": "vrap""#, "world.sonar: pioneer_p3dx: unknown sonar profile `vrap`");
+    of_world(r#", "areena": "x""#, "world.areena: unknown key `areena` (did you mean `arena`?)");
+    of_world(r#", "goals": {"robot": []}"#, "world.goals.robot: unknown robot `robot`; expected r");
+    of_world(r#", "random": {}"#, "world.random: missing key `robot`");
+    let layout = |text: &str, words: &str| {
+        let text = format!(r#"{{"arena": "rocs_arena", "robots": {{"r": {pioneer}}}, {text}}}"#);
+        let error = Scenario::new(&serde_json::from_str(&text).unwrap(), 0).unwrap_err();
+        says(&error.to_string(), &[words]);
+    };
+    let one = r#""layouts": {"one": {"robots": {"q": {"x": 0, "y": 0, "theta": 0}}}}"#;
+    layout(&format!(r#"{one}, "layout": "oen""#), "world.layout: unknown layout `oen` (did you mean `one`?)");
+    layout(&format!(r#"{one}, "layout": "one""#), "world.layouts.one.robots: missing pose of the robot `r`");
+    layout(r#""layouts": {"one": {}}"#, "world.layouts.one: missing key `robots`");
+    layout(r#""layout": "random""#, "world.layout: missing table [world.random]");
 }
 
 fn create(robot: &str, more: &str) -> Result<Simulator, String> {

@@ -1,5 +1,6 @@
 //! Output about recordings.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use slate::record::bag::{Diff, Info, Repaired, seconds};
@@ -76,8 +77,18 @@ pub fn info(file: &Path, info: &Info) {
         });
         output::columns([head].into_iter().chain(rows));
     }
+    let inboxes =
+        info.metadata.iter().filter(|(name, _)| name == "inboxes").flat_map(|(_, texts)| texts.keys());
+    let inboxes: BTreeSet<&str> = inboxes.map(String::as_str).collect();
     for (name, texts) in &info.metadata {
+        if name == "inboxes" {
+            continue;
+        }
         output::line("");
+        if name == "links" {
+            links(texts, &inboxes);
+            continue;
+        }
         output::line(format_args!("metadata {name}"));
         let rows = texts.iter().map(|(key, text)| {
             let line = text.lines().next().unwrap_or_default();
@@ -87,6 +98,18 @@ pub fn info(file: &Path, info: &Info) {
         });
         output::columns(rows);
     }
+}
+
+/// Prints links, each as destination and source; an outbox is recorded with the inbox that it sends to.
+fn links(texts: &BTreeMap<String, String>, inboxes: &BTreeSet<&str>) {
+    output::line("metadata links");
+    let told = |(port, other): (&String, &String)| match inboxes.contains(other.as_str()) {
+        true => [format!("  {}", other.trim_start_matches('/')), format!("/{port}")],
+        false => [format!("  {port}"), other.clone()],
+    };
+    let mut rows: Vec<_> = texts.iter().map(told).collect();
+    rows.sort();
+    output::columns(rows);
 }
 
 pub fn repaired(file: &Path, repaired: &Repaired) {

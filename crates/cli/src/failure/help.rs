@@ -75,6 +75,7 @@ impl Failure {
             Self::NotLoaded { .. } => {
                 "`slate plugin list` lists the loaded plugins; name the plugins of a list one by one".into()
             }
+            Self::UnknownModule { name, known } => unknown_module(name, known),
             Self::NotLinked { linked, .. } if linked.is_empty() => "the agent has no links".into(),
             Self::NotLinked { to, linked } => {
                 match nearest_names(to, linked.iter().map(String::as_str)).join(" or ") {
@@ -136,7 +137,9 @@ impl Failure {
     fn help_with_values(&self) -> Option<String> {
         Some(match self {
             Self::Body { .. } => "give JSON such as '{\"enabled\": false}', @FILE, or - for stdin".into(),
-            Self::Message { .. } => "give JSON with all fields of the message, such as '{\"x\": 1.0}'".into(),
+            Self::Message { url, .. } => {
+                format!("give all fields of the message, such as `slate send {url} '{{ x = 1.0, y = 0.0 }}'`")
+            }
             Self::NoCode { .. } => "`slate explain` lists all codes".into(),
             Self::NothingBelow { pattern, above, missing, names } => {
                 nothing_below(pattern, above, missing, names)
@@ -173,6 +176,18 @@ fn nothing_below(pattern: &str, above: &str, missing: &str, names: &[String]) ->
     let shown = names.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
     let more = if names.len() > MOST_NAMES { ", ..." } else { "" };
     format!("{near}{above} contains: {shown}{more}")
+}
+
+fn unknown_module(name: &str, known: &[String]) -> String {
+    let inside = known.iter().filter(|own| own.rsplit('/').next() == Some(name)).cloned();
+    let mut near: Vec<_> = inside.collect();
+    if near.is_empty() {
+        near = nearest_names(name, known.iter().map(String::as_str));
+    }
+    let near = near.first().map(|near| format!("did you mean {near}? ")).unwrap_or_default();
+    let shown = known.iter().take(MOST_NAMES).map(String::as_str).collect::<Vec<_>>().join(", ");
+    let more = if known.len() > MOST_NAMES { ", ..." } else { "" };
+    format!("{near}modules: {shown}{more}")
 }
 
 fn client(error: &ClientError) -> String {

@@ -101,6 +101,8 @@ pub enum Failure {
     NotStopped { agent: String, trouble: String },
     #[error("no plugin `{name}` is loaded")]
     NotLoaded { name: String },
+    #[error("no module is called `{name}`")]
+    UnknownModule { name: String, known: Vec<String> },
     #[error("no property matches `{pattern}`")]
     NothingLike { pattern: String },
     #[error("no property is at, below or like `{pattern}`")]
@@ -135,8 +137,8 @@ pub enum Failure {
     Body { text: String },
     #[error("unknown graph format: {}", slate::runtime::printable(.path))]
     NoDrawing { path: PathBuf },
-    #[error("`{text}` is not a message in JSON: {error}")]
-    Message { text: String, error: serde_json::Error },
+    #[error("`{text}` is not a message: expected TOML or JSON")]
+    Message { text: String, url: String },
     #[error("unknown code `{code}`")]
     NoCode { code: String },
     #[error("{place}: {problem}")]
@@ -223,6 +225,7 @@ impl Failure {
             Self::NoConsole { .. } | Self::Network(_) => UNREACHED,
             Self::NotLinked { .. }
             | Self::NotLoaded { .. }
+            | Self::UnknownModule { .. }
             | Self::NothingLike { .. }
             | Self::NothingBelow { .. }
             | Self::NoCode { .. } => UNKNOWN,
@@ -250,7 +253,9 @@ impl Failure {
             Self::NotStopped { .. } => Some(Mistake::Silent),
             Self::Agent(ClientError::Version { .. }) => Some(Mistake::Version),
             Self::SeveralAgents { .. } => Some(Mistake::WhichAgent),
-            Self::NotLinked { .. } | Self::NotLoaded { .. } => Some(Mistake::Name),
+            Self::NotLinked { .. } | Self::NotLoaded { .. } | Self::UnknownModule { .. } => {
+                Some(Mistake::Name)
+            }
             Self::NothingLike { .. } | Self::NothingBelow { .. } => Some(Mistake::Name),
             Self::NoGoal { .. } | Self::NoActuator { .. } => Some(Mistake::Name),
             Self::Library(_) => Some(Mistake::Library),

@@ -81,12 +81,12 @@ fn new(options: &NewInterface) -> Result<u8, Failure> {
         let mut parts = text.splitn(4, ':').map(str::trim);
         let (Some(name), Some(kind)) = (parts.next(), parts.next()) else {
             return Err(refuse(format!(
-                "`{text}` is no field: expected NAME:TYPE, such as `x:f64:m:to the front`"
+                "`{text}` is not a field: expected NAME:TYPE, such as `x:f64:m:to the front`"
             )));
         };
         let (unit, doc) = (parts.next().unwrap_or_default(), parts.next().unwrap_or_default());
         if unit.contains(|c: char| c.is_control() || c == '"' || c == '\\') {
-            return Err(refuse(format!("{unit:?} is no unit: expected one such as `m/s`")));
+            return Err(refuse(format!("{unit:?} is not a unit: expected one such as `m/s`")));
         }
         fields.push((name, kind, unit, doc));
     }

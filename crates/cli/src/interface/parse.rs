@@ -63,7 +63,7 @@ pub fn read(source: &str) -> Result<(Vec<FoundInterface>, usize), SyntaxError> {
             other => {
                 return Err(SyntaxError {
                     line,
-                    message: format!("`{other}` is no interface: expected a struct or an enum"),
+                    message: format!("`{other}` is not an interface: expected a struct or an enum"),
                 });
             }
         }
@@ -282,7 +282,7 @@ impl InterfaceParser {
                 let negative = self.take('-');
                 let text = self.word("a number")?;
                 let Ok(number) = text.replace('_', "").parse::<i64>() else {
-                    return self.wrong(format!("`{text}` is no number that can be read here"));
+                    return self.wrong(format!("`{text}` is not a number that can be read here"));
                 };
                 value = if negative { -number } else { number };
             }
@@ -300,7 +300,7 @@ impl InterfaceParser {
         let text = self.word("a number")?;
         match text.replace('_', "").parse() {
             Ok(count) => Ok(count),
-            Err(_) => self.wrong(format!("`{text}` is no number that can be read here: write it out")),
+            Err(_) => self.wrong(format!("`{text}` is not a number that can be read here: write it out")),
         }
     }
 
@@ -356,7 +356,7 @@ impl InterfaceParser {
                         format!("; did you mean {}?", near.join(" or "))
                     };
                     self.wrong(format!(
-                        "`{name}` is no interface above this one, nor one that comes with Slate{near}"
+                        "`{name}` is not an interface above this one, nor one that comes with Slate{near}"
                     ))
                 }
             },

@@ -121,7 +121,7 @@ async fn answer(
         return TokenRefusal::new(StatusCode::NOT_FOUND, "nothing is served here", PATH).response();
     }
     let Some(token) = bearer(request.headers()) else {
-        return TokenRefusal::new(StatusCode::UNAUTHORIZED, "there is no token", TOKEN).response();
+        return TokenRefusal::new(StatusCode::UNAUTHORIZED, "missing token", TOKEN).response();
     };
     let opened = tokio::task::spawn_blocking(move || gate.open(token)).await;
     match opened {

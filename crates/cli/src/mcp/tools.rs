@@ -185,7 +185,7 @@ pub fn request(
     if let Some(other) = arguments.keys().find(|name| !known.contains_key(*name)) {
         let names: Vec<_> = known.keys().map(String::as_str).collect();
         return Err(format!(
-            "`{other}` is no argument of `{}`, which takes {}",
+            "unknown argument `{other}` of `{}`, which takes {}",
             operation.name,
             names.join(", ")
         ));

@@ -99,11 +99,11 @@ fn a_damaged_recording_is_told_from_a_whole_one_and_repaired() {
     assert!(said.contains(&format!("{messages} messages")), "{said}");
     assert!(done(&folder, &["repair", "run.mcap"]).contains("nothing was lost"));
     // What is no recording stays as it is.
-    fails(&folder, 2, &["verify", "picture.jpeg"], &["picture.jpeg` is no MCAP file"]);
+    fails(&folder, 2, &["verify", "picture.jpeg"], &["picture.jpeg` is not an MCAP file"]);
     write(&folder, "a.carmen", b"ODOM 1 2 0.5 0.4 -0.1 0 10.5 host 0.1\n");
-    let words = ["a.carmen` is no MCAP file: it is a log of format carmen", "slate bag import"];
+    let words = ["a.carmen` is not an MCAP file: it is a log of format carmen", "slate bag import"];
     fails(&folder, 2, &["verify", "a.carmen"], &words);
-    fails(&folder, 2, &["repair", "picture.jpeg"], &["picture.jpeg` is no MCAP file"]);
+    fails(&folder, 2, &["repair", "picture.jpeg"], &["picture.jpeg` is not an MCAP file"]);
     assert_eq!(std::fs::read(folder.join("picture.jpeg")).unwrap(), [0xff; 100]);
 }
 
@@ -327,7 +327,7 @@ fn what_has_nothing_in_it_is_no_success() {
     let folder = folder("bag-empty");
     write(&folder, "empty.mcap", b"");
     write(&folder, "wrong.log", b"FLASER three beams\nODOM 1 2\n");
-    let empty = "empty.mcap` is no MCAP file: it is empty";
+    let empty = "empty.mcap` is not an MCAP file: it is empty";
     fails(&folder, 2, &["repair", "empty.mcap"], &[empty]);
     fails(&folder, 2, &["repair", "empty.mcap", "--out", "mended.mcap"], &[empty]);
     let import = ["import", "wrong.log", "--format", "carmen", "--lenient", "--out", "log.mcap"];

@@ -40,7 +40,7 @@ impl Filter {
 
 impl FieldCondition {
     fn parse(descriptor: &'static Descriptor, text: &str) -> Result<Self, NoField> {
-        let wrong = |help: String| NoField { message: format!("`{text}` is no condition"), help };
+        let wrong = |help: String| NoField { message: format!("`{text}` is not a condition"), help };
         let usual = || wrong("write a field, a comparison and a number, such as `range < 0.5`".into());
         let (field, comparison, value) = Comparison::split(text).ok_or_else(usual)?;
         let place = FieldPlace::find(descriptor, field)?;
@@ -58,7 +58,9 @@ impl FieldCondition {
             (kind, number) if Number::of(&kind).is_some() => {
                 number.parse().ok().filter(|number: &f64| number.is_finite())
             }
-            (kind, _) => return Err(wrong(format!("`{field}` is {}, which is no number", kind.describe()))),
+            (kind, _) => {
+                return Err(wrong(format!("`{field}` is {}, which is not a number", kind.describe())));
+            }
         };
         let condition = Self { place, comparison, value: value.ok_or_else(usual)? };
         match condition.settled() {

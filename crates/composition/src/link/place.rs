@@ -35,7 +35,7 @@ impl FieldPlace {
 
     fn below(mut self, name: &str) -> Result<Self, NoField> {
         let missing = |count: String| NoField {
-            message: format!("there is no item `{name}`"),
+            message: format!("unknown item `{name}`"),
             help: format!("it has {count}, counted from 0"),
         };
         let index = name.parse::<usize>().ok();

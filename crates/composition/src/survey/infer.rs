@@ -51,14 +51,34 @@ impl Block {
     }
 }
 
-/// A configuration with the links that are inferred for modules that arrive; those that `stays` names keep what they have.
+/// What keeps the links that it has, also when that is none.
+pub struct LinkKeeping<'s> {
+    /// Whether a module is there already.
+    pub stays: &'s dyn Fn(&str) -> bool,
+    /// The configuration until now. A port of which it said something, and now nothing is said, gets a link again.
+    pub before: Option<&'s Configuration>,
+}
+
+impl LinkKeeping<'_> {
+    /// Whether a port of a module without an inferred link stays without it, though these others fit.
+    fn stays_open(&self, module: &str, port: &str, found: &[String]) -> bool {
+        let is_free = |before: &Configuration| {
+            before.says_of_port(port) || found.iter().any(|other| before.is_left_out(other))
+        };
+        (self.stays)(module) && !self.before.is_some_and(is_free)
+    }
+}
+
+/// A configuration with the links that are inferred for modules that arrive, and for ports of which nothing is said any
+/// more; others keep what they have.
 pub fn infer<'a>(
     configuration: &'a Configuration,
     catalogue: &Catalogue,
-    stays: &dyn Fn(&str) -> bool,
+    keeping: &LinkKeeping<'_>,
     complaints: &mut Complaints<'a>,
 ) -> Configuration {
-    let fresh = configuration.without_inferred(|port| !of_any(configuration, port).is_some_and(stays));
+    let fresh =
+        configuration.without_inferred(|port| !of_any(configuration, port).is_some_and(keeping.stays));
     if !configuration.modules().iter().any(|module| !scope(&module.name.value).is_empty()) {
         return fresh;
     }
@@ -77,13 +97,16 @@ pub fn infer<'a>(
         for port in &surveyed.description.ports {
             let path = format!("{name}/{}", port.name);
             let has = fresh.links().iter().find(|link| link.is_inferred() && has_port(link, &path, port));
-            if fresh.says_of_port(&path) || stays(name) && has.is_none() {
+            if fresh.says_of_port(&path) {
                 continue;
             }
             let mut found = candidates(&modules, surveyed, block, port);
             if port.direction == Direction::Outbox {
                 // Inboxes that are to have no senders but those that are written.
                 found.retain(|inbox| !fresh.is_left_out(inbox));
+            }
+            if has.is_none() && keeping.stays_open(name, &path, &found) {
+                continue;
             }
             match (&found[..], has) {
                 ([], _) | ([_], Some(_)) => {}

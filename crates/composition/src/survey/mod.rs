@@ -29,7 +29,7 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
-pub use infer::infer;
+pub use infer::{LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;
 use slate_configuration::{Configuration, Link, Mistake, Module};

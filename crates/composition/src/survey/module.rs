@@ -74,9 +74,12 @@ fn described<'a>(
     let description = match (catalogue.describe)(kind, &setup, hang) {
         Ok(description) => description,
         Err(refusal) => {
-            let place = configuration.place_of(&refusal.0, module.name.span);
             let message = format!("{}: {refusal}", module.name.value);
-            complaints.add(place, message, "see the module's documentation");
+            match configuration.place_of(&refusal.0) {
+                // The refusal says what is expected of the setting.
+                Some(place) => complaints.add_plain(place, message),
+                None => complaints.add(module.name.span, message, "see the module's documentation"),
+            }
             return None;
         }
     };
@@ -133,7 +136,8 @@ fn trigger<'a>(
     {
         let span = module.trigger.as_ref().map_or(module.name.span, |trigger| trigger.span);
         let help = suggest(missing, description.ports.iter().map(|port| port.name.as_str()));
-        let message = format!("`{}` is to run on `{missing}`, which is none of its ports", module.name.value);
+        let message =
+            format!("`{}` is to run on `{missing}`, which is not one of its ports", module.name.value);
         complaints.add(span, message, help);
         return None;
     }

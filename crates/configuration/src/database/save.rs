@@ -51,8 +51,8 @@ impl Database {
         // The edited files will have another content once they are mended.
         if let Some(refused) = self.refused_edit() {
             let first = Diagnostic::without_place(
-                "nothing is saved: a file was edited and is refused, so that what it said before goes on",
-                Some("mend what is wrong with it, then save again".into()),
+                "nothing is saved: a file was edited and is refused, so its previous settings stay in force",
+                Some("fix its errors, then save again".into()),
             );
             return Err([&[first], refused.diagnostics()].concat().into());
         }
@@ -113,7 +113,7 @@ impl Database {
                 place.and_then(|place| Some((place, configuration.sources().get(place.text)?)))
             else {
                 return Err(refusal(
-                    "there is no file of this computer to save to",
+                    "no file of this computer to save to",
                     "name one when the agent is started",
                 ));
             };

@@ -54,7 +54,7 @@ fn several_changes_are_made_at_once_or_not_at_all() {
     assert_eq!(
         report.to_string(),
         "change:1:9: no module is called `folower` (did you mean `follower`?)\n\
-         change:1:11: `soon` is no duration (a duration is text with a unit of ns, us, ms, s or min, such as hang = \
+         change:1:11: expected a duration such as \"200ms\", found \"soon\" (a duration is text with a unit of ns, us, ms, s or min, such as hang = \
          \"20ms\")"
     );
     assert!(
@@ -127,7 +127,7 @@ fn every_value_tells_where_it_comes_from() {
         .concat()
     );
     assert!(get("modules.nobody").is_empty() && get("robots.r").is_empty());
-    assert!(database.get("a..b").unwrap_err().to_string().starts_with("`a..b` is no path"));
+    assert!(database.get("a..b").unwrap_err().to_string().starts_with("`a..b` is not a path"));
 }
 
 #[test]

@@ -33,7 +33,7 @@ fn files_that_cannot_be_read_are_named_where_they_are_included() {
         "sub/back.toml:1:11: can't read the configuration sub/../circle.toml: it includes itself (remove one `include` \
          of the circle)"
     );
-    assert!(message("folder.toml").contains("it is no file"));
+    assert!(message("folder.toml").contains("it is not a file"));
     assert!(message("latin.toml").contains("line 2 is not UTF-8"));
     let both = message("broken.toml");
     assert!(both.contains("sub/typo.toml:1:6: ") && both.contains("sub/worse.toml:1:"), "{both}");

@@ -28,7 +28,7 @@ fn a_report_shows_file_line_caret_and_help() {
 fn a_wrong_setting_of_the_command_line_gets_a_caret_in_that_setting() {
     let report = with_sets("", &["loop.period=10ms", "loop.hang=soon"]).unwrap_err();
     let expected = "
-  × `soon` is no duration
+  × expected a duration such as \"200ms\", found \"soon\"
    ╭─[--set:1:11]
  1 │ loop.hang=soon
    ·           ──┬─
@@ -59,7 +59,7 @@ fn all_errors_are_reported_together_in_the_order_of_the_text() {
             (11, "unknown key `form` in link `a/y`"),
             (12, "nothing commands actuator `w`"),
             (13, "the lowest `left` is above the highest"),
-            (1, "`hang` must be longer than nothing"),
+            (1, "`hang` must be greater than zero"),
         ]
     );
     assert!(report.diagnostics().iter().all(|diagnostic| diagnostic.help_text().is_some()));
@@ -77,12 +77,12 @@ fn every_error_says_what_was_found_and_what_to_write() {
         ),
         (
             "[loop]\nperiod = \"20 parsecs\"\n",
-            "2:10: `20 parsecs` is no duration (a duration is text with a unit of ns, us, ms, s or min, such as period \
+            "2:10: expected a duration such as \"200ms\", found \"20 parsecs\" (a duration is text with a unit of ns, us, ms, s or min, such as period \
              = \"20ms\")",
         ),
         (
             "[loop]\nperiod = \"-1ms\"\n",
-            "2:10: `-1ms` is no duration (a duration is text with a unit of ns, us, ms, s or min, such as period = \
+            "2:10: expected a duration such as \"200ms\", found \"-1ms\" (a duration is text with a unit of ns, us, ms, s or min, such as period = \
              \"20ms\")",
         ),
         (
@@ -93,8 +93,8 @@ fn every_error_says_what_was_found_and_what_to_write() {
             "[log]\nlevel = \"inof\"\n",
             "2:9: `level` can't be `inof` (did you mean `info`? known are `error`, `warn`, `info`, `debug`, `trace`)",
         ),
-        ("[log]\nlevel = info\n", "2:9: `info` is no value (put text in quotes: \"info\")"),
-        ("[loop]\nperiod = 20ms\n", "2:10: `20ms` is no value (put text in quotes: \"20ms\")"),
+        ("[log]\nlevel = info\n", "2:9: expected a value, found `info` (put text in quotes: \"info\")"),
+        ("[loop]\nperiod = 20ms\n", "2:10: expected a value, found `20ms` (put text in quotes: \"20ms\")"),
         (
             "[agent]\nseed =\n",
             "2:7: the value is missing (write a number, true, false, \"text\", [list] or { table })",

@@ -256,7 +256,7 @@ fn what_cannot_be_saved_is_said_and_stays_changed() {
     );
     assert_eq!(
         database.save(SaveTo::Host).unwrap_err().to_string(),
-        "there is no file of this computer to save to (name one when the agent is started)"
+        "no file of this computer to save to (name one when the agent is started)"
     );
     assert_eq!(database.diff().len(), 1);
 

@@ -70,7 +70,7 @@ async fn answer(
     let is_socket = request.headers().contains_key(UPGRADE);
     host.guard.check_place(request.uri(), request.headers(), is_socket)?;
     if is_socket {
-        return socket::open(host.dispatcher.context(), &host.guard, place, from, request);
+        return socket::open(&host.dispatcher, &host.guard, place, from, request);
     }
     let (head, body) = request.into_parts();
     let path = head.uri.path();

@@ -25,7 +25,8 @@ use tokio_tungstenite::tungstenite::{Bytes, Message};
 
 use crate::guard::{Guard, TOKEN_PROTOCOL, protocols};
 use slate_control::{
-    BASE, Caller, ConnectionSlot, Context, Problem, Query, ResponseBody, Role, response, with_caller_name,
+    BASE, Caller, ConnectionSlot, Context, Dispatcher, Problem, Query, ResponseBody, Role, response,
+    with_caller_name,
 };
 
 /// The longest message of a client, bytes.
@@ -54,6 +55,17 @@ struct Listener {
 enum Said {
     Text(String),
     Binary(Bytes),
+}
+
+impl Said {
+    /// Size in memory, bytes, about.
+    fn size(&self) -> u32 {
+        let length = match self {
+            Self::Text(text) => text.len(),
+            Self::Binary(bytes) => bytes.len(),
+        };
+        u32::try_from(length).unwrap_or(u32::MAX).saturating_add(64)
+    }
 }
 
 impl Listener {
@@ -115,6 +127,7 @@ impl SocketKind {
 /// Somebody at a socket.
 struct Visitor {
     context: Arc<Context>,
+    dispatcher: Arc<Dispatcher>,
     role: Role,
     /// Who it is, for the log.
     who: String,
@@ -132,7 +145,7 @@ impl Visitor {
 
 /// Opens a socket.
 pub(crate) fn open<B>(
-    context: &Arc<Context>,
+    dispatcher: &Arc<Dispatcher>,
     guard: &Guard,
     place: &Arc<ConnectionSlot>,
     from: SocketAddr,
@@ -184,7 +197,8 @@ pub(crate) fn open<B>(
     let upgrade = hyper::upgrade::on(&mut request);
     let left = Arc::clone(&place.leave);
     let place = Arc::clone(place);
-    let visitor = Visitor { context: Arc::clone(context), role, who, place };
+    let (context, dispatcher) = (Arc::clone(dispatcher.context()), Arc::clone(dispatcher));
+    let visitor = Visitor { context, dispatcher, role, who, place };
     tokio::spawn(async move {
         let Ok(upgraded) = upgrade.await else { return };
         let visit = visit(kind, visitor, upgraded);

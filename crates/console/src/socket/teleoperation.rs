@@ -62,7 +62,6 @@ fn take(
             controls.release();
         }
         context.agent.stop(&reason);
-        context.agent.settle();
         return Ok(json!({ "stopped": true, "sequence": sequence }));
     }
     let request = DriveRequest::deserialize(said).map_err(ununderstood)?;
@@ -105,9 +104,6 @@ fn take(
     match (request.command, request.release) {
         (Some(command), None | Some(false)) => {
             let help = "see the interface in the answer to `take`";
-            // What is forgotten must not be zero: a robot would turn with one wheel.
-            schema::complete(controls.descriptor(), |name| command.get(name).is_some(), help)
-                .map_err(wrong)?;
             controls.command(&command).map_err(|error| wrong(Problem::unfit(error.to_string(), help)))?;
         }
         (None, Some(true)) => controls.release(),

@@ -1,9 +1,12 @@
 //! What is recorded of an agent, begun and ended by who asks, and its last seconds.
 
+use std::io::{BufReader, Write};
+
 use serde_json::{Value as Json, json};
 use slate_record::bag;
 
 use crate::agent::Running;
+use crate::client::reply;
 use crate::modules::CONFIGURATION;
 
 fn with_memory(name: &str) -> Running {
@@ -180,4 +183,23 @@ fn an_agent_that_keeps_nothing_says_how_it_would() {
     assert_eq!(run.get("/playback").json(), Json::Null);
     let problem = run.client("operator").send("POST", "/playback/pause", None).problem(409);
     assert!(problem.contains("plays no recording"), "{problem}");
+}
+
+#[test]
+fn trace_over_tcp_is_kept_when_the_agent_ends() {
+    let run = Running::start("trace-end");
+    let developer = run.client("developer");
+    let body = json!({ "file": "end" }).to_string();
+    let head = developer.head("POST", "/api/v1/trace");
+    let length = body.len();
+    let request = format!("{head}Content-Type: application/json\r\nContent-Length: {length}\r\n\r\n{body}");
+    let mut stream = developer.connect();
+    stream.write_all(request.as_bytes()).unwrap();
+    reply(&mut BufReader::new(stream.try_clone().unwrap())).json();
+    let folder = run.folder.clone();
+    drop(run);
+    let files = std::fs::read_dir(&folder).unwrap().map(|file| file.unwrap().file_name());
+    let names: Vec<_> = files.map(|name| name.to_string_lossy().into_owned()).collect();
+    assert!(names.iter().any(|name| name.contains("end") && name.ends_with(".json")), "{names:?}");
+    drop(stream);
 }

@@ -260,3 +260,51 @@ fn clients_that_stop_reading_delay_nothing_and_are_dropped() {
     });
     drop(frozen);
 }
+
+fn foxglove(run: &Running, role: &str) -> Socket {
+    let bearer = format!("Bearer {}", run.token(role));
+    let headers = [("Authorization", bearer.as_str()), ("Sec-WebSocket-Protocol", "foxglove.websocket.v1")];
+    Socket::try_open(run, "/foxglove", &headers).unwrap()
+}
+
+#[test]
+fn foxglove_command_that_lacks_a_field_is_refused() {
+    let run = Running::start("foxglove-lacks");
+    let mut socket = foxglove(&run, "operator");
+    let channel = json!({ "id": 1, "topic": "/wheel", "encoding": "json", "schemaName": "Speed" });
+    socket.say(&json!({ "op": "advertise", "channels": [channel] }));
+    socket.0.send(Message::Binary([&[1, 1, 0, 0, 0][..], b"{}"].concat().into())).unwrap();
+    let said = loop {
+        let message = socket.hear();
+        if message["op"] == "status" {
+            break message;
+        }
+    };
+    assert!(said["message"].as_str().unwrap().contains("it lacks value"), "{said}");
+}
+
+#[test]
+fn foxglove_stop_waits_for_no_other_request() {
+    let run = Running::start("foxglove-stop");
+    let mut socket = foxglove(&run, "developer");
+    let parameters = vec![json!({ "name": "/sensor/params/step", "value": 2.5 }); 1000];
+    for _ in 0..8 {
+        socket.say(&json!({ "op": "setParameters", "parameters": parameters, "id": "many" }));
+    }
+    // A call of service 1 with number 7.
+    let call = [&[2, 1, 0, 0, 0, 7, 0, 0, 0, 4, 0, 0, 0][..], b"json{\"reason\":\"too near\"}"].concat();
+    socket.0.send(Message::Binary(call.into())).unwrap();
+    loop {
+        match socket.0.read().unwrap() {
+            Message::Binary(bytes) if bytes.first() == Some(&3) => break,
+            Message::Text(text) => assert!(!text.contains("parameterValues"), "the stop is answered late"),
+            _ => {}
+        }
+    }
+    assert_eq!(run.get("/agent").json()["stopped"], "too near");
+    run.wait_for("what was done, in the log", || {
+        let lines = run.get("/log").text();
+        let write = format!("PUT /api/v1/slate/{}/sensor/params/step is done", run.name());
+        lines.contains("POST /api/v1/stop is done") && lines.contains(&write)
+    });
+}

@@ -135,8 +135,6 @@ pub(super) fn renew(context: &Arc<Context>, asked: &OperationRequest) -> Result<
         }
         let help = "see the interface in the answer to POST /api/v1/leases";
         if let Some(command) = command {
-            // What is forgotten must not be zero: a robot would turn with one wheel.
-            schema::complete(controls.descriptor(), |name| command.get(name).is_some(), help)?;
             controls.command(&command).map_err(|error| Problem::unfit(error.to_string(), help))?;
         }
         Ok(controls.actuator().to_owned())

@@ -177,7 +177,9 @@ pub fn carry_out(
         body: Some(body),
     };
     let answer = (operation.handler)(context, &ask);
-    context.agent.settle();
+    if operation.name != STOP {
+        context.agent.settle();
+    }
     answer
 }
 

@@ -49,6 +49,21 @@ thread_local! {
     static HELD: RefCell<Option<Sender<Job>>> = const { RefCell::new(None) };
 }
 
+/// Lets the loop go on when the work between two cycles ends, also by a panic; has what held it before.
+struct LoopHold(Option<Sender<Job>>);
+
+impl LoopHold {
+    fn new(held: Option<Sender<Job>>) -> Self {
+        Self(HELD.replace(held))
+    }
+}
+
+impl Drop for LoopHold {
+    fn drop(&mut self) {
+        HELD.set(self.0.take());
+    }
+}
+
 impl SharedLoop {
     /// Does `work` between two cycles and waits for it: in the loop's thread, or here when no loop runs. It returns
     /// nothing when it lost the token, because a module of `seats` did not return in time.
@@ -118,10 +133,8 @@ impl SharedLoop {
         let helper = helper.spawn(move || drop(shared.between_cycles(&[], between)));
         let cycle = helper.ok().and_then(|_| begun.recv_timeout(patience).ok());
         drop(begun);
-        let before = HELD.replace(cycle.map(|_| held));
-        let result = work();
-        HELD.set(before);
-        (cycle, result)
+        let _hold = LoopHold::new(cycle.map(|_| held));
+        (cycle, work())
     }
 
     /// Does `work` while the seat is in no step: in the loop's thread, or for a module with a thread of its own in one

@@ -333,7 +333,7 @@ impl Runner {
 
     #[inline(always)]
     fn publish(&mut self, now: u64, mut digest: Option<&mut Digest>) {
-        self.outputs.publish(&self.frame.slots, now, digest.as_deref_mut());
+        self.outputs.publish(&self.frame, now, digest.as_deref_mut());
         if !self.shortcuts.has_only_values {
             self.services.commit(now, digest.as_deref_mut());
             self.entries.send(&self.frame.slots, now, digest);

@@ -1,7 +1,7 @@
 use slate_blackboard::commit::CommitWord;
 use slate_module::{Flags, Level, Priority};
 
-use super::{OutputPort, Slots};
+use super::{OutputPort, Slots, StepFrame};
 use crate::digest::Digest;
 use crate::log::ModuleLog;
 
@@ -33,9 +33,10 @@ impl Outputs {
         }
     }
 
-    /// Publishes what a step wrote.
+    /// Publishes what a step wrote, at the agent's time `now`. A command is as old as its step, which may have taken long.
     #[inline(always)] // Part of every step.
-    pub(super) fn publish(&mut self, slots: &Slots, now: u64, mut digest: Option<&mut Digest>) {
+    pub(super) fn publish(&mut self, step: &StepFrame, now: u64, mut digest: Option<&mut Digest>) {
+        let slots = &step.slots;
         let several = self.ports.len() > 1;
         if several {
             self.commit.begin();
@@ -51,7 +52,7 @@ impl Outputs {
                 // value of the interface.
                 let value = unsafe { output.form.canonical(slot.data, bytes, items) };
                 if let Some((actuator, commander)) = &output.actuator {
-                    actuator.offer(*commander, priority(slot.priority.get()), value, now);
+                    actuator.offer(*commander, priority(slot.priority.get()), value, step.frame.now);
                 }
                 if let Some(digest) = digest.as_deref_mut().filter(|_| !output.debug) {
                     digest.add(output.index, value);

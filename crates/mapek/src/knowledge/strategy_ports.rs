@@ -73,10 +73,7 @@ fn warn_of_role(role: &str, library: &PlanLibrary, now: &Tick) {
     }
     let roles: BTreeSet<_> = library.plans.iter().map(|plan| plan.role.as_str()).collect();
     let roles: Vec<_> = roles.into_iter().collect();
-    now.warn(format_args!(
-        "there is no plan for the role `{role}`; there are some for: {}",
-        roles.join(", ")
-    ));
+    now.warn(format_args!("no plan for the role `{role}`; roles with plans: {}", roles.join(", ")));
 }
 
 impl StoredPlan {

@@ -59,7 +59,7 @@ pub fn export_csv(
         table.row(message, &fields).and_then(|fits| match fits {
             true => Ok(true),
             false => Err(unfit(format!(
-                "message {} of `{topic}` has other fields than those before, so that it is no table",
+                "message {} of `{topic}` has other fields than those before, so it does not form a table",
                 table.table.rows
             ))),
         })

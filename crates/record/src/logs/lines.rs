@@ -49,7 +49,7 @@ impl Lines {
         }
         Ok(Some(match std::str::from_utf8(&self.bytes) {
             Ok(text) => Ok(text.trim()),
-            Err(error) => Err(format!("it is no UTF-8 from byte {} on", error.valid_up_to())),
+            Err(error) => Err(format!("it is not UTF-8 from byte {} on", error.valid_up_to())),
         }))
     }
 

@@ -15,8 +15,10 @@ const LARGEST: u64 = 64 << 20;
 pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Result<Story, Error> {
     let file = path.join("summary.json");
     let text = text(&file)?.ok_or_else(|| Error::Unfit { path: path.into(), what: not_left(path) })?;
-    let summary: Summary = serde_json::from_str(&text)
-        .map_err(|error| Error::Unfit { path: file, what: format!("it is no summary of a run: {error}") })?;
+    let summary: Summary = serde_json::from_str(&text).map_err(|error| Error::Unfit {
+        path: file,
+        what: format!("it is not a summary of a run: {error}"),
+    })?;
     let trajectory = trajectory(&path.join("trajectory.csv"))?;
     let mut sections = vec![figures(&summary), pictures(path)?];
     let recorded = recording.map(|file| Recording::read(file, known)).transpose()?;

@@ -191,7 +191,7 @@ impl RecordingControl for Recorder {
             }
             (None, _) if file.is_none() => {
                 let help = format!("it ends with the run; to end it now: slate record stop {}", names());
-                return Err(refusal("only the run's own recording goes on, which no tool began", &help));
+                return Err(refusal("only the run's own recording continues, which no tool began", &help));
             }
             (None, _) => {
                 return Err(refusal("no recording goes into that file", &format!("there are: {}", names())));

@@ -84,7 +84,9 @@ impl Host {
             .plugin_marks()
             .into_iter()
             .map(|plugin| (plugin.name, format!("{} {:016x}", plugin.version, plugin.hash)));
-        let metadata = vec![
+        let inboxes: BTreeMap<_, _> =
+            composer.inboxes().into_iter().map(|inbox| (inbox, String::new())).collect();
+        let mut metadata = vec![
             ("run", run),
             ("plugins", plugins.collect()),
             ("memories", self.memories.clone()),
@@ -92,6 +94,9 @@ impl Host {
             ("stages", told_stages(composer.order())),
             ("links", composer.links().into_iter().collect()),
         ];
+        if !inboxes.is_empty() {
+            metadata.push(("inboxes", inboxes));
+        }
         let text = composer.configuration_text();
         let own = (CONFIGURATION.to_owned(), "application/toml", text.into_bytes());
         let others = self.files.iter().map(|(name, bytes)| (name.clone(), "application/toml", bytes.clone()));

@@ -207,8 +207,7 @@ impl RecorderWork {
             let reason = "the thread that writes it has panicked";
             let recordings = locked(&shared.recordings);
             recordings.iter().for_each(|progress| progress.fail(reason));
-            let text =
-                "nothing is recorded any more, and the agent goes on without: the recorder has panicked";
+            let text = "recording ends and the agent continues without it: the recorder has panicked";
             host.logger.log(host.now(), Level::Error, text);
             if let Some(shown) = &mut *locked(&shared.shown) {
                 shown.write(false, &recordings, host.now());
@@ -312,7 +311,8 @@ impl RecorderWork {
             let reason = target.failure().unwrap_or_default();
             target.progress.fail(&reason);
             let path = slate_runtime::printable(&target.progress.path);
-            let text = format!("the recording {path} ends here, and the agent goes on without: {reason}");
+            let text =
+                format!("the recording {path} ends here, and the agent continues without it: {reason}");
             self.host.logger.log(time, Level::Error, &text);
             self.show();
         }

@@ -46,7 +46,7 @@ impl ValueForm {
                 other.hash
             )
         });
-        let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is no UTF-8")?;
+        let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is not UTF-8")?;
         let parsed = Schema::parse(&schema.name, text).map_err(|error| error.to_string())?;
         // Its size is known when all values were seen.
         let described = Some(Described::new(&schema.name, parsed)?);

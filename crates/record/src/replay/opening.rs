@@ -85,7 +85,7 @@ impl Opening<'_> {
         let left_out = timeline.left_out.iter().take(SHOWN);
         let why: Vec<_> = left_out.map(|(topic, why)| format!("{topic}: {why}")).collect();
         let why = if why.is_empty() { "it has no values that are asked for".into() } else { why.join("; ") };
-        Err(self.unfit(format!("there is nothing to play: {why}")))
+        Err(self.unfit(format!("nothing to play: {why}")))
     }
 
     /// The times between which it is played; a run in lockstep begins at one of its cycles.
@@ -110,7 +110,8 @@ impl Opening<'_> {
     pub fn excerpt(&self, reel: &Reel, is_whole: bool) -> Result<Excerpt, PlayError> {
         let Self { plan, run, configuration, .. } = self;
         if run.is_none() && configuration.modules().is_empty() && !plan.modules.is_empty() {
-            let what = "it has no configuration, so no module of it can run: it is no recording of an agent";
+            let what =
+                "it has no configuration, so no module of it can run: it is not a recording of an agent";
             return Err(self.unfit(what));
         }
         let recorded = reel.timeline.tracks.iter().map(|track| track.path.clone()).collect();

@@ -198,7 +198,7 @@ impl Player {
                 agent.set_rate(rate(turn.rate));
             }
             Order::Rate(Some(factor)) if !(factor.is_finite() && factor > 0.0) => {
-                return refused(format!("{factor} is no rate"), "a positive factor such as 0.5, or max");
+                return refused(format!("{factor} is not a rate"), "a positive factor such as 0.5, or max");
             }
             Order::Rate(factor) => {
                 turn.rate = factor;

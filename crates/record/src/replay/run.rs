@@ -64,7 +64,7 @@ impl Run {
         let mut run = Self::head(reader)?;
         if run.about.is_empty() {
             return Err(unfit(
-                "it says nothing of its run, so it is no recording of an agent; `slate bag info` says what it is",
+                "it says nothing of its run, so it is not a recording of an agent; `slate bag info` says what it is",
             ));
         }
         let unread = || unfit("a change in it can't be read: another version of Slate has written it");

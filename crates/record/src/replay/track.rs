@@ -38,7 +38,7 @@ impl PropertyTrack {
         let number = self.values.len() as u64 + 1;
         self.form.note(message.data).map_err(|error| {
             let (topic, name) = (&self.topic, self.form.descriptor.name);
-            format!("value {number} of {topic} is no {name}: {error}")
+            format!("value {number} of {topic} is not a {name}: {error}")
         })?;
         let sequence = u64::from(message.sequence);
         self.is_counted &= sequence > self.last_sequence;
@@ -67,7 +67,7 @@ impl Mailbox {
     pub fn note(&mut self, message: &Message<'_>, sender: u32) -> Result<(), String> {
         self.form.note(message.data).map_err(|error| {
             let name = self.form.descriptor.name;
-            format!("a message to /{} is no {name}: {error}", self.path)
+            format!("a message to /{} is not a {name}: {error}", self.path)
         })?;
         self.senders = self.senders.max(sender.saturating_add(1));
         Ok(())

@@ -34,6 +34,7 @@
 
 mod cdr;
 mod codec;
+mod constants;
 mod definition;
 mod described;
 mod error;

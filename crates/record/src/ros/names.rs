@@ -1,4 +1,4 @@
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A field's name as ROS wants it: lower case, letters, digits, single underscores, a letter first.
 pub(super) fn field_name(name: &str, taken: &mut BTreeSet<String>) -> String {
@@ -8,6 +8,14 @@ pub(super) fn field_name(name: &str, taken: &mut BTreeSet<String>) -> String {
 /// A constant's name as ROS wants it.
 pub(super) fn constant_name(field: &str, name: &str, taken: &mut BTreeSet<String>) -> String {
     unique(words(&format!("{field}_{name}"), "C").to_ascii_uppercase(), taken)
+}
+
+/// The names of a field's constants, by value.
+pub(super) type Constants = BTreeMap<i128, String>;
+
+/// What the names of a field's constants begin with.
+pub(super) fn constant_prefix(field: &str) -> String {
+    format!("{}_", words(field, "C").to_ascii_uppercase())
 }
 
 /// A message's name as ROS wants it: letters and digits, a capital first.

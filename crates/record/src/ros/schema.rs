@@ -2,6 +2,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::cdr::CdrReader;
+use super::names::Constants;
 use super::value::Map;
 use super::{Error, Numbers, Primitive, RosPrimitive, Value};
 
@@ -24,6 +25,8 @@ pub(super) struct SchemaRecord {
     pub types: Vec<FieldType>,
     /// The names of those fields that are shown.
     pub shown: Arc<Vec<String>>,
+    /// The names of constants, by field; only of Slate's own messages.
+    pub constants: BTreeMap<String, Constants>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +105,13 @@ impl Schema {
                 types.push(FieldType { item, count, is_shown: true });
             }
             let names: Arc<Vec<_>> = Arc::new(lines.iter().map(|line| line.name.to_owned()).collect());
-            records.push(SchemaRecord { name: section.clone(), shown: names.clone(), names, types });
+            records.push(SchemaRecord {
+                name: section.clone(),
+                shown: names.clone(),
+                names,
+                types,
+                constants: BTreeMap::new(),
+            });
         }
         for key in builtin {
             let field = |kind| FieldType { item: Item::Primitive(kind), count: Count::One, is_shown: true };
@@ -112,6 +121,7 @@ impl Schema {
                 shown: Arc::clone(&names),
                 names,
                 types: vec![field(Primitive::I32), field(Primitive::U32)],
+                constants: BTreeMap::new(),
             });
         }
         let mut heights = vec![None; records.len()];
@@ -342,7 +352,7 @@ fn suffix(of: &str) -> Result<(&str, Count), String> {
     };
     let number = |text: &str| match text.parse::<u32>() {
         Ok(number) if number > 0 => Ok(number as usize),
-        _ => Err(format!("`{}` is no number of items", shortened(text))),
+        _ => Err(format!("`{}` is not a number of items", shortened(text))),
     };
     match inside.strip_prefix("<=") {
         _ if inside.is_empty() => Ok((item, Count::Any)),
@@ -364,7 +374,7 @@ fn primitive(name: &str) -> Result<Option<Item>, String> {
             Err("a `wstring` can't be read: implementations of ROS disagree how it lies in a message".into())
         }
         (_, None) => Ok(None),
-        _ => Err(format!("`{}` is no type", shortened(name))),
+        _ => Err(format!("unknown type `{}`", shortened(name))),
     }
 }
 

@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::cdr::{CdrReader, CdrWriter, wire_length};
+use super::constants::constants;
 use super::definition::{PACKAGE, memory};
 use super::names::is_padding;
 use super::schema::{Count, FieldType, Item, take};
@@ -70,7 +71,10 @@ impl Schema {
         if !is_own(name) {
             return Ok(schema);
         }
-        let memory = memory(text);
+        let (memory, constants) = (memory(text), constants(text));
+        for (record, own) in schema.records_mut().iter_mut().zip(constants) {
+            record.constants = own;
+        }
         for (index, record) in schema.records_mut().iter_mut().enumerate() {
             for (name, field) in record.names.iter().zip(&mut record.types) {
                 let is_memory = index == 0 && Some(name.as_str()) == memory;

@@ -46,6 +46,11 @@ impl Map {
         self.iter().find(|(other, _)| *other == name).map(|(_, value)| value)
     }
 
+    /// Names and values, which may change.
+    pub(super) fn iter_mut(&mut self) -> impl Iterator<Item = (&str, &mut Value)> {
+        self.names.iter().map(String::as_str).zip(&mut self.values)
+    }
+
     /// Names and values.
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Value)> {
         self.names.iter().map(String::as_str).zip(&self.values)

@@ -41,7 +41,7 @@ pub enum Error {
         what: String,
     },
     /// It is no such file at all.
-    #[error("`{}` is no MCAP file: {what}", path.display())]
+    #[error("`{}` is not an MCAP file: {what}", path.display())]
     NoBag {
         /// The file.
         path: PathBuf,

@@ -84,7 +84,7 @@ impl<'a> Field<'a> for Vec<u8> {
 impl<'a> Field<'a> for String {
     fn read(input: &mut RecordInput<'a>) -> Result<Self, Malformed> {
         let bytes = input.part()?.0;
-        std::str::from_utf8(bytes).map(String::from).map_err(|_| "a text in it is no UTF-8".into())
+        std::str::from_utf8(bytes).map(String::from).map_err(|_| "a text in it is not UTF-8".into())
     }
 
     fn write(&self, out: &mut Vec<u8>) {

@@ -86,6 +86,16 @@ impl Decoder {
         })
     }
 
+    /// As [`decode`](Self::decode), with the names of constants instead of the numbers of enumerations.
+    pub fn decode_named(&mut self, message: &Message) -> Value {
+        let mut value = self.decode(message);
+        if let (Value::Message(value), Some(Ok(schema))) = (&mut value, self.schemas.get(&message.channel.id))
+        {
+            schema.name_constants(value);
+        }
+        value
+    }
+
     /// Whether the value of a message can be read; one that can't is noted.
     pub fn check(&mut self, message: &Message) -> bool {
         let read = match message.channel.message_encoding.as_str() {
@@ -135,7 +145,7 @@ fn schema(message: &Message) -> Result<ros::Schema, String> {
     if schema.encoding != "ros2msg" {
         return Err(format!("schemas that are encoded as `{}` are not read", schema.encoding));
     }
-    let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is no UTF-8")?;
+    let text = std::str::from_utf8(&schema.data).map_err(|_| "its definition is not UTF-8")?;
     ros::Schema::parse_shown(&schema.name, text).map_err(|error| error.to_string())
 }
 

@@ -127,7 +127,7 @@ fn a_wrong_line_names_file_and_line_and_is_left_out_only_when_that_is_wanted() {
     }
     let path = write(&folder, "a.log", [good.as_bytes(), b"ODOM \xff\n", good.as_bytes()].concat());
     let (imported, _) = import(&path, &LENIENT);
-    assert!(imported.wrongs[0].contains("line 2: it is no UTF-8 from byte 5 on"), "{:?}", imported.wrongs);
+    assert!(imported.wrongs[0].contains("line 2: it is not UTF-8 from byte 5 on"), "{:?}", imported.wrongs);
     let long = format!("{good}FLASER 1 {}\n{good}", "1 ".repeat(600_000));
     let (imported, messages) = import(&write(&folder, "a.log", long), &LENIENT);
     assert!(imported.wrongs[0].contains("line 2: it has more than 1048576 bytes"), "{:?}", imported.wrongs);

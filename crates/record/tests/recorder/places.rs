@@ -72,7 +72,7 @@ fn a_tool_that_names_no_file_does_not_end_the_recording_of_the_run() {
     assert!(agent.step());
     let control = recorder.control().unwrap();
     let refused = control.stop(&agent.composer(), None).unwrap_err();
-    assert!(refused.message.contains("only the run's own recording goes on"), "{refused:?}");
+    assert!(refused.message.contains("only the run's own recording continues"), "{refused:?}");
     let file = std::path::absolute(folder.join("run.mcap")).unwrap();
     assert!(refused.help.contains(file.to_str().unwrap()), "{refused:?}");
     assert_eq!(control.status().recordings[0].file, file);

@@ -126,10 +126,10 @@ fn definitions_that_can_not_be_read_are_refused_in_words() {
     assert_eq!(refused("other/Part x"), line(1) + "`other/Part` is not defined in the text");
     assert_eq!(refused("int8"), line(1) + "expected a type and a name, not `int8`");
     assert_eq!(refused("int8 a-b"), line(1) + "expected a type and a name, not `int8 a-b`");
-    assert_eq!(refused("int8[0] x"), line(1) + "`0` is no number of items");
-    assert_eq!(refused("int8[-1] x"), line(1) + "`-1` is no number of items");
-    assert_eq!(refused("int8[<=x] x"), line(1) + "`x` is no number of items");
-    assert_eq!(refused("int8<=3 x"), line(1) + "`int8<=3` is no type");
+    assert_eq!(refused("int8[0] x"), line(1) + "`0` is not a number of items");
+    assert_eq!(refused("int8[-1] x"), line(1) + "`-1` is not a number of items");
+    assert_eq!(refused("int8[<=x] x"), line(1) + "`x` is not a number of items");
+    assert_eq!(refused("int8<=3 x"), line(1) + "unknown type `int8<=3`");
     assert_eq!(refused("int8 x\n===\nint8 y"), line(3) + "expected `MSG: package/Name`, not `int8 y`");
     assert_eq!(refused("int8 x\nMSG: a/B"), line(2) + "`MSG:` stands without a line of `=` before it");
     let own = line(1) + "messages stand in themselves, or more than 32 deep";

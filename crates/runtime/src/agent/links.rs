@@ -165,7 +165,7 @@ impl<'c> LinkEditor<'c> {
     /// Whether a link could be made: as [`link`](LinkEditor::link), and nothing is changed.
     pub fn check_link(&self, link: &NewLink) -> Result<Vec<Change>, Report> {
         let (database, path) = self.destination(&link.to)?;
-        Ok(self.judged(self.linking(&database, link, &path)?)?.changes().to_vec())
+        Ok(self.told(&self.judged(self.linking(&database, link, &path)?)?))
     }
 
     /// The configuration with a link. As an outbox sends to one inbox, its link to another inbox goes.
@@ -246,7 +246,7 @@ impl<'c> LinkEditor<'c> {
     /// Takes one of the senders of an inbox away, or as [`unlink`](LinkEditor::unlink).
     pub fn unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
         let (database, cut) = self.linked(to, from)?;
-        self.commit(|| without(&database, &cut))
+        self.commit(|| self.without(&database, &cut))
     }
 
     /// Whether a link could be taken away: as [`unlink`](LinkEditor::unlink), and nothing is changed.
@@ -257,7 +257,7 @@ impl<'c> LinkEditor<'c> {
     /// Whether one of the senders of an inbox could be taken away.
     pub fn check_unlink_from(&self, to: &str, from: Option<&str>) -> Result<Vec<Change>, Report> {
         let (database, cut) = self.linked(to, from)?;
-        Ok(self.judged(without(&database, &cut)?)?.changes().to_vec())
+        Ok(self.told(&self.judged(self.without(&database, &cut)?)?))
     }
 
     /// The database, and the path of what a link fills or the URL of another agent's inbox.
@@ -312,10 +312,55 @@ impl<'c> LinkEditor<'c> {
     /// Makes changes of the configuration, unless links are among them that a module is in the way of.
     pub fn commit(&self, propose: impl Fn() -> Result<Proposal, Report>) -> Result<Vec<Change>, Report> {
         loop {
+            let proposal = self.judged(propose()?)?;
+            let changes = self.told(&proposal);
             // Somebody else may be faster.
-            if let Some(changes) = self.judged(propose()?)?.apply() {
+            if proposal.apply().is_some() {
                 return Ok(changes);
             }
+        }
+    }
+
+    /// The changes of a proposal, with the inferred links that give way to written ones or return.
+    fn told(&self, proposal: &Proposal) -> Vec<Change> {
+        let mut changes = proposal.changes().to_vec();
+        if changes.iter().any(|change| change.names().first().is_some_and(|name| name == "links")) {
+            let composition = self.agent.composition();
+            let (before, after) = (&composition.configuration, composition.rewired(proposal.configuration()));
+            for change in &mut changes {
+                if change.before.is_none() {
+                    change.before = before.inferred_value(change.names());
+                }
+                if change.after.is_none() {
+                    change.after = after.configuration().inferred_value(change.names());
+                }
+            }
+        }
+        changes
+    }
+
+    /// The configuration without a link. One that was made at run time leaves nothing behind, unless another one is inferred
+    /// then; one of a file is overlaid.
+    fn without(&self, database: &Database, cut: &Cut) -> Result<Proposal, Report> {
+        if !cut.inferred.is_empty() {
+            let mut changes: Vec<_> = cut.inferred.iter().map(|path| (path.clone(), "false")).collect();
+            if database.current().links().iter().any(|link| link.to.value == cut.to) && cut.from.is_none() {
+                changes = vec![(link_setting(&cut.to), "false")];
+            }
+            return database.propose(&changes);
+        }
+        let is_it = |link: &Link| {
+            let from = || link.from.value.path_in("");
+            link.to.value == cut.to && cut.from.as_ref().is_none_or(|cut| from() == *cut)
+        };
+        let has_it = |configuration: &Configuration| {
+            let wired = self.agent.composition().rewired(configuration);
+            wired.configuration().links().iter().any(is_it)
+        };
+        let path = written(&database.current(), &cut.to, cut.from.as_deref());
+        match database.revert(&path) {
+            Ok(reverted) if !has_it(reverted.configuration()) => Ok(reverted),
+            _ => database.propose(&[(path, "false")]),
         }
     }
 
@@ -355,27 +400,6 @@ struct Cut {
     from: Option<String>,
     /// The settings of those that are not written.
     inferred: Vec<String>,
-}
-
-/// The configuration without a link. One that was made at run time leaves nothing behind; one of a file is overlaid.
-fn without(database: &Database, cut: &Cut) -> Result<Proposal, Report> {
-    if !cut.inferred.is_empty() {
-        let mut changes: Vec<_> = cut.inferred.iter().map(|path| (path.clone(), "false")).collect();
-        if database.current().links().iter().any(|link| link.to.value == cut.to) && cut.from.is_none() {
-            changes = vec![(link_setting(&cut.to), "false")];
-        }
-        return database.propose(&changes);
-    }
-    let is_it = |link: &Link| {
-        let from = || link.from.value.path_in("");
-        link.to.value == cut.to && cut.from.as_ref().is_none_or(|cut| from() == *cut)
-    };
-    let has_it = |configuration: &Configuration| configuration.links().iter().any(is_it);
-    let path = written(&database.current(), &cut.to, cut.from.as_deref());
-    match database.revert(&path) {
-        Ok(reverted) if !has_it(reverted.configuration()) => Ok(reverted),
-        _ => database.propose(&[(path, "false")]),
-    }
 }
 
 /// The setting of a link, or of one of the senders of an inbox where they stand one by one.

@@ -49,7 +49,7 @@ use remote_links::RemoteLinks;
 pub use running::Stopper;
 use settings::FollowedSettings;
 use snapshot::SnapshotRestorer;
-pub use teleoperation::{ControlsError, ControlsHolder, Teleoperation};
+pub use teleoperation::{CommandError, ControlsError, ControlsHolder, Teleoperation};
 
 /// An agent, loaded and ready.
 pub struct Agent {

@@ -81,8 +81,11 @@ impl RecordedAgent for Composer {
         self.modules().into_iter().map(|module| (module.name, module.kind)).collect()
     }
 
+    fn inboxes(&self) -> Vec<String> {
+        self.links().into_iter().filter(|link| link.sends).map(|link| inbox(link.to)).collect()
+    }
+
     fn links(&self) -> Vec<(String, String)> {
-        let inbox = |path: String| if path.contains("://") { path } else { format!("/{path}") };
         let told = |link: crate::LinkStatus| match link.sends {
             true => (link.from.trim_start_matches('/').to_owned(), inbox(link.to)),
             false => (link.to, link.from),
@@ -97,4 +100,9 @@ impl RecordedAgent for Composer {
     fn configuration_text(&self) -> String {
         self.configuration_text()
     }
+}
+
+/// The path of an inbox in a recording; that of another agent is a URL.
+fn inbox(path: String) -> String {
+    if path.contains("://") { path } else { format!("/{path}") }
 }

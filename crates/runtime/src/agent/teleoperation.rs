@@ -51,6 +51,17 @@ pub enum ControlsError {
     },
 }
 
+/// Why a command is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CommandError {
+    /// The value is not of the actuator's interface.
+    #[error(transparent)]
+    Value(#[from] AccessError),
+    /// A field that is missing must not be zero: a robot would turn with one wheel.
+    #[error("it lacks {}", .0.join(", "))]
+    Incomplete(Vec<&'static str>),
+}
+
 /// An actuator, and the holder of its controls.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ControlsHolder {
@@ -111,14 +122,19 @@ impl Teleoperation {
         self.actuator.descriptor()
     }
 
-    /// Commands it from the next cycle on, for [`HOLD`](Teleoperation::HOLD) or until the next command. Fields that are not
-    /// named are as in the command before, and zero in the first.
+    /// Commands it from the next cycle on, for [`HOLD`](Teleoperation::HOLD) or until the next command.
     ///
     /// # Errors
-    /// When the value is not of the actuator's interface; the command before holds on then.
-    pub fn command(&mut self, value: &Value) -> Result<(), AccessError> {
+    /// When the value is not of the actuator's interface or lacks one of its fields; the command before holds on then.
+    pub fn command(&mut self, value: &Value) -> Result<(), CommandError> {
         let mut command = self.command.clone();
         edit(self.descriptor(), &mut command, 0, "", value)?;
+        let fields = self.descriptor().fields.iter().map(|field| field.name);
+        let missing: Vec<_> =
+            fields.filter(|name| *name != "reserved" && value.get(name).is_none()).collect();
+        if !missing.is_empty() {
+            return Err(CommandError::Incomplete(missing));
+        }
         self.command = command;
         let hold = u64::try_from(Self::HOLD.as_nanos()).unwrap_or(u64::MAX);
         self.write(monotonic().saturating_add(hold));

@@ -96,13 +96,16 @@ impl HostService for ActuatorService {
     }
 
     fn commit(&mut self, now: u64, _: Option<&mut Digest>) {
-        for known in self.work().known.values_mut() {
+        let work = self.work();
+        // A command is as old as its step, which may have taken long.
+        let made = work.now;
+        for known in work.known.values_mut() {
             let (Some(offer), Some(commander)) = (&mut known.offer, known.commander) else { continue };
             if offer.set {
                 // SAFETY: the memory has that size, and nobody else has it.
                 let command =
                     unsafe { std::slice::from_raw_parts(offer.command.as_ptr(), known.actuator.size()) };
-                known.actuator.offer(commander, offer.priority, command, now);
+                known.actuator.offer(commander, offer.priority, command, made);
             } else if offer.renewed {
                 known.actuator.withdraw(commander, now);
             }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_engine::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
 
-use crate::configuration::Layered;
+use crate::configuration::{InferredLink, Layered};
 use crate::main_loop::FrozenLoop;
 use crate::runner::FrozenRunner;
 
@@ -17,6 +17,9 @@ pub(crate) struct SnapshotImage {
     /// Its layers; nothing in snapshots of before.
     #[serde(default)]
     pub layers: Option<Layered>,
+    /// The inferred links; nothing in snapshots of before, whose configuration has them.
+    #[serde(default)]
+    pub inferred: Option<Vec<InferredLink>>,
     pub clock: FrozenClock,
     pub main_loop: FrozenLoop,
     /// How many outputs were counted for the digest.

@@ -385,7 +385,7 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         &["other/params/gain -> thinker/params/gain -> other/params/gain", "circle"],
     );
     refused("\"thinker/params/gain\" = \"thinker/params/gain\"", &["circle"]);
-    refused("\"thinker/tame\" = { from = \"sensor/raw\", when = \"good\" }", &["`good` is no condition"]);
+    refused("\"thinker/tame\" = { from = \"sensor/raw\", when = \"good\" }", &["`good` is not a condition"]);
     for (when, holds) in [("good > true", "never holds"), ("good >= false", "always holds")] {
         let link = format!("\"thinker/tame\" = {{ from = \"sensor/raw\", when = \"{when}\" }}");
         refused(&link, &[when, holds]);
@@ -398,5 +398,5 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         "\"thinker/tame\" = { from = \"sensor/raw\", carrier = \"tcp\" }",
         &["`carrier` has no meaning here"],
     );
-    refused("\"thinker/tame\" = { from = \"sensor/raw\", policy = \"skip\" }", &["no queue input"]);
+    refused("\"thinker/tame\" = { from = \"sensor/raw\", policy = \"skip\" }", &["not a queue input"]);
 }

@@ -4,8 +4,9 @@ use slate_mapek::prelude::*;
 use slate_mapek::{analyze, monitor};
 use slate_module::Plugin;
 use slate_module::prelude::*;
+use slate_runtime::configuration::Change;
 use slate_runtime::configuration::{Database, Options as Reading};
-use slate_runtime::{Agent, Options, Rate};
+use slate_runtime::{Agent, NewLink, Options, Rate};
 
 use crate::links::common::Number;
 use crate::links::support::{all, steps};
@@ -57,6 +58,10 @@ impl Analyze for Passing {
 
 /// An agent with one Monitor and an Analyze that reads it, as nothing else can be read; the plugin `back` has another one.
 fn agent() -> Agent {
+    agent_and_database().0
+}
+
+fn agent_and_database() -> (Agent, Database) {
     let text = "time.source = \"counter\"\n[modules.counter]\n[robots.r2.modules]\nfront = {}\nback = {}\npassing = {}\n\
                 [robots.r2.links]\n\"front/number\" = \"/counter/number\"\n\"back/number\" = \"/counter/number\"\n";
     let database = Database::from_text("test.toml", text, Reading::default()).unwrap();
@@ -71,7 +76,7 @@ fn agent() -> Agent {
     database.take_back("").unwrap();
     composer.unload("passing").unwrap();
     composer.load("passing").unwrap();
-    agent
+    (agent, database)
 }
 
 /// What the Analyze reads, and whether nobody has written that.
@@ -99,7 +104,7 @@ fn loading_another_module_changes_no_inferred_link() {
     assert_eq!(source(&agent), front);
     assert!(agent.modules().iter().all(|module| module != "r2/back"));
     // With a link that is written there is nothing to choose.
-    agent.composer().link(&slate_runtime::NewLink::new("r2/passing/number", "/r2/front/percept")).unwrap();
+    agent.composer().link(&NewLink::new("r2/passing/number", "/r2/front/percept")).unwrap();
     agent.composer().load("back").unwrap();
     assert_eq!(source(&agent), Some(("/r2/front/percept".to_owned(), false)));
     assert!(read(&mut agent).is_some());
@@ -115,4 +120,99 @@ fn false_removes_an_inferred_link_while_the_agent_runs() {
     composer.unload("passing").unwrap();
     composer.load("passing").unwrap();
     assert_eq!(source(&agent), None, "also for a module that is loaded anew");
+}
+
+const INPUT: &str = "r2/passing/number";
+
+fn front() -> Option<(String, bool)> {
+    Some(("/r2/front/percept".to_owned(), true))
+}
+
+/// The changes as pairs of old and new values.
+fn told(changes: &[Change]) -> Vec<(String, String)> {
+    let text = |value: &Option<slate_runtime::configuration::Value>| {
+        value.as_ref().map_or("none".to_owned(), ToString::to_string)
+    };
+    changes.iter().map(|change| (text(&change.before), text(&change.after))).collect()
+}
+
+fn pair(before: &str, after: &str) -> Vec<(String, String)> {
+    vec![(before.to_owned(), after.to_owned())]
+}
+
+#[test]
+fn revert_restores_the_inferred_link_that_held_before() {
+    let (mut agent, database) = agent_and_database();
+    let composer = agent.composer();
+    let revert = || composer.commit(|| database.revert("")).unwrap();
+    composer.unlink(INPUT).unwrap();
+    assert_eq!(source(&agent), None);
+    assert_eq!(told(&revert()), pair("false", "\"/r2/front/percept\""));
+    assert_eq!(source(&agent), front());
+    composer.link(&NewLink::new(INPUT, "/r2/front/percept")).unwrap();
+    assert_eq!(source(&agent), Some(("/r2/front/percept".to_owned(), false)));
+    assert_eq!(told(&revert()), pair("\"/r2/front/percept\"", "\"/r2/front/percept\""));
+    assert_eq!(source(&agent), front());
+    assert!(database.diff().is_empty());
+    // Taken away is taken away, also where another one would be inferred.
+    composer.link(&NewLink::new(INPUT, "/r2/front/percept")).unwrap();
+    composer.unlink(INPUT).unwrap();
+    assert_eq!(source(&agent), None);
+    revert();
+    assert!(read(&mut agent).is_some());
+}
+
+#[test]
+fn revert_to_an_ambiguous_link_is_refused() {
+    let (agent, database) = agent_and_database();
+    agent.composer().unlink(INPUT).unwrap();
+    agent.composer().load("back").unwrap();
+    let refused = agent.composer().commit(|| database.revert("")).unwrap_err().to_string();
+    for part in ["`r2/passing/number` could read", "`r2/back/percept`", "`r2/front/percept`"] {
+        assert!(refused.contains(part), "{part} in {refused}");
+    }
+    assert_eq!(source(&agent), None);
+    assert_eq!(database.diff().len(), 1);
+}
+
+#[test]
+fn changes_of_an_inferred_link_tell_its_source() {
+    let (agent, _database) = agent_and_database();
+    let composer = agent.composer();
+    let link = NewLink::new(INPUT, "/r2/front/percept");
+    let linked = composer.check_link(&link).unwrap();
+    assert_eq!(told(&linked), pair("\"/r2/front/percept\"", "\"/r2/front/percept\""));
+    let unlinked = composer.check_unlink(INPUT).unwrap();
+    assert_eq!(told(&unlinked), pair("\"/r2/front/percept\"", "false"));
+    assert_eq!(source(&agent), front());
+    assert_eq!(told(&composer.unlink(INPUT).unwrap()), pair("\"/r2/front/percept\"", "false"));
+}
+
+#[test]
+fn snapshot_keeps_inferred_links_as_inferred() {
+    let (mut agent, database) = agent_and_database();
+    let composer = agent.composer();
+    let snapshot = composer.snapshot().unwrap();
+    composer.restore(&snapshot, Some(&database)).unwrap();
+    assert!(database.diff().is_empty(), "{:?}", database.diff());
+    database.take_back("").unwrap();
+    assert_eq!(source(&agent), front());
+    let resumed = snapshot.configuration(vec![]).unwrap();
+    assert_eq!(resumed.current().links().len(), database.current().links().len(), "none is written");
+    // Changes that were made since go, and the inferred link is back.
+    for change in ["false", "{ from = \"/r2/front/percept\", every = 2 }"] {
+        database.set(&[(format!("links.\"{INPUT}\""), change)]).unwrap();
+        assert_ne!(source(&agent), front());
+        let other = composer.snapshot().unwrap();
+        composer.restore(&snapshot, Some(&database)).unwrap();
+        assert_eq!(source(&agent), front());
+        assert!(database.diff().is_empty(), "{:?}", database.diff());
+        // And the other way round.
+        composer.restore(&other, Some(&database)).unwrap();
+        assert_ne!(source(&agent), front());
+        assert!(!database.diff().is_empty());
+        database.take_back("").unwrap();
+        assert_eq!(source(&agent), front());
+    }
+    assert!(read(&mut agent).is_some());
 }

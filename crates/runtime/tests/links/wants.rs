@@ -106,8 +106,8 @@ fn a_link_that_is_made_later_says_it_too() {
         assert!(report.contains(says), "{report}");
     };
     let new = || NewLink::new("relay/input", "slate://o/m/a");
-    refused(new().with("compression", "\"jpeg:0\""), "`jpeg:0` is no compression");
-    refused(new().with("compression", "\"jpeg\""), "`jpeg` is no compression");
+    refused(new().with("compression", "\"jpeg:0\""), "unknown compression `jpeg:0`");
+    refused(new().with("compression", "\"jpeg\""), "unknown compression `jpeg`");
     refused(new().with("interval", "\"soon\""), "soon");
     refused(new().with("rate", "\"1s\"").with("interval", "\"5ms\""), "`rate` says a period");
     refused(new().with("carrier", "\"udp\""), "no carrier `udp`");

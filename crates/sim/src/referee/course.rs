@@ -4,7 +4,8 @@ use slate_module::prelude::*;
 use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
 
 use super::conduct::Conduct;
-use super::verdict;
+use super::{unknown_robot, verdict};
+use crate::error::key;
 use crate::geometry::Point;
 use crate::scenario::Scenario;
 use crate::shortest_path::shortest_path;
@@ -112,17 +113,18 @@ impl Instance for Referee {
         let scenario = Scenario::new(table, setup.seed).map_err(|error| Refusal(error.to_string()))?;
         let params: Params = slate_module::read_params(params)?;
         let robot = scenario.placements.iter().find(|placement| placement.name == params.robot.as_str());
-        let robot = robot.ok_or_else(|| format!("no robot `{}` in the world", params.robot))?;
+        let robot = robot.ok_or_else(|| unknown_robot(setup, params.robot.as_str(), &scenario))?;
         let outline = robot.description.outline();
         let half_width = outline.points.iter().map(|point| point.y).fold(0.0, math::max);
         let bodies = scenario.static_outlines();
         let goals = scenario.goals_of(params.robot.as_str());
         let way = |from: Point, to: Point| {
             shortest_path(&bodies, from, to, half_width)
-                .ok_or_else(|| format!("there is no way to the goal ({}, {})", to.x, to.y))
+                .ok_or_else(|| format!("world.goals: no path to the goal ({}, {})", to.x, to.y))
         };
         let (Some(first), Some(last)) = (goals.first(), goals.last()) else {
-            return Err(format!("[world.goals] has none for `{}`", params.robot).into());
+            let setting = format!("world.goals.{}", key(params.robot.as_str()));
+            return Err(format!("{setting}: expected at least one goal, found none").into());
         };
         let mut between = 0.0;
         for leg in goals.windows(2) {

@@ -4,7 +4,7 @@ use slate_module::prelude::*;
 use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
 
 use super::conduct::Conduct;
-use super::verdict;
+use super::{unknown_robot, verdict};
 use crate::scenario::Scenario;
 
 /// Performance of a following robot so far.
@@ -104,7 +104,7 @@ impl Instance for PursuitReferee {
         let params: PursuitParams = slate_module::read_params(params)?;
         // Else it would count contacts of an unknown robot.
         if !scenario.placements.iter().any(|placement| placement.name == params.robot.as_str()) {
-            return Err(format!("no robot `{}` in the world", params.robot).into());
+            return Err(unknown_robot(setup, params.robot.as_str(), &scenario));
         }
         Ok(Self(PursuitCourse::default()))
     }

@@ -204,7 +204,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let policy = self.link.policy.as_ref().map(|policy| policy.span);
         match policy.or(self.link.window.as_ref().map(|window| window.span)) {
             Some(said) if self.direction != Direction::Queue => {
-                let message = Mistake::Ends.of(format!("`{}` is no queue input", self.to));
+                let message = Mistake::Ends.of(format!("`{}` is not a queue input", self.to));
                 Err((said, message, "leave `policy` and `window` out".into()))
             }
             _ => Ok(()),

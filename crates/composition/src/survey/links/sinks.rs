@@ -169,7 +169,8 @@ fn outbox(survey: &Survey<'_>, link: &Link) -> Result<LinkSink, (Message, String
             let inbox = link.destination().filter(|url| url.agent().is_some());
             Err(match inbox.as_ref().and_then(|url| url.agent()) {
                 Some(agent) => {
-                    let message = format!("`{to}` belongs to agent `{agent}`, and `/{path}` is no outbox");
+                    let message =
+                        format!("`{to}` belongs to agent `{agent}`, and `/{path}` is not an outbox");
                     let help = "write the link in the configuration of that agent; only messages are sent there from here";
                     (Mistake::OtherAgent.of(message), help.into())
                 }

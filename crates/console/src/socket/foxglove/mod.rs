@@ -16,15 +16,17 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
+use futures_util::future::Either;
 use serde_json::json;
 use slate_runtime::Teleoperation;
-use tokio::sync::mpsc;
+use tokio::sync::{Semaphore, mpsc};
 use tokio::time::Instant;
 
 use super::{Listener, Said, Sink, Visitor, hand, ping, say};
 use channels::{Channels, Form};
-use request::{Call, FoxgloveRequest};
-use slate_control::{Caller, Context, Watcher, apart};
+use request::FoxgloveRequest;
+use slate_control::operations::by_name;
+use slate_control::{Caller, Context, Dispatcher, Operation, Watcher, apart};
 use transforms::Transforms;
 
 /// By which names the protocol goes; both are the same.
@@ -43,6 +45,12 @@ const SLOW: Duration = Duration::from_millis(250);
 /// From this size on values are encoded in another thread, bytes.
 const LARGE: usize = 4096;
 
+/// Size of all requests of a client that wait for the one before them, bytes; what exceeds it is refused.
+const WAITING: usize = 2 << 20;
+
+/// Refusal of such a request.
+const OVERLOADED: &str = "too many requests of this client wait: one is refused";
+
 /// How many subscriptions a client may have.
 const MOST: usize = 512;
 
@@ -55,6 +63,7 @@ enum Out {
 /// What one client wants, and what it was told.
 struct Session {
     context: Arc<Context>,
+    dispatcher: Arc<Dispatcher>,
     caller: Caller,
     who: String,
     channels: Channels,
@@ -80,10 +89,21 @@ struct Subscription {
 }
 
 pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listener) {
-    let (sender, mut requests) = mpsc::channel(16);
+    let (sender, mut requests) = mpsc::unbounded_channel();
+    let room = Arc::new(Semaphore::new(WAITING));
+    let (answer, mut answers) = mpsc::unbounded_channel();
+    let (dispatcher, caller) = (Arc::clone(&visitor.dispatcher), visitor.caller());
     let hears = async move {
         while let Some(said) = listener.next().await {
-            if sender.send(said).await.is_err() {
+            // A stop waits for no other request of this client.
+            let answered = match services::stop_call(&said) {
+                Some(call) => answer.send(services::answer(&dispatcher, &caller, &call)).is_ok(),
+                None => match Arc::clone(&room).try_acquire_many_owned(said.size()) {
+                    Ok(permit) => sender.send((said, permit)).is_ok(),
+                    Err(_) => answer.send(status(1, OVERLOADED, None)).is_ok(),
+                },
+            };
+            if !answered {
                 return;
             }
         }
@@ -100,18 +120,19 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
             let mut out = Vec::new();
             match tokio::time::timeout(LOOK, requests.recv()).await {
                 Ok(None) => return,
-                Ok(Some(said)) => {
-                    // What is asked may take long, or wait for modules.
-                    let asked = apart(true, move || {
-                        let out = session.take(said);
-                        (session, out)
-                    });
-                    let Some((back, answers)) = asked.await else { return };
+                Ok(Some((said, _permit))) => {
+                    let carried = carry_out(session, &said);
+                    let Some((back, told)) = meanwhile(carried, &mut answers, &mut sink).await else {
+                        return;
+                    };
                     session = back;
-                    out = answers;
+                    out = told;
                 }
                 Err(_) if !ping(&mut sink, &mut pinged).await => return,
                 Err(_) => {}
+            }
+            while let Ok(answer) = answers.try_recv() {
+                out.push(answer);
             }
             if surveyed.elapsed() >= SURVEY {
                 surveyed = Instant::now();
@@ -140,6 +161,51 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
     futures_util::future::select(hears, tells).await;
 }
 
+/// Carries out what a client says, in its turn and apart, as it may take long or wait for modules.
+async fn carry_out(mut session: Session, said: &Said) -> Option<(Session, Vec<Out>)> {
+    let request = match said {
+        Said::Text(text) => FoxgloveRequest::parse(text),
+        Said::Binary(bytes) => FoxgloveRequest::parse_bytes(bytes),
+    };
+    let request = match request {
+        Ok(request) => request,
+        Err(reason) => return Some((session, vec![status(1, &reason, None)])),
+    };
+    let turn = match session.operation(&request) {
+        Some(operation) => match session.dispatcher.turn(operation).await {
+            Ok(turn) => Some(turn),
+            Err(problem) => return Some((session, vec![status(2, &problem.to_string(), None)])),
+        },
+        None => None,
+    };
+    let carried = apart(true, move || {
+        let _turn = turn;
+        let out = session.take(request);
+        (session, out)
+    });
+    carried.await
+}
+
+/// Waits for work, and sends what is answered meanwhile; nothing when the client is gone.
+async fn meanwhile<T>(
+    work: impl Future<Output = Option<T>>,
+    answers: &mut mpsc::UnboundedReceiver<Out>,
+    sink: &mut Sink,
+) -> Option<T> {
+    let mut work = std::pin::pin!(work);
+    loop {
+        let answer = std::pin::pin!(answers.recv());
+        match futures_util::future::select(work.as_mut(), answer).await {
+            Either::Left((done, _)) => return done,
+            Either::Right((answer, _)) => {
+                if !send(sink, vec![answer?]).await {
+                    return None;
+                }
+            }
+        }
+    }
+}
+
 /// False when the client is gone.
 async fn send(sink: &mut Sink, out: Vec<Out>) -> bool {
     for message in out {
@@ -160,6 +226,7 @@ impl Session {
         Self {
             channels: Channels::default(),
             context: visitor.context,
+            dispatcher: visitor.dispatcher,
             caller,
             who: visitor.who,
             subscriptions: BTreeMap::new(),
@@ -193,14 +260,19 @@ impl Session {
         out
     }
 
-    /// Does what a client asks.
-    fn take(&mut self, said: Said) -> Vec<Out> {
-        let request = match &said {
-            Said::Text(text) => FoxgloveRequest::parse(text),
-            Said::Binary(bytes) => FoxgloveRequest::parse_bytes(bytes),
-        };
-        let done = request.and_then(|request| self.make(request));
-        done.unwrap_or_else(|reason| vec![status(1, &reason, None)])
+    /// Carries out a request.
+    fn take(&mut self, request: FoxgloveRequest) -> Vec<Out> {
+        self.make(request).unwrap_or_else(|reason| vec![status(1, &reason, None)])
+    }
+
+    /// The operation of a request, whose turn is waited for.
+    fn operation(&self, request: &FoxgloveRequest) -> Option<&'static Operation> {
+        match request {
+            FoxgloveRequest::SetParameters { .. } => by_name("write"),
+            FoxgloveRequest::Message { channel, .. } => self.published.get(channel)?.operation(),
+            FoxgloveRequest::Call(call) => by_name(services::name(call)?),
+            _ => None,
+        }
     }
 
     fn make(&mut self, request: FoxgloveRequest) -> Result<Vec<Out>, String> {
@@ -245,7 +317,9 @@ impl Session {
                 (self.wants_graph, self.graph) = (wanted, None);
                 return Ok(self.graph_changed());
             }
-            FoxgloveRequest::Call(call) => return Ok(vec![self.call(&call)]),
+            FoxgloveRequest::Call(call) => {
+                return Ok(vec![services::answer(&self.dispatcher, &self.caller, &call)]);
+            }
         }
         Ok(Vec::new())
     }
@@ -304,26 +378,6 @@ impl Session {
             }
         }
         Some(self)
-    }
-
-    fn call(&mut self, call: &Call) -> Out {
-        match services::call(&self.context, &self.caller, call) {
-            Ok(answer) => {
-                let encoding = b"json";
-                let mut bytes = vec![3];
-                bytes.extend(call.service.to_le_bytes());
-                bytes.extend(call.id.to_le_bytes());
-                bytes.extend((encoding.len() as u32).to_le_bytes());
-                bytes.extend(encoding);
-                bytes.extend(answer.to_string().into_bytes());
-                Out::Bytes(bytes)
-            }
-            Err(message) => {
-                let (service, id) = (call.service, call.id);
-                let text = json!({ "op": "serviceCallFailure", "serviceId": service, "callId": id, "message": message });
-                Out::Text(text.to_string())
-            }
-        }
     }
 
     /// Who publishes what, and who reads it, when that has changed.

@@ -5,7 +5,6 @@ use slate_blackboard::Access;
 use slate_blackboard::interface::{Kind, Value};
 
 use super::{Out, Session, status};
-use slate_control::operations;
 
 impl Session {
     /// All parameters, or those that are named, as they are.
@@ -36,7 +35,7 @@ impl Session {
         let mut out = Vec::new();
         for (name, value) in values {
             let path = name.trim_start_matches('/');
-            let set = operations::carry_out(&self.context, &self.caller, "write", path, value.clone());
+            let set = self.dispatcher.carry_out(&self.caller, "write", path, value.clone());
             if let Err(problem) = set {
                 out.push(status(2, &format!("{name} is not set: {problem}"), None));
             }

@@ -6,8 +6,9 @@ use slate_blackboard::interface::{Descriptor, Value};
 
 use super::Session;
 use super::request::Advertised;
+use slate_control::Operation;
 use slate_control::Role;
-use slate_control::operations;
+use slate_control::operations::by_name;
 
 /// Where the messages of a channel go.
 pub(super) enum Channel {
@@ -20,6 +21,15 @@ pub(super) enum Channel {
 }
 
 impl Channel {
+    /// The operation that a message of the channel is; none for a command of an actuator.
+    pub fn operation(&self) -> Option<&'static Operation> {
+        match self {
+            Self::Actuator(_) => None,
+            Self::Mailbox(_) => by_name("send"),
+            Self::Setting(_) => by_name("write"),
+        }
+    }
+
     pub fn actuator(&self) -> Option<&str> {
         match self {
             Self::Actuator(name) => Some(name),
@@ -70,7 +80,7 @@ impl Session {
                 return self.drive(&name, &body);
             }
         };
-        let done = operations::carry_out(&self.context, &self.caller, name, path, body);
+        let done = self.dispatcher.carry_out(&self.caller, name, path, body);
         done.map(drop).map_err(|problem| problem.to_string())
     }
 

@@ -1,16 +1,14 @@
 //! Stop, reset and arm, as services.
 
-use std::sync::Arc;
-
 use serde_json::{Value as Json, json};
-use slate_control::operations::{by_name, carry_out};
-use slate_control::{Caller, Context};
+use slate_control::operations::{STOP, by_name};
+use slate_control::{Caller, Dispatcher};
 
-use super::Out;
-use super::request::Call;
+use super::request::{Call, FoxgloveRequest};
+use super::{Out, Said};
 
 /// The operations that are services.
-const NAMES: [&str; 3] = ["stop", "reset", "arm"];
+const NAMES: [&str; 3] = [STOP, "reset", "arm"];
 
 /// Says which there are; each is known by its place among them, from 1.
 pub(super) fn advertise() -> Out {
@@ -20,7 +18,7 @@ pub(super) fn advertise() -> Out {
         .iter()
         .zip(1..)
         .map(|(name, id)| {
-            let request = schema(if *name == "stop" { "reason" } else { "actuator" });
+            let request = schema(if *name == STOP { "reason" } else { "actuator" });
             let part = |schema: &str| json!({ "encoding": "json", "schemaName": name, "schemaEncoding": "jsonschema", "schema": schema });
             json!({
                 "id": id,
@@ -36,9 +34,42 @@ pub(super) fn advertise() -> Out {
     Out::Text(json!({ "op": "advertiseServices", "services": services }).to_string())
 }
 
-pub(super) fn call(context: &Arc<Context>, caller: &Caller, call: &Call) -> Result<Json, String> {
-    let place = (call.service as usize).checked_sub(1);
-    let Some(name) = place.and_then(|place| NAMES.get(place)) else {
+/// The call of a stop in a message, if it is one.
+pub(super) fn stop_call(said: &Said) -> Option<Call> {
+    let Said::Binary(bytes) = said else { return None };
+    let Ok(FoxgloveRequest::Call(call)) = FoxgloveRequest::parse_bytes(bytes) else { return None };
+    (name(&call) == Some(STOP)).then_some(call)
+}
+
+/// The operation of a call.
+pub(super) fn name(call: &Call) -> Option<&'static str> {
+    (call.service as usize).checked_sub(1).and_then(|number| NAMES.get(number)).copied()
+}
+
+/// Carries out a call; its answer.
+pub(super) fn answer(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> Out {
+    match carry_out(dispatcher, caller, call) {
+        Ok(answer) => {
+            let encoding = b"json";
+            let mut bytes = vec![3];
+            bytes.extend(call.service.to_le_bytes());
+            bytes.extend(call.id.to_le_bytes());
+            bytes.extend((encoding.len() as u32).to_le_bytes());
+            bytes.extend(encoding);
+            bytes.extend(answer.to_string().into_bytes());
+            Out::Bytes(bytes)
+        }
+        Err(message) => {
+            let (service, id) = (call.service, call.id);
+            let text =
+                json!({ "op": "serviceCallFailure", "serviceId": service, "callId": id, "message": message });
+            Out::Text(text.to_string())
+        }
+    }
+}
+
+fn carry_out(dispatcher: &Dispatcher, caller: &Caller, call: &Call) -> Result<Json, String> {
+    let Some(name) = name(call) else {
         return Err(format!("there is no service {}", call.service));
     };
     if let Some(needed) = by_name(name).map(|operation| operation.role).filter(|needed| caller.role < *needed)
@@ -47,16 +78,17 @@ pub(super) fn call(context: &Arc<Context>, caller: &Caller, call: &Call) -> Resu
     }
     // What comes with a stop is no reason not to stop.
     let body: Json = serde_json::from_slice(&call.payload).unwrap_or_default();
-    if *name != "stop" && call.encoding != "json" {
+    if name != STOP && call.encoding != "json" {
         return Err(format!("the call is in `{}`; only json is taken", call.encoding));
     }
     let text = |name: &str| body[name].as_str().filter(|text| !text.is_empty());
-    let body = match *name {
-        "stop" => json!({ "reason": text("reason").unwrap_or_default() }),
+    let body = match name {
+        STOP => json!({ "reason": text("reason").unwrap_or_default() }),
         "reset" => Json::Null,
         _ => json!({ "actuator": text("actuator") }),
     };
-    carry_out(context, caller, name, "", body)
+    dispatcher
+        .carry_out(caller, name, "", body)
         .map(|_| json!({ "done": name }))
         .map_err(|problem| problem.detail().to_owned())
 }

@@ -85,7 +85,7 @@ impl Head {
 /// A text that ends with a zero, or with its place.
 fn text(bytes: &[u8]) -> Result<String, String> {
     let end = bytes.iter().position(|byte| *byte == 0).unwrap_or(bytes.len());
-    String::from_utf8(bytes[..end].to_vec()).map_err(|_| "a name in its head is no UTF-8".into())
+    String::from_utf8(bytes[..end].to_vec()).map_err(|_| "a name in its head is not UTF-8".into())
 }
 
 pub(super) fn read<W: Write>(

@@ -133,7 +133,8 @@ impl BagMessageType {
             None => (of, Count::One),
             Some((of, "")) => (of, Count::Any),
             Some((of, count)) => {
-                let number = count.parse::<u32>().map_err(|_| format!("`{count}` is no number of items"))?;
+                let number =
+                    count.parse::<u32>().map_err(|_| format!("`{count}` is not a number of items"))?;
                 (of, Count::Fixed(number as usize))
             }
         };

@@ -145,7 +145,7 @@ impl Types {
             Item::Text => {
                 let (length, at) = (input.length()?, input.at);
                 let text = std::str::from_utf8(input.take(length)?);
-                let text = text.map_err(|_| format!("at byte {at}: a text is no UTF-8"))?;
+                let text = text.map_err(|_| format!("at byte {at}: a text is not UTF-8"))?;
                 if let Some(out) = out {
                     // Some writers count the zero at the end of a text.
                     let text = text.trim_end_matches('\0').replace('\0', "\u{fffd}");

@@ -46,7 +46,7 @@ impl BagRecord {
 
     pub fn text(&self, name: &[u8]) -> Result<String, String> {
         let field = String::from_utf8(self.field(name)?.to_vec());
-        field.map_err(|_| format!("its `{}` is no UTF-8", String::from_utf8_lossy(name)))
+        field.map_err(|_| format!("its `{}` is not UTF-8", String::from_utf8_lossy(name)))
     }
 }
 

@@ -182,11 +182,10 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
                 let place = self.plan.surveyed(m).module.name.span;
-                self.builder.complaints.add(
-                    self.plan.configuration.place_of(&refusal.0, place),
-                    message,
-                    "mend its parameters or what it is set up from",
-                );
+                match self.plan.configuration.place_of(&refusal.0) {
+                    Some(place) => self.builder.complaints.add_plain(place, message),
+                    None => self.builder.complaints.add(place, message, "fix its parameters or its setup"),
+                }
                 None
             }
         }

@@ -11,7 +11,7 @@ use crate::agent::assembly::Unlinked;
 use crate::configuration::{Configuration, Report};
 use crate::main_loop::SharedLoop;
 use crate::sharing::RemotePath;
-use slate_composition::{Complaints, survey};
+use slate_composition::{Complaints, Wired, survey};
 
 /// How often it is looked whether the module has returned.
 const LOOK: Duration = Duration::from_millis(20);
@@ -118,13 +118,21 @@ impl Composition {
         ports.map(|port| (port, unlinked.reason())).collect()
     }
 
+    /// Another configuration with the modules that were loaded by hand, and with the inferred links. Ports of which it says
+    /// nothing any more get theirs again.
+    pub fn rewired(&self, configuration: &Configuration) -> Wired {
+        let configuration = configuration.with_loaded_of(&self.configuration);
+        Wired::after(&configuration, &self.configuration, &self.catalogue)
+    }
+
     /// Refuses a configuration whose links can't be made now, as a module is in the way.
     pub fn check_returned(&self, configuration: &Configuration) -> Result<(), Report> {
-        let configuration = configuration.with_loaded_of(&self.configuration);
-        let mut complaints = Complaints::new(&configuration);
-        let survey = survey(&configuration, &self.catalogue, &mut complaints);
-        let changed = self.assembly.changed(&configuration, &survey);
-        let leads = changed.keys().flat_map(|module| survey.leads(&configuration, *module).into_values());
+        let wired = self.rewired(configuration);
+        let configuration = &**wired.configuration();
+        let mut complaints = Complaints::new(configuration);
+        let survey = survey(configuration, &self.catalogue, &mut complaints);
+        let changed = self.assembly.changed(configuration, &survey);
+        let leads = changed.keys().flat_map(|module| survey.leads(configuration, *module).into_values());
         let writers = leads.flatten().filter_map(|lead| self.assembly.owner(&lead.path));
         let readers = changed.keys().map(|module| survey.modules[*module].module.name.value.clone());
         let involved: BTreeSet<String> = readers.chain(writers).collect();

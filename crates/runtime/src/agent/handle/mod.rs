@@ -34,10 +34,18 @@ pub(super) struct WeakHandle {
     recording: Option<Weak<dyn Recording>>,
 }
 
-/// What the agent is made of, held for a change or a look.
+/// Guard of the composition.
 pub(super) struct HeldComposition<'c> {
     composition: MutexGuard<'c, Composition>,
     overview: &'c Mutex<Overview>,
+    /// Whether it may have been changed.
+    is_changed: bool,
+}
+
+impl<'c> HeldComposition<'c> {
+    fn new(composition: MutexGuard<'c, Composition>, overview: &'c Mutex<Overview>) -> Self {
+        Self { composition, overview, is_changed: false }
+    }
 }
 
 impl Deref for HeldComposition<'_> {
@@ -50,12 +58,16 @@ impl Deref for HeldComposition<'_> {
 
 impl DerefMut for HeldComposition<'_> {
     fn deref_mut(&mut self) -> &mut Composition {
+        self.is_changed = true;
         &mut self.composition
     }
 }
 
 impl Drop for HeldComposition<'_> {
     fn drop(&mut self) {
+        if !self.is_changed {
+            return;
+        }
         let overview = Overview::of(&self.composition);
         *self.overview.lock().unwrap_or_else(PoisonError::into_inner) = overview;
     }
@@ -117,7 +129,7 @@ impl AgentHandle {
     /// What the agent is made of, for one change at a time; what came of it is shown when it is let go.
     pub fn composition(&self) -> HeldComposition<'_> {
         let composition = self.composition.lock().unwrap_or_else(PoisonError::into_inner);
-        HeldComposition { composition, overview: &self.overview }
+        HeldComposition::new(composition, &self.overview)
     }
 
     /// What the agent is made of, unless somebody else has it now.
@@ -127,7 +139,7 @@ impl AgentHandle {
             Err(TryLockError::Poisoned(error)) => error.into_inner(),
             Err(TryLockError::WouldBlock) => return None,
         };
-        Some(HeldComposition { composition, overview: &self.overview })
+        Some(HeldComposition::new(composition, &self.overview))
     }
 
     /// The lists of plugins and modules after the last change.

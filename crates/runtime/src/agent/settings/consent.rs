@@ -70,6 +70,6 @@ pub(super) fn ask(questions: Vec<ConsentQuestion>, configuration: &Configuration
 }
 
 fn objection(configuration: &Configuration, complaint: &str, place: Span, message: String) -> Diagnostic {
-    let place = configuration.place_of(complaint, place);
+    let place = configuration.place_of(complaint).unwrap_or(place);
     configuration.diagnostic(place, message, Some("it has to begin with them at the next start".into()))
 }

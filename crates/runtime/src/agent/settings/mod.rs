@@ -119,15 +119,17 @@ impl<'c> SettingsChanger<'c> {
         changes: &[Change],
     ) -> Result<Vec<ConsentQuestion>, Report> {
         let mut composition = self.agent.composition();
+        let wired = composition.rewired(configuration);
+        let configuration = &**wired.configuration();
         let Composition { configuration: current, catalogue, assembly, .. } = &mut *composition;
-        let configuration = configuration.with_loaded_of(current);
-        let mut diagnostics = OtherModules::of(current, &configuration).refusals(changes);
-        let mut complaints = Complaints::new(&configuration);
-        let survey = survey(&configuration, catalogue, &mut complaints);
-        check_dormant(&configuration, catalogue, &assembly.last_known, &mut complaints);
+        let mut diagnostics = OtherModules::of(current, configuration).refusals(changes);
+        let mut complaints = Complaints::new(configuration);
+        let survey = survey(configuration, catalogue, &mut complaints);
+        check_dormant(configuration, catalogue, &assembly.last_known, &mut complaints);
         diagnostics.append(&mut complaints.diagnostics);
+        diagnostics.extend(wired.ambiguous().iter().cloned());
         if diagnostics.is_empty()
-            && let Err(mut refused) = assembly.try_links(&configuration, &survey)
+            && let Err(mut refused) = assembly.try_links(configuration, &survey)
         {
             diagnostics.append(&mut refused);
         }
@@ -185,8 +187,16 @@ impl<'c> SettingsChanger<'c> {
         if of_log {
             self.agent.shared.logger.set_levels(configuration.log().levels());
         }
-        let Ok(()) = self.agent.recorder.make(changes.iter().map(Recorded::from).collect(), || {
-            let configuration = Arc::new(configuration.with_loaded_of(&composition.configuration));
+        let configuration = Arc::clone(composition.rewired(configuration).configuration());
+        // A recording has inferred links as if they were written.
+        let recorded = |change: &Change| {
+            let mut change = change.clone();
+            if change.after.is_none() {
+                change.after = configuration.inferred_value(change.names());
+            }
+            Recorded::from(&change)
+        };
+        let Ok(()) = self.agent.recorder.make(changes.iter().map(recorded).collect(), || {
             if of_links || composition.waiting.unlinked.is_some() {
                 let modules = composition.settle_links(&configuration, &self.agent.shared);
                 self.agent.tell_links(&modules);

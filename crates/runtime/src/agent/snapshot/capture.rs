@@ -12,7 +12,7 @@ use super::text;
 use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
 use crate::clock::monotonic;
-use crate::configuration::Layered;
+use crate::configuration::{InferredLink, Layered};
 use crate::main_loop::{FrozenLoop, Seat, SharedLoop};
 use crate::snapshot::{
     Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Keepsake, PluginMark,
@@ -38,6 +38,7 @@ pub(super) struct SnapshotSubjects {
     pub modules: Vec<SnapshotSubject>,
     configuration: String,
     layers: Layered,
+    inferred: Vec<InferredLink>,
     outputs: u32,
     time: Arc<TimePlace>,
     keepsakes: BTreeMap<String, Arc<dyn Keepsake>>,
@@ -93,6 +94,7 @@ impl SnapshotSubjects {
             modules: modules.collect(),
             configuration: text::of(composition, shared.board.agent()),
             layers: text::layers(composition, shared.board.agent()),
+            inferred: composition.configuration.inferred_links(),
             outputs: composition.assembly.resources.index,
             time: Arc::clone(&composition.assembly.resources.means.time),
             keepsakes: composition.snapshots.keepsakes.clone(),
@@ -149,6 +151,7 @@ impl SnapshotSubjects {
         Some(Ok(SnapshotImage {
             configuration: self.configuration.clone(),
             layers: Some(self.layers.clone()),
+            inferred: Some(self.inferred.clone()),
             clock: FrozenClock { driven: shared.clock.is_driven(), now: shared.clock.now() },
             main_loop,
             outputs: self.outputs,

@@ -170,7 +170,11 @@ impl DifferentSetting {
             };
             // One that was taken away is `false`.
             let links = links.map(link).filter(|(_, value)| *value != Value::Bool(false));
-            counting.map(|setting| (setting.path, setting.value)).chain(links).collect()
+            let inferred = configuration.links().iter().filter(|link| link.is_inferred()).map(|link| {
+                let source = || Value::Text(link.from.value.to_string());
+                (link.setting().0, if link.carries_messages() { Value::Bool(true) } else { source() })
+            });
+            counting.map(|setting| (setting.path, setting.value)).chain(links).chain(inferred).collect()
         };
         let (here, there) = (settings(here), settings(there));
         let paths: BTreeSet<&String> = here.keys().chain(there.keys()).collect();

@@ -26,9 +26,10 @@ impl<'c> SnapshotTaker<'c> {
         Self { agent }
     }
 
-    /// The whole configuration as it is, with what the command line has set and what was changed since, as TOML.
+    /// The whole configuration as it is, with what the command line has set, what was changed since and inferred links, as
+    /// TOML.
     pub fn configuration_text(&self) -> String {
-        text::of(&self.agent.composition(), self.agent.shared.board.agent())
+        text::expanded(&self.agent.composition(), self.agent.shared.board.agent())
     }
 
     /// The plugins that are loaded, each with a hash over its library, or over what its modules are.

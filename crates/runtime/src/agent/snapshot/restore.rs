@@ -33,7 +33,8 @@ impl<'c> SnapshotRestorer<'c> {
         self.is_of(snapshot)?;
         loop {
             let here = database.current().with_loaded_of(&self.agent.composition().configuration);
-            let different = DifferentSetting::between(&here, &*settings_of(snapshot)?);
+            let there = settings_of(snapshot)?;
+            let different = DifferentSetting::between(&here, &there);
             // What can't change while the agent runs is found out before anything is proposed.
             let is_fixed = |own: &&DifferentSetting| own.property().is_none() && !own.is_link();
             let fixed: Vec<_> = different.iter().filter(is_fixed).map(DifferentSetting::tell).collect();
@@ -44,8 +45,17 @@ impl<'c> SnapshotRestorer<'c> {
                 return self.go_on(snapshot, &[], None);
             }
             let unset = different.iter().filter(|own| own.there.is_none());
-            let unset = unset.filter_map(|own| Some((own.path.clone(), self.unset(&own.path)?))).collect();
-            let settings: Vec<_> = different.into_iter().map(|own| (own.path, own.there)).collect();
+            let unset = unset.filter_map(|own| Some((own.path.clone(), self.unset(&own.path)?)));
+            // An inferred link is written where the files say otherwise.
+            let inferred = different.iter().filter(|own| own.is_link() && there.value(&own.path).is_none());
+            let inferred = inferred.filter_map(|own| Some((own.path.clone(), own.there.clone()?)));
+            let unset = unset.chain(inferred).collect();
+            let written = |own: DifferentSetting| match own.is_link() {
+                true => (there.value(&own.path).map(|value| value.value.to_string()), own.path),
+                false => (own.there, own.path),
+            };
+            let settings: Vec<_> =
+                different.into_iter().map(written).map(|(value, path)| (path, value)).collect();
             let proposal = database.replace(&settings, &unset)?;
             // All is judged with the settings of the snapshot, and they hold when the agent goes on from it.
             let restored =
@@ -105,13 +115,14 @@ impl<'c> SnapshotRestorer<'c> {
         kept: &[String],
         other: Option<(&Configuration, &BTreeMap<String, String>)>,
     ) -> Result<(), SnapshotError> {
-        self.agent.recorder.tell("going on from a snapshot");
         self.is_of(snapshot)?;
         let mut composition = self.agent.composition();
+        let here = &composition.configuration;
         let configuration = match other {
-            Some((other, _)) => Arc::new(other.with_loaded_of(&composition.configuration)),
-            None => Arc::clone(&composition.configuration),
+            Some((other, _)) => Arc::new(other.with_loaded_of(here)),
+            None => Arc::clone(here),
         };
+        let configuration = with_links_of(snapshot, &configuration);
         let subjects = SnapshotSubjects::of(&composition, &self.agent.shared)?.modules;
         let mut problems = fit::problems(&composition, &subjects, snapshot, &self.agent.shared);
         let different = DifferentSetting::between(&configuration, &*settings_of(snapshot)?);
@@ -196,10 +207,16 @@ impl<'c> SnapshotRestorer<'c> {
         };
         let held = HeldSeats::of(&subjects)?;
         let thaw = Thaw { subjects, ready };
+        let recorder = self.agent.recorder.clone();
         let done = links.exchange_with(
             &composition.assembly,
             &self.agent.shared,
-            move |shared| thaw.judged(shared),
+            move |shared| {
+                let thaw = thaw.judged(shared)?;
+                // Of a load that is refused before, what records the agent has nothing to tell.
+                recorder.tell("going on from a snapshot");
+                Ok(thaw)
+            },
             |shared, thaw| thaw.apply(shared),
         );
         drop(held);
@@ -271,7 +288,15 @@ fn levels(snapshot: &Snapshot) -> Levels {
 
 /// The configuration that the agent had.
 fn settings_of(snapshot: &Snapshot) -> Result<Arc<Configuration>, SnapshotError> {
-    Ok(snapshot.configuration(Vec::new())?.current())
+    Ok(with_links_of(snapshot, &snapshot.configuration(Vec::new())?.current()))
+}
+
+/// The configuration with the links that were inferred in a snapshot, if it has them apart.
+fn with_links_of(snapshot: &Snapshot, configuration: &Arc<Configuration>) -> Arc<Configuration> {
+    match &snapshot.image.inferred {
+        Some(links) => Arc::new(configuration.with_inferred_links(links)),
+        None => Arc::clone(configuration),
+    }
 }
 
 fn unfit(snapshot: &Snapshot, problems: Vec<String>) -> SnapshotError {

@@ -6,14 +6,25 @@ use crate::agent::composition::Composition;
 use crate::configuration::{Configuration, Layered, PluginEntry, SourceKind, Value};
 
 /// All settings, a line each, with what the command line has set and what was changed since. The libraries of plugins are
-/// named by absolute paths, and loaded at the start if they are loaded now.
+/// named by absolute paths, and loaded at the start if they are loaded now. Inferred links are no settings.
 pub(super) fn of(composition: &Composition, agent: &str) -> String {
+    whole(composition, agent, Vec::new())
+}
+
+/// The same with inferred links as if they were written, for readers who infer none.
+pub(super) fn expanded(composition: &Composition, agent: &str) -> String {
+    let configuration = &composition.configuration;
+    let links = configuration.links().iter().filter(|link| link.is_inferred());
+    whole(composition, agent, links.map(|link| configuration.link_line(link)).collect())
+}
+
+fn whole(composition: &Composition, agent: &str, links: Vec<String>) -> String {
     // An empty path is one.
     let settings = composition.configuration.settings("").unwrap_or_default().into_iter();
     let settings = settings.filter(|setting| !is_told_apart(&setting.path));
     let configuration = &composition.configuration;
     let lines = settings.map(|setting| format!("{} = {}", setting.path, setting.value));
-    text(composition, agent, lines.map(|line| beside(configuration, line)))
+    text(composition, agent, lines.map(|line| beside(configuration, line)).chain(links))
 }
 
 /// The same layer by layer.
@@ -42,9 +53,6 @@ fn text(composition: &Composition, agent: &str, settings: impl Iterator<Item = S
     lines.extend(settings);
     for module in configuration.modules().iter().filter(|module| configuration.is_loaded(module)) {
         lines.push(format!("modules.{}.kind = {}", quoted(&module.name), quoted(&module.kind)));
-    }
-    for link in configuration.links().iter().filter(|link| link.is_inferred()) {
-        lines.push(configuration.link_line(link));
     }
     let is_loaded = |name: &str| composition.catalogue.plugin(name).is_some();
     for entry in configuration.plugins() {

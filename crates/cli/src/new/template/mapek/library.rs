@@ -254,7 +254,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_arrival_is_told_once() {
+    fn arrival_is_reported_once() {
         let mut arrival = Fixture::<AnalyzeBlock<Arrival>>::new();
         arrival.set("target", Point2 { x: 1.0, y: 0.0 });
         let mut tells = |x: f64| {
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_near_makes_it_back_off() {
+    fn backs_off_from_near_obstacles() {
         let mut reflex = Fixture::<ReactiveBlock<BackOff>>::new();
         reflex.write("sonar", 0, |scan: &mut SonarScan| scan.range_max = 0.1);
         reflex.tick();
