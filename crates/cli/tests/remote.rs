@@ -39,7 +39,7 @@ fn the_code_of_exp1_is_exchanged_and_its_speed_changed_while_the_robot_drives_to
     assert!(running.done(&["config", "get", speed]).contains("= 0.3  # change"));
     assert!(said.contains("0.4 (default) -> 0.3"), "{said}");
     let different = running.done(&["config", "diff"]);
-    assert!(different.contains(&format!("- {path} = 0.4  # default\n+ {path} = 0.3")), "{different}");
+    assert!(different.contains(&format!("- {speed} = 0.4  # default\n+ {speed} = 0.3")), "{different}");
     // The example is built in, so there is no file to save to.
     running.fails(5, &["config", "save"], &["built in"]);
 

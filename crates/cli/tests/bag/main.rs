@@ -512,7 +512,7 @@ fn what_is_there_for_the_layout_alone_is_shown_by_no_verb() {
     );
     done(&folder, &[&export[..], &["--ros", "--out", "ros.mcap"]].concat());
     let ros = done(&folder, &["cat", "ros.mcap", "/r2/planner/state"]);
-    assert!(ros.contains("{ ticks = 1, panics = 0, condition = 1, waiting_for = "), "{ros:.2000}");
+    assert!(ros.contains("{ ticks = 1, panics = 0, condition = \"WORKING\", waiting_for = "), "{ros:.2000}");
     let definitions = String::from_utf8_lossy(&std::fs::read(folder.join("ros.mcap")).unwrap()).into_owned();
     for text in [&scans, &table, &ros, &definitions] {
         assert!(!text.contains("reserved") && !text.contains("memory"), "{text:.2000}");

@@ -3,7 +3,7 @@
 use slate_module::Direction;
 
 use super::commander::commands_actuator;
-use super::{LinkTarget, Survey, Wire, scope};
+use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
 /// Warnings of commands that cross from one robot to another.
@@ -16,20 +16,20 @@ pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagn
 /// Messages to the Execute of another robot, and commands of an actuator to the driver of another robot.
 fn sent(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let name = |module: usize| survey.modules[module].module.name.value.as_str();
-    let warn = |joint: &super::Joint<'_>| {
+    let warn = |joint: &super::ResolvedLink<'_>| {
         let (own, wire) = joint.port;
         let Wire::Port(port) = wire else { return None };
         let (from, to, source, destination) = match joint.target {
-            LinkTarget::Port(other, inbox) => {
+            LinkSource::Port(other, inbox) => {
                 let is_inbox = survey.modules[other].description.ports[inbox].direction == Direction::Inbox;
                 if !is_inbox || !commands_actuator(configuration, survey, other) {
                     return None;
                 }
-                let source = survey.path(configuration, LinkTarget::Port(own, port));
+                let source = survey.path(configuration, LinkSource::Port(own, port));
                 (scope(name(own)), scope(name(other)), source, survey.path(configuration, joint.target))
             }
-            LinkTarget::Command(actuator) => {
-                let destination = survey.path(configuration, LinkTarget::Port(own, port));
+            LinkSource::Command(actuator) => {
+                let destination = survey.path(configuration, LinkSource::Port(own, port));
                 let driven = driven_robot(survey, own, port);
                 let actuator = &configuration.actuators()[actuator].name.value;
                 (scope(actuator), driven, format!("{actuator}/command"), destination)

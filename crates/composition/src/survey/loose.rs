@@ -4,7 +4,7 @@ use slate_module::{Direction, PortDescription};
 
 use super::commander::{commands_actuator, is_of_actuator};
 use super::crossing::crossing;
-use super::{LinkTarget, Survey, Wire, scope};
+use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
 /// Warnings of ports and actuators that lead nowhere.
@@ -91,8 +91,8 @@ fn loose_port(
 
 /// Whether messages reach an inbox, also those of modules that are not loaded.
 fn has_sender(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
-    let path = survey.path(configuration, LinkTarget::Port(module, port));
-    let is_target = survey.joints.iter().any(|joint| joint.target == LinkTarget::Port(module, port));
+    let path = survey.path(configuration, LinkSource::Port(module, port));
+    let is_target = survey.joints.iter().any(|joint| joint.target == LinkSource::Port(module, port));
     is_target || configuration.links().iter().any(|link| link.to.value == path)
 }
 
@@ -119,7 +119,7 @@ fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, po
     let surveyed = &survey.modules[module];
     let ports = &surveyed.description.ports;
     let is_fed = |(port, own): (usize, &PortDescription)| {
-        let path = survey.path(configuration, LinkTarget::Port(module, port));
+        let path = survey.path(configuration, LinkSource::Port(module, port));
         let has_value = surveyed.inputs.contains_key(&port) || configuration.is_left_out(&path);
         // Tools and other agents may send to an inbox.
         own.direction == Direction::Inbox || reads(own) && (has_value || has_link(configuration, &path))
@@ -186,7 +186,7 @@ fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: 
 fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool {
     let notices = || {
         let ports = &survey.modules[module].description.ports;
-        let alike = |joint: &super::Joint<'_>| {
+        let alike = |joint: &super::ResolvedLink<'_>| {
             let Wire::Port(other) = joint.port.1 else { return false };
             joint.port.0 == module && ports[other].role == port.role
         };
@@ -212,7 +212,7 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
     for (index, actuator) in configuration.actuators().iter().enumerate() {
         let name = &actuator.name.value;
         let command = format!("{name}/command");
-        let is_read = survey.joints.iter().any(|joint| joint.target == LinkTarget::Command(index));
+        let is_read = survey.joints.iter().any(|joint| joint.target == LinkSource::Command(index));
         // Also by a module that is not loaded.
         let is_named = configuration
             .links()
