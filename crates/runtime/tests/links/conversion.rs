@@ -368,7 +368,7 @@ fn what_is_not_exact_is_refused_with_both_ends() {
         &["no field `angel`", "did you mean angle?"],
     );
     refused("\"thinker/refined/count\" = \"sensor/raw/cuont\"", &["no field `cuont`", "did you mean count?"]);
-    refused("\"thinker/refined/count\" = \"sensor/raw/ranges/9\"", &["no item `9`", "at most 4"]);
+    refused("\"thinker/refined/count\" = \"sensor/raw/ranges/9\"", &["unknown item `9`", "at most 4"]);
     refused("\"thinker/params/gani\" = \"counter/number/value\"", &["no field `gani`", "gain"]);
     refused("\"thinker/params\" = \"counter/number\"", &["all parameters", "gain"]);
     refused("\"thinker/params/width\" = \"counter/number/value\"", &["no unit", "m"]);
