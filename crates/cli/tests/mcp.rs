@@ -87,6 +87,9 @@ fn a_viewer_over_mcp_looks_and_stops_and_changes_nothing() {
             ["explain", { "code": "S006" }],
             ["read", { "path": "/nothing" }],
             ["read", { "part": "/simulator/r2/truth" }],
+            ["read", { "path": "/simulator/r2/truth", "format": "events" }],
+            ["log", { "format": "events" }],
+            ["log", { "format": "json" }],
             ["write", { "path": SPEED, "body": 0.35 }],
             ["drive", { "actuator": "r2/wheels", "command": {} }],
             ["stop", { "reason": "something is in the way" }],
@@ -108,10 +111,15 @@ fn a_viewer_over_mcp_looks_and_stops_and_changes_nothing() {
     assert_eq!(done(&calls[3])["code"], "S006");
     refused(&calls[4], &["nothing", "help: ", "code: S"]);
     refused(&calls[5], &["unknown argument `part`", "path"]);
-    refused(&calls[6], &["a viewer may not"]);
-    refused(&calls[7], &["a viewer may not"]);
-    assert_eq!(done(&calls[8])["stopped"], true);
-    let stops = done(&calls[9]).to_string();
+    // A stream never ends: a tool that waits for its end hangs.
+    refused(&calls[6], &["`read` answers in JSON only", "events"]);
+    refused(&calls[7], &["`log` answers in JSON only", "events"]);
+    done(&calls[8]);
+    assert!(tools["read"]["properties"].get("format").is_none());
+    refused(&calls[9], &["a viewer may not"]);
+    refused(&calls[10], &["a viewer may not"]);
+    assert_eq!(done(&calls[11])["stopped"], true);
+    let stops = done(&calls[12]).to_string();
     assert!(stops.contains("mcp: something is in the way"), "{stops}");
     let log = running.done(&["log"]);
     assert!(log.contains("mcp: POST /stop is done"), "{log}");
@@ -168,6 +176,7 @@ fn a_developer_over_mcp_sets_what_the_agent_lets_set() {
         ["write", { "path": SPEED, "body": 99 }],
     ]);
     let asked = ask(&running, "developer", &calls);
+    assert_eq!(asked["tools"]["reload"]["required"], json!(["plugin"]));
     done(&asked["calls"][0]);
     refused(&asked["calls"][1], &["99"]);
     assert_eq!(running.read("exp1", SPEED), 0.35);

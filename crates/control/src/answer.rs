@@ -15,7 +15,7 @@ use tokio::sync::mpsc;
 use crate::problem::Problem;
 use crate::stream::Follow;
 
-/// What comes of a request.
+/// Answer of an operation.
 pub enum OperationAnswer {
     /// JSON, with what its version is called.
     Json(StatusCode, Json, Option<String>),
@@ -23,7 +23,7 @@ pub enum OperationAnswer {
     Bytes(&'static str, Vec<u8>),
     /// So many bytes of a file.
     File(File, u64),
-    /// What goes on until somebody goes.
+    /// A stream, which goes on until the client leaves.
     Follow(Follow),
     /// Nothing to tell.
     Nothing,
@@ -85,7 +85,7 @@ impl HttpBody for ResponseBody {
     }
 }
 
-/// What every answer says to browsers: nothing of other origins, in no frame, from no cache.
+/// Headers of every answer for browsers: nothing of other origins, in no frame, from no cache.
 const HEADERS: [(&str, &str); 7] = [
     (
         "content-security-policy",
@@ -133,7 +133,7 @@ impl Problem {
     }
 }
 
-/// What is no text and nothing that a browser shows.
+/// Media type of bytes that are no text and that no browser shows.
 pub const BYTES: &str = "application/octet-stream";
 
 /// As much of a file as is sent at once, bytes.

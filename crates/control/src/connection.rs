@@ -65,7 +65,7 @@ impl PresentConnection {
     }
 }
 
-/// What ends with a connection.
+/// Resources that end with a connection.
 #[derive(Default)]
 struct Belongings {
     trace: ToolTrace,
@@ -265,7 +265,7 @@ impl std::fmt::Debug for ConnectionEnd {
 }
 
 impl ConnectionEnd {
-    /// That of a connection to an agent.
+    /// Creates the end of a connection to an agent.
     pub fn new(context: &Arc<crate::context::Context>, slot: &Arc<ConnectionSlot>) -> Self {
         Self { context: Arc::clone(context), slot: Arc::clone(slot) }
     }

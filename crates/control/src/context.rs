@@ -17,9 +17,9 @@ use crate::lease::{Leases, random_name};
 pub struct Page {
     /// Where it is, such as `/` or `/panels/map.js`.
     pub path: String,
-    /// What it is, such as `text/javascript; charset=utf-8`.
+    /// Media type, such as `text/javascript; charset=utf-8`.
     pub kind: String,
-    /// What is in it.
+    /// Content.
     pub content: Vec<u8>,
 }
 
@@ -28,7 +28,7 @@ pub struct Page {
 pub struct Document {
     /// Its name, at `/api/v1/documents/NAME`.
     pub name: String,
-    /// What it says now. It is called in a thread of the console.
+    /// Returns the current content. It is called in a thread of the console.
     pub read: Arc<dyn Fn() -> Json + Send + Sync>,
 }
 
@@ -38,7 +38,7 @@ impl std::fmt::Debug for Document {
     }
 }
 
-/// What requests are answered from.
+/// State from which requests are answered.
 pub struct Context {
     /// The agent.
     pub agent: AgentControl,
@@ -46,7 +46,7 @@ pub struct Context {
     pub logger: Arc<Logger>,
     /// Whether the agent runs in lockstep.
     pub is_lockstep: bool,
-    /// What the program tells beside the blackboard.
+    /// Documents of the program beside the blackboard.
     pub documents: Vec<Document>,
     /// Parameters that an operator may set.
     operable: Vec<Pattern>,
@@ -67,7 +67,7 @@ impl std::fmt::Debug for Context {
 }
 
 impl Context {
-    /// That of an agent.
+    /// Creates the context of an agent.
     ///
     /// # Errors
     /// When the system has no random numbers.

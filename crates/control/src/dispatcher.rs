@@ -67,7 +67,7 @@ impl std::fmt::Debug for OperationTurn {
 }
 
 impl Dispatcher {
-    /// That of an agent, for so many requests at once that may take long; one more waits, or is refused.
+    /// Creates the dispatcher of an agent with `places` permits for slow requests; one more waits, or is refused.
     pub fn new(context: Arc<Context>, places: usize, waits: bool) -> Self {
         let work = Arc::new(Semaphore::new(places));
         Self {

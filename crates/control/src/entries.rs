@@ -24,7 +24,7 @@ pub struct PluginEntry {
     pub shadow: Option<PathBuf>,
 }
 
-/// What a load has brought.
+/// Result of loading plugins.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LoadedPlugins {
     /// The plugins.
@@ -42,7 +42,7 @@ pub struct LoadedPlugin {
     pub file: Option<PathBuf>,
 }
 
-/// What came of switching a module.
+/// Result of switching a module.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Switched {
     /// Whether that changed anything; else it was so already.
@@ -56,7 +56,7 @@ pub struct Switched {
 pub struct UnloadedPlugin {
     /// Its name.
     pub name: String,
-    /// What became of its library's memory.
+    /// State of its library's memory.
     pub library: String,
 }
 
@@ -69,7 +69,7 @@ pub struct Reloaded {
     pub modules: Vec<(String, Option<String>)>,
     /// Whether the modules went on with their ports, between two ticks.
     pub in_place: bool,
-    /// What became of the old library's memory.
+    /// State of the old library's memory.
     pub old_library: String,
 }
 
@@ -111,7 +111,7 @@ pub struct LinkEntry {
     /// Whether nobody has written it, as types and roles leave no choice.
     #[serde(default)]
     pub inferred: bool,
-    /// What else the configuration says of it: keys and values of its table.
+    /// Other keys and values of its table in the configuration.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
@@ -165,9 +165,9 @@ pub struct Changed {
 pub struct Different {
     /// Its path.
     pub path: String,
-    /// What the files say, if they do.
+    /// Value in the files, if any.
     pub file: Option<String>,
-    /// What holds.
+    /// Current value.
     pub present: Option<String>,
     /// Where that comes from.
     pub origin: Option<String>,
@@ -223,14 +223,14 @@ pub struct TraceEntry {
     pub tracks: Vec<TrackEntry>,
 }
 
-/// What is recorded of a module or the main loop.
+/// Recorded spans of a module or the main loop.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TrackEntry {
     /// Its name.
     pub name: String,
     /// The spans in the file.
     pub spans: u64,
-    /// Those that came faster than they could be written.
+    /// Number of spans that came faster than they could be written.
     pub missing: u64,
 }
 
@@ -240,7 +240,7 @@ impl TraceEntry {
         self.tracks.iter().map(|track| track.spans).sum()
     }
 
-    /// Those that came faster than they could be written.
+    /// Returns the number of spans that came faster than they could be written.
     pub fn missing(&self) -> u64 {
         self.tracks.iter().map(|track| track.missing).sum()
     }
@@ -262,17 +262,17 @@ pub struct Reading {
 pub struct PropertyEntry {
     /// Its path, such as `r2/planner/timing`.
     pub path: String,
-    /// What its values are.
+    /// Interface of its values.
     pub interface: String,
-    /// What it is for.
+    /// Description.
     pub doc: String,
-    /// Who writes it: `output` for its module, `setting` for the configuration and tools, `queue` for what it is linked to,
+    /// Writer: `output` for its module, `setting` for the configuration and tools, `queue` for what it is linked to,
     /// `messages` for all who are linked to it; empty when it is another agent's.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub access: String,
 }
 
-/// What a tool watches.
+/// Answer to a watch.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Watched {
     /// The URL of a property or a field.
@@ -298,7 +298,7 @@ pub struct News {
 pub struct ControlsEntry {
     /// The actuator.
     pub actuator: String,
-    /// What its commands are.
+    /// Interface of its commands.
     pub interface: String,
     /// For how long a command holds that is not renewed, milliseconds.
     pub hold: u64,
@@ -309,7 +309,7 @@ pub struct ControlsEntry {
 pub struct HolderEntry {
     /// The actuator.
     pub actuator: String,
-    /// Who has them, for people; nothing when nobody has.
+    /// Holder, for people; empty when the controls are free.
     pub holder: Option<String>,
     /// Since when, nanoseconds of the agent's time.
     pub since: Option<u64>,
@@ -320,7 +320,7 @@ pub struct HolderEntry {
 pub struct Measured {
     /// The property, as it was asked for.
     pub url: String,
-    /// What its values are.
+    /// Interface of its values.
     pub interface: String,
     /// How many values came after the first that was seen.
     pub count: u64,
@@ -366,9 +366,9 @@ pub struct Spread {
 /// Why an agent does not do what it was asked.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Refusal {
-    /// What is wrong, in a line or one for each mistake.
+    /// Message, a line for each mistake.
     pub message: String,
-    /// What to do about it.
+    /// Advice on the mistake.
     pub help: String,
     /// The code of its kind, such as `S004`, if it has one; see [`Mistake`](slate_runtime::Mistake).
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -14,7 +14,7 @@ use crate::context::Context;
 use crate::problem::Problem;
 use crate::query::{Query, decode};
 
-/// What stands before the paths of all operations.
+/// Prefix of the paths of all operations.
 pub const BASE: &str = "/api/v1";
 
 /// One operation of the API.
@@ -26,13 +26,13 @@ pub struct Operation {
     pub path: &'static str,
     /// Its name in the document.
     pub name: &'static str,
-    /// What it does, in a line.
+    /// Summary in a line.
     pub summary: &'static str,
-    /// Who may do it.
+    /// Required role.
     pub role: Role,
     /// How long it may take, and whether it changes the agent.
     pub pace: Pace,
-    /// What may stand behind the question mark.
+    /// Query parameters.
     pub parameters: &'static [Parameter],
     /// The schema of the body, if it takes one.
     pub body: Option<fn() -> Json>,
@@ -65,7 +65,7 @@ pub(crate) const TOKEN: Parameter = Parameter {
 };
 
 impl Operation {
-    /// One that looks; a browser may say its token behind the question mark.
+    /// Operation that reads; a browser may send its token in the query.
     pub(crate) const fn get(
         path: &'static str,
         name: &'static str,
@@ -75,7 +75,7 @@ impl Operation {
         OperationDraft::new("GET", path, name, role, summary).parameters(&[TOKEN])
     }
 
-    /// One that begins something.
+    /// Operation that begins something.
     pub(crate) const fn post(
         path: &'static str,
         name: &'static str,
@@ -86,7 +86,7 @@ impl Operation {
         OperationDraft::new("POST", path, name, role, summary).pace(pace)
     }
 
-    /// One that sets something as a whole.
+    /// Operation that sets something as a whole.
     pub(crate) const fn put(
         path: &'static str,
         name: &'static str,
@@ -97,7 +97,7 @@ impl Operation {
         OperationDraft::new("PUT", path, name, role, summary).pace(pace)
     }
 
-    /// One that sets parts of something.
+    /// Operation that sets parts of something.
     pub(crate) const fn patch(
         path: &'static str,
         name: &'static str,
@@ -108,7 +108,7 @@ impl Operation {
         OperationDraft::new("PATCH", path, name, role, summary).pace(pace)
     }
 
-    /// One that ends something.
+    /// Operation that ends something.
     pub(crate) const fn delete(
         path: &'static str,
         name: &'static str,
@@ -137,7 +137,7 @@ impl OperationDraft {
         Self { pace, ..self }
     }
 
-    /// What may stand behind the question mark.
+    /// Sets the query parameters.
     pub const fn parameters(self, parameters: &'static [Parameter]) -> Self {
         Self { parameters, ..self }
     }
@@ -174,12 +174,12 @@ pub enum Pace {
     Change,
 }
 
-/// What may stand behind the question mark.
+/// A query parameter.
 #[derive(Clone, Copy, Debug)]
 pub struct Parameter {
     /// Its name.
     pub name: &'static str,
-    /// What it is for.
+    /// Description.
     pub doc: &'static str,
     /// The schema of its value.
     pub schema: fn() -> Json,
@@ -187,11 +187,11 @@ pub struct Parameter {
 
 /// Request of one operation with its caller.
 pub struct OperationRequest {
-    /// Who asks.
+    /// The caller.
     pub caller: Caller,
     /// The parts of the path.
     pub captured: Vec<(&'static str, String)>,
-    /// What stands behind the question mark.
+    /// The query.
     pub query: Query,
     /// Which kinds of answers are wanted.
     pub accept: String,
@@ -203,10 +203,10 @@ pub struct OperationRequest {
     pub body: Option<Json>,
 }
 
-/// Who asks.
+/// Caller of an operation.
 #[derive(Clone)]
 pub struct Caller {
-    /// What the caller may do.
+    /// Role of the caller.
     pub role: Role,
     /// The caller for people, such as `operator at 127.0.0.1:4711`.
     pub who: String,

@@ -17,7 +17,7 @@ pub fn is_picture(descriptor: &Descriptor) -> bool {
 }
 
 impl Picture {
-    /// What a value shows; nothing when it is no image, or says more than it holds.
+    /// Returns the picture of a value; nothing when it is no image, or declares more than it holds.
     pub fn of(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Option<Self> {
         if !is_picture(descriptor) || bytes.len() < descriptor.size.checked_add(items)? {
             return None;

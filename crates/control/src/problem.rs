@@ -13,9 +13,9 @@ use crate::entries::Refusal;
 pub struct Problem {
     /// The status of HTTP.
     pub status: StatusCode,
-    /// What is wrong.
+    /// Message.
     detail: String,
-    /// What to do about it.
+    /// Advice.
     help: String,
     /// Of which kind it is.
     mistake: Option<Mistake>,
@@ -69,14 +69,14 @@ impl Problem {
         Self::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again later").with("retry-after", "1")
     }
 
-    /// What the agent refuses.
+    /// Problem of a refusal by the agent.
     pub fn refused(status: StatusCode, refusal: Refusal) -> Self {
         let mistake = refusal.code.as_deref().and_then(Mistake::from_code);
         let problem = Self::new(status, refusal.message, refusal.help);
         Self { mistake: mistake.or(problem.mistake), report: refusal.report, ..problem }
     }
 
-    /// What is wrong.
+    /// Returns the message.
     pub fn detail(&self) -> &str {
         &self.detail
     }

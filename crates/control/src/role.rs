@@ -20,7 +20,7 @@ impl Role {
         Self::ALL.into_iter().find(|role| role.name() == name)
     }
 
-    /// What it allows, in a line.
+    /// Summary of the rights, in a line.
     pub fn doc(self) -> &'static str {
         match self {
             Self::Viewer => "Looks, and stops the actuators",

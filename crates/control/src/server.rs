@@ -74,7 +74,7 @@ impl std::fmt::Debug for Server {
     }
 }
 
-/// What the connections of the socket share.
+/// State that the connections of the socket share.
 struct SocketHost {
     dispatcher: Dispatcher,
     guests: Arc<Connections>,

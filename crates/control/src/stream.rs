@@ -17,7 +17,7 @@ use crate::select::Selection;
 /// From this size on values are copied and encoded in another thread, so that nothing else waits; bytes.
 const LARGE: usize = 4096;
 
-/// What separates the pictures of a stream.
+/// Boundary between the pictures of a stream.
 const BOUNDARY: &str = "slate-picture";
 
 /// After so long without news a stream says that it is still there.
@@ -146,7 +146,7 @@ pub async fn apart<T: Send + 'static>(is_long: bool, work: impl FnOnce() -> T + 
     tokio::task::spawn_blocking(work).await.ok()
 }
 
-/// What is told of a property, over and over.
+/// Stream of a property's values.
 pub struct Follow {
     /// Of which agent.
     pub context: Arc<Context>,
@@ -220,7 +220,7 @@ impl Follow {
     }
 }
 
-/// What there is to be told now.
+/// Returns the next part of a stream; empty without news.
 fn tell(watcher: &mut Watcher, what: &StreamForm) -> Vec<u8> {
     match what {
         StreamForm::Events { selection, every } => {

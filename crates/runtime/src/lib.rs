@@ -31,6 +31,5 @@ pub use slate_engine::clock::{Calendar, RecordedTimes, TimeSource};
 pub use slate_engine::main_loop::{
     AgentTrace, Control, Cycle, End, LoopPolicy, LoopPosition, Observer, Rate, STAGE_LIMIT,
 };
-use slate_engine::{actuators, clock, digest, main_loop, runner};
 pub use slate_engine::{give_way, isolation, log, plugin, synchronization, timing};
 pub use slate_module::Stage;

@@ -10,10 +10,10 @@ use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, Board, Stamp};
 use slate_module::Level;
 
-use crate::clock::{Clock, monotonic};
-use crate::configuration::{ShareSecurity, SharedKnowledge};
 pub use slate_composition::RemotePath;
 pub use slate_configuration::{Compression, TEAM, is_topic};
+use slate_configuration::{ShareSecurity, SharedKnowledge};
+use slate_engine::clock::{Clock, monotonic};
 pub use slate_engine::main_loop::AfterTick;
 
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,

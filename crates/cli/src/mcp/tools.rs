@@ -37,6 +37,9 @@ const AGENT: &str = "agent";
 /// The argument of a body that is no object of known fields.
 const BODY: &str = "body";
 
+/// The parameter that chooses the form of an answer.
+const FORMAT: &str = "format";
+
 /// A tool with its JSON Schema.
 pub struct ToolEntry {
     pub name: &'static str,
@@ -126,9 +129,25 @@ fn name(part: &str) -> Option<&str> {
     part.strip_prefix('{')?.strip_suffix('}')
 }
 
-/// Returns the query parameters, without the token of browsers.
+/// Returns the query parameters, without the token of browsers and the format: a tool answers in JSON.
 fn query(operation: &Operation) -> impl Iterator<Item = &'static Parameter> {
-    operation.parameters.iter().filter(|parameter| parameter.name != "token")
+    operation.parameters.iter().filter(|parameter| !["token", FORMAT].contains(&parameter.name))
+}
+
+fn has_formats(operation: &Operation) -> bool {
+    operation.parameters.iter().any(|parameter| parameter.name == FORMAT)
+}
+
+/// Refuses any format but JSON, such as a stream, which never ends.
+fn check_format(operation: &Operation, arguments: &Map<String, Value>) -> Result<(), String> {
+    match arguments.get(FORMAT).filter(|_| has_formats(operation)) {
+        None | Some(Value::Null) => Ok(()),
+        Some(Value::String(json)) if json == "json" => Ok(()),
+        Some(other) => Err(format!(
+            "`{}` answers in JSON only, not as {other}; call it again for newer values",
+            operation.name
+        )),
+    }
 }
 
 /// The fields of a body that are arguments by themselves.
@@ -180,9 +199,11 @@ pub fn request(
     agent: &str,
     arguments: &Map<String, Value>,
 ) -> Result<(String, Option<Value>), String> {
+    check_format(operation, arguments)?;
     let known = schema(operation);
     let known = known.get("properties").and_then(Value::as_object).cloned().unwrap_or_default();
-    if let Some(other) = arguments.keys().find(|name| !known.contains_key(*name)) {
+    let is_known = |name: &str| known.contains_key(name) || name == FORMAT && has_formats(operation);
+    if let Some(other) = arguments.keys().find(|name| !is_known(name)) {
         let names: Vec<_> = known.keys().map(String::as_str).collect();
         return Err(format!(
             "unknown argument `{other}` of `{}`, which takes {}",

@@ -10,7 +10,7 @@ mod words;
 use slate_blackboard::is_within;
 
 use super::names::join;
-use super::{Joint, Survey, Wire};
+use super::{ResolvedLink, Survey, Wire};
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 pub use remote::{elsewhere, path as remote_path};
@@ -88,9 +88,9 @@ impl Survey<'_> {
     }
 }
 
-impl Joint<'_> {
+impl ResolvedLink<'_> {
     /// Whether the port is linked as a whole to a value of its own type.
     pub fn is_plain(&self) -> bool {
-        matches!(self.way, super::Way::Plain)
+        matches!(self.way, super::LinkConversion::Plain)
     }
 }

@@ -2,7 +2,7 @@
 
 use slate_module::{Direction, PortDescription};
 
-use super::{LinkTarget, Survey, Wire, scope};
+use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
 /// Warnings of ports and actuators that lead nowhere.
@@ -47,7 +47,7 @@ fn loose_port(
                 [] => format!("no block of its robot takes a {}", own.role),
                 inboxes => line(&inboxes[0], &path),
             };
-            Some((format!("`{path}` sends to nobody"), help))
+            Some((format!("outbox `{path}` has no receiver"), help))
         }
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
             let fits = |other: &PortDescription| {
@@ -78,7 +78,7 @@ fn loose_port(
 fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool {
     let notices = || {
         let ports = &survey.modules[module].description.ports;
-        let alike = |joint: &super::Joint<'_>| {
+        let alike = |joint: &super::ResolvedLink<'_>| {
             let Wire::Port(other) = joint.port.1 else { return false };
             joint.port.0 == module && ports[other].role == port.role
         };
@@ -104,7 +104,7 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
     for (index, actuator) in configuration.actuators().iter().enumerate() {
         let name = &actuator.name.value;
         let command = format!("{name}/command");
-        let is_read = survey.joints.iter().any(|joint| joint.target == LinkTarget::Command(index));
+        let is_read = survey.joints.iter().any(|joint| joint.target == LinkSource::Command(index));
         // Also by a module that is not loaded.
         let is_named = configuration
             .links()

@@ -60,30 +60,30 @@ pub struct Surveyed<'a> {
     pub inputs: BTreeMap<usize, Vec<u8>>,
 }
 
-/// A link between two ports.
+/// A link between two ports, with its source.
 #[derive(Clone, Debug)]
-pub struct Joint<'a> {
+pub struct ResolvedLink<'a> {
     /// As configured.
     pub link: &'a Link,
     /// The module and the port that the link belongs to.
     pub port: (usize, Wire),
-    /// Its target, through the links of other inputs.
-    pub target: LinkTarget,
-    /// The field of the target that it reads; empty for the whole.
+    /// Its source, through the links of other inputs.
+    pub target: LinkSource,
+    /// The field of the source that it reads; empty for the whole.
     pub from: String,
     /// The field of the port that it fills; empty for the whole.
     pub field: String,
     /// Conversion of the value.
-    pub way: Way,
+    pub way: LinkConversion,
     /// The values that it lets pass; all without one.
     pub filter: Option<Arc<Filter>>,
     /// Whether last cycle's value is meant of what is written earlier in a cycle.
     pub delayed: bool,
 }
 
-/// Conversion of a value on its way.
+/// Conversion of a link's value.
 #[derive(Clone, Debug)]
-pub enum Way {
+pub enum LinkConversion {
     /// The port reads the property itself.
     Plain,
     /// The port has a property of its own, which this writes.
@@ -92,9 +92,9 @@ pub enum Way {
     Pending(Arc<FieldPlace>),
 }
 
-/// The target of a link.
+/// Source of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LinkTarget {
+pub enum LinkSource {
     /// A port of a module.
     Port(usize, usize),
     /// A property that every module has.
@@ -111,7 +111,7 @@ pub enum LinkTarget {
     Played(usize),
 }
 
-/// The target of a link to another agent.
+/// Source of a link in another agent.
 #[derive(Clone, Debug)]
 pub struct Remote {
     /// The path in the other agent.
@@ -188,7 +188,7 @@ pub struct Survey<'a> {
     /// The modules, in the order of the configuration.
     pub modules: Vec<Surveyed<'a>>,
     /// The links between them.
-    pub joints: Vec<Joint<'a>>,
+    pub joints: Vec<ResolvedLink<'a>>,
     /// Targets of links whose modules are not loaded.
     pub absent: Vec<Absent>,
     /// Targets of links in other agents.
@@ -232,22 +232,22 @@ pub struct Lead {
 
 impl<'a> Survey<'a> {
     /// The path of what a link leads to.
-    pub fn path(&self, configuration: &Configuration, target: LinkTarget) -> String {
+    pub fn path(&self, configuration: &Configuration, target: LinkSource) -> String {
         match target {
-            LinkTarget::Port(module, port) => {
+            LinkSource::Port(module, port) => {
                 let surveyed = &self.modules[module];
                 format!("{}/{}", surveyed.module.name.value, surveyed.description.ports[port].name)
             }
-            LinkTarget::Implied(module, implied) => {
+            LinkSource::Implied(module, implied) => {
                 format!("{}/{}", self.modules[module].module.name.value, implied.name())
             }
-            LinkTarget::Command(actuator) => {
+            LinkSource::Command(actuator) => {
                 format!("{}/command", configuration.actuators()[actuator].name.value)
             }
-            LinkTarget::Absent(absent) => self.absent[absent].path.clone(),
-            LinkTarget::Remote(remote) => self.remote[remote].place(),
-            LinkTarget::Host(host) => host.path().into(),
-            LinkTarget::Played(played) => self.played[played].path.clone(),
+            LinkSource::Absent(absent) => self.absent[absent].path.clone(),
+            LinkSource::Remote(remote) => self.remote[remote].place(),
+            LinkSource::Host(host) => host.path().into(),
+            LinkSource::Played(played) => self.played[played].path.clone(),
         }
     }
 
@@ -260,14 +260,14 @@ impl<'a> Survey<'a> {
                 Wire::Port(port) if !joint.is_plain() => self.modules[module].inputs.get(&port).cloned(),
                 _ => None,
             };
-            let is_pending = matches!(joint.way, Way::Pending(_));
+            let is_pending = matches!(joint.way, LinkConversion::Pending(_));
             leads.entry(joint.port.1).or_default().push(Lead {
                 path: self.path(configuration, joint.target),
                 from: joint.from.clone(),
                 field: joint.field.clone(),
                 kind: (!joint.is_plain(), is_pending),
                 epoch: match joint.target {
-                    LinkTarget::Remote(remote) => {
+                    LinkSource::Remote(remote) => {
                         self.remote[remote].property.as_ref().map_or(0, |property| property.epoch)
                     }
                     _ => 0,
@@ -289,10 +289,10 @@ impl<'a> Survey<'a> {
     }
 
     /// Whether what a link leads to is a port, or a switch, that links fill.
-    fn is_written(&self, target: LinkTarget) -> bool {
+    fn is_written(&self, target: LinkSource) -> bool {
         let port = match target {
-            LinkTarget::Port(module, port) => (module, Wire::Port(port)),
-            LinkTarget::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+            LinkSource::Port(module, port) => (module, Wire::Port(port)),
+            LinkSource::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
             _ => return false,
         };
         self.joints.iter().any(|joint| joint.port == port)

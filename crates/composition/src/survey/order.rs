@@ -4,7 +4,7 @@ use slate_module::{Direction, Stage};
 
 use super::levels::{CycleFound, levels};
 use super::writers::writers;
-use super::{Joint, LinkTarget, Surveyed, Wire};
+use super::{LinkSource, ResolvedLink, Surveyed, Wire};
 use crate::complaints::Complaints;
 use slate_configuration::Configuration;
 use slate_configuration::Mistake;
@@ -13,7 +13,7 @@ use slate_configuration::Mistake;
 pub(super) fn survey_order(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
-    joints: &[Joint<'_>],
+    joints: &[ResolvedLink<'_>],
     complaints: &mut Complaints<'_>,
 ) -> Vec<Vec<Vec<usize>>> {
     let mut order = Vec::new();
@@ -28,7 +28,7 @@ pub(super) fn survey_order(
                 if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
             // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
             let own_first = joint.link.previous != sends;
-            if let LinkTarget::Port(module, port) = joint.target
+            if let LinkSource::Port(module, port) = joint.target
                 && modules[module].description.ports[port].direction == Direction::Input
                 && !joints.iter().any(|other| other.port == (module, Wire::Port(port)))
             {
@@ -38,7 +38,7 @@ pub(super) fn survey_order(
             for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
                 // A value from the module itself, or from the gate that it commands, is always from before its tick.
                 let unordered =
-                    sends || joint.link.previous || matches!(joint.target, LinkTarget::Command(_));
+                    sends || joint.link.previous || matches!(joint.target, LinkSource::Command(_));
                 if own != target || !unordered {
                     edges.push(if own_first { (own, target) } else { (target, own) });
                 }

@@ -3,7 +3,7 @@
 use slate_module::Direction;
 
 use super::levels::{CycleFound, levels};
-use super::{Joint, LinkTarget, Surveyed, Wire};
+use super::{LinkSource, ResolvedLink, Surveyed, Wire};
 use crate::complaints::Complaints;
 use slate_configuration::Mistake;
 
@@ -11,7 +11,11 @@ use slate_configuration::Mistake;
 ///
 /// A value of the configuration fills an input first, and so does an output's safe value. A link marked `previous` does
 /// not: there is no value of a cycle before the first.
-pub(super) fn check_rings(modules: &[Surveyed<'_>], joints: &[Joint<'_>], complaints: &mut Complaints<'_>) {
+pub(super) fn check_rings(
+    modules: &[Surveyed<'_>],
+    joints: &[ResolvedLink<'_>],
+    complaints: &mut Complaints<'_>,
+) {
     let edges: Vec<_> = joints.iter().filter_map(|joint| waits_for(modules, joint)).collect();
     let Err(CycleFound(ring)) = levels(modules.len(), &edges) else { return };
     let name = |module: usize| modules[module].module.name.value.as_str();
@@ -31,9 +35,9 @@ pub(super) fn check_rings(modules: &[Surveyed<'_>], joints: &[Joint<'_>], compla
 }
 
 /// The writer and the reader of a link, when the reader does not run before the writer has.
-fn waits_for(modules: &[Surveyed<'_>], joint: &Joint<'_>) -> Option<(usize, usize)> {
+fn waits_for(modules: &[Surveyed<'_>], joint: &ResolvedLink<'_>) -> Option<(usize, usize)> {
     let (reader, Wire::Port(input)) = joint.port else { return None };
-    let LinkTarget::Port(writer, output) = joint.target else { return None };
+    let LinkSource::Port(writer, output) = joint.target else { return None };
     let (own, other) = (&modules[reader], &modules[writer].description.ports[output]);
     let is_filled = own.inputs.contains_key(&input)
         || other.safe.is_some()

@@ -3,17 +3,17 @@
 use slate_configuration::Configuration;
 
 use super::names::split_module;
-use super::{LinkTarget, Surveyed};
+use super::{LinkSource, Surveyed};
 
 /// The modules that write the target of a link.
 pub(super) fn writers(
     configuration: &Configuration,
     modules: &[Surveyed<'_>],
-    target: LinkTarget,
+    target: LinkSource,
 ) -> Vec<usize> {
     match target {
-        LinkTarget::Port(module, _) => vec![module],
-        LinkTarget::Command(actuator) => {
+        LinkSource::Port(module, _) => vec![module],
+        LinkSource::Command(actuator) => {
             let wanted = &configuration.actuators()[actuator];
             let paths = wanted.commands.iter().map(|url| url.value.path_in(""));
             let ports = paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module));
@@ -23,10 +23,10 @@ pub(super) fn writers(
             ports.chain((0..modules.len()).filter(|module| named(&modules[*module]))).collect()
         }
         // State and settings of a module are written at no particular moment of a cycle.
-        LinkTarget::Implied(..)
-        | LinkTarget::Absent(_)
-        | LinkTarget::Remote(_)
-        | LinkTarget::Host(_)
-        | LinkTarget::Played(_) => Vec::new(),
+        LinkSource::Implied(..)
+        | LinkSource::Absent(_)
+        | LinkSource::Remote(_)
+        | LinkSource::Host(_)
+        | LinkSource::Played(_) => Vec::new(),
     }
 }

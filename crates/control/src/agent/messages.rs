@@ -38,7 +38,7 @@ pub(crate) struct MessageSender {
 }
 
 impl MessageSender {
-    /// That of an agent.
+    /// Creates the sender of an agent.
     pub fn new(properties: &PropertyDirectory) -> Self {
         Self { properties: properties.clone() }
     }

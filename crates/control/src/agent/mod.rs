@@ -38,7 +38,7 @@ pub(crate) use trace::ToolTrace;
 pub use values::LONGEST;
 use values::ValueWatch;
 
-/// What is to be recorded.
+/// Content of a recording.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct RecordingWish {
@@ -78,7 +78,7 @@ impl std::fmt::Debug for AgentControl {
 }
 
 impl AgentControl {
-    /// That of an agent, which it keeps.
+    /// Creates the control of an agent, which it keeps.
     pub fn new(agent: &Agent) -> Self {
         let composer = agent.composer();
         let properties = PropertyDirectory::new(&composer);
@@ -91,7 +91,7 @@ impl AgentControl {
         }
     }
 
-    /// What changes the agent.
+    /// Returns the composer, which changes the agent.
     pub fn composer(&self) -> &Composer {
         &self.composer
     }
@@ -202,7 +202,7 @@ impl AgentControl {
         result(self.recordings()?.stop(&self.composer, file)?)
     }
 
-    /// What is recorded.
+    /// Returns the state of the recordings.
     pub(crate) fn recording_status(&self) -> Done {
         result(self.recordings()?.status())
     }
@@ -239,7 +239,7 @@ impl AgentControl {
         was_stopped
     }
 
-    /// What a link makes of what, when its two ends are of different interfaces.
+    /// Describes the conversion of a link whose two ends have different interfaces.
     fn conversion(&self, to: &str, from: &str) -> Option<String> {
         let path = Url::parse(to).ok()?.path_in("");
         let input = self.composer.port(&path)?.descriptor;

@@ -6,19 +6,19 @@ use slate_blackboard::interface::Value;
 
 use slate_runtime::Composer;
 
-/// What an agent knows of others.
+/// Peers of an agent.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PeerList {
-    /// Those that it knows, by their names.
+    /// Known peers, by their names.
     pub peers: Vec<PeerEntry>,
-    /// Those that were not let in, the last ones.
+    /// The last rejected peers.
     pub rejected: Vec<RejectedEntry>,
 }
 
 /// Somebody who was not let in.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RejectedEntry {
-    /// Who, as far as that is known.
+    /// Address or name, as far as known.
     pub from: String,
     /// Why.
     pub reason: String,
@@ -39,13 +39,13 @@ pub struct PeerEntry {
     pub connected: Option<u64>,
     /// How long a packet takes there and back, nanoseconds.
     pub round_trip: u64,
-    /// What its clock shows more, nanoseconds.
+    /// Offset of its clock, nanoseconds.
     pub offset: i64,
     /// Why it is not there, where that is known.
     pub reason: String,
-    /// What is read of it.
+    /// Properties that are read of it.
     pub reads: Vec<ReadEntry>,
-    /// What it reads.
+    /// Properties that it reads.
     pub serves: Vec<ServedEntry>,
 }
 

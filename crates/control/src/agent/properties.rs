@@ -21,7 +21,7 @@ pub(crate) struct PropertyDirectory {
 }
 
 impl PropertyDirectory {
-    /// That of an agent.
+    /// Creates the directory of an agent.
     pub fn new(composer: &Composer) -> Self {
         Self { composer: composer.clone(), remote: RemoteAgents::new(composer) }
     }
@@ -69,7 +69,7 @@ impl PropertyDirectory {
         Ok(entries)
     }
 
-    /// Who writes a property, as [`PropertyEntry::access`] says it.
+    /// Returns the writer of a property, as [`PropertyEntry::access`] names it.
     pub fn access(&self, property: &Property) -> &'static str {
         match property.access() {
             Access::Output => "output",
@@ -84,7 +84,7 @@ impl PropertyDirectory {
         self.composer.port(path).is_some_and(|port| port.direction == Direction::Queue)
     }
 
-    /// What stands before the first star has to be the beginning of something.
+    /// Checks that the part before the first star begins some path.
     fn check_beginning(&self, pattern: &Pattern) -> Result<(), Refusal> {
         let text = pattern.to_string();
         let names: Vec<_> = text.split('/').take_while(|name| !name.starts_with('*')).collect();

@@ -11,7 +11,7 @@ use slate_runtime::{ControlsError, Message, Mistake, PluginError};
 
 use crate::entries::{Reading, Refusal};
 
-/// What comes of a call.
+/// Result of a call.
 pub type Done = Result<serde_json::Value, Refusal>;
 
 /// Where a name that nothing has may be found.

@@ -32,7 +32,7 @@ pub(crate) struct RemoteAgents {
 }
 
 impl RemoteAgents {
-    /// Those that an agent knows.
+    /// Creates the view on the agents that an agent knows.
     pub fn new(composer: &Composer) -> Self {
         Self { composer: composer.clone() }
     }

@@ -16,7 +16,7 @@ pub(crate) struct ConfigurationControl {
 }
 
 impl ConfigurationControl {
-    /// That of an agent.
+    /// Creates the settings of an agent.
     pub fn new(composer: &Composer, database: Option<Database>) -> Self {
         Self { composer: composer.clone(), database }
     }
@@ -25,7 +25,7 @@ impl ConfigurationControl {
     /// else was faster.
     ///
     /// # Errors
-    /// What `holds` says, or that the changes don't fit.
+    /// The error of `holds`, or that the changes don't fit.
     pub fn set_if<E: From<Refusal>>(
         &self,
         changes: &[(String, String)],
@@ -122,12 +122,12 @@ impl ConfigurationControl {
         modules.filter(|module| !is_known(module)).find(is_named)
     }
 
-    /// What is wrong with files that were edited and are refused.
+    /// Returns the mistakes in files that were edited and are refused.
     pub fn refused_edit(&self) -> Done {
         result(self.database()?.refused_edit().map(Refusal::from))
     }
 
-    /// What holds and is not what the files say. What says the same in other words, as the default of a module does, is no
+    /// Lists the settings that differ from the files. The same value in other words, such as a module's default, is no
     /// difference.
     pub fn differences(&self) -> Done {
         let different = self.database()?.diff().into_iter().map(|difference| Different {

@@ -24,7 +24,7 @@ const MEASURE: Duration = Duration::from_micros(250);
 /// How often another agent is asked.
 const ELSEWHERE: Duration = Duration::from_millis(100);
 
-/// What is watched.
+/// Target of a watch.
 enum WatchTarget<'u> {
     Here { property: Arc<Property>, path: String, _watching: Watching },
     Elsewhere { agent: &'u str, path: &'u str },
@@ -37,7 +37,7 @@ pub(crate) struct ValueWatch {
 }
 
 impl ValueWatch {
-    /// That of an agent.
+    /// Creates the watch of an agent.
     pub fn new(properties: &PropertyDirectory) -> Self {
         Self { properties: properties.clone() }
     }
@@ -88,7 +88,7 @@ impl ValueWatch {
         }
     }
 
-    /// Those of a property here; without a number the newest alone.
+    /// Returns the newer values of a property here; without a number the newest alone.
     fn newer(&self, property: &Property, path: &str, after: Option<u64>) -> Result<Vec<Reading>, Refusal> {
         let channel = property.channel();
         let published = channel.map_or(0, |channel| channel.published());
@@ -139,7 +139,7 @@ impl ValueWatch {
         result(measured.collect::<Vec<_>>())
     }
 
-    /// What readers of queues have lost until now, by the path of what they read.
+    /// Returns the losses of queue readers so far, by the path of the property.
     fn lost(&self) -> BTreeMap<String, u64> {
         let mut lost = BTreeMap::new();
         for link in self.properties.composer().links() {

@@ -92,7 +92,7 @@ impl Client {
         self.call::<Json>("POST", "/trace", Some(&json!({ "file": file }))).map(drop)
     }
 
-    /// What this client has recorded so far.
+    /// Returns the progress of this client's trace.
     pub fn trace_progress(&mut self) -> Done<TraceEntry> {
         self.call("GET", "/trace", None)
     }
@@ -271,7 +271,7 @@ impl Client {
         self.call("GET", "/settings/differences", None)
     }
 
-    /// What is wrong with files that were edited and are refused.
+    /// Returns the mistakes in files that were edited and are refused.
     pub fn refused_edit(&mut self) -> Done<Option<Refusal>> {
         self.call("GET", "/settings/refused", None)
     }
@@ -324,7 +324,7 @@ impl Client {
         }
     }
 
-    /// What is recorded.
+    /// Returns the state of the recordings.
     pub fn recordings(&mut self) -> Done<RecordingStatus> {
         #[derive(Deserialize)]
         struct Recordings {

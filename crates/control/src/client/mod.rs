@@ -47,7 +47,7 @@ pub struct Access {
     pub certificate: Option<PathBuf>,
 }
 
-/// What an agent is asked.
+/// Request to an agent.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Request<'r> {
     /// The method, such as `GET`.
@@ -60,7 +60,7 @@ pub struct Request<'r> {
     pub body: Option<&'r str>,
 }
 
-/// What it answers.
+/// Response of an agent.
 #[derive(Debug)]
 pub struct Response {
     /// The status of HTTP.
@@ -102,9 +102,9 @@ impl Read for BodyReader {
 pub struct Denied {
     /// The status of HTTP.
     pub status: u16,
-    /// What is wrong.
+    /// Message.
     pub detail: String,
-    /// What to do about it.
+    /// Advice.
     pub help: String,
     /// The code of its kind.
     pub code: Option<String>,
@@ -209,7 +209,7 @@ pub enum ClientError {
     /// There is no such agent.
     #[error("no agent `{name}` runs here")]
     NoAgent {
-        /// What was asked for.
+        /// Name that was given.
         name: String,
         /// The agents that run.
         running: Vec<String>,
@@ -230,7 +230,7 @@ pub enum ClientError {
     Nonsense {
         /// The agent.
         name: String,
-        /// What is wrong with it.
+        /// The mistake in it.
         problem: String,
     },
     /// The connection broke, or the agent does not answer.
@@ -238,7 +238,7 @@ pub enum ClientError {
     Lost {
         /// The agent.
         name: String,
-        /// What happened.
+        /// The error.
         error: std::io::Error,
     },
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use slate_runtime::printable;
 
-/// What was in the way.
+/// Failure to reach an agent.
 #[derive(Debug, thiserror::Error)]
 #[cfg_attr(not(feature = "tls"), allow(dead_code, reason = "some of it only TLS has"))]
 pub enum Trouble {
@@ -94,7 +94,7 @@ const GIVE: &str =
     "let SLATE_CERTIFICATE be the file of its certificate, or of the authority that signed it, in PEM";
 
 impl Trouble {
-    /// What the command ends with, if it is not that the agent is not reached.
+    /// Whether the mistake is the caller's, not that the agent is not reached.
     pub fn is_callers(&self) -> bool {
         matches!(
             self,
@@ -102,7 +102,7 @@ impl Trouble {
         )
     }
 
-    /// What to do about it.
+    /// Advice on the failure.
     pub fn help(&self) -> String {
         match self {
             Self::NoAddress { .. } => "such as http://127.0.0.1:7878 or https://robot.local:7878".into(),

@@ -44,7 +44,7 @@ pub struct DrawnGraph {
 pub struct DrawnNode {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Kind of the node.
     pub kind: NodeKind,
     /// The condition of a module; of others, what they are.
     pub note: String,
@@ -82,7 +82,7 @@ pub struct DrawnLink {
     pub output: String,
     /// The destination without the name of its node: an input, or an inbox.
     pub input: String,
-    /// What the link carries.
+    /// Data of the link.
     pub flow: Flow,
     /// Whether types and roles imply it and no file has it.
     pub inferred: bool,

@@ -20,13 +20,13 @@ pub struct ModuleGraph {
 pub struct GraphNode {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Kind of the node.
     pub kind: NodeKind,
     /// The stage or the condition of a module; of others, what they are.
     pub note: String,
 }
 
-/// What a node is.
+/// Kind of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NodeKind {
@@ -49,13 +49,13 @@ pub struct GraphEdge {
     pub output: String,
     /// The destination without the name of its node: an input, or an inbox.
     pub input: String,
-    /// What the link carries.
+    /// Data of the link.
     pub flow: Flow,
     /// Whether types and roles imply it and no file has it.
     pub inferred: bool,
 }
 
-/// What a link carries.
+/// Data of a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Flow {
@@ -74,7 +74,7 @@ pub struct GraphLink {
     pub to: String,
     /// The source: a property or an outbox.
     pub from: String,
-    /// What it carries.
+    /// Data of the line.
     pub flow: Flow,
     /// Whether types and roles imply it and no file has it.
     pub inferred: bool,

@@ -139,7 +139,7 @@ enum Wrong {
     Selection(Problem),
 }
 
-/// What is told of a value, as JSON; nothing of one that is none of its interface.
+/// Returns a value as JSON; nothing for a value that is not of its interface.
 fn text(
     descriptor: &'static Descriptor,
     field: &str,

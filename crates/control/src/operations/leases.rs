@@ -74,7 +74,7 @@ struct Take {
 /// The longest name of who drives, letters.
 const NAME: usize = 80;
 
-/// Who takes the controls, for people.
+/// Returns the holder of the controls, for people.
 fn holder(asked: &OperationRequest, who: &str) -> String {
     let own: String = who.chars().take(NAME).collect();
     match (own.is_empty(), &asked.caller.local) {

@@ -189,7 +189,7 @@ pub fn gate(context: &Context, actuator: &str) -> Json {
     newest.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
 }
 
-/// What the agent has done.
+/// Answers with the result of a call.
 fn told(done: Done) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(done?))
 }

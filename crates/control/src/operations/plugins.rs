@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use serde::Deserialize;
 use serde_json::{Value as Json, json};
 
 use super::{Named, conflict, file_shape, named, shape, told};
@@ -46,7 +47,13 @@ pub(super) const RELOAD: Operation = Operation::post(
     "Exchanges the code of a plugin by what its library has now",
     Pace::Change,
 )
-.body(file_shape)
+.body(|| {
+    let file = json!({
+        "type": "string",
+        "description": "An absolute path at the computer of the agent; the plugin's own library unless given.",
+    });
+    json!({ "type": "object", "properties": { "file": file }, "additionalProperties": false })
+})
 .answers(reloaded, reload);
 
 pub(super) const LOAD_LIBRARY: Operation = Operation::post(
@@ -111,6 +118,10 @@ fn reloaded() -> Json {
 /// The library that is named. None can be over the network, as whoever may load any file may do anything.
 fn library(ask: &OperationRequest) -> Result<PathBuf, Problem> {
     let Named { file } = ask.body()?;
+    check_local(ask, file)
+}
+
+fn check_local(ask: &OperationRequest, file: PathBuf) -> Result<PathBuf, Problem> {
     match ask.caller.local {
         Some(_) => Ok(file),
         None => {
@@ -132,8 +143,16 @@ fn unload(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAns
     named(context.agent.unload(ask.part("plugin")))
 }
 
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ReloadRequest {
+    #[serde(default)]
+    file: Option<PathBuf>,
+}
+
 fn reload(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let file = ask.body.as_ref().map(|_| library(ask)).transpose()?;
+    let ReloadRequest { file } = ask.body_or_default()?;
+    let file = file.map(|file| check_local(ask, file)).transpose()?;
     named(context.agent.reload(ask.part("plugin"), file.as_deref()))
 }
 

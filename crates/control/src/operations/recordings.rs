@@ -128,7 +128,7 @@ fn flight_shape() -> Json {
     ])
 }
 
-/// What is recorded; nothing of an agent without a recorder.
+/// Returns the state of the recordings; empty for an agent without a recorder.
 fn recorder(context: &Context) -> Option<RecordingStatus> {
     serde_json::from_value(context.agent.recording_status().ok()?).ok()
 }

@@ -19,7 +19,7 @@ pub(super) const TELEOPERATION: Operation =
     Operation::get("/teleoperation", "teleoperation", Role::Operator, "A WebSocket: a person drives")
         .answers(|| json!({}), explain);
 
-/// Whoever asks for one as for any other operation is told what it is.
+/// Explains a WebSocket to a caller that sends a plain request.
 fn explain(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let help = "open it with a handshake for a WebSocket, subprotocol slate.v1";
     Err(Problem::new(StatusCode::UPGRADE_REQUIRED, "this is a WebSocket", help).with("upgrade", "websocket"))

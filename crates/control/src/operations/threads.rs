@@ -46,7 +46,7 @@ fn read(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Probl
     Ok(OperationAnswer::json(threads.into_iter().map(|(_, thread)| thread).collect()))
 }
 
-/// What is told of a thread; nothing of one that has just ended.
+/// Describes a thread; nothing for one that has just ended.
 fn thread(folder: &Path) -> Option<(u64, Json)> {
     let read = |file: &str| fs::read_to_string(folder.join(file)).ok();
     let id = folder.file_name()?.to_str()?.parse().ok()?;

@@ -95,7 +95,7 @@ const RATE: f64 = 10.0;
 const LIMIT: u64 = 1000;
 const MOST: u64 = 100_000;
 
-/// What may be asked for.
+/// Form of the answer with a value.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum ValueForm {
     Json,
@@ -116,7 +116,7 @@ impl ValueForm {
         (Self::Events, "events", "text/event-stream"),
     ];
 
-    /// What `format` or `Accept` say, of a property that is a picture or none.
+    /// Returns the form that `format` or `Accept` name, of a property that is a picture or none.
     fn of(ask: &OperationRequest, picture: bool) -> Result<Self, Problem> {
         if let Some(name) = ask.query.get("format") {
             let found = Self::ALL.iter().find(|(_, known, _)| *known == name).map(|(form, _, _)| *form);
@@ -271,7 +271,7 @@ fn tell(
     Ok(OperationAnswer::Json(StatusCode::OK, body, version))
 }
 
-/// What a version of a value is called.
+/// Returns the entity tag of a value's version.
 pub(super) fn version(sequence: u64) -> String {
     format!("\"{sequence}\"")
 }

@@ -53,7 +53,7 @@ pub(super) const SEND: Operation = Operation::post(
 .body(shape::anything)
 .answers(|| shape::object(&[("status", json!({ "enum": ["accepted", "done", "fits"] }))]), send);
 
-/// What can be set.
+/// A setting that can be written.
 struct WriteTarget {
     property: Arc<Property>,
     module: String,

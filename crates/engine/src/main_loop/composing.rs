@@ -73,7 +73,7 @@ impl LoopMembers {
         lock(&self.planning)
     }
 
-    /// The same for who waits for nobody.
+    /// Tries to take the planning lock without blocking.
     fn try_planning(&self) -> Option<MutexGuard<'_, ()>> {
         match self.planning.try_lock() {
             Ok(planning) => Some(planning),
@@ -255,7 +255,7 @@ impl SharedLoop {
 
     /// Makes plans for what the module wants now, and has the loop run them.
     fn follow(&self, takeover: &Arc<Takeover>) {
-        takeover.calm();
+        takeover.clear_pending();
         takeover.sweep();
         let planning = self.members.planning();
         let mut parts = self.members.parts();
@@ -275,7 +275,7 @@ impl SharedLoop {
         let takeover = Arc::clone(&takeover.code);
         // Else somebody changes the agent, and waits for the loop.
         let Some(planning) = self.members.try_planning() else { return };
-        takeover.calm();
+        takeover.clear_pending();
         takeover.sweep();
         if self.members.parts().look_at_takeover() {
             let prepared = self.prepare(&planning);

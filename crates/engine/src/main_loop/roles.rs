@@ -1,4 +1,4 @@
-//! Whom the loop asks.
+//! Callbacks of the main loop: policy, takeover, time source.
 
 use std::sync::Arc;
 

@@ -99,7 +99,7 @@ unsafe impl Sync for Seat {}
 impl Seat {
     /// A place for that module.
     pub fn new(mut runner: Runner) -> Self {
-        runner.look_for_company();
+        runner.update_shortcuts();
         Self {
             word: AtomicU64::new(IDLE),
             retired: AtomicBool::new(false),

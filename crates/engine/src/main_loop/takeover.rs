@@ -197,8 +197,8 @@ impl Takeover {
         self.stirred.load(Ordering::Acquire)
     }
 
-    /// What there is to do is done from here on.
-    pub(super) fn calm(&self) {
+    /// Clears the pending flag before work starts.
+    pub(super) fn clear_pending(&self) {
         self.stirred.store(false, Ordering::Release);
     }
 

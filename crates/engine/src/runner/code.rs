@@ -1,6 +1,6 @@
 use slate_module::{Frame, ModuleKind, Refusal};
 
-use super::{OwnSetup, Patience, Retired};
+use super::{CallTimeout, OwnSetup, Retired};
 
 /// The code of a step.
 pub type StepCode = unsafe extern "C" fn(*mut (), *const Frame) -> i32;
@@ -20,12 +20,12 @@ struct InstanceOrigin {
     kind: ModuleKind,
     setup: OwnSetup,
     /// How long its end is waited for.
-    patience: Patience,
+    patience: CallTimeout,
 }
 
 impl ModuleCode {
     /// The code of that kind, without an instance.
-    pub fn new(kind: ModuleKind, setup: OwnSetup, patience: Patience) -> Self {
+    pub fn new(kind: ModuleKind, setup: OwnSetup, patience: CallTimeout) -> Self {
         let tick = kind.table().tick;
         let origin = Box::new(InstanceOrigin { kind, setup, patience });
         Self { tick, instance: std::ptr::null_mut(), origin }

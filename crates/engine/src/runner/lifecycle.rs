@@ -18,7 +18,7 @@ impl Runner {
         if let Some((reader, is_linked)) = switch {
             unwired.readers.push(self.switch.rewire(reader, is_linked));
         }
-        self.look_for_company();
+        self.update_shortcuts();
         self.schedule.set_rewired(true);
         unwired
     }
@@ -83,7 +83,7 @@ impl Runner {
     /// From the next step on runs new code beside this one.
     pub fn begin_shadow(&mut self, shadow: Shadow) {
         self.shadow = Some(shadow);
-        self.look_for_company();
+        self.update_shortcuts();
     }
 
     /// A step was given up: its outputs become safe, and nobody calls its services. The step may still look at its inputs,

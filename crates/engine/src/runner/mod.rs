@@ -41,7 +41,7 @@ pub use outputs::{Outputs, priority};
 pub use parameters::ParameterReader;
 pub use ports::{InboxPort, InputAge, InputPort, OutboxPort, OutputPort, QueueGauge, QueuePort};
 pub use requirements::{PortName, Requirements};
-pub use retired::{Patience, Retired, describe};
+pub use retired::{CallTimeout, Retired, describe};
 pub use schedule::TickSchedule;
 pub use services::ModuleServices;
 pub use shadow::{Shadow, ShadowState};
@@ -227,8 +227,8 @@ impl Runner {
         }
     }
 
-    /// Looks whether there is anything but the step itself to take care of.
-    pub fn look_for_company(&mut self) {
+    /// Recomputes the shortcuts after ports, services or shadow changed.
+    pub fn update_shortcuts(&mut self) {
         let is_early = self.inputs.are_early() || self.entries.are_early();
         let has_conversions = !self.inputs.conversions.is_empty() || is_early;
         let has_services = !self.services.host.is_empty() || !self.services.providers.is_empty();

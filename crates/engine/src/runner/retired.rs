@@ -11,9 +11,9 @@ use crate::background::thread_name;
 use crate::clock::Clock;
 use crate::log::Logger;
 
-/// How long a module's last calls are waited for, and who is told of one that does not return.
+/// Timeout of lifecycle calls, and the logger of its expiry.
 #[derive(Clone)]
-pub struct Patience {
+pub struct CallTimeout {
     /// The module.
     pub module: Arc<str>,
     /// None for a module whose calls end by themselves, as its process is ended.
@@ -74,7 +74,7 @@ fn within<R: Send + 'static>(
     receiver.recv_timeout(limit).map_err(|_| Lost::Late)
 }
 
-impl Patience {
+impl CallTimeout {
     /// Makes an instance, in a thread that is waited for longer than for other calls.
     ///
     /// # Errors
@@ -152,12 +152,12 @@ impl Drop for Owned {
 /// longer than the time after which a module hangs.
 pub struct Retired {
     owned: Owned,
-    patience: Patience,
+    patience: CallTimeout,
 }
 
 impl Retired {
     /// An instance that nobody else uses; null when it is gone.
-    pub fn new(kind: ModuleKind, instance: *mut (), patience: Patience) -> Self {
+    pub fn new(kind: ModuleKind, instance: *mut (), patience: CallTimeout) -> Self {
         Self { owned: Owned { kind, instance }, patience }
     }
 

@@ -9,9 +9,9 @@ use slate_blackboard::is_within;
 use slate_module::Direction;
 
 use super::handle::AgentHandle;
-use crate::configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
 use crate::sharing::RemotePath;
 use slate_composition::{Complaints, loose, survey};
+use slate_configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
 use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
 
 /// A link to be made while the agent runs.

@@ -18,14 +18,14 @@ use super::settings::FollowedSettings;
 use super::snapshot::SnapshotWatch;
 use super::{Agent, Mode, Options, logging, playing};
 use crate::aspects::{Means, PluginControl, SettingsControl, ThreadKeeper};
-use crate::clock::Clock;
-use crate::configuration::{Configuration, Database, Report};
-use crate::isolation::Arenas;
-use crate::log::Logger;
-use crate::main_loop::{Pace, Parameters, Rate, SharedLoop, Workers};
-use crate::plugin::KnownLibraries;
 use crate::sharing::Sharing;
 use slate_composition::Catalogue;
+use slate_configuration::{Configuration, Database, Report};
+use slate_engine::clock::Clock;
+use slate_engine::isolation::Arenas;
+use slate_engine::log::Logger;
+use slate_engine::main_loop::{Pace, Parameters, Rate, SharedLoop, Workers};
+use slate_engine::plugin::KnownLibraries;
 
 /// Why an agent does not start.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]

@@ -5,8 +5,8 @@ use std::io;
 use slate_blackboard::Board;
 use slate_module::Level;
 
-use crate::configuration::{Configuration, Diagnostic, Report, Span};
-use crate::log::{
+use slate_configuration::{Configuration, Diagnostic, Report, Span};
+use slate_engine::log::{
     ConsoleTarget, FileTarget, LogSettings, LogTarget, Logger, RemoteTarget, Rotation, SyslogTarget,
 };
 
@@ -54,7 +54,8 @@ pub(super) fn configure(logger: &Logger, configuration: &Configuration) -> Resul
     if let Some(file) = &wanted.file {
         let rotation = Rotation { size: file.size, keep: file.keep };
         let target = FileTarget::open(&file.path.value, rotation).map_err(|error| {
-            let what = format!("the log file {} can't be opened", crate::printable(&file.path.value));
+            let what =
+                format!("the log file {} can't be opened", slate_configuration::printable(&file.path.value));
             cannot(file.path.span, what, &error, "choose a file that this user may write")
         })?;
         opened.push(Box::new(target));

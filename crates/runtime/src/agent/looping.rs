@@ -1,8 +1,8 @@
 //! What an application does with the main loop: other stages, another order, another time, and what it waits for.
 
 use super::handle::AgentHandle;
-use crate::clock::TimeSource;
-use crate::main_loop::{LoopPolicy, Schedule};
+use slate_engine::clock::TimeSource;
+use slate_engine::main_loop::{LoopPolicy, Schedule};
 
 /// The agent's time can't be set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

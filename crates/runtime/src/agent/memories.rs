@@ -9,9 +9,9 @@ use xxhash_rust::xxh3::xxh3_64;
 use super::assembly::ModuleStates;
 use super::handle::AgentHandle;
 use super::snapshot::SnapshotTaker;
-use crate::configuration::{Configuration, Diagnostic, Module, Report, Span};
 use crate::memory::{MemoryError, ModuleMemory, help};
-use crate::replacement::Replacement;
+use slate_configuration::replacement::Replacement;
+use slate_configuration::{Configuration, Diagnostic, Module, Report, Span};
 
 /// A module that remembers.
 #[derive(Debug)]
@@ -178,7 +178,7 @@ fn complaint(
     problem: &str,
     help: &str,
 ) -> Diagnostic {
-    let file = module.memory.as_ref().map(|file| crate::printable(&file.value).to_string());
+    let file = module.memory.as_ref().map(|file| slate_configuration::printable(&file.value).to_string());
     let message = format!("the memory of `{}` ({}): {problem}", module.name.value, file.unwrap_or_default());
     configuration.diagnostic(at, message, Some(help.into()))
 }

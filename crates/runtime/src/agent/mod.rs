@@ -30,9 +30,6 @@ use std::time::Duration;
 use slate_blackboard::Board;
 
 use crate::aspects::ThreadKeeper;
-use crate::configuration::{Configuration, Database};
-use crate::log::Logger;
-use crate::main_loop::End;
 use crate::memory::MemoryError;
 use crate::snapshot::{Snapshot, SnapshotError};
 use actuators::GateOperator;
@@ -48,6 +45,9 @@ pub use plugins::{Loaded, PluginError, Reload};
 use remote_links::RemoteLinks;
 pub use running::Stopper;
 use settings::FollowedSettings;
+use slate_configuration::{Configuration, Database};
+use slate_engine::log::Logger;
+use slate_engine::main_loop::End;
 use snapshot::SnapshotRestorer;
 pub use teleoperation::{CommandError, ControlsError, ControlsHolder, Teleoperation};
 
@@ -132,7 +132,7 @@ impl Agent {
     /// A fingerprint of everything that modules wrote in lockstep so far; nothing on the wall clock.
     pub fn digest(&mut self) -> Option<u64> {
         // SAFETY: `&mut self` says that no run is going on in another thread, and jobs don't use the digest.
-        unsafe { self.handle.shared.core() }.digest.as_ref().map(crate::digest::Digest::value)
+        unsafe { self.handle.shared.core() }.digest.as_ref().map(slate_engine::digest::Digest::value)
     }
 
     /// Stops all actuators, and keeps them stopped until [`reset`](Agent::reset) and [`arm`](Agent::arm).

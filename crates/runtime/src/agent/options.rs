@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use slate_safety::StopLatch;
 
-use crate::clock::{Calendar, TimeSource};
-use crate::log::LogTarget;
-use crate::main_loop::Rate;
 use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::sharing::Sharing;
+use slate_engine::clock::{Calendar, TimeSource};
+use slate_engine::log::LogTarget;
+use slate_engine::main_loop::Rate;
 
 /// How the modules of an agent are run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,7 +41,7 @@ pub struct Options {
     pub time_source: Option<Box<dyn TimeSource>>,
     /// Says the date, for logs; the system's if there is none.
     pub calendar: Option<Calendar>,
-    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](crate::isolation::enter)
+    /// What is started to run isolated modules: a program whose `main` calls [`isolation::enter`](slate_engine::isolation::enter)
     /// first, with the same plugins. Nothing for this program.
     pub isolation_program: Option<PathBuf>,
     /// A file in which libraries are known as they were when they were loaded last: one that has changed since is told of

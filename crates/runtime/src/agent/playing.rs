@@ -7,11 +7,11 @@ use slate_blackboard::channel::Budget;
 use slate_blackboard::interface::{Descriptor, Interface};
 
 use super::handle::AgentHandle;
-use crate::configuration::{Configuration, Diagnostic, Report};
-use crate::main_loop::{PlayedCondition, Playing, SharedLoop};
 use crate::playback::{Playback, PlaybackControl, Played};
 use crate::recording::{History, HistoryWish, Recording, RecordingRefusal, TakeValue};
-use crate::runner::ModuleState;
+use slate_configuration::{Configuration, Diagnostic, Report};
+use slate_engine::main_loop::{PlayedCondition, Playing, SharedLoop};
+use slate_engine::runner::ModuleState;
 
 /// Readers of what no module is linked to from the start.
 const READERS: Budget = Budget { latest: 16, queues: 4, window: 16 };

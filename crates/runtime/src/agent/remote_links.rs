@@ -7,11 +7,11 @@ use slate_module::Level;
 use super::composition::Composition;
 use super::handle::{AgentHandle, WeakHandle};
 use super::remotes::Remotes;
-use crate::configuration::{Configuration, Report};
-use crate::runner::ModuleCondition;
 use crate::sharing::{
     About, Inspection, RemotePath, SharingAgent, SharingError, SharingHost, Site, Standing, Want, clocks,
 };
+use slate_configuration::{Configuration, Report};
+use slate_engine::runner::ModuleCondition;
 
 /// What an agent has to do with others.
 pub(super) struct RemoteLinks<'c> {
@@ -216,7 +216,7 @@ impl SharingAgent for WeakHandle {
 pub(super) fn refused(configuration: &Configuration, error: SharingError) -> Report {
     let SharingError { message, help, about } = error;
     let Some(share) = configuration.share() else {
-        return crate::configuration::Diagnostic::without_place(message, help).into();
+        return slate_configuration::Diagnostic::without_place(message, help).into();
     };
     let credentials = share.security.as_ref().and_then(|security| security.credentials.as_ref());
     let listen =
@@ -234,6 +234,6 @@ pub(super) fn refused(configuration: &Configuration, error: SharingError) -> Rep
     let is_shown = |place: &_| !usual || share.listen.iter().all(|at| at.span != *place);
     match place.or_else(|| share.listen.first().map(|at| at.span)).filter(is_shown) {
         Some(place) => configuration.diagnostic(place, message, help).into(),
-        None => crate::configuration::Diagnostic::without_place(message, help).into(),
+        None => slate_configuration::Diagnostic::without_place(message, help).into(),
     }
 }

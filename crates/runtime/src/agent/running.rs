@@ -5,8 +5,8 @@ use std::sync::{Arc, Weak};
 use std::time::{Duration, SystemTime};
 
 use super::{Agent, StartError};
-use crate::main_loop::{AgentTrace, End, Flow, Observer, Rate, SharedLoop, Watchdog, cycle, drive};
-use crate::synchronization::Synchronization;
+use slate_engine::main_loop::{AgentTrace, End, Flow, Observer, Rate, SharedLoop, Watchdog, cycle, drive};
+use slate_engine::synchronization::Synchronization;
 
 /// How long the end of a run waits for the last lines of the log.
 pub(super) const LAST_LINES: Duration = Duration::from_secs(1);

@@ -8,8 +8,8 @@ use slate_blackboard::interface::{AccessError, Descriptor, Value, edit};
 use slate_module::Level;
 
 use super::handle::{AgentHandle, WeakHandle};
-use crate::actuators::{Actuator, Holder};
-use crate::clock::monotonic;
+use slate_engine::actuators::{Actuator, Holder};
+use slate_engine::clock::monotonic;
 
 /// The controls of one actuator. Nobody else has them as long as this lives.
 ///
@@ -42,7 +42,7 @@ pub enum ControlsError {
         known: Vec<String>,
     },
     /// Somebody has them.
-    #[error("somebody else has the controls of `{name}`: {by}")]
+    #[error("`{name}` is controlled by {by}; wait until that lease ends")]
     Taken {
         /// The actuator.
         name: String,
@@ -162,7 +162,7 @@ impl Drop for Teleoperation {
             self.actuator.give_controls_back(writer);
         }
         if let Some(agent) = self.agent.upgrade() {
-            agent.say(&format!("nobody has the controls of {} any more", self.actuator()));
+            agent.say(&format!("control lease of {} released", self.actuator()));
         }
     }
 }

@@ -10,9 +10,9 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{self, say};
 use super::{HostService, Means};
-use crate::actuators::{Actuator, ActuatorList};
-use crate::digest::Digest;
-use crate::runner::AlignedMemory;
+use slate_engine::actuators::{Actuator, ActuatorList};
+use slate_engine::digest::Digest;
+use slate_engine::runner::AlignedMemory;
 
 struct ActuatorService {
     /// What the calls of a tick use.
@@ -249,7 +249,7 @@ unsafe extern "C" fn offer(
     command: Bytes,
     sink: *const Sink,
 ) -> i32 {
-    let priority = crate::runner::priority(priority);
+    let priority = slate_engine::runner::priority(priority);
     // SAFETY: as for `names`.
     unsafe {
         let offered =

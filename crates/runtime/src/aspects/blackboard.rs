@@ -12,8 +12,8 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{every_path, say, text};
 use super::{HostService, Means, followed, hash};
-use crate::digest::Digest;
-use crate::runner::AlignedMemory;
+use slate_engine::digest::Digest;
+use slate_engine::runner::AlignedMemory;
 
 /// Events that wait for a module at most.
 const EVENTS: usize = 256;

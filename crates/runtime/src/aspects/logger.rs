@@ -8,8 +8,8 @@ use slate_module::table::Bytes;
 
 use super::calls::text;
 use super::{HostService, Means};
-use crate::digest::Digest;
-use crate::log::Logger;
+use slate_engine::digest::Digest;
+use slate_engine::log::Logger;
 
 struct LoggerService {
     table: aspect::Logger,

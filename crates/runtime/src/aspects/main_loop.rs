@@ -9,10 +9,10 @@ use slate_module::{ModuleKind, Stage};
 
 use super::calls::{say, text};
 use super::{HostService, Means};
-use crate::digest::Digest;
 use slate_configuration::{Schedule, ScheduledStage};
+use slate_engine::digest::Digest;
 
-use crate::main_loop::{LoopPolicy, LoopPosition, Takeover, Takeovers};
+use slate_engine::main_loop::{LoopPolicy, LoopPosition, Takeover, Takeovers};
 
 /// What a policy returns after a panic.
 const PANICKED: i32 = -2;

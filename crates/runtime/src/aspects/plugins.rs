@@ -10,7 +10,7 @@ use slate_module::table::{Bytes, Sink};
 use super::calls::{say, text};
 use super::requests::{AnswerSlot, RequestAnswer, RequestBook};
 use super::{HostService, Means};
-use crate::digest::Digest;
+use slate_engine::digest::Digest;
 
 /// Changes the plugins of an agent for its modules.
 pub(crate) trait PluginChanges: Send + Sync {

@@ -9,8 +9,8 @@ use slate_module::table::{Bytes, Sink};
 use super::calls::text;
 use super::requests::{AnswerSlot, RequestAnswer, RequestBook};
 use super::{HostService, Means};
-use crate::digest::Digest;
-use crate::main_loop::AskedChanges;
+use slate_engine::digest::Digest;
+use slate_engine::main_loop::AskedChanges;
 
 /// Changes the configuration of an agent for its modules.
 pub(crate) trait SettingsChanges: Send + Sync {

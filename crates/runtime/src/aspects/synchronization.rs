@@ -8,8 +8,8 @@ use slate_module::table::{Bytes, DONE, REFUSED, Sink};
 
 use super::calls::{name, say};
 use super::{HostService, Means};
-use crate::digest::Digest;
-use crate::synchronization::{Emitter, Point, PointError, Synchronization};
+use slate_engine::digest::Digest;
+use slate_engine::synchronization::{Emitter, Point, PointError, Synchronization};
 
 struct SynchronizationService {
     table: aspect::Synchronization,

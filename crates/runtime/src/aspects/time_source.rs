@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use slate_module::aspect;
 
 use super::{HostService, Means};
-use crate::clock::TimeSource;
-use crate::digest::Digest;
+use slate_engine::clock::TimeSource;
+use slate_engine::digest::Digest;
 
 /// The time of the next cycle, as a module has said; [`NOTHING`] when it has not.
 #[derive(Debug)]

@@ -35,8 +35,10 @@ fn safe_folder() -> Result<PathBuf> {
     if metadata.is_dir() && metadata.uid() == user && metadata.mode() & 0o077 == 0 {
         return Ok(folder);
     }
-    let message =
-        format!("{} is not a folder that only its owner {user} may enter", crate::printable(&folder));
+    let message = format!(
+        "{} is not a folder that only its owner {user} may enter",
+        slate_configuration::printable(&folder)
+    );
     Err(Error::new(ErrorKind::PermissionDenied, message))
 }
 
@@ -80,7 +82,10 @@ pub fn check_reach(agent: &str) -> Result<()> {
     let there = folder.ancestors().find(|place| place.exists()).unwrap_or(&folder);
     access(there, Access::WRITE_OK | Access::EXEC_OK).map_err(|error| {
         let error = Error::from(error);
-        Error::new(error.kind(), format!("{} can't be written to: {error}", crate::printable(there)))
+        Error::new(
+            error.kind(),
+            format!("{} can't be written to: {error}", slate_configuration::printable(there)),
+        )
     })
 }
 
@@ -92,7 +97,7 @@ fn check_length(folder: &Path, agent: &str) -> Result<()> {
     }
     let message = format!(
         "the path of its socket in {} would have {length} bytes, and {LONGEST} is the most",
-        crate::printable(folder)
+        slate_configuration::printable(folder)
     );
     Err(Error::new(ErrorKind::InvalidInput, message))
 }

@@ -9,8 +9,8 @@ use toml_edit::Key;
 
 use super::descriptions;
 use super::stand_in::{StandIn, stand_ins, unasked};
-use crate::configuration::{Configuration, Link, Setting};
 use crate::sharing::RemotePath;
+use slate_configuration::{Configuration, Link, Setting};
 
 /// What is left of a configuration when only some of its modules run.
 #[derive(Clone, Debug, Default)]
@@ -272,7 +272,7 @@ impl Cutter<'_> {
             self.result.outboxes.insert(to.to_owned(), path.clone());
         }
         let is_host = ["loop", "log"].iter().any(|host| is_within(&path, host));
-        let is_gate = |actuator: &crate::configuration::Actuator| {
+        let is_gate = |actuator: &slate_configuration::Actuator| {
             is_within(&path, &actuator.name.value) && self.commanders(&actuator.name.value).is_some()
         };
         let is_there = is_host || self.stays(&path) || self.configuration.actuators().iter().any(is_gate);

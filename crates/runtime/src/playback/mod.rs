@@ -11,15 +11,15 @@ use slate_blackboard::interface::{Descriptor, Interface, Value};
 use slate_module::{Description, Plugin};
 use slate_safety::GateState;
 
-use crate::configuration::{Configuration, Module};
-use crate::log::{LogCounts, LogLine};
-use crate::main_loop::LoopState;
-use crate::runner::{ModuleState, ModuleTiming, OwnSetup, describe};
-use crate::timing::TimingHistogram;
 pub use control::{LoopSection, Order, PlaybackControl, PlaybackStatus};
 pub use excerpt::{Excerpt, excerpt};
 pub use slate_composition::Played;
+use slate_configuration::{Configuration, Module};
 pub use slate_engine::Playback;
+use slate_engine::log::{LogCounts, LogLine};
+use slate_engine::main_loop::LoopState;
+use slate_engine::runner::{ModuleState, ModuleTiming, OwnSetup, describe};
+use slate_engine::timing::TimingHistogram;
 
 /// The interfaces that are known here, by their schemas: those of the agent itself, and those of the plugins' modules, as a
 /// configuration sets them up if there is one.

@@ -8,7 +8,7 @@ use slate_module::{Description, Direction, Plugin, PortDescription};
 
 use super::DESCRIPTION;
 use crate::aspects;
-use crate::runner::{OwnSetup, describe};
+use slate_engine::runner::{OwnSetup, describe};
 
 /// A module that gives others the service of one that does not run, out of what that one wrote.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::configuration::Report;
+use slate_configuration::Report;
 
 /// One in the same line, several in a line each, and no more than anybody reads.
 fn list(problems: &[String]) -> String {

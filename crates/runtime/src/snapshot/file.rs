@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use xxhash_rust::xxh3::xxh3_64_with_seed;
 
 use super::{Bytes, Snapshot, SnapshotError};
-use crate::replacement::Replacement;
+use slate_configuration::replacement::Replacement;
 
 /// The version of the format.
 const VERSION: u64 = 1;

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 use slate_engine::{Bytes, FrozenActuator, FrozenMailbox, FrozenProperty};
 
-use crate::configuration::{InferredLink, Layered};
-use crate::main_loop::FrozenLoop;
-use crate::runner::FrozenRunner;
+use slate_configuration::{InferredLink, Layered};
+use slate_engine::main_loop::FrozenLoop;
+use slate_engine::runner::FrozenRunner;
 
 /// An agent but for its code.
 #[derive(Clone, Debug, Serialize, Deserialize)]

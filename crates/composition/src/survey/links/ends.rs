@@ -3,12 +3,12 @@
 use super::sinks::LinkSink;
 use super::wire_name;
 use crate::survey::names::join;
-use crate::survey::{Absent, LinkTarget, Survey};
+use crate::survey::{Absent, LinkSource, Survey};
 use slate_configuration::Configuration;
 
 /// A property, and a field of it.
 pub(super) struct TargetField {
-    pub target: LinkTarget,
+    pub target: LinkSource,
     pub field: String,
 }
 
@@ -17,11 +17,11 @@ pub(super) fn target_name(
     configuration: &Configuration,
     survey: &Survey<'_>,
     absent: &[Absent],
-    target: LinkTarget,
+    target: LinkSource,
 ) -> String {
     match target {
-        LinkTarget::Absent(index) => absent[index].path.clone(),
-        LinkTarget::Remote(index) => survey.remote[index].name(),
+        LinkSource::Absent(index) => absent[index].path.clone(),
+        LinkSource::Remote(index) => survey.remote[index].name(),
         other => survey.path(configuration, other),
     }
 }

@@ -14,25 +14,25 @@ use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
 use crate::survey::names::{join, split_module};
 use crate::survey::writers::writers;
-use crate::survey::{Absent, Implied, Joint, LinkTarget, Survey, Surveyed, Way, Wire};
+use crate::survey::{Absent, Implied, LinkConversion, LinkSource, ResolvedLink, Survey, Surveyed, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
 /// The interface of what a link leads to, as far as it is known before anything is made.
 fn interface_of(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    target: LinkTarget,
+    target: LinkSource,
 ) -> Option<&'static Descriptor> {
     match target {
-        LinkTarget::Port(module, port) => Some(survey.modules[module].description.ports[port].descriptor),
-        LinkTarget::Implied(module, implied) => Some(match implied {
+        LinkSource::Port(module, port) => Some(survey.modules[module].description.ports[port].descriptor),
+        LinkSource::Implied(module, implied) => Some(match implied {
             Implied::Params => survey.modules[module].description.params,
             Implied::Enabled => enabled_descriptor(),
             Implied::State => ModuleState::DESCRIPTOR,
             Implied::Timing => ModuleTiming::DESCRIPTOR,
             Implied::Histogram => TimingHistogram::DESCRIPTOR,
         }),
-        LinkTarget::Command(actuator) => {
+        LinkSource::Command(actuator) => {
             configuration.actuators()[actuator].commands.iter().find_map(|url| {
                 let path = url.value.path_in("");
                 let (module, name) = split_module(&survey.modules, &path)?;
@@ -40,10 +40,10 @@ fn interface_of(
                 Some(ports.iter().find(|port| port.name == name)?.descriptor)
             })
         }
-        LinkTarget::Absent(_) => None,
-        LinkTarget::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
-        LinkTarget::Host(host) => Some(host.descriptor()),
-        LinkTarget::Played(played) => Some(survey.played[played].descriptor),
+        LinkSource::Absent(_) => None,
+        LinkSource::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
+        LinkSource::Host(host) => Some(host.descriptor()),
+        LinkSource::Played(played) => Some(survey.played[played].descriptor),
     }
 }
 
@@ -59,7 +59,7 @@ pub(super) fn fit<'a>(
     sink: &LinkSink,
     source: TargetField,
     complaints: &mut Complaints<'a>,
-) -> Option<Joint<'a>> {
+) -> Option<ResolvedLink<'a>> {
     let TargetField { target, field: from } = source;
     let name = join(&target_name(configuration, survey, absent, target), &from);
     match BothEnds::new(configuration, survey, link, sink, (target, from), name).joint() {
@@ -82,7 +82,7 @@ struct BothEnds<'a, 's> {
     own: &'static Descriptor,
     direction: Direction,
     /// The other end, the field of it, what it is called and where that is written, and its interface if that is known.
-    target: LinkTarget,
+    target: LinkSource,
     from: String,
     name: String,
     span: Span,
@@ -95,7 +95,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         survey: &'s Survey<'a>,
         link: &'a Link,
         sink: &'s LinkSink,
-        (target, from): (LinkTarget, String),
+        (target, from): (LinkSource, String),
         name: String,
     ) -> Self {
         let description = &survey.modules[sink.module].description;
@@ -109,15 +109,15 @@ impl<'a, 's> BothEnds<'a, 's> {
         Self { configuration, survey, link, sink, to, own, direction, target, from, name, span, interface }
     }
 
-    fn joint(self) -> Result<Joint<'a>, Complaint> {
+    fn joint(self) -> Result<ResolvedLink<'a>, Complaint> {
         self.check_directions()?;
         self.check_roles()?;
         let filter = self.filter()?;
         self.check_queue_options()?;
         let is_plain = self.is_plain(filter.is_some());
         self.check_whole(is_plain)?;
-        let way = if is_plain { Way::Plain } else { self.conversion()? };
-        Ok(Joint {
+        let way = if is_plain { LinkConversion::Plain } else { self.conversion()? };
+        Ok(ResolvedLink {
             link: self.link,
             port: (self.sink.module, self.sink.wire),
             target: self.target,
@@ -141,13 +141,13 @@ impl<'a, 's> BothEnds<'a, 's> {
     /// Whether the other end takes messages.
     fn is_inbox(&self) -> bool {
         match self.target {
-            LinkTarget::Port(module, port) => {
+            LinkSource::Port(module, port) => {
                 self.survey.modules[module].description.ports[port].direction == Direction::Inbox
             }
             // Its kind is not known yet.
-            LinkTarget::Absent(_) | LinkTarget::Remote(_) => self.direction == Direction::Outbox,
-            LinkTarget::Played(played) => self.survey.played[played].is_mailbox,
-            LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => false,
+            LinkSource::Absent(_) | LinkSource::Remote(_) => self.direction == Direction::Outbox,
+            LinkSource::Played(played) => self.survey.played[played].is_mailbox,
+            LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => false,
         }
     }
 
@@ -171,7 +171,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             let help = "leave it out: it is about values that are read";
             return Err((said, Mistake::Ends.of(message), help.into()));
         }
-        if matches!(self.target, LinkTarget::Command(_)) && self.direction == Direction::Queue {
+        if matches!(self.target, LinkSource::Command(_)) && self.direction == Direction::Queue {
             let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
             return Err((self.span, message, "link a plain input to it".into()));
         }
@@ -180,7 +180,7 @@ impl<'a, 's> BothEnds<'a, 's> {
 
     /// Blocks are attached as their roles say.
     fn check_roles(&self) -> Result<(), Complaint> {
-        let (Wire::Port(port), LinkTarget::Port(module, other)) = (self.sink.wire, self.target) else {
+        let (Wire::Port(port), LinkSource::Port(module, other)) = (self.sink.wire, self.target) else {
             return Ok(());
         };
         let own = &self.surveyed().description.ports[port].role;
@@ -221,7 +221,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let known = self.interface.is_none_or(|interface| interface.hash == self.own.hash);
         // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
         let is_apart = self.surveyed().module.isolated.value
-            && matches!(self.target, LinkTarget::Remote(_) | LinkTarget::Host(_) | LinkTarget::Played(_));
+            && matches!(self.target, LinkSource::Remote(_) | LinkSource::Host(_) | LinkSource::Played(_));
         self.is_whole()
             && known
             && (!has_filter || self.direction == Direction::Queue)
@@ -252,11 +252,13 @@ impl<'a, 's> BothEnds<'a, 's> {
     }
 
     /// How the value becomes what the port takes.
-    fn conversion(&self) -> Result<Way, Complaint> {
+    fn conversion(&self) -> Result<LinkConversion, Complaint> {
         let sink_place = self.sink_place()?;
         let Some(interface) = self.interface else {
             return match self.target {
-                LinkTarget::Absent(_) | LinkTarget::Remote(_) => Ok(Way::Pending(Arc::new(sink_place))),
+                LinkSource::Absent(_) | LinkSource::Remote(_) => {
+                    Ok(LinkConversion::Pending(Arc::new(sink_place)))
+                }
                 _ => self.refuse(
                     format!("the type of `/{}` is not known", self.name),
                     "link to the whole command",
@@ -273,7 +275,9 @@ impl<'a, 's> BothEnds<'a, 's> {
             (self.span, Mistake::Name.of(format!("`/{}`: {message}", self.name)), help)
         })?;
         match Program::new(&source_place, &sink_place) {
-            Ok(program) => Ok(Way::Converted(Arc::new(program.within(range(self.survey, self.sink))))),
+            Ok(program) => {
+                Ok(LinkConversion::Converted(Arc::new(program.within(range(self.survey, self.sink)))))
+            }
             Err(reason) => {
                 let Self { to, name, own, .. } = self;
                 let message = if self.is_whole() && interface.name == own.name {
@@ -309,7 +313,7 @@ impl<'a, 's> BothEnds<'a, 's> {
         let own = self.surveyed();
         match self.target {
             // Replayed properties are written at their module's slot, possibly earlier in the cycle.
-            LinkTarget::Played(played) => {
+            LinkSource::Played(played) => {
                 self.link.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
             }
             target => self.link.previous && is_earlier(self.configuration, self.survey, target, own.stage),
@@ -353,7 +357,7 @@ fn range(survey: &Survey<'_>, sink: &LinkSink) -> Option<(f64, f64)> {
 fn is_earlier(
     configuration: &Configuration,
     survey: &Survey<'_>,
-    target: LinkTarget,
+    target: LinkSource,
     stage: slate_module::Stage,
 ) -> bool {
     let place = |stage: slate_module::Stage| {

@@ -12,7 +12,7 @@ use crate::RemotePath;
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use crate::link::FieldPlace;
-use crate::survey::{Joint, LinkTarget, Misfit, Remote, Survey, Way, Wire};
+use crate::survey::{LinkConversion, LinkSource, Misfit, Remote, ResolvedLink, Survey, Wire};
 use slate_configuration::{Compression, Configuration, Link, Mistake, TEAM};
 
 /// The other agent that a link leads to, if it does.
@@ -75,7 +75,7 @@ pub(super) fn joint<'a>(
     link: &'a Link,
     sink: &LinkSink,
     complaints: &mut Complaints<'a>,
-) -> (Option<Joint<'a>>, Option<Misfit>) {
+) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
     let remote = RemoteLink::checked(configuration, survey, link, sink, complaints);
     remote.map_or((None, None), |remote| remote.joint(complaints))
 }
@@ -141,7 +141,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         true
     }
 
-    fn joint(&self, complaints: &mut Complaints<'a>) -> (Option<Joint<'a>>, Option<Misfit>) {
+    fn joint(&self, complaints: &mut Complaints<'a>) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
         let direction = match self.sink.wire {
             Wire::Port(port) => self.survey.modules[self.sink.module].description.ports[port].direction,
             Wire::Enabled | Wire::Params => Direction::Input,
@@ -171,7 +171,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         &self,
         direction: Direction,
         complaints: &mut Complaints<'a>,
-    ) -> (Option<Joint<'a>>, Option<Misfit>) {
+    ) -> (Option<ResolvedLink<'a>>, Option<Misfit>) {
         let before = complaints.diagnostics.len();
         let field = self.survey.remote[self.index].field().unwrap_or_default();
         if let Some(joint) = self.fitted(field, complaints) {
@@ -186,13 +186,13 @@ impl<'a, 's> RemoteLink<'a, 's> {
     }
 
     /// The link to a field of the property, if both ends fit.
-    fn fitted(&self, field: &str, complaints: &mut Complaints<'a>) -> Option<Joint<'a>> {
-        let source = TargetField { target: LinkTarget::Remote(self.index), field: field.to_owned() };
+    fn fitted(&self, field: &str, complaints: &mut Complaints<'a>) -> Option<ResolvedLink<'a>> {
+        let source = TargetField { target: LinkSource::Remote(self.index), field: field.to_owned() };
         fit::fit(self.configuration, self.survey, &[], self.link, self.sink, source, complaints)
     }
 
     /// The link as it is until the property is there; nothing when the port has no such field.
-    fn waiting(&self) -> Option<Joint<'a>> {
+    fn waiting(&self) -> Option<ResolvedLink<'a>> {
         let description = &self.survey.modules[self.sink.module].description;
         let descriptor = match self.sink.wire {
             Wire::Port(port) => description.ports[port].descriptor,
@@ -201,13 +201,13 @@ impl<'a, 's> RemoteLink<'a, 's> {
         };
         let field = if self.sink.wire == Wire::Enabled { "value" } else { &self.sink.field };
         let place = FieldPlace::find(descriptor, field).ok()?;
-        Some(Joint {
+        Some(ResolvedLink {
             link: self.link,
             port: (self.sink.module, self.sink.wire),
-            target: LinkTarget::Remote(self.index),
+            target: LinkSource::Remote(self.index),
             from: String::new(),
             field: self.sink.field.clone(),
-            way: Way::Pending(Arc::new(place)),
+            way: LinkConversion::Pending(Arc::new(place)),
             filter: None,
             delayed: false,
         })

@@ -10,7 +10,7 @@ use super::sinks::LinkSink;
 use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
-use crate::survey::{Absent, Host, Implied, Joint, LinkTarget, Misfit, Survey, Surveyed, Wire};
+use crate::survey::{Absent, Host, Implied, LinkSource, Misfit, ResolvedLink, Survey, Surveyed, Wire};
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link, Span};
 
@@ -31,7 +31,7 @@ pub(super) struct LinkSources<'s, 'a> {
 enum JointState<'a> {
     NotYet,
     /// Nothing after a complaint.
-    Joint(Option<Joint<'a>>),
+    ResolvedLink(Option<ResolvedLink<'a>>),
 }
 
 impl<'s, 'a> LinkSources<'s, 'a> {
@@ -61,8 +61,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     }
 
     /// Resolves a link; nothing after a complaint.
-    pub fn joint(&mut self, link: usize) -> Option<Joint<'a>> {
-        if let JointState::Joint(joint) = &self.found[link] {
+    pub fn joint(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
+        if let JointState::ResolvedLink(joint) = &self.found[link] {
             return joint.clone();
         }
         if let Some(at) = self.open.iter().position(|open| *open == link) {
@@ -74,10 +74,10 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.open.pop();
         // Once more when a circle led here: it was complained about then.
         if let JointState::NotYet = self.found[link] {
-            self.found[link] = JointState::Joint(joint);
+            self.found[link] = JointState::ResolvedLink(joint);
         }
         match &self.found[link] {
-            JointState::Joint(joint) => joint.clone(),
+            JointState::ResolvedLink(joint) => joint.clone(),
             JointState::NotYet => None,
         }
     }
@@ -90,11 +90,11 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let message = Mistake::Circle.of(format!("{} read each other in a circle", names.join(" -> ")));
         self.complaints.add(span, message, "link one of them to an output");
         for link in self.open[at..].iter().copied() {
-            self.found[link] = JointState::Joint(None);
+            self.found[link] = JointState::ResolvedLink(None);
         }
     }
 
-    fn new_joint(&mut self, link: usize) -> Option<Joint<'a>> {
+    fn new_joint(&mut self, link: usize) -> Option<ResolvedLink<'a>> {
         let sink = self.sinks[link].as_ref()?;
         let link = &self.configuration.links()[link];
         let (far, span) = sink.far(link);
@@ -147,7 +147,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             if implied == Implied::Params && !self.has_an_end(module, &field) {
                 return None;
             }
-            return Some(TargetField { target: LinkTarget::Implied(module, implied), field });
+            return Some(TargetField { target: LinkSource::Implied(module, implied), field });
         }
         let ports = &self.modules()[module].description.ports;
         let Some(at) = ports.iter().position(|port| port.name == name) else {
@@ -168,7 +168,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             return Some(self.absent(module, path));
         }
         if let Some((host, field)) = Host::of(path) {
-            return Some(TargetField { target: LinkTarget::Host(host), field: field.into() });
+            return Some(TargetField { target: LinkSource::Host(host), field: field.into() });
         }
         let actuators = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
         let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
@@ -193,11 +193,11 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             Direction::Input | Direction::Queue => {
                 return match self.follow(module, Wire::Port(at), &field) {
                     Some(source) => source,
-                    None => Some(TargetField { target: LinkTarget::Port(module, at), field }),
+                    None => Some(TargetField { target: LinkSource::Port(module, at), field }),
                 };
             }
             Direction::Output | Direction::Debug | Direction::Inbox => {
-                return Some(TargetField { target: LinkTarget::Port(module, at), field });
+                return Some(TargetField { target: LinkSource::Port(module, at), field });
             }
             Direction::Command => (
                 Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate")),
@@ -272,7 +272,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
             let (name, field) = split_port(&[], rest);
             (name == "command")
-                .then(|| TargetField { target: LinkTarget::Command(index), field: field.into() })
+                .then(|| TargetField { target: LinkSource::Command(index), field: field.into() })
         })
     }
 
@@ -281,7 +281,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
         let field = path[played.path.len()..].trim_start_matches('/').into();
-        Some(TargetField { target: LinkTarget::Played(index), field })
+        Some(TargetField { target: LinkSource::Played(index), field })
     }
 
     fn absent(&mut self, module: &str, path: &str) -> TargetField {
@@ -292,6 +292,6 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             self.absent.push(absent);
             self.absent.len() - 1
         });
-        TargetField { target: LinkTarget::Absent(index), field: String::new() }
+        TargetField { target: LinkSource::Absent(index), field: String::new() }
     }
 }

@@ -7,9 +7,9 @@ use slate_module::Level;
 
 use super::{Assembly, LoadedModule};
 use crate::agent::build::{ResourceMark, build};
-use crate::configuration::{Configuration, Report};
-use crate::main_loop::{Seat, SharedLoop};
 use slate_composition::{RESERVED, Survey};
+use slate_configuration::{Configuration, Report};
+use slate_engine::main_loop::{Seat, SharedLoop};
 
 /// States of modules by name, or why they could not be saved.
 pub(in crate::agent) type ModuleStates = BTreeMap<String, Result<Vec<u8>, String>>;

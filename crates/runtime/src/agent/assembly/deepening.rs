@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::Assembly;
 use crate::agent::build::deepening;
-use crate::configuration::Configuration;
-use crate::main_loop::SharedLoop;
 use slate_composition::Survey;
+use slate_configuration::Configuration;
+use slate_engine::main_loop::SharedLoop;
 
 impl Assembly {
     /// Has outputs keep as many values as the queues need that are linked to them by a survey, before those get their

@@ -13,14 +13,14 @@ use std::sync::Arc;
 use slate_blackboard::interface::Value;
 
 use super::build::{BuildMoment, HostResources, rewire};
-use crate::configuration::{Configuration, Diagnostic};
-pub(super) use crate::main_loop::Levels;
-use crate::main_loop::{Seat, SharedLoop};
 pub(super) use arrival::ModuleStates;
 pub(super) use module::LoadedModule;
 use owners::LoopOwners;
 pub(super) use relinking::Relinking;
 use slate_composition::{Catalogue, Misfit, Survey, Wire};
+use slate_configuration::{Configuration, Diagnostic};
+pub(super) use slate_engine::main_loop::Levels;
+use slate_engine::main_loop::{Seat, SharedLoop};
 use slate_module::Description;
 pub(super) use unlinked::Unlinked;
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 use slate_module::{Description, Level, ModuleKind};
 
 use crate::agent::build::HostResources;
-use crate::isolation::Isolation;
-use crate::main_loop::{Seat, SharedLoop};
-use crate::runner::ModuleCondition;
 use slate_composition::{Lead, Wire};
+use slate_engine::isolation::Isolation;
+use slate_engine::main_loop::{Seat, SharedLoop};
+use slate_engine::runner::ModuleCondition;
 
 /// How long others, such as the watchdog, are waited for to let go of a module.
 const LETTING_GO: Duration = Duration::from_secs(1);

@@ -7,8 +7,8 @@ use slate_module::aspect::{MainLoop, Service, TimeSource};
 
 use super::module::LoadedModule;
 use crate::aspects::{Means, PlaceTime};
-use crate::main_loop::SharedLoop;
 use slate_composition::needs;
+use slate_engine::main_loop::SharedLoop;
 
 /// The modules that the main loop asks, by name.
 #[derive(Default)]

@@ -9,10 +9,10 @@ use slate_blackboard::{Board, Placement, Property};
 use super::module::Leads;
 use super::{Assembly, Levels, Unlinked, listeners};
 use crate::agent::build::{BuildMoment, Rewiring, rewire};
-use crate::configuration::{Configuration, Report};
-use crate::main_loop::{Seat, SharedLoop};
-use crate::runner::{Unwired, Wiring};
 use slate_composition::{Catalogue, Complaints, Misfit, survey};
+use slate_configuration::{Configuration, Report};
+use slate_engine::main_loop::{Seat, SharedLoop};
+use slate_engine::runner::{Unwired, Wiring};
 
 /// What changes of one module.
 struct Rewire {

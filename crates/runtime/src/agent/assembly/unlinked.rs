@@ -1,6 +1,6 @@
 //! Why links can't be made now.
 
-use crate::configuration::{Diagnostic, Report};
+use slate_configuration::{Diagnostic, Report};
 
 /// Why the links are not those of the configuration.
 pub(in crate::agent) struct Unlinked {

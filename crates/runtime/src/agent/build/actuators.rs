@@ -10,11 +10,10 @@ use slate_module::{Direction, Interface};
 use slate_safety::{Gate, GateConfiguration, GateState};
 
 use super::{BuildPlan, Failed, ModuleBuilder, SPARE_READERS, new_writer};
-use crate::actuators::Actuator;
-use crate::configuration;
 use slate_composition::parameters::value_bytes;
-use slate_composition::{LinkTarget, Wire};
+use slate_composition::{LinkSource, Wire};
 use slate_configuration::Mistake;
+use slate_engine::actuators::Actuator;
 
 /// Makes the gates of actuators.
 pub(super) struct GateBuilder<'b, 'a, 's> {
@@ -47,7 +46,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     fn actuator(
         &mut self,
         index: usize,
-        wanted: &configuration::Actuator,
+        wanted: &slate_configuration::Actuator,
     ) -> Result<Option<Actuator>, Failed> {
         let commanded = self.commanded_interface(index, wanted)?;
         self.guests(wanted)?;
@@ -70,7 +69,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     fn commanded_interface(
         &mut self,
         index: usize,
-        wanted: &configuration::Actuator,
+        wanted: &slate_configuration::Actuator,
     ) -> Result<Option<&'static Descriptor>, Failed> {
         let mut descriptor = None;
         for url in &wanted.commands {
@@ -83,7 +82,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
                 return self.refuse(url.span, format!("`/{path}` is no command"), help);
             };
             let earlier = &self.plan.configuration.actuators()[..index];
-            let names = |actuator: &&configuration::Actuator| {
+            let names = |actuator: &&slate_configuration::Actuator| {
                 actuator.commands.iter().any(|command| command.value.path_in("") == path)
             };
             if let Some(other) = earlier.iter().find(names) {
@@ -110,8 +109,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     }
 
     /// Complains about an actuator that nothing commands, unless its commanders are not there yet.
-    fn without_commander(&mut self, wanted: &configuration::Actuator) -> Result<(), Failed> {
-        let is_dormant = |module: &configuration::Spanned<String>| self.plan.is_dormant(&module.value);
+    fn without_commander(&mut self, wanted: &slate_configuration::Actuator) -> Result<(), Failed> {
+        let is_dormant = |module: &slate_configuration::Spanned<String>| self.plan.is_dormant(&module.value);
         if !wanted.commands.is_empty() || wanted.modules.iter().any(is_dormant) {
             return Ok(());
         }
@@ -123,10 +122,10 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     fn check_readers(
         &mut self,
         index: usize,
-        wanted: &configuration::Actuator,
+        wanted: &slate_configuration::Actuator,
         descriptor: &Descriptor,
     ) -> Result<(), Failed> {
-        for joint in self.plan.readers(LinkTarget::Command(index)).filter(|joint| joint.is_plain()) {
+        for joint in self.plan.readers(LinkSource::Command(index)).filter(|joint| joint.is_plain()) {
             let (module, Wire::Port(port)) = joint.port else { continue };
             let own = self.plan.port(module, port).descriptor;
             if own.hash != descriptor.hash {
@@ -145,11 +144,11 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     fn gate_properties(
         &mut self,
         index: usize,
-        wanted: &configuration::Actuator,
+        wanted: &slate_configuration::Actuator,
         descriptor: &'static Descriptor,
     ) -> Result<(Writer, Writer), Failed> {
         let name = &wanted.name.value;
-        let (_, budget) = self.plan.demand(LinkTarget::Command(index), &format!("{name}/command"));
+        let (_, budget) = self.plan.demand(LinkSource::Command(index), &format!("{name}/command"));
         let board = &self.builder.resources.board;
         let command = board.add_channel(
             &format!("{name}/command"),
@@ -176,8 +175,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     /// Complains about what is written there.
     fn refuse<T>(
         &mut self,
-        span: configuration::Span,
-        message: impl Into<configuration::Message>,
+        span: slate_configuration::Span,
+        message: impl Into<slate_configuration::Message>,
         help: &str,
     ) -> Result<T, Failed> {
         self.builder.complaints.add(span, message, help);
@@ -185,7 +184,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     }
 
     /// Modules that command an actuator which they choose at run time have the aspect for it.
-    fn guests(&mut self, wanted: &configuration::Actuator) -> Result<(), Failed> {
+    fn guests(&mut self, wanted: &slate_configuration::Actuator) -> Result<(), Failed> {
         for module in &wanted.modules {
             if self.plan.is_dormant(&module.value) {
                 continue;
@@ -209,7 +208,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
 
     /// What a module that follows the actuator's command takes it to be.
     fn linked_interface(&self, actuator: usize) -> Option<&'static Descriptor> {
-        let joint = self.plan.readers(LinkTarget::Command(actuator)).find(|joint| joint.is_plain())?;
+        let joint = self.plan.readers(LinkSource::Command(actuator)).find(|joint| joint.is_plain())?;
         match joint.port {
             (module, Wire::Port(port)) => Some(self.plan.port(module, port).descriptor),
             (_, Wire::Enabled | Wire::Params) => None,
@@ -218,7 +217,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
 
     fn gate(
         &mut self,
-        wanted: &configuration::Actuator,
+        wanted: &slate_configuration::Actuator,
         descriptor: &'static Descriptor,
     ) -> Result<GateConfiguration, Failed> {
         let name = &wanted.name.value;
@@ -244,8 +243,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             })?;
         }
         if !wanted.safe.is_empty() {
-            let value = configuration::Spanned {
-                value: configuration::Value::Table(wanted.safe.clone()),
+            let value = slate_configuration::Spanned {
+                value: slate_configuration::Value::Table(wanted.safe.clone()),
                 span: wanted.name.span,
             };
             let bytes = value_bytes(descriptor, &value, &mut self.builder.complaints).ok_or(Failed)?;

@@ -6,8 +6,8 @@ use slate_blackboard::channel::Writer;
 use slate_module::Direction;
 
 use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder};
-use crate::configuration::Configuration;
 use slate_composition::{Survey, Wire};
+use slate_configuration::Configuration;
 
 /// What outputs of modules that are there have to be written to besides, by module and path.
 pub(in crate::agent) type Deeper = BTreeMap<String, BTreeMap<String, Writer>>;

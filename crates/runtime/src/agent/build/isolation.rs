@@ -9,9 +9,9 @@ use slate_blackboard::interface::Interface;
 use slate_module::Trigger;
 
 use super::{BuildPlan, ModuleBuilder};
-use crate::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
-use crate::runner::Supervised;
-use slate_composition::{LinkTarget, Wire};
+use slate_composition::{LinkSource, Wire};
+use slate_engine::isolation::{Arena, Isolation, ModuleProcess, Supervisor};
+use slate_engine::runner::Supervised;
 
 /// A step that takes this many deadlines does not return any more.
 const DEADLINES: u64 = 10;
@@ -30,15 +30,15 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
     }
 
     /// Where the values of a property are: in memory that isolated modules see, if one of them writes or reads them.
-    pub fn memory(&mut self, m: usize, target: LinkTarget) -> Option<Arc<dyn ValueMemory>> {
+    pub fn memory(&mut self, m: usize, target: LinkSource) -> Option<Arc<dyn ValueMemory>> {
         let writer = match target {
-            LinkTarget::Port(writer, _) => Some(writer),
-            LinkTarget::Command(_)
-            | LinkTarget::Absent(_)
-            | LinkTarget::Implied(..)
-            | LinkTarget::Remote(_)
-            | LinkTarget::Host(_)
-            | LinkTarget::Played(_) => None,
+            LinkSource::Port(writer, _) => Some(writer),
+            LinkSource::Command(_)
+            | LinkSource::Absent(_)
+            | LinkSource::Implied(..)
+            | LinkSource::Remote(_)
+            | LinkSource::Host(_)
+            | LinkSource::Played(_) => None,
         };
         let writer =
             writer.filter(|writer| self.plan.is_isolated(*writer)).map(|writer| self.plan.name(writer));
@@ -103,7 +103,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         let joints = self.plan.survey.joints.iter().filter(|joint| joint.port.0 == m);
         let mut writers: Vec<usize> = joints
             .filter_map(|joint| match (joint.port.1, joint.target) {
-                (Wire::Port(_), LinkTarget::Port(writer, _)) if writer != m => Some(writer),
+                (Wire::Port(_), LinkSource::Port(writer, _)) if writer != m => Some(writer),
                 _ => None,
             })
             .filter(|writer| self.plan.is_isolated(*writer))

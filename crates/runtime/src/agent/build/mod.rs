@@ -20,8 +20,6 @@ use slate_blackboard::wake::Wake;
 use slate_blackboard::{Access, BoardError, Placement, Property, Store};
 
 use super::Mode;
-use crate::configuration::{Configuration, Diagnostic};
-use crate::runner::Runner;
 use actuators::GateBuilder;
 pub(super) use deepening::deepening;
 use isolation::IsolationBuilder;
@@ -31,6 +29,8 @@ pub(super) use resources::{HostResources, ResourceMark};
 pub(super) use rewiring::{Rewiring, rewire};
 use runners::RunnerBuilder;
 use slate_composition::{Complaints, Survey, Wire};
+use slate_configuration::{Configuration, Diagnostic};
+use slate_engine::runner::Runner;
 use wiring::WiringBuilder;
 
 /// Makes the modules of the survey that are listed, by index.

@@ -3,8 +3,8 @@
 use slate_blackboard::channel::Budget;
 use slate_module::{Direction, PortDescription, Trigger};
 
-use crate::configuration::Configuration;
-use slate_composition::{Joint, LinkTarget, Survey, Surveyed, Wire};
+use slate_composition::{LinkSource, ResolvedLink, Survey, Surveyed, Wire};
+use slate_configuration::Configuration;
 
 /// Reader handles for tools, and for modules that come later.
 pub(super) const SPARE_READERS: u16 = 16;
@@ -39,7 +39,7 @@ impl<'a, 's> BuildPlan<'a, 's> {
     }
 
     /// The link of a port that reads a property itself.
-    pub fn joint(self, module: usize, wire: Wire) -> Option<&'s Joint<'a>> {
+    pub fn joint(self, module: usize, wire: Wire) -> Option<&'s ResolvedLink<'a>> {
         self.joints(module, wire).find(|joint| joint.is_plain())
     }
 
@@ -48,21 +48,21 @@ impl<'a, 's> BuildPlan<'a, 's> {
         self.joints(module, wire).any(|joint| !joint.is_plain())
     }
 
-    pub fn joints(self, module: usize, wire: Wire) -> impl Iterator<Item = &'s Joint<'a>> {
+    pub fn joints(self, module: usize, wire: Wire) -> impl Iterator<Item = &'s ResolvedLink<'a>> {
         self.survey.joints.iter().filter(move |joint| joint.port == (module, wire))
     }
 
-    pub fn target_path(self, target: LinkTarget) -> String {
+    pub fn target_path(self, target: LinkSource) -> String {
         self.survey.path(self.configuration, target)
     }
 
     /// The ports that are linked to a property.
-    pub fn readers(self, target: LinkTarget) -> impl Iterator<Item = &'s Joint<'a>> {
+    pub fn readers(self, target: LinkSource) -> impl Iterator<Item = &'s ResolvedLink<'a>> {
         self.survey.joints.iter().filter(move |joint| joint.target == target)
     }
 
     /// How many values a property keeps, and how many readers it serves.
-    pub fn demand(self, target: LinkTarget, path: &str) -> (usize, Budget) {
+    pub fn demand(self, target: LinkSource, path: &str) -> (usize, Budget) {
         let mut budget = Budget { latest: SPARE_READERS, queues: SPARE_QUEUES, window: USUAL_WINDOW as u16 };
         let mut depth = 1;
         for joint in self.readers(target) {
@@ -110,8 +110,8 @@ impl<'a, 's> BuildPlan<'a, 's> {
     }
 
     /// The module whose output a link leads to.
-    pub fn writing(self, target: LinkTarget) -> Option<usize> {
-        let LinkTarget::Port(module, port) = target else { return None };
+    pub fn writing(self, target: LinkSource) -> Option<usize> {
+        let LinkSource::Port(module, port) = target else { return None };
         let is_output = matches!(
             self.port(module, port).direction,
             Direction::Output | Direction::Debug | Direction::Command

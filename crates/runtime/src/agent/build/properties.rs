@@ -10,10 +10,10 @@ use slate_module::{Direction, Interface, PortDescription};
 
 use super::{BuildMoment, BuildPlan, Failed, ModuleBuilder, SPARE_READERS};
 use crate::aspects::followed;
-use crate::runner::{ModuleState, ModuleTiming};
-use crate::timing::TimingHistogram;
 use slate_composition::parameters::enabled_descriptor;
-use slate_composition::{Implied, LinkTarget, Wire};
+use slate_composition::{Implied, LinkSource, Wire};
+use slate_engine::runner::{ModuleState, ModuleTiming};
+use slate_engine::timing::TimingHistogram;
 
 /// What every module's runner writes.
 fn told() -> [(Implied, &'static str, &'static Descriptor); 3] {
@@ -42,7 +42,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
             let path = self.plan.port_path(m, p);
             match port.direction {
                 Direction::Output | Direction::Debug | Direction::Command => {
-                    self.output_property(m, LinkTarget::Port(m, p), &path, port)?;
+                    self.output_property(m, LinkSource::Port(m, p), &path, port)?;
                 }
                 Direction::Inbox => self.mailbox(m, &path, port)?,
                 Direction::Input | Direction::Queue => match self.plan.joint(m, Wire::Port(p)) {
@@ -107,12 +107,12 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     }
 
     /// What a link leads to, if that is of a module which is not there yet.
-    fn absent(&mut self, m: usize, target: LinkTarget, port: &PortDescription) -> Result<(), Failed> {
-        if matches!(target, LinkTarget::Remote(_)) && port.direction == Direction::Outbox {
+    fn absent(&mut self, m: usize, target: LinkSource, port: &PortDescription) -> Result<(), Failed> {
+        if matches!(target, LinkSource::Remote(_)) && port.direction == Direction::Outbox {
             // What is sent waits there until it goes to the other agent.
             return self.mailbox(m, &self.plan.target_path(target), port);
         }
-        let LinkTarget::Absent(absent) = target else { return Ok(()) };
+        let LinkSource::Absent(absent) = target else { return Ok(()) };
         let path = self.plan.survey.absent[absent].path.clone();
         if port.direction == Direction::Outbox {
             self.mailbox(m, &path, port)
@@ -122,8 +122,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     }
 
     /// The same for a link that switches a module.
-    fn absent_switch(&mut self, m: usize, target: LinkTarget) -> Result<(), Failed> {
-        let LinkTarget::Absent(absent) = target else { return Ok(()) };
+    fn absent_switch(&mut self, m: usize, target: LinkSource) -> Result<(), Failed> {
+        let LinkSource::Absent(absent) = target else { return Ok(()) };
         let path = self.plan.survey.absent[absent].path.clone();
         if self.builder.standing(m, &path, enabled_descriptor())?.is_none() {
             let (depth, budget) = self.plan.demand(target, &path);
@@ -140,7 +140,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn played(&mut self, m: usize) -> Result<(), Failed> {
         let survey = self.plan.survey;
         for joint in survey.joints.iter().filter(|joint| joint.port.0 == m) {
-            let LinkTarget::Played(index) = joint.target else { continue };
+            let LinkSource::Played(index) = joint.target else { continue };
             let played = &survey.played[index];
             if let (Wire::Port(port), true) = (joint.port.1, played.is_mailbox) {
                 self.mailbox(m, &played.path, &survey.modules[m].description.ports[port])?;
@@ -159,7 +159,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     fn output_property(
         &mut self,
         m: usize,
-        target: LinkTarget,
+        target: LinkSource,
         path: &str,
         port: &PortDescription,
     ) -> Result<(), Failed> {
@@ -184,7 +184,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         self.builder.added(m, added).map(drop)
     }
 
-    fn alias(&mut self, m: usize, path: &str, target: LinkTarget) -> Result<(), Failed> {
+    fn alias(&mut self, m: usize, path: &str, target: LinkSource) -> Result<(), Failed> {
         let target = self.plan.target_path(target);
         let added = self.builder.resources.board.add_alias(path, &target);
         self.builder.added(m, added)
@@ -205,11 +205,11 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let (port, descriptor, capacity, doc) = match wire {
             Wire::Port(p) => {
                 let port = self.plan.port(m, p);
-                (LinkTarget::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
+                (LinkSource::Port(m, p), port.descriptor, port.capacity, port.doc.clone())
             }
             Wire::Enabled | Wire::Params => {
                 let doc = String::from("Whether the module runs.");
-                (LinkTarget::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
+                (LinkSource::Implied(m, Implied::Enabled), enabled_descriptor(), 0, doc)
             }
         };
         let path = self.plan.target_path(port);
@@ -228,7 +228,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         for (implied, doc, descriptor) in told() {
             let path = format!("{name}/{}", implied.name());
             if self.builder.standing(m, &path, descriptor)?.is_none() {
-                let (depth, budget) = self.plan.demand(LinkTarget::Implied(m, implied), &path);
+                let (depth, budget) = self.plan.demand(LinkSource::Implied(m, implied), &path);
                 let store = Store { capacity: 0, depth, budget };
                 let added =
                     self.builder.resources.board.add_channel(&path, doc, descriptor, store, Access::Output);
@@ -270,7 +270,7 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
 
     /// How much is kept of what the host sets, which the module itself reads too.
     fn setting_store(&self, m: usize, implied: Implied, path: &str) -> Store {
-        let (depth, budget) = self.plan.demand(LinkTarget::Implied(m, implied), path);
+        let (depth, budget) = self.plan.demand(LinkSource::Implied(m, implied), path);
         Store { capacity: 0, depth, budget: Budget { latest: budget.latest + 1, ..budget } }
     }
 

@@ -11,13 +11,13 @@ use slate_module::Trigger;
 use slate_module::aspect::{MainLoop, Service};
 use slate_safety::StopLatch;
 
-use crate::actuators::Actuator;
 use crate::agent::Mode;
 use crate::aspects::{Means, ServicePlace};
-use crate::isolation::Arenas;
-use crate::log::Logger;
-use crate::runner::{Health, InputAge, ModuleCondition, Patience, QueueGauge};
 use slate_composition::{Surveyed, needs};
+use slate_engine::actuators::Actuator;
+use slate_engine::isolation::Arenas;
+use slate_engine::log::Logger;
+use slate_engine::runner::{CallTimeout, Health, InputAge, ModuleCondition, QueueGauge};
 
 /// What the host has for all modules, also for those that are not there yet.
 pub(in crate::agent) struct HostResources {
@@ -122,8 +122,8 @@ impl HostResources {
     }
 
     /// How long the last calls of a module are waited for.
-    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> Patience {
-        Patience {
+    pub fn patience(&self, module: &Arc<str>, is_isolated: bool) -> CallTimeout {
+        CallTimeout {
             module: Arc::clone(module),
             limit: (!is_isolated).then_some(self.hang),
             logger: Arc::clone(&self.logger),

@@ -7,9 +7,9 @@ use slate_blackboard::Placement;
 use slate_blackboard::wake::Wake;
 
 use super::{BuildMoment, BuildPlan, HostResources, ModuleBuilder, WiringBuilder};
-use crate::configuration::{Configuration, Diagnostic};
-use crate::runner::Wiring;
 use slate_composition::{Survey, Wire};
+use slate_configuration::{Configuration, Diagnostic};
+use slate_engine::runner::Wiring;
 
 /// What modules go on with; nothing is changed before it is exchanged.
 pub(in crate::agent) struct Rewiring {

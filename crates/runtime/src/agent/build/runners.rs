@@ -10,13 +10,13 @@ use slate_module::{Direction, Entry, Interface, ModuleKind, PortDescription, Ran
 
 use super::{BuildPlan, ModuleBuilder, WiringBuilder, new_writer};
 use crate::aspects::{self, AspectPort, ProviderPort};
-use crate::runner::{
+use slate_composition::{Surveyed, Wire};
+use slate_engine::runner::{
     AlignedMemory, EntryPorts, InboxPort, Inputs, ModuleCode, ModuleServices, ModuleState, ModuleSwitch,
     ModuleTiming, OutboxPort, OutputPort, Outputs, ParameterReader, Requirements, Runner, RunnerStatus,
     Shortcuts, StepFrame, StepTiming, Supervised, TickSchedule,
 };
-use crate::timing::TimingHistogram;
-use slate_composition::{Surveyed, Wire};
+use slate_engine::timing::TimingHistogram;
 
 /// What every module has beside its ports.
 struct OwnProperties {

@@ -10,14 +10,14 @@ use slate_module::Direction;
 
 use super::resources::ModuleSignals;
 use super::{BuildPlan, ModuleBuilder, new_writer};
-use crate::configuration::LinkPolicy;
-use crate::runner::{
+use slate_composition::link::{FieldPlace, Program};
+use slate_composition::{LinkConversion, LinkSource, ResolvedLink, Wire};
+use slate_configuration::LinkPolicy;
+use slate_configuration::Mistake;
+use slate_engine::runner::{
     AlignedMemory, Conversion, ConversionWiring, ConvertedSource, Group, Health, InputPort, OutboxWiring,
     QueueWiring, SourceWiring, Wiring,
 };
-use slate_composition::link::{FieldPlace, Program};
-use slate_composition::{Joint, LinkTarget, Way, Wire};
-use slate_configuration::Mistake;
 
 /// Something that a module reads.
 struct WiredRead<'s, 'a> {
@@ -30,7 +30,7 @@ struct WiredRead<'s, 'a> {
 /// Where a module reads something: an input, or a link that converts.
 enum ReadEnd<'s, 'a> {
     Input(usize),
-    Source(&'s Joint<'a>, Arc<Program>, usize),
+    Source(&'s ResolvedLink<'a>, Arc<Program>, usize),
 }
 
 impl WiredRead<'_, '_> {
@@ -88,18 +88,18 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     }
 
     /// What a link leads to, and the name of the module that writes it.
-    fn source(&self, target: LinkTarget) -> Option<(Arc<Property>, Option<String>)> {
+    fn source(&self, target: LinkSource) -> Option<(Arc<Property>, Option<String>)> {
         let (plan, survey) = (self.plan, self.plan.survey);
         let property = self.builder.property(&plan.target_path(target))?;
         let writer = match target {
-            LinkTarget::Port(module, port) if plan.port(module, port).direction != Direction::Input => {
+            LinkSource::Port(module, port) if plan.port(module, port).direction != Direction::Input => {
                 Some(plan.name(module).into())
             }
-            LinkTarget::Absent(absent) => Some(survey.absent[absent].module.clone()),
+            LinkSource::Absent(absent) => Some(survey.absent[absent].module.clone()),
             // Whether its values come is known like the condition of a module.
-            LinkTarget::Remote(remote) => Some(survey.remote[remote].path.to_string()),
-            LinkTarget::Played(played) => survey.played[played].module.clone(),
-            LinkTarget::Port(..) | LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => {
+            LinkSource::Remote(remote) => Some(survey.remote[remote].path.to_string()),
+            LinkSource::Played(played) => survey.played[played].module.clone(),
+            LinkSource::Port(..) | LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => {
                 None
             }
         };
@@ -108,7 +108,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
 
     /// Whether what a link leads to is pinned when a cycle begins, of which a module with a thread of its own knows
     /// nothing.
-    fn is_early(&self, joint: &Joint<'_>) -> bool {
+    fn is_early(&self, joint: &ResolvedLink<'_>) -> bool {
         joint.delayed && !self.builder.resources.has_own_thread(self.plan.surveyed(self.module))
     }
 
@@ -225,7 +225,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     /// A source of a port that links fill, unless it goes on with its own.
     fn converted_source(
         &mut self,
-        joint: &Joint<'_>,
+        joint: &ResolvedLink<'_>,
         program: &Arc<Program>,
         property: &Property,
         writer: Option<Arc<Health>>,
@@ -254,13 +254,13 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
     }
 
     /// How a link converts; nothing while what it leads to is not there.
-    fn program(&self, joint: &Joint<'_>) -> Option<Arc<Program>> {
+    fn program(&self, joint: &ResolvedLink<'_>) -> Option<Arc<Program>> {
         match &joint.way {
-            Way::Plain => None,
-            Way::Converted(program) => Some(Arc::clone(program)),
+            LinkConversion::Plain => None,
+            LinkConversion::Converted(program) => Some(Arc::clone(program)),
             // It may be on the board by now; it is linked anew when it is known to be there.
-            Way::Pending(_) if matches!(joint.target, LinkTarget::Remote(_)) => None,
-            Way::Pending(place) => {
+            LinkConversion::Pending(_) if matches!(joint.target, LinkSource::Remote(_)) => None,
+            LinkConversion::Pending(place) => {
                 let property = self.builder.property(&self.plan.target_path(joint.target))?;
                 // What does not fit is said when the plugin is loaded.
                 let source = FieldPlace::find(property.descriptor(), &joint.from).ok()?;
@@ -395,10 +395,10 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         let m = self.module;
         let target = self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target);
         let Some(
-            target @ (LinkTarget::Port(..)
-            | LinkTarget::Absent(_)
-            | LinkTarget::Remote(_)
-            | LinkTarget::Played(_)),
+            target @ (LinkSource::Port(..)
+            | LinkSource::Absent(_)
+            | LinkSource::Remote(_)
+            | LinkSource::Played(_)),
         ) = target
         else {
             return Some(OutboxWiring { slot: p, sender: None, wake: None });
@@ -408,15 +408,15 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
         let name = self.plan.port_path(m, p);
         let sender = self.builder.granted(m, Wire::Port(p), &property, mailbox.sender_of(&name))?;
         let receiver = match target {
-            LinkTarget::Port(module, _) => self.plan.name(module).to_owned(),
-            LinkTarget::Absent(absent) => self.plan.survey.absent[absent].module.clone(),
-            LinkTarget::Remote(_) => {
+            LinkSource::Port(module, _) => self.plan.name(module).to_owned(),
+            LinkSource::Absent(absent) => self.plan.survey.absent[absent].module.clone(),
+            LinkSource::Remote(_) => {
                 let wake = Some(Arc::clone(&self.builder.resources.sharing_wake));
                 return Some(OutboxWiring { slot: p, sender: Some(sender), wake });
             }
             // A playback takes messages after each cycle.
-            LinkTarget::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
-            LinkTarget::Command(_) | LinkTarget::Implied(..) | LinkTarget::Host(_) => return None,
+            LinkSource::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
+            LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => return None,
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.builder.wake_of(&receiver) })
     }

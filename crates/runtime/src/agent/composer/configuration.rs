@@ -8,9 +8,9 @@ use crate::agent::links::{LinkEditor, LinkStatus, NewLink, RemoteEnd};
 use crate::agent::remote_links::RemoteLinks;
 use crate::agent::settings::SettingsChanger;
 use crate::agent::snapshot::{SnapshotRestorer, SnapshotTaker};
-use crate::configuration::{Change, Database, Diagnostic, Proposal, Report};
 use crate::sharing::{Inspection, RemotePath};
 use crate::snapshot::{Keepsake, PluginMark, Snapshot, SnapshotError};
+use slate_configuration::{Change, Database, Diagnostic, Proposal, Report};
 
 impl Composer {
     /// The links that the agent has, by their destinations.

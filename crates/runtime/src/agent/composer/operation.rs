@@ -7,10 +7,10 @@ use crate::agent::actuators::GateOperator;
 use crate::agent::looping::{LoopControl, SystemClock};
 use crate::agent::playing::PlaybackAccess;
 use crate::agent::teleoperation::{ControlsError, ControlsHolder, ControlsKeeper, Teleoperation};
-use crate::clock::TimeSource;
-use crate::main_loop::{AgentTrace, LoopPolicy, Schedule};
 use crate::playback::PlaybackControl;
 use crate::recording::{History, HistoryWish, RecordingRefusal, TakeValue};
+use slate_engine::clock::TimeSource;
+use slate_engine::main_loop::{AgentTrace, LoopPolicy, Schedule};
 
 impl Composer {
     /// Stops all actuators, until they are reset and armed.

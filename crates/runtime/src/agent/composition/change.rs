@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::{Composition, CompositionChange, CompositionTarget, Fitting};
 use crate::agent::assembly::{ModuleStates, Unlinked, listeners};
-use crate::configuration::Report;
-use crate::main_loop::SharedLoop;
 use slate_composition::{Catalogue, Surveyed, Wired};
+use slate_configuration::Report;
+use slate_engine::main_loop::SharedLoop;
 
 impl Composition {
     /// What the agent would be made of with that catalogue.

@@ -8,10 +8,10 @@ use slate_module::Level;
 
 use super::Composition;
 use crate::agent::assembly::Unlinked;
-use crate::configuration::{Configuration, Report};
-use crate::main_loop::SharedLoop;
 use crate::sharing::RemotePath;
 use slate_composition::{Complaints, Wired, survey};
+use slate_configuration::{Configuration, Report};
+use slate_engine::main_loop::SharedLoop;
 
 /// How often it is looked whether the module has returned.
 const LOOK: Duration = Duration::from_millis(20);

@@ -13,13 +13,13 @@ use slate_module::{ModuleKind, Plugin};
 
 use super::assembly::Assembly;
 use super::remotes::Remotes;
-use crate::configuration::{Configuration, Database, Diagnostic, Report};
-use crate::main_loop::SharedLoop;
 use crate::playback::PlaybackControl;
-use crate::plugin::{KnownLibraries, Residence};
 use crate::snapshot::Keepsake;
 pub(super) use links::{LinkRetry, WaitingLinks};
 use slate_composition::Catalogue;
+use slate_configuration::{Configuration, Database, Diagnostic, Report};
+use slate_engine::main_loop::SharedLoop;
+use slate_engine::plugin::{KnownLibraries, Residence};
 pub(super) use target::{CompositionChange, CompositionTarget, Fitting};
 
 /// Where a plugin's code comes from.

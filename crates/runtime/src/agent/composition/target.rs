@@ -6,7 +6,7 @@ use std::sync::Arc;
 use slate_composition::{Catalogue, OwnSetup};
 use slate_module::{Description, ModuleKind};
 
-use crate::configuration::Configuration;
+use slate_configuration::Configuration;
 
 /// What an agent is to be made of.
 pub(in crate::agent) struct CompositionTarget {

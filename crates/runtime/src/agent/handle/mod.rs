@@ -10,11 +10,11 @@ use slate_blackboard::Board;
 use slate_module::Level;
 
 use super::composition::{Composition, LinkRetry};
-use crate::main_loop::SharedLoop;
 use crate::recording::Recording;
 use overview::Overview;
 pub use overview::{ModuleStatus, PluginStatus};
 pub(super) use recorder::{ChangeRecorder, by_module};
+use slate_engine::main_loop::SharedLoop;
 
 /// An agent that runs, what it is made of, and what records its changes.
 #[derive(Clone)]

@@ -10,8 +10,8 @@ use slate_blackboard::Board;
 
 use crate::agent::assembly::LoadedModule;
 use crate::agent::composition::Composition;
-use crate::main_loop::Seat;
-use crate::runner::{Health, ModuleCondition};
+use slate_engine::main_loop::Seat;
+use slate_engine::runner::{Health, ModuleCondition};
 
 /// A plugin of an agent.
 #[derive(Clone, Debug)]

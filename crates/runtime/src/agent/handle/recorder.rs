@@ -4,9 +4,9 @@ use std::cell::RefCell;
 use std::sync::Arc;
 use std::time::Duration;
 
-use crate::configuration::{Change, Value};
-use crate::main_loop::SharedLoop;
 use crate::recording::{Change as Recorded, Recording};
+use slate_configuration::{Change, Value};
+use slate_engine::main_loop::SharedLoop;
 
 /// Makes changes of an agent at a moment at which they can be made again, and tells what records it.
 #[derive(Clone)]

@@ -1,9 +1,9 @@
 use std::path::PathBuf;
 use std::time::Duration;
 
-use crate::configuration::Report;
-use crate::plugin::LibraryError;
 use slate_configuration::Mistake;
+use slate_configuration::Report;
+use slate_engine::plugin::LibraryError;
 
 /// Why plugins can't be changed; the agent goes on as before.
 #[derive(Debug, thiserror::Error, miette::Diagnostic)]
@@ -106,7 +106,7 @@ pub enum PluginError {
         by: Vec<String>,
     },
     /// The library is of another plugin.
-    #[error("{} is plugin `{found}`, expected `{expected}`", crate::printable(.file))]
+    #[error("{} is plugin `{found}`, expected `{expected}`", slate_configuration::printable(.file))]
     #[diagnostic(help("load it as a plugin of its own, or name the plugin that it replaces"))]
     OtherPlugin {
         /// The library.

@@ -9,8 +9,8 @@ use super::version::PluginVersion;
 use super::{CarriedStates, PluginError};
 use crate::agent::composition::Composition;
 use crate::agent::handle::AgentHandle;
-use crate::main_loop::Seat;
-use crate::runner::Retired;
+use slate_engine::main_loop::Seat;
+use slate_engine::runner::Retired;
 
 /// A module that goes on with other code.
 struct PendingExchange {

@@ -7,12 +7,12 @@ use slate_module::{Level, Plugin};
 
 use super::{PluginError, unknown};
 use crate::agent::composition::{Composition, LibraryOrigin};
-use crate::clock::Clock;
-use crate::configuration::{Configuration, PluginEntry};
-use crate::log::Logger;
-use crate::plugin::{self, KnownLibraries, LibraryError, LibraryOutline, Residence};
 use crate::sharing::Sharing;
 use slate_composition::Catalogue;
+use slate_configuration::{Configuration, PluginEntry};
+use slate_engine::clock::Clock;
+use slate_engine::log::Logger;
+use slate_engine::plugin::{self, KnownLibraries, LibraryError, LibraryOutline, Residence};
 
 /// Where plugins come from.
 #[derive(Clone, Copy)]
@@ -239,8 +239,10 @@ impl<'a> PluginSources<'a> {
     pub fn look(&self, file: &Path) -> Result<(), LibraryError> {
         let Some(watch) = self.watch else { return Ok(()) };
         if watch.known.look(file)? {
-            let text =
-                format!("{} was built or copied anew since it was loaded last", crate::printable(file));
+            let text = format!(
+                "{} was built or copied anew since it was loaded last",
+                slate_configuration::printable(file)
+            );
             watch.logger.log(watch.clock.now(), Level::Info, &text);
         }
         Ok(())
@@ -270,7 +272,7 @@ pub(in crate::agent) fn host_catalogue(sharing: Option<&dyn Sharing>) -> Catalog
         carriers: sharing.map(Sharing::carriers).unwrap_or_default(),
         has_jpeg: sharing.is_some_and(Sharing::has_jpeg),
         services: crate::aspects::services().collect(),
-        describe: crate::runner::describe,
+        describe: slate_engine::runner::describe,
         ..Catalogue::default()
     }
 }

@@ -19,8 +19,6 @@ use slate_module::Plugin;
 use super::assembly::ModuleStates;
 use super::composition::Composition;
 use super::handle::AgentHandle;
-use crate::configuration::Configuration;
-use crate::plugin;
 use crate::recording::Change;
 use departure::Departure;
 pub use error::PluginError;
@@ -29,6 +27,8 @@ pub(super) use gather::{catalogue, host_catalogue};
 pub(super) use reload::Reloader;
 pub(super) use shadow::ShadowRunner;
 use slate_composition::Catalogue;
+use slate_configuration::Configuration;
+use slate_engine::plugin;
 use trial::ModuleTrials;
 
 /// Modules, each with what became of its state: carried over, or why it began afresh.
@@ -114,8 +114,10 @@ impl<'c> PluginLoader<'c> {
             let taken = modules.iter().any(|module| module.name.value == kind.name());
             if !wanted && !taken {
                 let origin = origins.get(plugin.name());
-                let origin =
-                    origin.map_or_else(|| plugin.name().into(), |origin| crate::printable(&origin.file));
+                let origin = origin.map_or_else(
+                    || plugin.name().into(),
+                    |origin| slate_configuration::printable(&origin.file),
+                );
                 let with = target.configuration.with_module(kind.name(), kind.name(), &origin);
                 target.configuration = Arc::new(with);
             }
@@ -130,7 +132,8 @@ impl<'c> PluginLoader<'c> {
         let file = |name: &str| composition.plugins.origins.get(name).map(|origin| origin.file.clone());
         let plugins: Vec<_> = came.iter().map(|plugin| (plugin.name().into(), file(plugin.name()))).collect();
         for (name, file) in &plugins {
-            let code = file.as_ref().map_or_else(|| "linked in".into(), |file| crate::printable(file));
+            let code =
+                file.as_ref().map_or_else(|| "linked in".into(), |file| slate_configuration::printable(file));
             self.agent.say(&format!("plugin {name} is loaded ({code}); modules: {}", list(&changed.arrived)));
         }
         Ok(Loaded { plugins, modules: changed.arrived })

@@ -49,7 +49,7 @@ impl<'c> Reloader<'c> {
             }
         }
         let file = std::path::absolute(file).unwrap_or_else(|_| file.into());
-        let hash = version.plugin.kinds().iter().find_map(crate::plugin::code_of).unwrap_or_default();
+        let hash = version.plugin.kinds().iter().find_map(slate_engine::plugin::code_of).unwrap_or_default();
         let change = Change::Reload { plugin: name.into(), file: file.clone(), hash };
         let modules = self.agent.recorder.make(vec![change], || -> Result<CarriedStates, PluginError> {
             if in_place {

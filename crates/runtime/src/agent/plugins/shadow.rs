@@ -12,7 +12,7 @@ use super::version::PluginVersion;
 use super::{CarriedStates, PluginError, Reload, not_loaded};
 use crate::agent::composition::{Composition, Fitting, LibraryOrigin, PluginTrial};
 use crate::agent::handle::AgentHandle;
-use crate::plugin;
+use slate_engine::plugin;
 
 /// Tries new code of plugins.
 pub(in crate::agent) struct ShadowRunner<'c> {

@@ -11,9 +11,9 @@ use super::PluginError;
 use super::exchange::{ExchangedCode, exchange_one};
 use crate::agent::composition::{Composition, PluginTrial};
 use crate::agent::handle::AgentHandle;
-use crate::clock::monotonic;
-use crate::main_loop::Seat;
-use crate::runner::{Retired, Shadow, ShadowState};
+use slate_engine::clock::monotonic;
+use slate_engine::main_loop::Seat;
+use slate_engine::runner::{Retired, Shadow, ShadowState};
 
 /// How long new code may take for the steps that it is behind, and for its end.
 const PATIENCE: Duration = Duration::from_secs(2);

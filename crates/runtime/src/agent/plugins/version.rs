@@ -11,8 +11,8 @@ use super::gather::check_kinds;
 use crate::agent::assembly::ModuleStates;
 use crate::agent::composition::{Composition, Fitting};
 use crate::agent::handle::AgentHandle;
-use crate::runner::Retired;
 use slate_composition::Catalogue;
+use slate_engine::runner::Retired;
 
 /// A version of a plugin that fits the agent.
 pub(super) struct PluginVersion<'c> {

@@ -8,9 +8,9 @@ use std::sync::PoisonError;
 use slate_blackboard::Board;
 
 use super::assembly::Assembly;
-use crate::configuration::{Configuration, Link};
 use crate::sharing::{Readers, RemotePath, Sharing, Standing, Want};
 use slate_composition::{Catalogue, Misfit, RemoteProperty, remote_path};
+use slate_configuration::{Configuration, Link};
 
 /// How the agent stands with others.
 #[derive(Default)]

@@ -6,9 +6,9 @@ use slate_blackboard::is_within;
 use slate_module::Direction;
 
 use crate::agent::assembly::LoadedModule;
-use crate::configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
 use crate::sharing::{Expected, Pace, RemotePath, Want};
 use slate_composition::{elsewhere, remote_path};
+use slate_configuration::{Compression, Configuration, Link, LinkMode, LinkRate};
 
 /// What the links of a configuration want of other agents. Links to one property share what is the most that one of
 /// them wants.

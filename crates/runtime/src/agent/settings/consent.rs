@@ -6,17 +6,17 @@ use std::sync::Arc;
 use slate_module::{Description, ModuleKind};
 
 use crate::agent::assembly::Assembly;
-use crate::configuration::{Configuration, Diagnostic, Report, Span};
-use crate::runner::{OwnSetup, Patience, Retired};
 use slate_composition::parameters;
 use slate_composition::{Catalogue, Complaints, Surveyed};
+use slate_configuration::{Configuration, Diagnostic, Report, Span};
+use slate_engine::runner::{CallTimeout, OwnSetup, Retired};
 
 /// A module that could begin with other parameters, or could not.
 pub(super) struct ConsentQuestion {
     kind: ModuleKind,
     setup: OwnSetup,
     params: Vec<u8>,
-    patience: Patience,
+    patience: CallTimeout,
     /// Where the module stands.
     place: Span,
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use slate_blackboard::is_within;
 
-use crate::configuration::{Change, Configuration, Diagnostic};
+use slate_configuration::{Change, Configuration, Diagnostic};
 
 /// A setting that may change while the agent runs.
 pub(super) enum LiveSetting<'a> {

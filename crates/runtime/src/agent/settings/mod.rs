@@ -15,11 +15,11 @@ use super::composition::Composition;
 use super::handle::{AgentHandle, WeakHandle, by_module};
 use super::links::LinkEditor;
 use super::remote_links::RemoteLinks;
-use crate::configuration::{self, Change, Configuration, Database, Edit, Report, Subscription, Watch};
 use crate::recording::Change as Recorded;
 use consent::{ConsentQuestion, ask, check_dormant};
 use live::{LiveSetting, OtherModules};
 use slate_composition::{Complaints, Surveyed, survey};
+use slate_configuration::{Change, Configuration, Database, Edit, Report, Subscription, Watch};
 use toml_edit::Key;
 
 /// An agent follows a database as long as this lives.
@@ -280,7 +280,7 @@ impl<'c> SettingsChanger<'c> {
         let (set, taken_back): (Vec<&str>, Vec<&str>) = lines.partition(|line| line.contains('='));
         let mut changes = Vec::new();
         for line in set {
-            changes.push(configuration::parse_change(line)?);
+            changes.push(slate_configuration::parse_change(line)?);
         }
         let changes = by_module(module, || {
             LinkEditor::new(self.agent).commit(|| database.propose_instead(&taken_back, &changes))
@@ -299,8 +299,8 @@ impl<'c> SettingsChanger<'c> {
     fn told(&self, Change { path, before, after, .. }: &Change) -> String {
         let default =
             || self.default_at(path).map_or("none".into(), |default| format!("{default} (default)"));
-        let value = |value: &Option<configuration::Value>| {
-            value.as_ref().map_or_else(default, configuration::Value::to_string)
+        let value = |value: &Option<slate_configuration::Value>| {
+            value.as_ref().map_or_else(default, slate_configuration::Value::to_string)
         };
         format!("{path}: {} -> {}", value(before), value(after))
     }

@@ -8,9 +8,9 @@ use slate_blackboard::{Access, Board, BoardError, Carrier, Property};
 
 use super::capture::SnapshotSubject;
 use crate::aspects::TimePlace;
-use crate::main_loop::SharedLoop;
-use crate::runner::{OutboxPort, Retired};
 use crate::snapshot::{SnapshotError, SnapshotImage};
+use slate_engine::main_loop::SharedLoop;
+use slate_engine::runner::{OutboxPort, Retired};
 
 /// All that an agent goes on with.
 pub(super) struct Ready {

@@ -11,13 +11,13 @@ use slate_module::{ModuleKind, PortDescription};
 use super::text;
 use crate::agent::composition::Composition;
 use crate::aspects::TimePlace;
-use crate::clock::monotonic;
-use crate::configuration::{InferredLink, Layered};
-use crate::main_loop::{FrozenLoop, Seat, SharedLoop};
 use crate::snapshot::{
     Bytes, FrozenClock, FrozenMailbox, FrozenModule, FrozenPort, FrozenProperty, Keepsake, PluginMark,
     SnapshotError, SnapshotImage,
 };
+use slate_configuration::{InferredLink, Layered};
+use slate_engine::clock::monotonic;
+use slate_engine::main_loop::{FrozenLoop, Seat, SharedLoop};
 
 /// How long modules with threads of their own are waited for.
 pub(super) const LIMIT: Duration = Duration::from_secs(5);
@@ -249,7 +249,7 @@ fn mailboxes(board: &Board, receiving: &BTreeSet<String>) -> BTreeMap<String, Fr
 /// The plugins that are loaded, each with a hash over its library, or over what its modules are.
 pub(super) fn marks(composition: &Composition) -> Vec<PluginMark> {
     let mark = |plugin: &slate_module::Plugin| {
-        let code = plugin.kinds().iter().find_map(crate::plugin::code_of);
+        let code = plugin.kinds().iter().find_map(slate_engine::plugin::code_of);
         let mut text = String::new();
         for kind in plugin.kinds() {
             text.push_str(&format!("{}\n", kind.name()));

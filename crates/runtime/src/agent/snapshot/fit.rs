@@ -9,9 +9,9 @@ use super::apply::at;
 use super::capture::{SnapshotSubject, marks};
 use crate::agent::assembly::Relinking;
 use crate::agent::composition::Composition;
-use crate::configuration::{Configuration, Table, TableEntry, Value};
-use crate::main_loop::SharedLoop;
 use crate::snapshot::{FrozenPort, PluginMark, Snapshot, SnapshotImage};
+use slate_configuration::{Configuration, Table, TableEntry, Value};
+use slate_engine::main_loop::SharedLoop;
 
 /// Everything that does not fit, in words, but for the properties.
 pub(super) fn problems(

@@ -10,10 +10,10 @@ use crate::agent::assembly::Relinking;
 use crate::agent::composition::{Composition, Fitting};
 use crate::agent::handle::AgentHandle;
 use crate::aspects::TimePlace;
-use crate::configuration::{Configuration, Database};
-use crate::log::Levels;
-use crate::runner::Retired;
 use crate::snapshot::{FrozenModule, Snapshot, SnapshotError};
+use slate_configuration::{Configuration, Database};
+use slate_engine::log::Levels;
+use slate_engine::runner::Retired;
 
 /// Lets an agent go on from snapshots.
 pub(in crate::agent) struct SnapshotRestorer<'c> {

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::agent::composition::Composition;
-use crate::configuration::{Configuration, Layered, PluginEntry, SourceKind, Value};
+use slate_configuration::{Configuration, Layered, PluginEntry, SourceKind, Value};
 
 /// All settings, a line each, with what the command line has set and what was changed since. The libraries of plugins are
 /// named by absolute paths, and loaded at the start if they are loaded now. Inferred links are no settings.

@@ -13,9 +13,9 @@ use super::SnapshotTaker;
 use super::capture::{SnapshotSubjects, marks};
 use crate::agent::composition::AutomaticSnapshot;
 use crate::agent::handle::{AgentHandle, WeakHandle};
-use crate::configuration::{Configuration, Report, Spanned};
-use crate::main_loop::{Flow, SharedLoop};
 use crate::snapshot::{Snapshot, SnapshotCondition, SnapshotError};
+use slate_configuration::{Configuration, Report, Spanned};
+use slate_engine::main_loop::{Flow, SharedLoop};
 
 /// Looks at the end of each cycle whether a snapshot is due.
 pub(crate) struct SnapshotWatch {
@@ -97,7 +97,7 @@ fn check_folder(configuration: &Configuration, file: &Spanned<PathBuf>) -> Resul
         Err(configuration.diagnostic(file.span, message, Some(help.into())).into())
     };
     if file.value.is_dir() {
-        let message = format!("{} is a folder", crate::printable(&file.value));
+        let message = format!("{} is a folder", slate_configuration::printable(&file.value));
         return wrong(message, "name a file in it");
     }
     let folder = folder_of(&file.value);
@@ -111,7 +111,10 @@ fn check_folder(configuration: &Configuration, file: &Spanned<PathBuf>) -> Resul
     match std::fs::metadata(folder) {
         Ok(folder) if folder.is_dir() => Ok(()),
         _ => {
-            let message = format!("there is no folder {} to write snapshots to", crate::printable(folder));
+            let message = format!(
+                "there is no folder {} to write snapshots to",
+                slate_configuration::printable(folder)
+            );
             wrong(message, "make it, or name a file in one that is there")
         }
     }

@@ -7,7 +7,7 @@ use std::time::Duration;
 use slate_module::aspect::SEND_LIMIT;
 
 use super::{Received, is_for_later};
-use crate::digest::Digest;
+use slate_engine::digest::Digest;
 
 /// How long each address that a name stands for is tried.
 const PATIENCE: Duration = Duration::from_secs(5);

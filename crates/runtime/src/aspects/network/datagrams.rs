@@ -4,7 +4,7 @@ use std::net::{SocketAddr, UdpSocket};
 use slate_module::aspect::SEND_LIMIT;
 
 use super::{Received, address, is_for_later};
-use crate::digest::Digest;
+use slate_engine::digest::Digest;
 
 /// What a datagram carries at most, bytes.
 const LONGEST: usize = 65_507;

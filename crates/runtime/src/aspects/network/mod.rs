@@ -12,9 +12,9 @@ use std::sync::Arc;
 use slate_module::aspect::{Network, SOCKET_LIMIT};
 
 use super::{HostService, Means};
-use crate::digest::Digest;
 use connection::{Attempt, ModuleConnection};
 use datagrams::DatagramSocket;
+use slate_engine::digest::Digest;
 
 /// After that time of the agent a connection that failed is tried again, nanoseconds.
 const RETRY: u64 = 1_000_000_000;

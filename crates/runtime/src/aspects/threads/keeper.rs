@@ -10,8 +10,8 @@ use slate_module::Level;
 use slate_module::aspect::ThreadState;
 
 use super::thread::{ModuleThread, ThreadParts};
-use crate::clock::Clock;
-use crate::log::Logger;
+use slate_engine::clock::Clock;
+use slate_engine::log::Logger;
 use slate_engine::thread_name;
 
 /// How often is looked whether threads have ended.

@@ -13,13 +13,13 @@ use slate_module::table::{Bytes, DONE, Sink};
 
 use super::calls::{name, text};
 use super::{HostService, Means};
-use crate::clock::Clock;
-use crate::digest::Digest;
-use crate::log::Logger;
-use crate::synchronization::Synchronization;
 use keeper::ThreadGroup;
 pub(crate) use keeper::{Closed, Lingering, ThreadKeeper};
 use ring::{RingInlet, RingOutlet, ring};
+use slate_engine::clock::Clock;
+use slate_engine::digest::Digest;
+use slate_engine::log::Logger;
+use slate_engine::synchronization::Synchronization;
 use thread::{ModuleThread, OwnedBody, ThreadParts, answer, room};
 
 /// How many threads a module may have at a time.

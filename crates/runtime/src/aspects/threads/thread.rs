@@ -12,9 +12,9 @@ use slate_module::{Level, ModuleKind};
 
 use super::super::calls::{say, text};
 use super::ring::{RingInlet, RingOutlet};
-use crate::clock::Clock;
-use crate::log::ModuleLog;
-use crate::synchronization::{Count, Emitter, Synchronization};
+use slate_engine::clock::Clock;
+use slate_engine::log::ModuleLog;
+use slate_engine::synchronization::{Count, Emitter, Synchronization};
 
 /// What a thread is notified of.
 const STOP: u64 = 1;
