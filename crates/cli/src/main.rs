@@ -72,6 +72,7 @@ mod trace;
 #[cfg(feature = "console")]
 mod trails;
 mod tree;
+mod unfed;
 mod urls;
 mod value_input;
 mod value_text;

@@ -20,6 +20,7 @@ use crate::observation::{JudgeMetrics, Observation};
 use crate::run_history::{self, RunHistory};
 use crate::run_options::ModeName;
 use crate::scene;
+use crate::unfed::UnfedInputs;
 
 /// Figures of every judge, which are fields of the summary.
 const STANDARD: [&str; 5] =
@@ -156,6 +157,15 @@ impl MissionRun {
         is_simulated || configuration.actuators().is_empty()
     }
 
+    /// The actuators that pass no command on before a person arms them.
+    pub fn disarmed(&self) -> Vec<&str> {
+        if self.agent.begins_armed() {
+            return Vec::new();
+        }
+        let actuators = self.application.configuration.actuators().iter();
+        actuators.map(|actuator| actuator.name.value.as_str()).collect()
+    }
+
     /// Returns the world at the start.
     pub fn scene(&self) -> &Scene {
         &self.scene
@@ -173,7 +183,9 @@ impl MissionRun {
         let observer = {
             let (observation, course) = (Arc::clone(&self.observation), self.course.clone());
             let wanted = self.wants_trajectory;
+            let mut unfed = UnfedInputs::new(&self.agent);
             move |cycle: &Cycle<'_>| {
+                unfed.note(cycle.now);
                 let running = observation.is_running();
                 course.note(cycle, &observation, (running, wanted));
                 if running { Control::Continue } else { Control::Stop }

@@ -83,7 +83,10 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
     if can_stay {
         stay(&interrupt, console.as_ref(), options.stay);
     } else if options.stay {
-        eprintln!("--stay has no effect: the drivers of real actuators end with the run");
+        eprintln!(
+            "--stay has no effect without [time]: on the system's clock, actuators count as real, and their drivers end with \
+             the run"
+        );
     }
     drop((server, console));
     drop(finished.agent);
@@ -140,7 +143,8 @@ fn how(
     })
 }
 
-/// Prints until when the agent runs, and by which name it is reached, where that is not obvious. The `judge` is the agent
+/// Prints until when the agent runs, whether its actuators are disarmed, and by which name it is reached, where that is not
+/// obvious. The `judge` is the agent
 /// that judges the mission, if there is one, or this agent.
 fn announce(judge: Option<Option<String>>, server: &Server, mission: &MissionRun, is_supervised: bool) {
     match judge {
@@ -150,6 +154,13 @@ fn announce(judge: Option<Option<String>>, server: &Server, mission: &MissionRun
             eprintln!("the mission belongs to agent `{agent}`: this agent runs until Ctrl-C")
         }
         Some(_) => {}
+    }
+    let disarmed = mission.disarmed();
+    if !disarmed.is_empty() {
+        let (names, agent) = (disarmed.join(", "), server.name());
+        eprintln!(
+            "warning: the actuators are disarmed, so no command reaches {names}\n  help: arm them: slate arm --agent {agent}"
+        );
     }
     if server.name() != mission.agent.board().agent() {
         eprintln!("another agent has this name: reach this one with --agent {}", server.name());

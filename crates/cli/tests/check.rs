@@ -105,7 +105,7 @@ fn what_leads_nowhere_is_warned_of_and_fails_a_strict_check() {
     let wheels = about("`r2/wheels` reaches nothing");
     assert_eq!(wheels["severity"], "warning", "{wheels}");
     assert_eq!(wheels["help"], "write \"/simulator/r2/wheels\" = \"/r2/wheels/command\"", "{wheels}");
-    assert_eq!(about("`r2/pass_range/range` reads nothing")["severity"], "warning");
+    assert_eq!(about("input `r2/pass_range/range` has no source")["severity"], "warning");
     assert_eq!(found.len(), 2, "{checked}");
     findings(&running, 7, &["check", "loose.toml", "--strict"]);
     // A port may be without a link on purpose.

@@ -111,8 +111,8 @@ fn links_to_another_agent_are_made_and_ended_at_run_time_and_tell_what_is_wrong(
     };
     link("simulator/r2/trut");
     said(&["no property at /simulator/r2/trut", "simulator/r2/truth"]);
-    link("simulator/r2/sonar");
-    said(&["`referee/truth`", "/robot/simulator/r2/sonar"]);
+    link("simulator/r2/clearance");
+    said(&["`referee/truth`", "/robot/simulator/r2/clearance"]);
     link("simulator/r2/truth");
     wait_for_values(&running, "referee/truth");
 

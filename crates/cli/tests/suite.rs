@@ -12,6 +12,7 @@ mod display;
 mod interface;
 mod isolation;
 mod logs;
+mod loose;
 mod mapping;
 #[cfg(feature = "mcp")]
 mod mcp;

@@ -83,6 +83,33 @@ fn no_warning_of_a_sender_whose_inbox_is_left_out() {
     assert_eq!(warnings(&[one]), Vec::<String>::new());
 }
 
+/// What is said of the robot with more of it in another layer.
+fn warnings(more: &str) -> Vec<String> {
+    let (configuration, catalogue) = (read(more, &[]), catalogue(&[]));
+    let wired = Wired::new(&configuration, &catalogue, &|_| false);
+    let survey = wired.check(&catalogue).unwrap();
+    loose(wired.configuration(), &survey).iter().map(|one| one.message().to_owned()).collect()
+}
+
+#[test]
+fn a_block_that_drives_another_robot_is_warned_of() {
+    let other = "[robots.r3.modules]\nscout = { kind = \"wanderer\" }\n";
+    let crossing = |more: &str| {
+        let found = warnings(&format!("{other}{more}"));
+        found.into_iter().filter(|one| one.contains("drives robot")).collect::<Vec<_>>()
+    };
+    assert_eq!(crossing(""), Vec::<String>::new());
+    assert_eq!(
+        crossing("[robots.r2.links]\n\"execute/plan\" = \"/r3/scout/plan\"\n"),
+        ["`r3/scout/plan` of robot `r3` drives robot `r2` by `r2/execute/plan`"]
+    );
+    let wheels = "[robots.r3.actuators]\nlegs = { command = \"/r2/execute/wheels\" }\n";
+    assert_eq!(
+        crossing(wheels),
+        ["`r2/execute/wheels` of robot `r2` drives robot `r3` by actuator `r3/legs`"]
+    );
+}
+
 /// An agent that is loaded without some of its plugins, and gets others while it runs.
 struct Running {
     wired: Wired,

@@ -31,13 +31,23 @@ struct FourWheelsIo {
     wheels: Input<FourWheelSpeeds>,
 }
 
+/// What each robot knows of its own body.
+#[ports]
+struct ChassisIo {
+    /// Geometry and limits.
+    chassis: Output<Chassis>,
+}
+
+/// Outputs of a robot with sonars.
+#[ports]
+struct SonarIo {
+    /// Scan of the sonars.
+    sonar: Output<SonarScan>,
+}
+
 /// Outputs of each robot.
 #[ports]
 struct RobotIo {
-    /// Geometry and limits.
-    chassis: Output<Chassis>,
-    /// Scan of the sonars.
-    sonar: Output<SonarScan>,
     /// Position of the positioning system.
     position: Output<Position>,
     /// Heading of the compass.
@@ -98,6 +108,7 @@ pub struct Simulator {
 #[derive(Clone, Copy, Debug)]
 struct Abilities {
     drive: DriveKind,
+    sonar: bool,
     bumper: bool,
     laser: bool,
     robot_sensor: bool,
@@ -107,6 +118,7 @@ impl Abilities {
     fn of(scenario: &Scenario, placement: &Placement) -> Self {
         Self {
             drive: placement.description.drive.kind,
+            sonar: !placement.sonar.is_empty(),
             bumper: placement.description.bumper.is_some(),
             laser: scenario.lasers.contains_key(&placement.name),
             robot_sensor: placement.robot_sensor().is_some(),
@@ -118,6 +130,10 @@ impl Abilities {
             DriveKind::Differential => TwoWheelsIo::describe(),
             DriveKind::SkidSteer => FourWheelsIo::describe(),
         };
+        ports.extend(ChassisIo::describe());
+        if self.sonar {
+            ports.extend(SonarIo::describe());
+        }
         ports.extend(RobotIo::describe());
         if self.bumper {
             ports.extend(BumperIo::describe());
@@ -195,13 +211,17 @@ impl Instance for Simulator {
             }
         });
         for robot in 0..self.simulation.robot_count() {
-            let Abilities { drive, bumper, laser, robot_sensor } = self.abilities[robot];
+            let Abilities { drive, sonar, bumper, laser, robot_sensor } = self.abilities[robot];
             // A wheel command of now takes effect in the next cycle.
             let wheels = match drive {
                 DriveKind::Differential => ports.with(|io: &TwoWheelsIo| two_wheels(io.wheels.get())),
                 DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(io.wheels.get())),
             };
             self.simulation.command(robot, wheels);
+            ports.with(|io: &ChassisIo| io.chassis.set(self.chassis[robot]));
+            if sonar {
+                ports.with(|io: &SonarIo| self.hear(robot, io));
+            }
             ports.with(|io: &RobotIo| self.show(robot, io));
             if bumper {
                 ports.with(|io: &BumperIo| self.feel(robot, io));
@@ -245,8 +265,7 @@ impl Simulator {
         self.simulation.sense();
     }
 
-    fn show(&mut self, robot: usize, io: &RobotIo) {
-        io.chassis.set(self.chassis[robot]);
+    fn hear(&mut self, robot: usize, io: &SonarIo) {
         if let Some(echoes) = self.simulation.shown_sonar(robot) {
             let mut heard = [Echo::default(); 16];
             for (slot, echo) in heard.iter_mut().zip(echoes) {
@@ -256,6 +275,9 @@ impl Simulator {
             scan.echoes = Sequence::new(&heard[..echoes.len().min(16)]);
             io.sonar.set(*scan);
         }
+    }
+
+    fn show(&mut self, robot: usize, io: &RobotIo) {
         let measured = self.simulation.measured_pose(robot);
         io.position.set(Position { x: measured.x, y: measured.y, z: 0.0 });
         io.orientation.set(Orientation { theta: measured.theta });

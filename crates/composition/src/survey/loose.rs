@@ -2,6 +2,8 @@
 
 use slate_module::{Direction, PortDescription};
 
+use super::commander::{commands_actuator, is_of_actuator};
+use super::crossing::crossing;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
 
@@ -15,6 +17,7 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
             }
         }
     }
+    found.extend(crossing(configuration, survey));
     // Another agent may read it.
     if configuration.share().is_none() {
         found.extend(loose_gates(configuration, survey));
@@ -31,7 +34,8 @@ fn loose_port(
     let surveyed = &survey.modules[module];
     let own = &surveyed.description.ports[port];
     let path = format!("{}/{}", surveyed.module.name.value, own.name);
-    let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)));
+    let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
+        || reads(own) && has_link(configuration, &path);
     if is_linked || surveyed.inputs.contains_key(&port) || configuration.is_left_out(&path) {
         return None;
     }
@@ -49,28 +53,132 @@ fn loose_port(
             };
             Some((format!("outbox `{path}` has no receiver"), help))
         }
+        Direction::Inbox if awaits_commands(configuration, survey, module, port) => {
+            let fits =
+                |other: &PortDescription| other.direction == Direction::Outbox && other.role == own.role;
+            let help = match &in_scope(survey, module, fits)[..] {
+                [] => format!(
+                    "add a {} to the robot, or write \"/{path}\" = false if it is to have no sender",
+                    block_that_sends(&own.role)
+                ),
+                outboxes => line(&path, &outboxes[0]),
+            };
+            Some((format!("inbox `{path}` has no sender, and commands an actuator"), help))
+        }
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
-            let fits = |other: &PortDescription| {
-                let writes = matches!(other.direction, Direction::Output | Direction::Debug);
-                writes && other.role == own.role && other.descriptor.hash == own.descriptor.hash
-            };
-            let outputs = in_scope(survey, module, fits);
-            let help = match &outputs[..] {
-                [] => format!("link it, or write \"/{path}\" = false if it is to have no value"),
-                outputs => line(&path, &outputs[0]),
-            };
-            Some((format!("`{path}` reads nothing"), help))
+            Some((format!("input `{path}` has no source"), source_help(survey, module, own, &path)))
+        }
+        Direction::Input if judges(configuration, &surveyed.module.name.value) => {
+            let message =
+                format!("input `{path}` has no source, and its module decides the mission's outcome");
+            Some((message, source_help(survey, module, own, &path)))
+        }
+        Direction::Input | Direction::Queue if is_idle(configuration, survey, module, port) => {
+            let name = &surveyed.module.name.value;
+            let message = format!("input `{path}` has no source, and nothing else feeds `{name}`");
+            Some((message, source_help(survey, module, own, &path)))
         }
         Direction::Command => {
-            let url = |url: &slate_blackboard::Url| url.path_in("") == path;
-            let mut commands = configuration.actuators().iter().flat_map(|actuator| &actuator.commands);
-            if commands.any(|command| url(&command.value)) {
+            if is_of_actuator(configuration, &path) {
                 return None;
             }
             let help = format!("name it in an actuator: command = \"/{path}\"");
-            Some((format!("`{path}` commands no actuator"), help))
+            Some((format!("command `{path}` has no actuator"), help))
         }
         _ => None,
+    }
+}
+
+/// Whether messages reach an inbox, also those of modules that are not loaded.
+fn has_sender(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
+    let path = survey.path(configuration, LinkSource::Port(module, port));
+    let is_target = survey.joints.iter().any(|joint| joint.target == LinkSource::Port(module, port));
+    is_target || configuration.links().iter().any(|link| link.to.value == path)
+}
+
+/// Whether an Execute gets its actions from that inbox alone: one of plans, or of reflexes where none is of plans.
+fn awaits_commands(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
+    let surveyed = &survey.modules[module];
+    let robot = scope(&surveyed.module.name.value);
+    // A module that is not loaded may be the sender, and so may one of another agent.
+    let of_robot = configuration.modules().iter().filter(|own| scope(&own.name.value) == robot).count();
+    let known = survey.modules.iter().filter(|own| scope(&own.module.name.value) == robot).count();
+    if of_robot > known || configuration.share().is_some() || has_sender(configuration, survey, module, port)
+    {
+        return false;
+    }
+    let ports = &surveyed.description.ports;
+    let role = ports[port].role.as_str();
+    let takes_plans = ports.iter().any(|port| port.direction == Direction::Inbox && port.role == "plan");
+    (role == "plan" || role == "reflex" && !takes_plans) && commands_actuator(configuration, survey, module)
+}
+
+/// Whether it is the first input of a module that nothing feeds: a sensor's reader (Monitor or ReactiveModel), or one that
+/// commands an actuator.
+fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, port: usize) -> bool {
+    let surveyed = &survey.modules[module];
+    let ports = &surveyed.description.ports;
+    let is_fed = |(port, own): (usize, &PortDescription)| {
+        let path = survey.path(configuration, LinkSource::Port(module, port));
+        let has_value = surveyed.inputs.contains_key(&port) || configuration.is_left_out(&path);
+        // Tools and other agents may send to an inbox.
+        own.direction == Direction::Inbox || reads(own) && (has_value || has_link(configuration, &path))
+    };
+    let senses = ports.iter().any(|port| match port.direction {
+        Direction::Output => port.role == "percept",
+        Direction::Outbox => port.role == "reflex",
+        _ => false,
+    });
+    surveyed.module.enabled.value
+        && ports.iter().position(reads) == Some(port)
+        && (senses || commands_actuator(configuration, survey, module))
+        && !ports.iter().enumerate().any(is_fed)
+}
+
+/// Whether a port is an input.
+fn reads(port: &PortDescription) -> bool {
+    matches!(port.direction, Direction::Input | Direction::Queue)
+}
+
+/// Whether a link fills an input or a part of it, also one whose source is not there yet.
+fn has_link(configuration: &Configuration, path: &str) -> bool {
+    configuration.links().iter().any(|link| slate_blackboard::is_within(&link.to.value, path))
+}
+
+/// Whether the mission's outcome is of that module.
+fn judges(configuration: &Configuration, module: &str) -> bool {
+    configuration.mission().is_some_and(|mission| {
+        let outcome = &mission.outcome.value;
+        let is_own = outcome.agent().is_none_or(|agent| agent == configuration.agent_name());
+        is_own && outcome.path_in("").strip_prefix(module).is_some_and(|rest| rest.starts_with('/'))
+    })
+}
+
+/// The block that sends messages of a role.
+fn block_that_sends(role: &str) -> &'static str {
+    if role == "plan" { "Plan" } else { "ReactiveModel" }
+}
+
+/// What to do about an input without a source.
+fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str) -> String {
+    let fits = |other: &PortDescription| {
+        let writes = matches!(other.direction, Direction::Output | Direction::Debug);
+        writes && other.role == own.role && other.descriptor.hash == own.descriptor.hash
+    };
+    match &in_scope(survey, module, fits)[..] {
+        // A queue and what a block tells have no constant value.
+        [] if own.direction == Direction::Queue || !own.role.is_empty() => {
+            format!("link it, or write \"/{path}\" = false if it is to have no value")
+        }
+        [] => format!(
+            "link it, set `inputs.{}` of its module, or write \"/{path}\" = false if it is to have no value",
+            own.name
+        ),
+        [output] => line(path, output),
+        outputs => {
+            let names: Vec<_> = outputs.iter().map(|output| format!("`/{output}`")).collect();
+            format!("link it to one of {}", names.join(", "))
+        }
     }
 }
 

@@ -1,6 +1,8 @@
 //! The configuration checked against the kinds of the catalogue; creates nothing.
 
 mod aspects;
+mod commander;
+mod crossing;
 mod host;
 mod infer;
 mod levels;

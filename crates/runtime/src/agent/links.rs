@@ -10,7 +10,7 @@ use slate_module::Direction;
 
 use super::handle::AgentHandle;
 use crate::sharing::RemotePath;
-use slate_composition::{Complaints, loose, survey};
+use slate_composition::{Catalogue, Complaints, loose, survey};
 use slate_configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
 use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
 
@@ -153,9 +153,7 @@ impl<'c> LinkEditor<'c> {
     /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing.
     pub fn loose_ends(&self) -> Vec<Diagnostic> {
         let composition = self.agent.composition();
-        let configuration = &composition.configuration;
-        let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
-        loose(configuration, &survey)
+        loose_ends(&composition.configuration, &composition.catalogue)
     }
 
     /// Links an input, between two cycles and with the states of all modules as they are.
@@ -374,6 +372,26 @@ impl<'c> LinkEditor<'c> {
         }
         Ok(proposal)
     }
+}
+
+/// What leads nowhere and should.
+fn loose_ends(configuration: &Configuration, catalogue: &Catalogue) -> Vec<Diagnostic> {
+    let survey = survey(configuration, catalogue, &mut Complaints::new(configuration));
+    loose(configuration, &survey)
+}
+
+/// What leads nowhere in a configuration, and did not in the one before.
+pub(super) fn new_loose_ends(
+    before: &Configuration,
+    after: &Configuration,
+    catalogue: &Catalogue,
+) -> Vec<Diagnostic> {
+    let mut found = loose_ends(after, catalogue);
+    if !found.is_empty() {
+        let earlier = loose_ends(before, catalogue);
+        found.retain(|end| !earlier.iter().any(|old| old.message() == end.message()));
+    }
+    found
 }
 
 /// A link that is taken away, or all of an inbox.

@@ -47,8 +47,8 @@ pub(super) fn sink<'a>(
             // Its kind is known once its module is loaded; an outbox here means an inbox there.
             return outbox(survey, link).ok();
         }
-        let help = suggest(to, modules.iter().map(|surveyed| surveyed.module.name.value.as_str()));
-        complaints.add(link.to.span, Mistake::Name.of(format!("no module owns `{to}`")), help);
+        let (message, help) = unowned(configuration, survey, link);
+        complaints.add(link.to.span, message, help);
         return None;
     };
     let (name, field) = split_port(&modules[module].description.ports, rest);
@@ -102,6 +102,19 @@ pub(super) fn sink<'a>(
     };
     complaints.add(link.to.span, Mistake::Ends.of(message), help);
     None
+}
+
+/// Why the destination of a link is of no module, and what to do about it.
+fn unowned<'a>(configuration: &'a Configuration, survey: &Survey<'a>, link: &'a Link) -> (Message, String) {
+    let to = &link.to.value;
+    let is_of = |name: &str| to.strip_prefix(name) == Some("/command");
+    if configuration.actuators().iter().any(|actuator| is_of(&actuator.name.value)) {
+        let message = format!("`{to}` is the command of an actuator, and a link names its destination first");
+        let right = turned(configuration, survey, link);
+        return (Mistake::Ends.of(message), format!("destination = source: did you mean {right}?"));
+    }
+    let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
+    (Mistake::Name.of(format!("no module owns `{to}`")), suggest(to, names))
 }
 
 /// The outbox whose messages an inbox takes.

@@ -78,8 +78,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
                 if self.plan.is_dormant(&path) {
                     continue;
                 }
-                let help = "name a Command port of a module, such as `r2/execute/wheels`";
-                return self.refuse(url.span, format!("`/{path}` is no command"), help);
+                let help = self.command_help(&path);
+                return self.refuse(url.span, format!("`/{path}` is no command"), &help);
             };
             let earlier = &self.plan.configuration.actuators()[..index];
             let names = |actuator: &&slate_configuration::Actuator| {
@@ -97,6 +97,32 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             descriptor = Some(own);
         }
         Ok(descriptor)
+    }
+
+    /// What to write in place of a path that is no command: the nearest one.
+    fn command_help(&self, path: &str) -> String {
+        let modules = &self.plan.survey.modules;
+        let commands: Vec<_> = modules
+            .iter()
+            .flat_map(|surveyed| {
+                let ports = surveyed.description.ports.iter();
+                let commands = ports.filter(|port| port.direction == Direction::Command);
+                commands.map(|port| format!("{}/{}", surveyed.module.name.value, port.name))
+            })
+            .collect();
+        let near = slate_blackboard::nearest_names(path, commands.iter().map(String::as_str));
+        let Some(near) = near.first() else {
+            return "name a Command port of a module, such as `r2/execute/wheels`".into();
+        };
+        let robot_of = |path: &str| path.split_once('/').map_or("", |(robot, _)| robot).to_owned();
+        let (robot, other) = (robot_of(path), robot_of(near));
+        let belongs = |name: &str| name.strip_prefix(&robot).is_some_and(|rest| rest.starts_with('/'));
+        if robot == other || modules.iter().any(|surveyed| belongs(&surveyed.module.name.value)) {
+            return format!("name a Command port of a module: did you mean `{near}`?");
+        }
+        format!(
+            "robot `{robot}` has no modules: did you mean `{near}`, or is [robots.{other}.modules] misspelt?"
+        )
     }
 
     /// The command port that a URL of an actuator names.

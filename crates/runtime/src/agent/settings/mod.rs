@@ -13,7 +13,7 @@ use slate_module::Level;
 
 use super::composition::Composition;
 use super::handle::{AgentHandle, WeakHandle, by_module};
-use super::links::LinkEditor;
+use super::links::{LinkEditor, new_loose_ends};
 use super::remote_links::RemoteLinks;
 use crate::recording::Change as Recorded;
 use consent::{ConsentQuestion, ask, check_dormant};
@@ -215,6 +215,10 @@ impl<'c> SettingsChanger<'c> {
                 .iter()
                 .for_each(|complaint| self.agent.log(Level::Error, &complaint.to_string()));
             drop(survey);
+            if of_links || of_modules.values().any(|change| !change.inputs.is_empty()) {
+                let new = new_loose_ends(&before, &configuration, &composition.catalogue);
+                new.iter().for_each(|end| self.agent.log(Level::Warn, &end.to_string()));
+            }
             composition.configuration = configuration;
             Ok::<(), Infallible>(())
         });

@@ -1,0 +1,167 @@
+//! Settings that fit and yet keep a robot from doing what it is for: what `check` and `run` say of them.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+use crate::common;
+
+use common::{Running, text, wait_for};
+use serde_json::Value;
+
+const EXP1: &str = include_str!("../../../examples/exp1/exp1.toml");
+const SPEED: &str = "speed = \"/r2/planner/params/max_linear_velocity\"\n";
+
+/// EXP1 without some of its lines.
+fn without(lines: &[&str]) -> String {
+    lines.iter().fold(EXP1.to_owned(), |rest, line| {
+        assert!(rest.contains(line), "{line}");
+        rest.replacen(line, "", 1)
+    })
+}
+
+/// The warnings of a configuration, each with its help.
+fn warnings(name: &str, configuration: &str) -> Vec<String> {
+    let running = Running::new(name);
+    std::fs::write(running.folder().join("robot.toml"), configuration).unwrap();
+    let checked: Value = serde_json::from_str(&running.done(&["check", "robot.toml", "--json"])).unwrap();
+    let words = |one: &Value| {
+        assert_eq!(one["severity"], "warning", "{checked}");
+        format!("{}: {}", one["message"].as_str().unwrap(), one["help"].as_str().unwrap())
+    };
+    checked["findings"].as_array().unwrap().iter().map(words).collect()
+}
+
+#[test]
+fn an_execute_without_a_plan_is_warned_of() {
+    let lines = ["planner = { kind = \"go_to_origin_planner\" }\n", SPEED];
+    let found = warnings("loose-plan", &without(&lines));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(found[0].starts_with("inbox `r2/execute/plan` has no sender"), "{found:?}");
+    assert!(found[0].contains("add a Plan to the robot"), "{found:?}");
+    // A robot of reflexes alone says so.
+    let reactive = without(&lines).replacen(
+        "[robots.r2.actuators.wheels]",
+        "[robots.r2.links]\n\"execute/plan\" = false\n\n[robots.r2.actuators.wheels]",
+        1,
+    );
+    assert_eq!(warnings("loose-reactive", &reactive), Vec::<String>::new());
+}
+
+#[test]
+fn a_robot_without_sonars_offers_none_to_its_monitors() {
+    let model = "robots.r2 = { model = \"pioneer_p3dx\"";
+    let deaf = EXP1.replacen(model, &format!("{model}, sonar = \"\""), 1);
+    assert_ne!(deaf, EXP1);
+    let found = warnings("loose-sonar", &deaf);
+    assert_eq!(found.len(), 1, "{found:?}");
+    let words = "input `r2/range_monitor/sonar` has no source, and nothing else feeds `r2/range_monitor`";
+    assert!(found[0].starts_with(words), "{found:?}");
+}
+
+#[test]
+fn a_run_names_required_inputs_that_still_wait() {
+    let running = Running::new("loose-waits");
+    let limit = ["run", "exp1", "--headless", "--set", "modules.referee.params.time_limit=3.0"];
+    let waits = |set: &str| -> Vec<String> {
+        let output = running.call(&[&limit[..], &["--set", set]].concat());
+        let shown = text(&output.stdout) + &text(&output.stderr);
+        shown.lines().filter(|line| line.contains("wait for required inputs")).map(str::to_owned).collect()
+    };
+    let [line] = &waits("robots.r2.modules.knowledge.enabled=false")[..] else { panic!("one line") };
+    assert!(line.contains("`r2/execute/robot` (source `/r2/knowledge/robot`)"), "{line}");
+    let [line] = &waits("robots.r2.links.\"execute/robot\"=false")[..] else { panic!("one line") };
+    assert!(line.contains("`r2/execute/robot` (no source)"), "{line}");
+    assert_eq!(waits("agent.seed=0"), Vec::<String>::new());
+}
+
+#[test]
+fn a_run_names_disarmed_actuators_and_how_to_arm_them() {
+    let running = Running::new("loose-disarmed");
+    let limit = ["run", "exp1", "--headless", "--set", "modules.referee.params.time_limit=0.5"];
+    let said = |more: &[&str]| text(&running.call(&[&limit[..], more].concat()).stderr);
+    let shown = said(&["--disarmed"]);
+    assert_eq!(
+        shown.matches("the actuators are disarmed, so no command reaches r2/wheels").count(),
+        1,
+        "{shown}"
+    );
+    assert!(shown.contains("arm them: slate arm --agent exp1"), "{shown}");
+    assert!(!said(&[]).contains("disarmed"));
+}
+
+#[test]
+fn stay_without_time_says_why_it_has_no_effect() {
+    let mut running = Running::new("loose-stay");
+    let real = without(&["[time]\nsource = \"simulator\"\n"]);
+    std::fs::write(running.folder().join("robot.toml"), real).unwrap();
+    running.start("exp1", &["run", "robot.toml", "--headless", "--stay"]);
+    running.interrupt();
+    let output = running.finish();
+    let said = text(&output.stderr);
+    assert!(said.contains("slate arm --agent exp1"), "{said}");
+    assert!(said.contains("--stay has no effect without [time]"), "{said}");
+}
+
+#[test]
+fn a_link_that_is_taken_away_live_is_warned_of_once() {
+    let mut running = Running::new("loose-live");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    let warned = |running: &Running| {
+        running.done(&["log"]).matches("`r2/wheels` reaches nothing: no link reads").count()
+    };
+    assert_eq!(warned(&running), 0);
+    running.done(&["unlink", "simulator/r2/wheels"]);
+    wait_for("the warning", || warned(&running) == 1);
+    // What was said is not said again with the next change.
+    running.done(&["unlink", "referee/contacts"]);
+    wait_for("the other change", || running.done(&["log"]).contains("referee/contacts"));
+    assert_eq!(warned(&running), 1);
+}
+
+#[test]
+fn an_input_that_the_mission_is_judged_by_needs_a_source() {
+    let found = warnings("loose-judge", &without(&["\"referee/truth\" = \"simulator/r2/truth\"\n"]));
+    assert_eq!(found.len(), 1, "{found:?}");
+    assert!(
+        found[0]
+            .starts_with("input `referee/truth` has no source, and its module decides the mission's outcome"),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn exchanged_ends_and_misspelt_robots_get_the_line_to_write() {
+    let running = Running::new("loose-hints");
+    let refused = |from: &str, to: &str, words: &[&str]| {
+        let text = EXP1.replacen(from, to, 1);
+        assert_ne!(text, EXP1);
+        std::fs::write(running.folder().join("robot.toml"), text).unwrap();
+        running.fails(7, &["check", "robot.toml"], words);
+    };
+    refused(
+        "\"simulator/r2/wheels\" = \"r2/wheels/command\"",
+        "\"r2/wheels/command\" = \"simulator/r2/wheels\"",
+        &["destination = source: did you mean \"simulator/r2/wheels\" = \"r2/wheels/command\"?"],
+    );
+    refused("[robots.r2.modules]", "[robots.rr2.modules]", &["[robots.rr2.modules]"]);
+}
+
+#[test]
+fn shipped_examples_are_free_of_warnings() {
+    let running = Running::new("loose-examples");
+    let examples = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+    let mut count = 0;
+    for folder in std::fs::read_dir(examples).unwrap() {
+        let folder = folder.unwrap().path();
+        if !folder.is_dir() {
+            continue;
+        }
+        for file in std::fs::read_dir(&folder).unwrap() {
+            let file = file.unwrap().path();
+            let name = file.file_name().unwrap().to_str().unwrap();
+            if name.ends_with(".toml") && name != "Cargo.toml" {
+                running.done(&["check", file.to_str().unwrap(), "--strict"]);
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 10, "{count}");
+}

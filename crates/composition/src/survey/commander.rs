@@ -1,0 +1,19 @@
+//! Modules that command actuators.
+
+use slate_module::Direction;
+
+use super::Survey;
+use slate_configuration::Configuration;
+
+/// Whether an actuator takes its command from that port.
+pub fn is_of_actuator(configuration: &Configuration, path: &str) -> bool {
+    let mut commands = configuration.actuators().iter().flat_map(|actuator| &actuator.commands);
+    commands.any(|command| command.value.path_in("") == path)
+}
+
+/// Whether a module commands an actuator.
+pub fn commands_actuator(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> bool {
+    let surveyed = &survey.modules[module];
+    let mut ports = surveyed.description.ports.iter().filter(|port| port.direction == Direction::Command);
+    ports.any(|port| is_of_actuator(configuration, &format!("{}/{}", surveyed.module.name.value, port.name)))
+}

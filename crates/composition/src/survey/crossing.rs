@@ -1,0 +1,79 @@
+//! Links by which a block of one robot drives another robot.
+
+use slate_module::Direction;
+
+use super::commander::commands_actuator;
+use super::{LinkSource, Survey, Wire, scope};
+use slate_configuration::{Configuration, Diagnostic};
+
+/// Warnings of commands that cross from one robot to another.
+pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    let mut found = sent(configuration, survey);
+    found.extend(commanded(configuration));
+    found
+}
+
+/// Messages to the Execute of another robot, and commands of an actuator to the driver of another robot.
+fn sent(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    let name = |module: usize| survey.modules[module].module.name.value.as_str();
+    let warn = |joint: &super::ResolvedLink<'_>| {
+        let (own, wire) = joint.port;
+        let Wire::Port(port) = wire else { return None };
+        let (from, to, source, destination) = match joint.target {
+            LinkSource::Port(other, inbox) => {
+                let is_inbox = survey.modules[other].description.ports[inbox].direction == Direction::Inbox;
+                if !is_inbox || !commands_actuator(configuration, survey, other) {
+                    return None;
+                }
+                let source = survey.path(configuration, LinkSource::Port(own, port));
+                (scope(name(own)), scope(name(other)), source, survey.path(configuration, joint.target))
+            }
+            LinkSource::Command(actuator) => {
+                let destination = survey.path(configuration, LinkSource::Port(own, port));
+                let driven = driven_robot(survey, own, port);
+                let actuator = &configuration.actuators()[actuator].name.value;
+                (scope(actuator), driven, format!("{actuator}/command"), destination)
+            }
+            _ => return None,
+        };
+        let crosses = !from.is_empty() && !to.is_empty() && from != to;
+        crosses.then(|| {
+            let message = format!("`{source}` of robot `{from}` drives robot `{to}` by `{destination}`");
+            configuration.diagnostic(joint.link.to.span, message, Some(help(from, to)))
+        })
+    };
+    survey.joints.iter().filter_map(warn).collect()
+}
+
+/// The robot that an input of a driver moves: its own, or the one that the port of a simulator is named after.
+fn driven_robot<'a>(survey: &'a Survey<'_>, module: usize, port: usize) -> &'a str {
+    let surveyed = &survey.modules[module];
+    let own = scope(&surveyed.module.name.value);
+    let named = surveyed.description.ports[port].name.split_once('/').map_or("", |(robot, _)| robot);
+    let is_robot = survey.modules.iter().any(|other| scope(&other.module.name.value) == named);
+    if own.is_empty() && is_robot { named } else { own }
+}
+
+/// Actuators whose commands are of a block of another robot.
+fn commanded(configuration: &Configuration) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for actuator in configuration.actuators() {
+        let to = scope(&actuator.name.value);
+        for command in &actuator.commands {
+            let path = command.value.path_in("");
+            let modules = configuration.modules().iter().map(|module| module.name.value.as_str());
+            let owns = |name: &&str| path.strip_prefix(*name).is_some_and(|rest| rest.starts_with('/'));
+            let from = modules.filter(owns).max_by_key(|name| name.len()).map_or("", scope);
+            if !from.is_empty() && !to.is_empty() && from != to {
+                let name = &actuator.name.value;
+                let message = format!("`{path}` of robot `{from}` drives robot `{to}` by actuator `{name}`");
+                found.push(configuration.diagnostic(command.span, message, Some(help(from, to))));
+            }
+        }
+    }
+    found
+}
+
+fn help(from: &str, to: &str) -> String {
+    format!("link a block of `{to}`, unless `{from}` is to drive both")
+}
