@@ -16,9 +16,16 @@ use serde_json::Value;
 fn a_headless_run_is_reached_when_its_settings_ask_for_it() {
     let mut running = Running::new("console");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "realtime", "--set", "console.port=0"]);
-    let mut files =
-        std::fs::read_dir(running.sockets().join("slate")).unwrap().map(|entry| entry.unwrap().path());
-    let file = files.find(|path| path.extension().is_some_and(|extension| extension == "console")).unwrap();
+    let file = || {
+        let mut files = std::fs::read_dir(running.sockets().join("slate")).unwrap();
+        files.find_map(|entry| {
+            let path = entry.unwrap().path();
+            path.extension().is_some_and(|extension| extension == "console").then_some(path)
+        })
+    };
+    // Tools reach the agent a moment before browsers do.
+    wait_for("the console", || file().is_some());
+    let file = file().unwrap();
     let content: Value = serde_json::from_str(&std::fs::read_to_string(&file).unwrap()).unwrap();
     let (host, token) = (content["address"].as_str().unwrap(), content["tokens"]["viewer"].as_str().unwrap());
     let host = host.strip_prefix("http://").unwrap();
@@ -125,7 +132,7 @@ fn log_lines_are_chosen_by_level_module_and_text() {
     let said = some(&["--text", "A DOG"]);
     assert!(said.lines().count() > 0 && said.lines().all(|line| line.contains("a dog")), "{said}");
     assert_eq!(some(&["--text", "a dog", "-n", "1"]).lines().count(), 1);
-    assert_eq!(some(&["--module", "r2/nobody"]), "");
+    running.fails(4, &["log", "--module", "r2/nobody"], &["no module is called `r2/nobody`"]);
     let module = said.split_whitespace().nth(2).unwrap().trim_end_matches(':');
     assert!(some(&["--module", module]).contains("a dog"), "{module}: {all}");
     running.fails(2, &["log", "--level", "loud"], &["loud"]);

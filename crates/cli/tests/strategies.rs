@@ -152,7 +152,7 @@ fn a_library_that_can_not_be_meant_so_is_told_once() {
     let role = format!("{inputs}.role={{ name = \"mesenger\" }}");
     let twice = "{ name = \"north\", role = \"messenger\" }";
     let plans = format!("{inputs}.library={{ plans = [{twice}, {twice}] }}");
-    let no_plan = "no plan for the role `mesenger`; there are some for: messenger";
+    let no_plan = "no plan for the role `mesenger`; roles with plans: messenger";
     for (name, set, words) in [("role", &role, no_plan), ("twice", &plans, "two plans `north`")] {
         let output =
             run(&folder(&format!("strategies_{name}")), &[set, "modules.referee.params.time_limit=2"]);

@@ -424,7 +424,7 @@ mod tests {
     fn what_can_t_be_an_interface_is_told_with_its_line_and_its_mend() {
         for (source, line, words) in [
             ("#[interface]\npub struct A {\n a: bool }", 3, "`Bool`"),
-            ("#[interface] pub struct A { a: Strin }", 1, "no interface above"),
+            ("#[interface] pub struct A { a: Strin }", 1, "not an interface above"),
             ("#[interface] pub struct A { a: [u8], b: u8 }", 1, "only the last field"),
             ("#[interface] pub struct A { a: Sequence<f64, LIMIT> }", 1, "write it out"),
             ("#[interface] pub union A {}", 1, "expected a struct or an enum"),

@@ -137,7 +137,7 @@ fn a_person_drives_until_the_key_is_let_go_or_the_connection_is_gone() {
         second.ask(&json!({ "take": "wheel" }))["problem"]["detail"]
             .as_str()
             .unwrap()
-            .contains("somebody else")
+            .contains("is controlled by")
     );
     // What is not there is not found, as everywhere.
     let unknown = &second.ask(&json!({ "take": "arm" }))["problem"];

@@ -74,7 +74,7 @@ fn bad_requests_are_answered_with_what_is_wrong() {
         ("PUT", "/modules/teller", r#"{"enabled":7}"#, 422, "boolean"),
         ("PUT", "/modules/teller", r#"{"enabled":true,"agent":"x"}"#, 422, "agent"),
         ("POST", "/plugins", r#"{"file":"x.so"}"#, 409, "relative"),
-        ("GET", "/settings?path=a..b", "", 404, "no path"),
+        ("GET", "/settings?path=a..b", "", 404, "not a path"),
         ("PATCH", "/settings", r#"[["a=b","c"]]"#, 422, "path"),
         ("POST", "/settings/save", r#"{"to":"moon"}"#, 422, "origin"),
         ("GET", "/slate/other/teller/told", "", 409, "no agent `other`"),
