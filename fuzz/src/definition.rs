@@ -9,6 +9,8 @@ use slate_record::ros::{self, Definition, Described, Schema, Shown, definition};
 
 #[path = "../../crates/cli/src/interface/parse.rs"]
 mod parse;
+#[path = "../../crates/cli/src/interface/syntax_error.rs"]
+mod syntax_error;
 #[path = "../../crates/cli/src/interface/token.rs"]
 mod token;
 #[path = "../../crates/cli/src/interface/word.rs"]
