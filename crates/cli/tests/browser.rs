@@ -124,7 +124,7 @@ fn browser(script: &str, link: &str, agent: &str) -> Command {
 }
 
 #[test]
-fn whoever_opens_the_link_of_exp1_sees_the_robot_and_can_do_everything() {
+fn link_of_exp1_shows_the_robot_and_every_function() {
     let _turn = turn();
     let mut running = Running::new("browser-exp1");
     let link = open(&mut running, "exp1", "exp1", &ENDLESS);
@@ -203,7 +203,7 @@ fn images_are_shown_with_what_was_found_in_them() {
 }
 
 #[test]
-fn whoever_looks_back_sees_the_past_while_the_robot_goes_on_and_can_keep_it() {
+fn looking_back_shows_the_past_while_the_robot_continues() {
     let _turn = turn();
     let mut running = Running::new("browser-past");
     let link = open(

@@ -174,7 +174,7 @@ fn a_module_is_tried_on_the_last_seconds_with_what_was_changed_within_them() {
 }
 
 #[test]
-fn what_a_module_sends_is_compared_beside_what_others_send_to_the_same_mailbox() {
+fn messages_of_a_module_are_compared_beside_other_senders() {
     let folder = folder("try-messages");
     recorded(&folder);
     let reflexes = |said: &str| -> String {

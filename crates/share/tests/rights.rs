@@ -124,7 +124,7 @@ impl Application for Nothing {
 }
 
 #[test]
-fn whoever_knocks_under_ever_other_names_fills_neither_the_log_nor_the_board() {
+fn rejected_attempts_fill_neither_log_nor_blackboard() {
     let folder = Folder::new();
     let told: Arc<Mutex<Vec<String>>> = Arc::default();
     let notice: Notice = {

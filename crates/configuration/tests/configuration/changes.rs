@@ -188,7 +188,7 @@ fn a_later_change_overrides_an_earlier_one() {
 }
 
 #[test]
-fn whoever_runs_the_agent_checks_proposals_too() {
+fn proposals_are_checked_by_the_agent_too() {
     let database = database(TEXT, &[]);
     database.validate_with(Box::new(|configuration, changes| {
         assert!(!changes.is_empty());

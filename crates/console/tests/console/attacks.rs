@@ -164,7 +164,7 @@ fn no_attack_changes_anything() {
 }
 
 #[test]
-fn whoever_looks_needs_a_token_too_and_no_page_elsewhere_gets_an_answer() {
+fn reads_need_a_token_and_foreign_pages_are_refused() {
     let run = Running::start("looks");
     let nobody = Client::new(run.address(), "");
     for path in ["/agent", "/properties", "/openapi.json", "/nothing"] {
@@ -278,7 +278,7 @@ fn settings(text: &str) -> Result<Settings, String> {
 }
 
 #[test]
-fn what_is_reached_by_others_refuses_to_start_unprotected() {
+fn address_for_other_machines_needs_a_token() {
     for (text, words) in [
         ("[console]\naddresses = [\"0.0.0.0\"]", "neither TLS nor tokens"),
         ("[console]\naddresses = [\"127.0.0.1\", \"192.168.0.7\"]\ntokens.viewer = \"v\"", "has no TLS"),

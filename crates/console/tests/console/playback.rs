@@ -138,7 +138,7 @@ fn at_three_times(count: u64) -> PathBuf {
 }
 
 #[test]
-fn whoever_goes_on_in_the_past_misses_no_value_of_those_with_one_time() {
+fn continuing_in_the_past_misses_no_value_of_one_time() {
     const COUNT: u64 = 1000;
     let plan = Plan { is_paused: true, ..Plan::default() };
     let mut player = Player::open(&at_three_times(COUNT), &plugins(), plan).unwrap();

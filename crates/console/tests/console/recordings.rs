@@ -123,7 +123,7 @@ fn the_last_seconds_are_saved_and_looked_at() {
 }
 
 #[test]
-fn an_answer_of_the_past_has_a_bound_and_says_where_to_go_on() {
+fn answer_of_the_past_is_bounded_and_says_where_to_continue() {
     let run = with_memory("flight-bound");
     let seen = || run.number("sensor/count/value");
     run.wait_for("more images than an answer may have", || seen() > 400.0);

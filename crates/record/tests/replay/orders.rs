@@ -170,7 +170,7 @@ fn what_is_asked_of_the_past_is_read_alone_and_checked() {
 }
 
 #[test]
-fn whoever_goes_on_among_values_of_one_time_misses_none_and_gets_none_twice() {
+fn continuing_among_values_of_one_time_misses_and_repeats_none() {
     let mut pages = pages();
     // All but the first three and the last three are of one time.
     for (_, (time, _)) in
