@@ -12,7 +12,7 @@ mod built_in {
 
     use serde_json::json;
     use slate::console::{Console, Document, Settings};
-    use slate::runtime::Agent;
+    use slate::control::ControlSurface;
 
     use super::{Configuration, Failure, MissionRun};
     use crate::recording::known;
@@ -45,11 +45,12 @@ mod built_in {
 
     /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and secrets is for
     /// that run. The world is that of the recorded configuration, if it can still be read.
-    pub fn open_playback(agent: &Agent, file: &Path) -> Option<Console> {
+    pub fn open_playback(surface: Arc<ControlSurface>, file: &Path) -> Option<Console> {
         let scene = known(file).map(|known| serde_json::to_value(known.scene).unwrap_or_default());
         let world =
             scene.map(|scene| Document { name: "world".into(), read: Arc::new(move || scene.clone()) });
-        match Console::start(agent, &Settings::default(), world.into_iter().collect()) {
+        surface.add_documents(world);
+        match Console::start_on(surface, &Settings::default(), Vec::new()) {
             Ok(console) => {
                 eprintln!("console: {}", console.link());
                 Some(console)
@@ -75,7 +76,12 @@ mod built_in {
         }
 
         /// Begins, in a run that somebody watches or whose configuration asks for it.
-        pub fn open(&self, mission: &MissionRun, is_watched: bool) -> Result<Option<Opened>, Failure> {
+        pub fn open(
+            &self,
+            mission: &MissionRun,
+            surface: Arc<ControlSurface>,
+            is_watched: bool,
+        ) -> Result<Option<Opened>, Failure> {
             if !self.settings.enabled.unwrap_or(is_watched || self.is_named) {
                 return Ok(None);
             }
@@ -86,7 +92,8 @@ mod built_in {
             let over = Arc::<OnceLock<String>>::default();
             let told = Arc::clone(&over);
             let run = Document { name: "run".into(), read: Arc::new(move || json!({ "over": told.get() })) };
-            match Console::start(&mission.agent, &self.settings, vec![world, trail, run]) {
+            surface.add_documents([world, trail, run]);
+            match Console::start_on(surface, &self.settings, Vec::new()) {
                 Ok(console) => {
                     eprintln!("console: {}", console.link());
                     Ok(Some(Opened { console, _trails: trails, over }))
@@ -105,12 +112,13 @@ mod built_in {
 #[cfg(not(feature = "console"))]
 mod built_in {
     use std::path::Path;
+    use std::sync::Arc;
 
-    use slate::runtime::Agent;
+    use slate::control::ControlSurface;
 
     use super::{Configuration, Failure, MissionRun};
 
-    pub fn open_playback(_: &Agent, _: &Path) -> Option<()> {
+    pub fn open_playback(_: Arc<ControlSurface>, _: &Path) -> Option<()> {
         None
     }
 
@@ -143,7 +151,12 @@ mod built_in {
             ))
         }
 
-        pub fn open(&self, _: &MissionRun, _: bool) -> Result<Option<Opened>, Failure> {
+        pub fn open(
+            &self,
+            _: &MissionRun,
+            _: Arc<ControlSurface>,
+            _: bool,
+        ) -> Result<Option<Opened>, Failure> {
             Ok(None)
         }
     }

@@ -2,8 +2,9 @@
 
 use std::io::IsTerminal;
 use std::path::Path;
+use std::sync::Arc;
 
-use slate::control::Server;
+use slate::control::{ControlSurface, Server};
 use slate::record::{Recorded, Report};
 use slate::runtime::Rate;
 use slate::runtime::log::LogTarget;
@@ -56,7 +57,9 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         return Ok(0);
     }
     // A robot that `slate stop` can't find must not start.
-    let server = Server::open(&mission.agent).map_err(Failure::Unreachable)?;
+    let surface =
+        Arc::new(ControlSurface::new(&mission.agent).map_err(|error| Failure::Unreachable(error.into()))?);
+    let server = Server::open_on(Arc::clone(&surface)).map_err(Failure::Unreachable)?;
     // Created last, so that a refused configuration leaves nothing behind.
     let folder = ReportFolder::of(options, &title.name, title.seed, mission.keeps_report())?;
     mission.record(folder.path());
@@ -64,7 +67,7 @@ pub fn run(options: &RunOptions) -> Result<u8, Failure> {
         mission.stream_trajectory(folder.path());
     }
     announce(judge, &server, &mission, options.supervised);
-    let console = wish.open(&mission, !options.headless || options.open || options.watched)?;
+    let console = wish.open(&mission, surface, !options.headless || options.open || options.watched)?;
     if options.open {
         match &console {
             Some(console) => browse::open(console.link())?,

@@ -20,8 +20,8 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 
 use slate_control::{
-    ConnectionEnd, ConnectionSlot, Connections, Context, DescriptorReserve, Dispatcher, Document, HEARING,
-    LOOK, Page, Patient,
+    ConnectionEnd, ConnectionSlot, Connections, ControlSurface, DescriptorReserve, Dispatcher, Document,
+    HEARING, LOOK, Page, Patient,
 };
 
 use crate::guard::Guard;
@@ -109,17 +109,19 @@ impl Console {
     /// # Errors
     /// When it can't listen there, a file is wrong, or others could reach it unprotected.
     pub fn start(agent: &Agent, settings: &Settings, documents: Vec<Document>) -> Result<Self, StartError> {
-        Self::start_with(agent, settings, documents, Vec::new())
+        let surface = ControlSurface::new(agent)?;
+        surface.add_documents(documents);
+        Self::start_on(Arc::new(surface), settings, Vec::new())
     }
 
-    /// As [`start`](Console::start), with more files that a browser gets without a token, beside the console's page.
+    /// As [`start`](Console::start), on a control surface that others may serve too, with more files that a browser gets
+    /// without a token, beside the console's page.
     ///
     /// # Errors
     /// As [`start`](Console::start).
-    pub fn start_with(
-        agent: &Agent,
+    pub fn start_on(
+        surface: Arc<ControlSurface>,
         settings: &Settings,
-        documents: Vec<Document>,
         pages: Vec<Page>,
     ) -> Result<Self, StartError> {
         let tokens = match settings.tokens.is_empty() {
@@ -153,18 +155,18 @@ impl Console {
                     "the console's certificate holds no name by which this agent is called; browsers will refuse {here}. \
                      Let `console.names` have one that it holds, or make one that holds these"
                 );
-                agent.logger().log(agent.now(), Level::Warn, &message);
+                surface.log(Level::Warn, &message);
                 here.clone()
             }),
         };
         let port = addresses.first().map_or(0, SocketAddr::port);
         let certificate = settings.certificate.as_ref().map(|(certificate, _)| certificate.as_path());
         let [here, shown] = [here, shown].map(|host| format!("{scheme}://{host}"));
-        let file = tokens.write(agent.board().agent(), port, [&here, &shown], certificate)?;
+        let file = tokens.write(surface.name(), port, [&here, &shown], certificate)?;
         let link = format!("{shown}/#token={}", tokens.highest());
-        let context = Context::new(agent)?.with_documents(documents).with_operable(settings.operable.clone());
+        surface.allow_operators(settings.operable.clone());
         let host = Arc::new(ConsoleHost {
-            dispatcher: Arc::new(Dispatcher::new(Arc::new(context), WORKING, true)),
+            dispatcher: Arc::new(Dispatcher::new(surface, WORKING, true)),
             guard: Guard::new(tokens, scheme, hosts, settings.origins.clone()),
             pages: Pages::new(pages, settings.assets.clone()),
             guests: Arc::default(),
@@ -233,14 +235,14 @@ async fn serve(
         match TcpListener::from_std(listener) {
             Ok(listener) => drop(tokio::spawn(receive(listener, tls.clone(), Arc::clone(&host)))),
             Err(error) => {
-                host.dispatcher.context().log(Level::Error, &format!("the console does not listen: {error}"))
+                host.dispatcher.surface().log(Level::Error, &format!("the console does not listen: {error}"))
             }
         }
     }
     let ends_leases = async {
         loop {
             tokio::time::sleep(LOOK).await;
-            host.dispatcher.context().end_old_leases();
+            host.dispatcher.surface().end_old_leases();
         }
     };
     let (ended, ends_leases) = (std::pin::pin!(ended.notified()), std::pin::pin!(ends_leases));
@@ -281,7 +283,7 @@ async fn greet(
     // Small answers are not held back.
     let _ = stream.set_nodelay(true);
     let leave = Arc::clone(&place.leave);
-    let closing = ConnectionEnd::new(host.dispatcher.context(), &place);
+    let closing = ConnectionEnd::new(host.dispatcher.surface(), &place);
     let greeted = async move {
         match tls {
             None => converse(stream, from, host, place).await,

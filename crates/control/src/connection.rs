@@ -230,12 +230,12 @@ impl ConnectionSlot {
     }
 
     /// Ends what belongs to the connection, which is closed.
-    fn close(&self, context: &Arc<crate::context::Context>) {
+    fn close(&self, surface: &Arc<crate::surface::ControlSurface>) {
         let closed = Belongings { is_closed: true, ..Belongings::default() };
         let Belongings { trace, leases, .. } = std::mem::replace(&mut *self.belongings(), closed);
         for lease in &leases {
             // It may have ended by itself.
-            context.leases.end(lease);
+            surface.leases.end(lease);
         }
         if trace.is_under_way() {
             let ends = self.guests.ends.load(Ordering::Acquire);
@@ -254,7 +254,7 @@ impl ConnectionSlot {
 
 /// Ends what belongs to a connection when this is dropped.
 pub struct ConnectionEnd {
-    context: Arc<crate::context::Context>,
+    surface: Arc<crate::surface::ControlSurface>,
     slot: Arc<ConnectionSlot>,
 }
 
@@ -266,14 +266,14 @@ impl std::fmt::Debug for ConnectionEnd {
 
 impl ConnectionEnd {
     /// Creates the end of a connection to an agent.
-    pub fn new(context: &Arc<crate::context::Context>, slot: &Arc<ConnectionSlot>) -> Self {
-        Self { context: Arc::clone(context), slot: Arc::clone(slot) }
+    pub fn new(surface: &Arc<crate::surface::ControlSurface>, slot: &Arc<ConnectionSlot>) -> Self {
+        Self { surface: Arc::clone(surface), slot: Arc::clone(slot) }
     }
 }
 
 impl Drop for ConnectionEnd {
     fn drop(&mut self) {
-        self.slot.close(&self.context);
+        self.slot.close(&self.surface);
     }
 }
 

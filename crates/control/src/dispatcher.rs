@@ -1,7 +1,6 @@
 //! Carries out the operation of a request.
 
-use std::future::Future;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
 use http_body_util::{BodyExt, LengthLimitError, Limited};
@@ -10,17 +9,16 @@ use hyper::header::{ACCEPT, CONTENT_ENCODING, CONTENT_TYPE, HeaderMap, IF_MATCH}
 use hyper::{Response, StatusCode};
 use serde_json::Value as Json;
 use slate_module::Level;
-use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard, OwnedSemaphorePermit, Semaphore};
+use tokio::sync::{OwnedMutexGuard, OwnedSemaphorePermit, Semaphore};
 
 use crate::answer::{OperationAnswer, ResponseBody, whole};
-use crate::context::Context;
 use crate::operation::{
     BASE, Caller, MatchedOperation, Operation, OperationRequest, Pace, check_query, check_role,
 };
 use crate::operations::{DRIVE, STOP, by_name, carry_out};
 use crate::problem::Problem;
 use crate::query::Query;
-use crate::repeats::Repeats;
+use crate::surface::ControlSurface;
 
 /// The longest body, bytes.
 const BODY: usize = 1 << 20;
@@ -31,25 +29,18 @@ const REQUEST: Duration = Duration::from_secs(10);
 /// How long a stop waits for its reason.
 const REASON: Duration = Duration::from_millis(100);
 
-/// How long a change waits for the one before it; less than callers wait for an answer.
-const TURN: Duration = Duration::from_secs(50);
-
 /// Carries out requests of the table of operations, whichever way they come.
 pub struct Dispatcher {
-    context: Arc<Context>,
+    surface: Arc<ControlSurface>,
     /// Places of requests that may take long.
     work: Arc<Semaphore>,
     /// Whether a request waits for a place, or is refused without one.
     waits: bool,
-    turn: Arc<AsyncMutex<()>>,
-    repeats: Repeats,
-    /// The change that is under way.
-    change: Mutex<&'static str>,
 }
 
 impl std::fmt::Debug for Dispatcher {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Dispatcher").field("context", &self.context).finish_non_exhaustive()
+        f.debug_struct("Dispatcher").field("surface", &self.surface).finish_non_exhaustive()
     }
 }
 
@@ -68,21 +59,14 @@ impl std::fmt::Debug for OperationTurn {
 
 impl Dispatcher {
     /// Creates the dispatcher of an agent with `places` permits for slow requests; one more waits, or is refused.
-    pub fn new(context: Arc<Context>, places: usize, waits: bool) -> Self {
+    pub fn new(surface: Arc<ControlSurface>, places: usize, waits: bool) -> Self {
         let work = Arc::new(Semaphore::new(places));
-        Self {
-            context,
-            work,
-            waits,
-            turn: Arc::default(),
-            repeats: Repeats::default(),
-            change: Mutex::new(""),
-        }
+        Self { surface, work, waits }
     }
 
     /// The agent and what belongs to it.
-    pub fn context(&self) -> &Arc<Context> {
-        &self.context
+    pub fn surface(&self) -> &Arc<ControlSurface> {
+        &self.surface
     }
 
     /// Stops at once, before the body of the request is read. Nothing else has to work for it: no thread, no descriptor and no
@@ -104,7 +88,7 @@ impl Dispatcher {
             last_event: None,
             body,
         };
-        let answer = (found.operation.handler)(&self.context, &ask);
+        let answer = (found.operation.handler)(&self.surface, &ask);
         self.log(found.operation, &ask.caller, path, &answer);
         answer.map_or_else(|problem| problem.response(), whole)
     }
@@ -147,14 +131,14 @@ impl Dispatcher {
             body,
         };
         let turn = self.turn(operation).await?;
-        let context = Arc::clone(&self.context);
+        let surface = Arc::clone(&self.surface);
         let worked = tokio::task::spawn_blocking(move || {
             // It ends with the work, also when nobody waits for the answer any more.
             let _turn = turn;
-            let answer = (operation.handler)(&context, &ask);
+            let answer = (operation.handler)(&surface, &ask);
             if operation.method != "GET" {
                 // Whoever is told of a change finds it in the recording.
-                context.agent.settle();
+                surface.agent.settle();
             }
             answer
         });
@@ -177,9 +161,9 @@ impl Dispatcher {
         path: &str,
         body: Json,
     ) -> Result<OperationAnswer, Problem> {
-        let answer = carry_out(&self.context, caller, name, path, body);
+        let answer = carry_out(&self.surface, caller, name, path, body);
         if let Some(operation) = by_name(name) {
-            let target = operation.path.replace("{agent}", self.context.name()).replace("{path}", path);
+            let target = operation.path.replace("{agent}", self.surface.name()).replace("{path}", path);
             self.log(operation, caller, &format!("{BASE}{target}"), &answer);
         }
         answer
@@ -194,8 +178,11 @@ impl Dispatcher {
             return Ok(OperationTurn::default());
         }
         // A change that waits for its turn holds no permit: reads need them.
-        let change =
-            if operation.pace == Pace::Change { Some(self.change_turn(operation).await?) } else { None };
+        let change = if operation.pace == Pace::Change {
+            Some(self.surface.changes.next(operation).await?)
+        } else {
+            None
+        };
         let work = Arc::clone(&self.work);
         let place = match self.waits {
             // It is closed by nobody.
@@ -203,19 +190,6 @@ impl Dispatcher {
             false => Some(work.try_acquire_owned().map_err(|_| Problem::too_many())?),
         };
         Ok(OperationTurn { _place: place, _change: change })
-    }
-
-    /// Waits for the change before this one to end.
-    async fn change_turn(&self, operation: &'static Operation) -> Result<OwnedMutexGuard<()>, Problem> {
-        let waited = tokio::time::timeout(TURN, Arc::clone(&self.turn).lock_owned());
-        let change = within(waited).await.ok_or_else(|| {
-            let other = *self.change.lock().unwrap_or_else(PoisonError::into_inner);
-            let message = format!("another tool's `{other}` has not ended within {} s", TURN.as_secs());
-            let help = "see the log for the module that it waits for";
-            Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, help)
-        })?;
-        *self.change.lock().unwrap_or_else(PoisonError::into_inner) = operation.name;
-        Ok(change)
     }
 
     /// Logs an operation; reads and repeated drive commands are left out.
@@ -238,14 +212,10 @@ impl Dispatcher {
         let path = slate_runtime::printable_text(path);
         let request = format!("{} {path} {done}", operation.method);
         // A slider that is dragged asks for the same many times a second.
-        let is_new = caller.is_told || self.repeats.is_new(&format!("{} {request}", caller.role));
+        let is_new = caller.is_told || self.surface.repeats.is_new(&format!("{} {request}", caller.role));
         let level = if is_new { Level::Info } else { Level::Debug };
-        self.context.log(level, &format!("{}: {request}", caller.who));
+        self.surface.log(level, &format!("{}: {request}", caller.who));
     }
-}
-
-async fn within<T, E>(future: impl Future<Output = Result<T, E>>) -> Option<T> {
-    future.await.ok()
 }
 
 fn text(headers: &HeaderMap, name: &str) -> Option<String> {

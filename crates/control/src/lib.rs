@@ -20,9 +20,9 @@
 
 mod agent;
 mod answer;
+mod changes;
 pub mod client;
 mod connection;
-mod context;
 mod dispatcher;
 mod entries;
 pub mod graph;
@@ -39,6 +39,7 @@ mod schema;
 mod select;
 mod server;
 mod stream;
+mod surface;
 mod text;
 
 pub use agent::{
@@ -50,7 +51,6 @@ pub use client::{Client, ClientError};
 pub use connection::{
     BusyConnection, ConnectionEnd, ConnectionSlot, Connections, MOST_SOCKETS, Patient, WRITE_TIMEOUT,
 };
-pub use context::{Context, Document, Page};
 pub use dispatcher::{Dispatcher, OperationTurn};
 pub use entries::{
     Changed, ControlsEntry, Different, HolderEntry, LinkEntry, LoadedPlugin, LoadedPlugins, Measured,
@@ -69,3 +69,4 @@ pub use schema::{complete, of_interface};
 pub use select::Selection;
 pub use server::{HEARING, OpenError, Server, lowered, with_caller_name};
 pub use stream::{Follow, Sample, StreamForm, Watcher, apart};
+pub use surface::{ControlSurface, Document, Page};

@@ -10,9 +10,9 @@ use crate::Role;
 use crate::agent::own_url;
 use crate::answer::OperationAnswer;
 use crate::connection::ConnectionSlot;
-use crate::context::Context;
 use crate::problem::Problem;
 use crate::query::{Query, decode};
+use crate::surface::ControlSurface;
 
 /// Prefix of the paths of all operations.
 pub const BASE: &str = "/api/v1";
@@ -41,7 +41,7 @@ pub struct Operation {
     /// The other kinds of answers.
     pub kinds: &'static [&'static str],
     /// Carries it out.
-    pub handler: fn(&Arc<Context>, &OperationRequest) -> Result<OperationAnswer, Problem>,
+    pub handler: fn(&Arc<ControlSurface>, &OperationRequest) -> Result<OperationAnswer, Problem>,
 }
 
 /// An operation before its answer is known.
@@ -156,7 +156,7 @@ impl OperationDraft {
     pub const fn answers(
         self,
         answer: fn() -> Json,
-        handler: fn(&Arc<Context>, &OperationRequest) -> Result<OperationAnswer, Problem>,
+        handler: fn(&Arc<ControlSurface>, &OperationRequest) -> Result<OperationAnswer, Problem>,
     ) -> Operation {
         let Self { method, path, name, role, summary, pace, parameters, body, kinds } = self;
         Operation { method, path, name, summary, role, pace, parameters, body, answer, kinds, handler }

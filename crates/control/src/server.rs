@@ -20,7 +20,6 @@ use tokio::sync::Notify;
 
 use crate::answer::ResponseBody;
 use crate::connection::{ConnectionEnd, ConnectionSlot, Connections, Patient};
-use crate::context::{Context, Document};
 use crate::dispatcher::Dispatcher;
 use crate::lease::LOOK;
 use crate::operation::Caller;
@@ -29,6 +28,7 @@ use crate::problem::Problem;
 use crate::query::Query;
 use crate::reserve::DescriptorReserve;
 use crate::role::Role;
+use crate::surface::ControlSurface;
 
 /// The header by which a caller says for whom it asks.
 pub const CALLER: &str = "slate-caller";
@@ -84,27 +84,26 @@ struct SocketHost {
 }
 
 impl Server {
-    /// Opens the socket of an agent. When an agent of that name runs already, it is reached by a name with a number,
-    /// such as `exp1-2`.
+    /// Opens the socket of an agent that nothing else serves. When an agent of that name runs already, it is reached by a
+    /// name with a number, such as `exp1-2`.
     ///
     /// # Errors
     /// When the socket can't be made, or there is no thread left.
     pub fn open(agent: &Agent) -> Result<Self, OpenError> {
-        Self::open_with(agent, Vec::new())
+        Self::open_on(Arc::new(ControlSurface::new(agent)?))
     }
 
-    /// As [`open`](Server::open), with what the program tells beside the blackboard.
+    /// As [`open`](Server::open), on a control surface that others may serve too.
     ///
     /// # Errors
     /// As [`open`](Server::open).
-    pub fn open_with(agent: &Agent, documents: Vec<Document>) -> Result<Self, OpenError> {
-        let (entry, listener) = AgentSocket::take(agent.board().agent())?;
+    pub fn open_on(surface: Arc<ControlSurface>) -> Result<Self, OpenError> {
+        let (entry, listener) = AgentSocket::take(surface.name())?;
         listener.set_nonblocking(true)?;
-        let composer = agent.composer();
+        let composer = surface.agent.composer().clone();
         let stop_line = StopLine::open(entry.socket(), move |reason| composer.stop_actuators(reason))?;
-        let context = Arc::new(Context::new(agent)?.with_documents(documents));
         let host = Arc::new(SocketHost {
-            dispatcher: Dispatcher::new(context, WORKING, false),
+            dispatcher: Dispatcher::new(surface, WORKING, false),
             guests: Arc::default(),
             name: entry.name().to_owned(),
             reserve: Mutex::new(DescriptorReserve::take()),
@@ -171,7 +170,7 @@ async fn serve(listener: UnixListener, host: Arc<SocketHost>) {
     let leases = async move {
         loop {
             tokio::time::sleep(LOOK).await;
-            shared.dispatcher.context().end_old_leases();
+            shared.dispatcher.surface().end_old_leases();
             shared.reserve().refill();
         }
     };
@@ -200,7 +199,7 @@ fn welcome(stream: UnixStream, host: &Arc<SocketHost>) {
     let host = Arc::clone(host);
     tokio::spawn(async move {
         let leave = Arc::clone(&place.leave);
-        let closing = ConnectionEnd::new(host.dispatcher.context(), &place);
+        let closing = ConnectionEnd::new(host.dispatcher.surface(), &place);
         let conversation = converse(stream, host, place, is_last);
         first_of(std::pin::pin!(conversation), std::pin::pin!(leave.notified())).await;
         drop(closing);

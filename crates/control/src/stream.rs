@@ -10,9 +10,9 @@ use slate_blackboard::{BoardError, Property, Stamp, Watching};
 use tokio::sync::mpsc;
 use tokio::time::{MissedTickBehavior, interval};
 
-use crate::context::Context;
 use crate::picture::Picture;
 use crate::select::Selection;
+use crate::surface::ControlSurface;
 
 /// From this size on values are copied and encoded in another thread, so that nothing else waits; bytes.
 const LARGE: usize = 4096;
@@ -64,14 +64,14 @@ impl Sample {
 
 impl Watcher {
     /// Looks at a property or a field of it; `last` is the newest value that is known of it.
-    pub fn new(context: &Context, path: &str, last: u64) -> Result<Self, BoardError> {
+    pub fn new(surface: &ControlSurface, path: &str, last: u64) -> Result<Self, BoardError> {
         let mut watcher = Self { path: path.into(), found: None, last };
-        watcher.look(context)?;
+        watcher.look(surface)?;
         Ok(watcher)
     }
 
-    fn look(&mut self, context: &Context) -> Result<(), BoardError> {
-        let (property, field) = context.board().find(&self.path)?;
+    fn look(&mut self, surface: &ControlSurface) -> Result<(), BoardError> {
+        let (property, field) = surface.board().find(&self.path)?;
         if self.found.as_ref().is_some_and(|found| Arc::ptr_eq(found.watching.property(), &property)) {
             return Ok(());
         }
@@ -94,9 +94,9 @@ impl Watcher {
     }
 
     /// Whether there is a value that was not taken.
-    pub fn has_news(&mut self, context: &Context) -> bool {
+    pub fn has_news(&mut self, surface: &ControlSurface) -> bool {
         // What is gone may come back.
-        let there = self.look(context).is_ok();
+        let there = self.look(surface).is_ok();
         let published =
             self.property().and_then(|property| property.channel()).map_or(0, |channel| channel.published());
         there && published != self.last
@@ -149,7 +149,7 @@ pub async fn apart<T: Send + 'static>(is_long: bool, work: impl FnOnce() -> T + 
 /// Stream of a property's values.
 pub struct Follow {
     /// Of which agent.
-    pub context: Arc<Context>,
+    pub surface: Arc<ControlSurface>,
     /// Of what.
     pub watcher: Watcher,
     /// How often it looks.
@@ -193,7 +193,7 @@ impl Follow {
             if sender.is_closed() {
                 return;
             }
-            if !self.watcher.has_news(&self.context) {
+            if !self.watcher.has_news(&self.surface) {
                 quiet += self.period;
                 if quiet >= SILENCE {
                     quiet = Duration::ZERO;

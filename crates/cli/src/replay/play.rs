@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use serde_json::json;
-use slate::control::Server;
+use slate::control::{ControlSurface, Server};
 use slate::record::replay::{Difference, Plan, PlayedRun, Player, Recomputation};
 use slate::record::{Recorded, Recorder};
 use slate::runtime::recording::{Change, Recording};
@@ -47,13 +47,14 @@ pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {
     }
     agent.composer().control_playback(player.control());
     let stop = stop_on_interrupt();
-    let server = Server::open(&agent);
+    let surface = Arc::new(ControlSurface::new(&agent).map_err(|error| Failure::Unreachable(error.into()))?);
+    let server = Server::open_on(Arc::clone(&surface));
     match &server {
         Ok(server) => announce(server, &player, is_paused),
         // It is played all the same.
         Err(error) => eprintln!("{error}"),
     }
-    let console = is_watched.then(|| open_playback(&agent, file)).flatten();
+    let console = is_watched.then(|| open_playback(surface, file)).flatten();
     let played = player.run(&mut agent, &stop)?;
     drop((server, console));
     let recorded = recorder.map(|recorder| recorder.end(&mut agent)).transpose()?;

@@ -16,7 +16,7 @@ use tokio::sync::mpsc;
 use tokio::time::Instant;
 
 use super::{Listener, Said, Sink, Visitor, hand, ping, say};
-use slate_control::Context;
+use slate_control::ControlSurface;
 use slate_control::Problem;
 use slate_control::Selection;
 use slate_control::{Sample, Watcher, apart};
@@ -90,7 +90,7 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
             }
         }
     };
-    let context = Arc::clone(&visitor.context);
+    let surface = Arc::clone(&visitor.surface);
     let tells = async move {
         let mut subscriptions = BTreeMap::new();
         let mut last_ping = Instant::now();
@@ -99,12 +99,12 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
             let good = match asked {
                 Ok(None) => false,
                 Ok(Some(text)) => {
-                    let answers = take(&context, &mut subscriptions, &text);
+                    let answers = take(&surface, &mut subscriptions, &text);
                     say_all(&mut sink, answers).await
                 }
                 Err(_) => ping(&mut sink, &mut last_ping).await,
             };
-            if !good || !tell(&context, &mut subscriptions, &mut sink).await {
+            if !good || !tell(&surface, &mut subscriptions, &mut sink).await {
                 return;
             }
         }
@@ -124,7 +124,7 @@ async fn say_all(sink: &mut Sink, texts: Vec<Json>) -> bool {
 
 /// Does what is asked; what is to be said of it.
 fn take(
-    context: &Arc<Context>,
+    surface: &Arc<ControlSurface>,
     subscriptions: &mut BTreeMap<u32, LiveSubscription>,
     text: &str,
 ) -> Vec<Json> {
@@ -147,7 +147,7 @@ fn take(
                 let id = wish.id;
                 let room = subscriptions.len() < MOST || subscriptions.contains_key(&id);
                 let full = || Problem::unfit(format!("there are {MOST} subscriptions"), "end one");
-                let subscribed = if room { subscribe(context, wish) } else { Err(full()) };
+                let subscribed = if room { subscribe(surface, wish) } else { Err(full()) };
                 match subscribed {
                     Ok((subscription, told)) => {
                         subscriptions.insert(id, subscription);
@@ -160,17 +160,17 @@ fn take(
     }
 }
 
-fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(LiveSubscription, Json), Problem> {
+fn subscribe(surface: &Arc<ControlSurface>, wish: Wish) -> Result<(LiveSubscription, Json), Problem> {
     let url =
         Url::parse(&wish.url).map_err(|error| Problem::bad(error.to_string(), "such as /module/property"))?;
-    if url.agent().is_some_and(|agent| agent != context.name()) {
+    if url.agent().is_some_and(|agent| agent != surface.name()) {
         return Err(Problem::not_found(format!("{url} is of another agent"), "ask that agent"));
     }
     if !(0.01..=100.0).contains(&wish.rate) {
         return Err(Problem::bad(format!("the rate is {}", wish.rate), "it is from 0.01 to 100 Hz"));
     }
     let selection = Selection::parse(wish.pointer.as_deref(), wish.select.as_deref())?;
-    let watcher = Watcher::new(context, &url.path_in(""), 0)?;
+    let watcher = Watcher::new(surface, &url.path_in(""), 0)?;
     let Some(property) = watcher.property() else {
         return Err(Problem::not_found(format!("there is nothing at {url}"), "see /api/v1/properties"));
     };
@@ -183,7 +183,7 @@ fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(LiveSubscription, Js
     let descriptor = property.descriptor();
     let told = json!({
         "id": wish.id,
-        "url": format!("slate://{}/{}", context.name(), url.path_in("")),
+        "url": format!("slate://{}/{}", surface.name(), url.path_in("")),
         "interface": descriptor.name,
         "schema": format!("{:016x}", descriptor.hash),
     });
@@ -194,7 +194,7 @@ fn subscribe(context: &Arc<Context>, wish: Wish) -> Result<(LiveSubscription, Js
 
 /// Tells what is new and due; false when the client is gone.
 async fn tell(
-    context: &Arc<Context>,
+    surface: &Arc<ControlSurface>,
     subscriptions: &mut BTreeMap<u32, LiveSubscription>,
     sink: &mut Sink,
 ) -> bool {
@@ -202,7 +202,7 @@ async fn tell(
     let due: Vec<u32> = subscriptions
         .iter_mut()
         .filter_map(|(id, subscription)| {
-            (subscription.due <= now && subscription.watcher.has_news(context)).then_some(*id)
+            (subscription.due <= now && subscription.watcher.has_news(surface)).then_some(*id)
         })
         .collect();
     for id in due {

@@ -25,7 +25,7 @@ use tokio_tungstenite::tungstenite::{Bytes, Message};
 
 use crate::guard::{Guard, TOKEN_PROTOCOL, protocols};
 use slate_control::{
-    BASE, Caller, ConnectionSlot, Context, Dispatcher, Problem, Query, ResponseBody, Role, response,
+    BASE, Caller, ConnectionSlot, ControlSurface, Dispatcher, Problem, Query, ResponseBody, Role, response,
     with_caller_name,
 };
 
@@ -126,7 +126,7 @@ impl SocketKind {
 
 /// Somebody at a socket.
 struct Visitor {
-    context: Arc<Context>,
+    surface: Arc<ControlSurface>,
     dispatcher: Arc<Dispatcher>,
     role: Role,
     /// Who it is, for the log.
@@ -197,8 +197,8 @@ pub(crate) fn open<B>(
     let upgrade = hyper::upgrade::on(&mut request);
     let left = Arc::clone(&place.leave);
     let place = Arc::clone(place);
-    let (context, dispatcher) = (Arc::clone(dispatcher.context()), Arc::clone(dispatcher));
-    let visitor = Visitor { context, dispatcher, role, who, place };
+    let (surface, dispatcher) = (Arc::clone(dispatcher.surface()), Arc::clone(dispatcher));
+    let visitor = Visitor { surface, dispatcher, role, who, place };
     tokio::spawn(async move {
         let Ok(upgraded) = upgrade.await else { return };
         let visit = visit(kind, visitor, upgraded);
@@ -240,7 +240,7 @@ async fn visit(kind: SocketKind, visitor: Visitor, upgraded: Upgraded) {
     let (sink, stream) = stream.split();
     let listener = Listener { stream, count: (0.0, Instant::now()) };
     if kind != SocketKind::Live {
-        visitor.context.log(Level::Info, &format!("{} has come to {}", visitor.who, kind.name()));
+        visitor.surface.log(Level::Info, &format!("{} has come to {}", visitor.who, kind.name()));
     }
     match kind {
         SocketKind::Live => live::visit(visitor, sink, listener).await,

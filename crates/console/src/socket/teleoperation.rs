@@ -49,7 +49,7 @@ fn take(
     controls: &mut Option<Teleoperation>,
     text: &str,
 ) -> Result<Json, (Option<u64>, Problem)> {
-    let context = &visitor.context;
+    let surface = &visitor.surface;
     let ununderstood = |error| {
         let help = "such as {\"take\": \"r2/wheels\"} or {\"command\": {...}, \"sequence\": 1}";
         (None, Problem::bad(format!("this can't be understood: {error}"), help))
@@ -61,7 +61,7 @@ fn take(
         if let Some(controls) = controls {
             controls.release();
         }
-        context.agent.stop(&reason);
+        surface.agent.stop(&reason);
         return Ok(json!({ "stopped": true, "sequence": sequence }));
     }
     let request = DriveRequest::deserialize(said).map_err(ununderstood)?;
@@ -70,7 +70,7 @@ fn take(
     if let Some(name) = request.take {
         // Nobody has two.
         *controls = None;
-        let taken = context.agent.composer().take_controls(without_slash(&name), &visitor.who);
+        let taken = surface.agent.composer().take_controls(without_slash(&name), &visitor.who);
         let taken = taken.map_err(|error| {
             wrong(match error {
                 ControlsError::Unknown { .. } => {
@@ -86,7 +86,7 @@ fn take(
             "taken": name,
             "hold_ms": Teleoperation::HOLD.as_millis() as u64,
             "interface": schema::of_interface(taken.descriptor()),
-            "gate": gate(context, &name),
+            "gate": gate(surface, &name),
             "sequence": sequence,
         });
         *controls = Some(taken);
@@ -112,7 +112,7 @@ fn take(
             return Err(wrong(Problem::bad("this says nothing", help)));
         }
     }
-    Ok(json!({ "gate": gate(context, controls.actuator()), "time": context.now(), "sequence": sequence }))
+    Ok(json!({ "gate": gate(surface, controls.actuator()), "time": surface.now(), "sequence": sequence }))
 }
 
 /// Whether this is a stop, and why. Whatever is said with it or instead of a reason is no reason not to stop; that there is none,

@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use serde_json::{Value as Json, json};
 use slate_blackboard::Board;
 use slate_console::{Console, Document, Settings};
+use slate_control::ControlSurface;
 use slate_record::Recorder;
 use slate_runtime::configuration::{Database, Options as Sources};
 use slate_runtime::{Agent, Control, Options, Stopper};
@@ -18,6 +19,8 @@ use crate::modules::{CONFIGURATION, plugins};
 /// An agent that runs until this is dropped.
 pub struct Running {
     pub console: Console,
+    /// What the console serves.
+    pub surface: Arc<ControlSurface>,
     pub board: Arc<Board>,
     /// Where its recordings are.
     pub folder: PathBuf,
@@ -49,14 +52,16 @@ impl Running {
         recorder.attach(&agent, &folder);
         let world = Document { name: "world".into(), read: Arc::new(|| json!({ "walls": [] })) };
         let settings = Settings::of(&database.current()).unwrap();
-        let console = Console::start(&agent, &settings, vec![world]).unwrap();
+        let surface = Arc::new(ControlSurface::new(&agent).unwrap());
+        surface.add_documents([world]);
+        let console = Console::start_on(Arc::clone(&surface), &settings, Vec::new()).unwrap();
         let tokens = serde_json::from_str(&std::fs::read_to_string(console.token_file()).unwrap()).unwrap();
         let (board, stopper) = (Arc::clone(agent.board()), agent.stopper());
         let thread = std::thread::spawn(move || {
             agent.run(Box::new(|_| Control::Continue)).unwrap();
             recorder.finish(&mut agent);
         });
-        let running = Self { console, board, folder, tokens, stopper, thread: Some(thread) };
+        let running = Self { console, surface, board, folder, tokens, stopper, thread: Some(thread) };
         running.wait_for("the first cycle", || running.number("sensor/count/value") > 2.0);
         running
     }

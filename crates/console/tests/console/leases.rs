@@ -1,8 +1,12 @@
 //! Controls over plain requests.
 
+use std::io::{Read, Write};
+use std::os::unix::net::UnixStream;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value as Json, json};
+use slate_control::Server;
 
 use crate::agent::Running;
 
@@ -64,4 +68,32 @@ fn a_lease_that_nobody_renews_ends() {
     run.wait_for("its end", || holder(&run)["holder"].is_null());
     operator.send("PUT", &at, None).problem(404);
     operator.send("POST", "/leases", Some(&json!({ "actuator": "wheel" }))).json();
+}
+
+/// The status of an answer on the agent's socket.
+fn ask_socket(server: &Server, method: &str, path: &str) -> u16 {
+    let mut stream = UnixStream::connect(server.socket()).unwrap();
+    let head = format!("{method} /api/v1{path} HTTP/1.1\r\nhost: slate\r\nconnection: close\r\n\r\n");
+    stream.write_all(head.as_bytes()).unwrap();
+    let mut answer = String::new();
+    stream.read_to_string(&mut answer).unwrap();
+    answer["HTTP/1.1 ".len()..][..3].parse().unwrap()
+}
+
+#[test]
+fn a_lease_is_the_same_on_the_socket_and_over_the_network() {
+    let run = Running::start("both");
+    let server = Server::open_on(Arc::clone(&run.surface)).unwrap();
+    let operator = run.client("operator");
+    let lease = operator.send("POST", "/leases", Some(&json!({ "actuator": "wheel" }))).json();
+    let at = format!("/leases/{}", lease["lease"].as_str().unwrap());
+    assert_eq!(ask_socket(&server, "PUT", &at), 200);
+    assert_eq!(ask_socket(&server, "DELETE", &at), 200);
+    assert!(holder(&run)["holder"].is_null());
+    operator.send("PUT", &at, None).problem(404);
+    assert_eq!(
+        ask_socket(&server, "GET", "/documents/world"),
+        200,
+        "what the program tells beside the blackboard"
+    );
 }

@@ -9,10 +9,10 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::agent::AgentControl;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::graph::{DrawnGraph, GraphLink, ModuleGraph};
 use crate::operation::{Operation, OperationRequest, Parameter};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 /// The largest drawing, pixels.
 const MOST: f64 = 20_000.0;
@@ -84,10 +84,10 @@ fn drawing() -> Json {
     ])
 }
 
-fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let length = |name| ask.query.number(name, 0.0, MOST).map(Option::unwrap_or_default);
     let available = (length("width")?, length("height")?);
-    let mut graph = graph(&context.agent);
+    let mut graph = graph(&surface.agent);
     let hidden = ask.query.get("hide").unwrap_or_default();
     graph.hide(|name| hidden.split_whitespace().any(|word| name.contains(word)));
     Ok(OperationAnswer::json(json!(DrawnGraph::new(&graph, available))))

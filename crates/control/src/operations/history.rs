@@ -13,10 +13,10 @@ use super::values::{SELECTION, own_path, url};
 use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Parameter};
 use crate::problem::Problem;
 use crate::select::Selection;
+use crate::surface::ControlSurface;
 
 /// How many values are told at once when nothing else is said, and at most.
 const LIMIT: u64 = 1000;
@@ -76,7 +76,7 @@ fn parse_place(text: &str) -> Result<(u64, u64), Problem> {
     })
 }
 
-fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn read(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let (from, sequence) = ask.query.get("from").map(parse_place).transpose()?.unwrap_or_default();
     let to = ask.query.count("to", u64::MAX)?.unwrap_or(u64::MAX);
@@ -88,8 +88,8 @@ fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswe
     };
     let url = url(ask)?;
     let elsewhere = || Problem::unfit("history is of this agent's properties", "ask the other agent");
-    let path = own_path(context, &url).ok_or_else(elsewhere)?;
-    let (property, field) = context.board().find(&path)?;
+    let path = own_path(surface, &url).ok_or_else(elsewhere)?;
+    let (property, field) = surface.board().find(&path)?;
     if property.access() == Access::Messages {
         let message = format!("/{} takes messages, and has no value", property.path());
         return Err(Problem::unfit(message, "ask for what its module writes"));
@@ -118,7 +118,7 @@ fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswe
         }
         failure.is_none()
     };
-    let history = context.agent.composer().history(&wish, &mut take);
+    let history = surface.agent.composer().history(&wish, &mut take);
     let refused = |refusal: RecordingRefusal| Problem::refused(StatusCode::CONFLICT, refusal.into());
     let History { left, count, from, to } = history.map_err(refused)?;
     if let Some(problem) = failure {

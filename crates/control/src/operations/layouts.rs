@@ -11,9 +11,9 @@ use serde_json::{Map, Value as Json, json};
 use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 /// The folder of a project with what belongs to the console's page.
 pub const PROJECT: &str = "console";
@@ -63,7 +63,7 @@ fn folder() -> PathBuf {
     PathBuf::from(PROJECT).join("layouts")
 }
 
-pub(super) fn list(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn list(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let entries = fs::read_dir(folder()).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries
         .filter_map(|entry| {
@@ -98,7 +98,7 @@ fn unwritable(error: &std::io::Error) -> Problem {
     Problem::new(StatusCode::CONFLICT, message, "start the agent in a folder that it may write to")
 }
 
-pub(super) fn save(_: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn save(_: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = file(ask)?;
     let layout: Map<String, Json> = ask.body()?;
     let is_fit = layout.get("title").is_some_and(Json::is_string)
@@ -118,7 +118,7 @@ pub(super) fn save(_: &Arc<Context>, ask: &OperationRequest) -> Result<Operation
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-pub(super) fn remove(_: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn remove(_: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     match fs::remove_file(file(ask)?) {
         Ok(()) => Ok(OperationAnswer::Nothing),
         Err(error) if error.kind() == ErrorKind::NotFound => {

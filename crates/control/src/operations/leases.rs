@@ -11,16 +11,16 @@ use slate_runtime::{ControlsError, Teleoperation};
 use super::{gate, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::lease::TERM;
 use crate::operation::{Operation, OperationRequest, Pace, without_slash};
 use crate::problem::Problem;
 use crate::schema;
+use crate::surface::ControlSurface;
 
 pub(super) const LIST: Operation =
     Operation::get("/leases", "leases", Role::Viewer, "Actuators, and who holds the control lease of each")
         .pace(Pace::Prompt)
-        .answers(|| shape::list(shape::holder()), |context, _| told(context.agent.holders()));
+        .answers(|| shape::list(shape::holder()), |surface, _| told(surface.agent.holders()));
 
 pub(super) const TAKE: Operation = Operation::post(
     "/leases",
@@ -85,10 +85,10 @@ fn holder(asked: &OperationRequest, who: &str) -> String {
     }
 }
 
-fn take(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn take(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Take { actuator, who, bound } = asked.body()?;
     let actuator = without_slash(&actuator);
-    let taken = context.agent.composer().take_controls(actuator, &holder(asked, &who));
+    let taken = surface.agent.composer().take_controls(actuator, &holder(asked, &who));
     let taken = taken.map_err(|error| {
         let status = match error {
             ControlsError::Unknown { .. } => StatusCode::NOT_FOUND,
@@ -97,12 +97,12 @@ fn take(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAns
         Problem::refused(status, error.into())
     })?;
     let interface = schema::of_interface(taken.descriptor());
-    let lease = context.leases.begin(taken).map_err(|error| {
+    let lease = surface.leases.begin(taken).map_err(|error| {
         let message = format!("no lease can be made: {error}");
         Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, "try again")
     })?;
     if bound && !asked.caller.place.bind_lease(&lease) {
-        context.leases.end(&lease);
+        surface.leases.end(&lease);
         let message = "the connection to which the lease is bound is closed";
         return Err(Problem::new(StatusCode::CONFLICT, message, "take the controls over an open connection"));
     }
@@ -124,12 +124,15 @@ struct Renew {
     release: bool,
 }
 
-pub(super) fn renew(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn renew(
+    surface: &Arc<ControlSurface>,
+    asked: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let Renew { command, release } = asked.body_or_default()?;
     if command.is_some() && release {
         return Err(Problem::bad("a command and its end in one", "say one of `command` and `release`"));
     }
-    let done = context.leases.renew(asked.part("lease"), |controls| -> Result<String, Problem> {
+    let done = surface.leases.renew(asked.part("lease"), |controls| -> Result<String, Problem> {
         if release {
             controls.release();
         }
@@ -141,15 +144,15 @@ pub(super) fn renew(context: &Arc<Context>, asked: &OperationRequest) -> Result<
     });
     let actuator = done.ok_or_else(unknown)??;
     Ok(OperationAnswer::json(
-        json!({ "actuator": actuator, "gate": gate(context, &actuator), "time": context.now() }),
+        json!({ "actuator": actuator, "gate": gate(surface, &actuator), "time": surface.now() }),
     ))
 }
 
 pub(super) fn give_back(
-    context: &Arc<Context>,
+    surface: &Arc<ControlSurface>,
     asked: &OperationRequest,
 ) -> Result<OperationAnswer, Problem> {
-    match context.leases.end(asked.part("lease")) {
+    match surface.leases.end(asked.part("lease")) {
         true => Ok(OperationAnswer::Nothing),
         false => Err(unknown()),
     }

@@ -8,14 +8,14 @@ use serde_json::json;
 use super::{DRY_RUN, conflict, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 use crate::text::{Texts, texts};
 
 pub(super) const LIST: Operation = Operation::get("/links", "links", Role::Viewer, "Links, by destination")
     .pace(Pace::Change)
-    .answers(|| shape::list(shape::link()), |context, _| told(context.agent.links()));
+    .answers(|| shape::list(shape::link()), |surface, _| told(surface.agent.links()));
 
 pub(super) const LINK: Operation = Operation::put(
     "/links/{input}",
@@ -53,7 +53,7 @@ pub(super) const UNLINK: Operation = Operation::delete(
 
 pub(super) const PEERS: Operation =
     Operation::get("/peers", "peers", Role::Viewer, "Known agents, and the traffic with each")
-        .answers(peers, |context, _| told(context.agent.peers()));
+        .answers(peers, |surface, _| told(surface.agent.peers()));
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -63,15 +63,15 @@ struct LinkRequest {
     options: Texts,
 }
 
-fn link(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn link(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let link: LinkRequest = ask.body()?;
     let (to, from) = (ask.own_url(ask.part("input")), ask.own_url(&link.from));
-    conflict(context.agent.link(&to, &from, link.options.texts()?, ask.is_dry()?))
+    conflict(surface.agent.link(&to, &from, link.options.texts()?, ask.is_dry()?))
 }
 
-fn unlink(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn unlink(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let from = ask.query.get("from").map(|from| ask.own_url(from));
-    conflict(context.agent.unlink(&ask.own_url(ask.part("input")), from.as_deref(), ask.is_dry()?))
+    conflict(surface.agent.unlink(&ask.own_url(ask.part("input")), from.as_deref(), ask.is_dry()?))
 }
 
 fn peers() -> serde_json::Value {

@@ -12,11 +12,11 @@ use slate_module::Level;
 use super::{TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter, without_slash};
 use crate::problem::Problem;
 use crate::select::Selection;
 use crate::stream::{Follow, StreamForm, Watcher};
+use crate::surface::ControlSurface;
 
 pub(super) const LINES: Operation =
     Operation::get("/log", "log", Role::Viewer, "Newest lines of the log, or new lines as an event stream")
@@ -62,7 +62,10 @@ const TAIL: &str = "log/tail";
 /// The levels, the most important one first.
 const LEVELS: [&str; 5] = ["error", "warn", "info", "debug", "trace"];
 
-pub(super) fn lines(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn lines(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let after = ask.query.count("after", u64::MAX)?.or(ask.last_event).unwrap_or(0);
     let rank = |level: &str| LEVELS.iter().position(|known| level.eq_ignore_ascii_case(known));
     let least = ask.query.get("level").map(|level| {
@@ -84,10 +87,10 @@ pub(super) fn lines(context: &Arc<Context>, ask: &OperationRequest) -> Result<Op
             let help = "ask for all lines, and leave out what is not wanted";
             return Err(Problem::bad("a stream of the log has all lines", help));
         }
-        let watcher = Watcher::new(context, TAIL, after)?;
+        let watcher = Watcher::new(surface, TAIL, after)?;
         let what = StreamForm::Events { selection: Selection::Whole, every: true };
         let period = Duration::from_millis(100);
-        return Ok(OperationAnswer::Follow(Follow { context: Arc::clone(context), watcher, period, what }));
+        return Ok(OperationAnswer::Follow(Follow { surface: Arc::clone(surface), watcher, period, what }));
     }
     let is_wanted = |line: &Json| {
         let level = line["level"].as_str().and_then(rank).unwrap_or(0);
@@ -96,7 +99,7 @@ pub(super) fn lines(context: &Arc<Context>, ask: &OperationRequest) -> Result<Op
         };
         level <= least && module.is_none_or(of_module)
     };
-    let kept = context.board().history(TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
+    let kept = surface.board().history(TAIL)?.into_iter().filter(|(_, stamp)| stamp.sequence > after);
     Ok(OperationAnswer::json(kept.map(line).filter(is_wanted).collect()))
 }
 
@@ -109,13 +112,16 @@ struct Note {
     text: String,
 }
 
-pub(super) fn note(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn note(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let Note { text } = ask.body()?;
     if text.trim().is_empty() || text.len() > LONGEST || text.chars().any(char::is_control) {
         let help = format!("it is one line of 1 to {LONGEST} bytes");
         return Err(Problem::unfit("this is no line for the log", help));
     }
-    context.log(Level::Info, &format!("{}: {text}", ask.caller.who));
+    surface.log(Level::Info, &format!("{}: {text}", ask.caller.who));
     Ok(OperationAnswer::Nothing)
 }
 

@@ -36,11 +36,11 @@ use slate_runtime::Mistake;
 
 use crate::agent::Done;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::entries::Refusal;
 use crate::operation::{Caller, MatchedOperation, Operation, OperationRequest, Parameter, TOKEN, check_role};
 use crate::problem::Problem;
 use crate::query::Query;
+use crate::surface::ControlSurface;
 
 /// The version of the operations; another one is another language.
 pub const API: u64 = 1;
@@ -158,7 +158,7 @@ pub fn by_name(name: &str) -> Option<&'static Operation> {
 /// # Errors
 /// When there is none of that name, the caller may not do it, or it can't be done.
 pub fn carry_out(
-    context: &Arc<Context>,
+    surface: &Arc<ControlSurface>,
     caller: &Caller,
     name: &str,
     path: &str,
@@ -169,23 +169,23 @@ pub fn carry_out(
     check_role(operation.role, caller.role)?;
     let ask = OperationRequest {
         caller: caller.clone(),
-        captured: vec![("agent", context.name().to_owned()), ("path", path.to_owned())],
+        captured: vec![("agent", surface.name().to_owned()), ("path", path.to_owned())],
         query: Query::default(),
         accept: String::new(),
         if_match: None,
         last_event: None,
         body: Some(body),
     };
-    let answer = (operation.handler)(context, &ask);
+    let answer = (operation.handler)(surface, &ask);
     if operation.name != STOP {
-        context.agent.settle();
+        surface.agent.settle();
     }
     answer
 }
 
 /// The state of a gate.
-pub fn gate(context: &Context, actuator: &str) -> Json {
-    let newest = context.board().read(&format!("{actuator}/gate")).ok().flatten();
+pub fn gate(surface: &ControlSurface, actuator: &str) -> Json {
+    let newest = surface.board().read(&format!("{actuator}/gate")).ok().flatten();
     newest.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
 }
 

@@ -9,14 +9,14 @@ use slate_module::Parameter;
 use super::{named, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const LIST: Operation =
     Operation::get("/modules", "modules", Role::Viewer, "Modules and their states")
         .pace(Pace::Prompt)
-        .answers(|| shape::list(shape::module()), |context, _| told(context.agent.modules()));
+        .answers(|| shape::list(shape::module()), |surface, _| told(surface.agent.modules()));
 
 pub(super) const SWITCH: Operation = Operation::put(
     "/modules/{module}",
@@ -45,19 +45,25 @@ struct SwitchRequest {
     enabled: bool,
 }
 
-pub(super) fn switch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn switch(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let switch: SwitchRequest = ask.body()?;
-    named(context.agent.enable(ask.board_path("module"), switch.enabled).map(|switched| json!(switched)))
+    named(surface.agent.enable(ask.board_path("module"), switch.enabled).map(|switched| json!(switched)))
 }
 
-pub(super) fn parameters(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let composer = context.agent.composer();
+pub(super) fn parameters(
+    surface: &Arc<ControlSurface>,
+    _: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    let composer = surface.agent.composer();
     let of_module = |name: String| {
         let parameters = composer.parameters(&name).into_iter();
         parameters.map(move |Parameter { name: parameter, default, range }| {
             // An endless range is none.
             let range = range.filter(|(least, most)| least.is_finite() && most.is_finite());
-            let operable = context.is_operable(&format!("{name}/params/{parameter}"), &Json::Null);
+            let operable = surface.is_operable(&format!("{name}/params/{parameter}"), &Json::Null);
             json!({ "module": name, "name": parameter, "default": default, "range": range, "operable": operable })
         })
     };

@@ -9,9 +9,9 @@ use serde_json::json;
 use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter, without_slash};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const ACTUATORS: Operation = Operation::get(
     "/actuators",
@@ -53,13 +53,16 @@ pub(super) const ARM: Operation =
         })
         .answers(|| json!({ "type": "object", "maxProperties": 0 }), arm);
 
-pub(super) fn actuators(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn actuators(
+    surface: &Arc<ControlSurface>,
+    _: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let newest = |path: String| {
-        let read = context.board().read(&path).ok().flatten();
+        let read = surface.board().read(&path).ok().flatten();
         read.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
     };
     let entry = |(name, stopped): (String, Option<String>)| {
-        let command = context.board().find(&format!("{name}/command")).ok();
+        let command = surface.board().find(&format!("{name}/command")).ok();
         json!({
             "gate": newest(format!("{name}/gate")),
             "command": newest(format!("{name}/command")),
@@ -68,7 +71,7 @@ pub(super) fn actuators(context: &Arc<Context>, _: &OperationRequest) -> Result<
             "stopped": stopped,
         })
     };
-    Ok(OperationAnswer::json(context.agent.composer().actuators().into_iter().map(entry).collect()))
+    Ok(OperationAnswer::json(surface.agent.composer().actuators().into_iter().map(entry).collect()))
 }
 
 #[derive(Default, Deserialize)]
@@ -79,20 +82,23 @@ struct StopRequest {
 }
 
 /// Stops at once, for a reason that may stand in the query or in the body.
-pub(crate) fn stop(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(crate) fn stop(
+    surface: &Arc<ControlSurface>,
+    asked: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     // An invalid body is ignored; the stop is carried out.
     let stop: StopRequest = asked.body_or_default().unwrap_or_default();
     let reason = [stop.reason.as_str(), asked.query.get("reason").unwrap_or_default()]
         .into_iter()
         .find(|reason| !reason.is_empty())
         .map_or_else(|| format!("by the {}", asked.caller.who), str::to_owned);
-    context.agent.stop(&reason);
-    let stopped: Vec<_> = context.agent.composer().actuators().into_iter().map(|(name, _)| name).collect();
+    surface.agent.stop(&reason);
+    let stopped: Vec<_> = surface.agent.composer().actuators().into_iter().map(|(name, _)| name).collect();
     Ok(OperationAnswer::json(json!({ "stopped": stopped })))
 }
 
-fn reset(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    Ok(OperationAnswer::json(json!({ "was_stopped": context.agent.reset() })))
+fn reset(surface: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(json!({ "was_stopped": surface.agent.reset() })))
 }
 
 #[derive(Default, Deserialize)]
@@ -102,14 +108,14 @@ struct Arm {
     actuator: Option<String>,
 }
 
-fn arm(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn arm(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let arm: Arm = asked.body_or_default()?;
     let actuator = arm.actuator.as_deref().map(without_slash);
-    let is_unknown = |name: &str| context.agent.composer().actuators().iter().all(|(known, _)| known != name);
+    let is_unknown = |name: &str| surface.agent.composer().actuators().iter().all(|(known, _)| known != name);
     let status = match actuator.is_some_and(is_unknown) {
         true => StatusCode::UNPROCESSABLE_ENTITY,
         false => StatusCode::CONFLICT,
     };
-    let armed = context.agent.arm(actuator);
+    let armed = surface.agent.arm(actuator);
     armed.map(|()| OperationAnswer::Nothing).map_err(|refusal| Problem::refused(status, refusal))
 }

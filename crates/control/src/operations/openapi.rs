@@ -8,15 +8,15 @@ use slate_blackboard::{Access, Property};
 use super::{OPERATIONS, shape, sockets};
 use crate::Role;
 use crate::answer::{BYTES, OperationAnswer};
-use crate::context::Context;
 use crate::operation::{BASE, Operation};
+use crate::surface::ControlSurface;
 
 pub(super) const INDEX: Operation = Operation::get("", "index", Role::Viewer, "What there is")
     .answers(shape::anything, |_, _| Ok(OperationAnswer::json(index(OPERATIONS))));
 
 pub(super) const DOCUMENT: Operation =
     Operation::get("/openapi.json", "openapi", Role::Viewer, "This document")
-        .answers(shape::anything, |context, _| Ok(OperationAnswer::json(document(OPERATIONS, context))));
+        .answers(shape::anything, |surface, _| Ok(OperationAnswer::json(document(OPERATIONS, surface))));
 
 /// The paths, each with what can be done there.
 pub(super) fn index(operations: &[Operation]) -> Json {
@@ -32,11 +32,11 @@ pub(super) fn index(operations: &[Operation]) -> Json {
 }
 
 /// The document, of OpenAPI 3.1.
-pub(super) fn document(operations: &[Operation], context: &Context) -> Json {
+pub(super) fn document(operations: &[Operation], surface: &ControlSurface) -> Json {
     let mut paths = Map::new();
     for operation in operations {
         let path = paths.entry(format!("{BASE}{}", operation.path)).or_insert_with(|| json!({}));
-        path[operation.method.to_ascii_lowercase()] = of(operation, context);
+        path[operation.method.to_ascii_lowercase()] = of(operation, surface);
     }
     json!({
         "openapi": "3.1.0",
@@ -56,21 +56,21 @@ pub(super) fn document(operations: &[Operation], context: &Context) -> Json {
 }
 
 /// Something that is there, as an example of a part of a path. A stream has no end, so of what may be one there is none.
-fn example(operation: &Operation, part: &str, context: &Context) -> Option<String> {
-    let properties = context.board().properties();
+fn example(operation: &Operation, part: &str, surface: &ControlSurface) -> Option<String> {
+    let properties = surface.board().properties();
     let is_settable = |property: &&Arc<Property>| {
         property.access() == Access::Setting && property.path().ends_with("/params")
     };
     match part {
         _ if operation.name == "read" => None,
-        "agent" => Some(context.name().to_owned()),
+        "agent" => Some(surface.name().to_owned()),
         "path" if operation.method == "GET" => Some("log/tail".into()),
         "path" => properties.iter().find(is_settable).map(|property| property.path().to_owned()),
         "interface" => Some("LogLine".into()),
-        "module" => context.agent.composer().modules().first().map(|module| module.name.clone()),
-        "plugin" => context.agent.composer().plugins().first().map(|plugin| plugin.name.clone()),
-        "input" => context.agent.composer().links().first().map(|link| link.to.clone()),
-        "document" => context.documents.first().map(|document| document.name.clone()),
+        "module" => surface.agent.composer().modules().first().map(|module| module.name.clone()),
+        "plugin" => surface.agent.composer().plugins().first().map(|plugin| plugin.name.clone()),
+        "input" => surface.agent.composer().links().first().map(|link| link.to.clone()),
+        "document" => surface.documents().first().map(|document| document.name.clone()),
         _ => None,
     }
 }
@@ -94,12 +94,12 @@ fn responses(status: &str, done: Json) -> Json {
     responses
 }
 
-fn of(operation: &Operation, context: &Context) -> Json {
+fn of(operation: &Operation, surface: &ControlSurface) -> Json {
     let in_path = operation.path.split('/').filter_map(|part| part.strip_prefix('{')?.strip_suffix('}'));
     let in_path = in_path.map(|name| {
         let mut part =
             json!({ "name": name, "in": "path", "required": true, "schema": { "type": "string", "minLength": 1 } });
-        if let Some(example) = example(operation, name, context) {
+        if let Some(example) = example(operation, name, surface) {
             part["example"] = json!(example);
         }
         part

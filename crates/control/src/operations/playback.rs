@@ -9,9 +9,9 @@ use slate_runtime::playback::{LoopSection, Order};
 use super::{conflict, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 /// The most cycles that are made at once.
 const STEPS: u64 = 1_000_000;
@@ -24,15 +24,15 @@ pub(super) const STATUS: Operation = Operation::get(
 )
 .answers(
     || shape::optional(status()),
-    |context, _| match context.agent.composer().playback() {
+    |surface, _| match surface.agent.composer().playback() {
         None => Ok(OperationAnswer::json(Json::Null)),
-        Some(_) => order(context, Order::Status),
+        Some(_) => order(surface, Order::Status),
     },
 );
 
 pub(super) const PAUSE: Operation =
     Operation::post("/playback/pause", "pause_playback", Role::Operator, "Pauses the playback", Pace::Slow)
-        .answers(status, |context, _| order(context, Order::Pause));
+        .answers(status, |surface, _| order(surface, Order::Pause));
 
 pub(super) const RESUME: Operation = Operation::post(
     "/playback/resume",
@@ -41,7 +41,7 @@ pub(super) const RESUME: Operation = Operation::post(
     "Resumes the playback",
     Pace::Slow,
 )
-.answers(status, |context, _| order(context, Order::Resume));
+.answers(status, |surface, _| order(surface, Order::Resume));
 
 pub(super) const STEP: Operation = Operation::post(
     "/playback/step",
@@ -64,7 +64,7 @@ pub(super) const SEEK: Operation = Operation::post(
     Pace::Slow,
 )
 .body(|| shape::object(&[("time", shape::count())]))
-.answers(status, |context, ask| order(context, Order::Seek(ask.body::<SeekRequest>()?.time)));
+.answers(status, |surface, ask| order(surface, Order::Seek(ask.body::<SeekRequest>()?.time)));
 
 pub(super) const RATE: Operation = Operation::post(
     "/playback/rate",
@@ -77,7 +77,7 @@ pub(super) const RATE: Operation = Operation::post(
     let factor = json!({ "type": "number", "exclusiveMinimum": 0 });
     shape::object(&[("factor", shape::optional(factor))])
 })
-.answers(status, |context, ask| order(context, Order::Rate(ask.body::<RateRequest>()?.factor)));
+.answers(status, |surface, ask| order(surface, Order::Rate(ask.body::<RateRequest>()?.factor)));
 
 pub(super) const LOOP: Operation = Operation::post(
     "/playback/loop",
@@ -87,7 +87,7 @@ pub(super) const LOOP: Operation = Operation::post(
     Pace::Slow,
 )
 .body(|| shape::object(&[("section", shape::optional(section()))]))
-.answers(status, |context, ask| order(context, Order::Loop(ask.body::<LoopRequest>()?.section)));
+.answers(status, |surface, ask| order(surface, Order::Loop(ask.body::<LoopRequest>()?.section)));
 
 fn section() -> Json {
     shape::object(&[("from", shape::count()), ("to", shape::count())])
@@ -143,14 +143,14 @@ struct LoopRequest {
     section: Option<LoopSection>,
 }
 
-fn order(context: &Context, order: Order) -> Result<OperationAnswer, Problem> {
-    conflict(context.agent.replay(order))
+fn order(surface: &ControlSurface, order: Order) -> Result<OperationAnswer, Problem> {
+    conflict(surface.agent.replay(order))
 }
 
-fn step(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn step(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let StepRequest { cycles } = ask.body_or_default()?;
     if !(1..=STEPS).contains(&cycles) {
         return Err(Problem::unfit(format!("{cycles} cycles are no step"), format!("make 1 to {STEPS}")));
     }
-    order(context, Order::Step(cycles))
+    order(surface, Order::Step(cycles))
 }

@@ -9,14 +9,14 @@ use serde_json::{Value as Json, json};
 use super::{Named, conflict, file_shape, named, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const LIST: Operation =
     Operation::get("/plugins", "plugins", Role::Viewer, "Plugins, loaded and available")
         .pace(Pace::Prompt)
-        .answers(|| shape::list(shape::plugin()), |context, _| told(context.agent.plugins()));
+        .answers(|| shape::list(shape::plugin()), |surface, _| told(surface.agent.plugins()));
 
 pub(super) const LOAD: Operation = Operation::put(
     "/plugins/{plugin}",
@@ -80,7 +80,7 @@ pub(super) const END_SHADOW: Operation = Operation::delete(
     "Discards the trial code of a plugin",
     Pace::Change,
 )
-.answers(|| json!({ "type": "null" }), |context, ask| named(context.agent.end_shadow(ask.part("plugin"))));
+.answers(|| json!({ "type": "null" }), |surface, ask| named(surface.agent.end_shadow(ask.part("plugin"))));
 
 pub(super) const PROMOTE: Operation = Operation::post(
     "/plugins/{plugin}/promote",
@@ -89,7 +89,7 @@ pub(super) const PROMOTE: Operation = Operation::post(
     "Promotes the trial code of a plugin",
     Pace::Change,
 )
-.answers(reloaded, |context, ask| named(context.agent.promote(ask.part("plugin"))));
+.answers(reloaded, |surface, ask| named(surface.agent.promote(ask.part("plugin"))));
 
 fn loaded() -> Json {
     let plugin = shape::object(&[("name", shape::text()), ("file", shape::optional(shape::text()))]);
@@ -127,16 +127,16 @@ fn check_local(ask: &OperationRequest, file: PathBuf) -> Result<PathBuf, Problem
     }
 }
 
-fn load(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(context.agent.load(Some(ask.part("plugin")), None))
+fn load(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    named(surface.agent.load(Some(ask.part("plugin")), None))
 }
 
-fn load_library(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(context.agent.load(None, Some(&library(ask)?)))
+fn load_library(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    conflict(surface.agent.load(None, Some(&library(ask)?)))
 }
 
-fn unload(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(context.agent.unload(ask.part("plugin")))
+fn unload(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    named(surface.agent.unload(ask.part("plugin")))
 }
 
 #[derive(Default, Deserialize)]
@@ -146,12 +146,12 @@ struct ReloadRequest {
     file: Option<PathBuf>,
 }
 
-fn reload(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn reload(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let ReloadRequest { file } = ask.body_or_default()?;
     let file = file.map(|file| check_local(ask, file)).transpose()?;
-    named(context.agent.reload(ask.part("plugin"), file.as_deref()))
+    named(surface.agent.reload(ask.part("plugin"), file.as_deref()))
 }
 
-fn shadow(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    named(context.agent.shadow(ask.part("plugin"), &library(ask)?))
+fn shadow(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    named(surface.agent.shadow(ask.part("plugin"), &library(ask)?))
 }

@@ -12,9 +12,9 @@ use super::{conflict, in_conflict, local_file, shape};
 use crate::Role;
 use crate::agent::RecordingWish;
 use crate::answer::{BYTES, OperationAnswer};
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const LIST: Operation = Operation::get(
     "/recordings",
@@ -59,7 +59,7 @@ pub(super) const END_ONLY: Operation = Operation::delete(
     "Stops the only recording",
     Pace::Slow,
 )
-.answers(entry_shape, |context, _| conflict(context.agent.stop_recording(None)));
+.answers(entry_shape, |surface, _| conflict(surface.agent.stop_recording(None)));
 
 pub(super) const END: Operation = Operation::post(
     "/recordings/{recording}/stop",
@@ -129,19 +129,24 @@ fn flight_shape() -> Json {
 }
 
 /// Returns the state of the recordings; empty for an agent without a recorder.
-fn recorder(context: &Context) -> Option<RecordingStatus> {
-    serde_json::from_value(context.agent.recording_status().ok()?).ok()
+fn recorder(surface: &ControlSurface) -> Option<RecordingStatus> {
+    serde_json::from_value(surface.agent.recording_status().ok()?).ok()
 }
 
-fn recorded(context: &Context) -> RecordingStatus {
-    recorder(context).unwrap_or_default()
+fn recorded(surface: &ControlSurface) -> RecordingStatus {
+    recorder(surface).unwrap_or_default()
 }
 
 /// How the files of recordings end.
 const KIND: &str = "mcap";
 
 /// The file of a recording, or another one that is made beside them.
-fn file(context: &Context, ask: &OperationRequest, name: &str, kind: &str) -> Result<PathBuf, Problem> {
+fn file(
+    surface: &ControlSurface,
+    ask: &OperationRequest,
+    name: &str,
+    kind: &str,
+) -> Result<PathBuf, Problem> {
     if let Some(path) = local_file(ask, name) {
         return Ok(path);
     }
@@ -157,12 +162,12 @@ fn file(context: &Context, ask: &OperationRequest, name: &str, kind: &str) -> Re
         let help = "`slate run` has what records; a program gives its agent one with `Options::recording`";
         Problem::new(StatusCode::CONFLICT, "this agent has nothing that records", help)
     };
-    Ok(recorded(context).folder.ok_or_else(nothing)?.join(format!("{name}.{kind}")))
+    Ok(recorded(surface).folder.ok_or_else(nothing)?.join(format!("{name}.{kind}")))
 }
 
 /// A file that is not there yet, in a folder that is.
 pub(super) fn new_file(
-    context: &Context,
+    surface: &ControlSurface,
     ask: &OperationRequest,
     name: &str,
     kind: &str,
@@ -171,7 +176,7 @@ pub(super) fn new_file(
         // Whoever makes it says what is in the way.
         return Ok(path);
     }
-    let file = file(context, ask, name, kind)?;
+    let file = file(surface, ask, name, kind)?;
     let unusable = |error: std::io::Error| {
         let message = format!("the folder of recordings can't be used: {error}");
         Problem::new(StatusCode::CONFLICT, message, "run it with `--out` into a folder that it may write to")
@@ -185,8 +190,8 @@ pub(super) fn new_file(
     Ok(file)
 }
 
-fn list(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let status = recorder(context);
+fn list(surface: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    let status = recorder(surface);
     let can_record = status.is_some();
     let RecordingStatus { recordings, flight, folder } = status.unwrap_or_default();
     let entry = |entry: DirEntry| {
@@ -205,21 +210,21 @@ fn list(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer,
     ))
 }
 
-fn start(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn start(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let wish: RecordingWish = ask.body_or_default()?;
-    let file = new_file(context, ask, ask.part("recording"), KIND)?;
-    context.agent.start_recording(&file, &wish).map_err(in_conflict)?;
+    let file = new_file(surface, ask, ask.part("recording"), KIND)?;
+    surface.agent.start_recording(&file, &wish).map_err(in_conflict)?;
     Ok(OperationAnswer::json(json!({ "file": file })))
 }
 
-fn stop(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(context.agent.stop_recording(Some(&file(context, ask, ask.part("recording"), KIND)?)))
+fn stop(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    conflict(surface.agent.stop_recording(Some(&file(surface, ask, ask.part("recording"), KIND)?)))
 }
 
-fn fetch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn fetch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let name = ask.part("recording");
-    let path = file(context, ask, name, KIND)?;
-    if recorded(context).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
+    let path = file(surface, ask, name, KIND)?;
+    if recorded(surface).recordings.iter().any(|entry| entry.file == path && entry.failure.is_none()) {
         let message = format!("{name}.{KIND} is still being recorded");
         let help = format!("end it first: POST /api/v1/recordings/{name}/stop");
         return Err(Problem::new(StatusCode::CONFLICT, message, help));
@@ -233,6 +238,6 @@ fn fetch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnsw
     Ok(OperationAnswer::File(file, length))
 }
 
-fn snapshot(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    conflict(context.agent.save_flight(&new_file(context, ask, ask.part("recording"), KIND)?))
+fn snapshot(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    conflict(surface.agent.save_flight(&new_file(surface, ask, ask.part("recording"), KIND)?))
 }

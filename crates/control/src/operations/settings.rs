@@ -10,9 +10,9 @@ use slate_runtime::configuration::SaveTo;
 use super::{DRY_RUN, TOKEN, shape, told};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 use crate::text::{Texts, texts};
 
 pub(super) const LIST: Operation = Operation::get(
@@ -58,7 +58,7 @@ pub(super) const DIFFERENCES: Operation = Operation::get(
     Role::Viewer,
     "Differences between the running configuration and its files",
 )
-.answers(|| shape::list(shape::different()), |context, _| told(context.agent.settings.differences()));
+.answers(|| shape::list(shape::different()), |surface, _| told(surface.agent.settings.differences()));
 
 pub(super) const REFUSED: Operation = Operation::get(
     "/settings/refused",
@@ -80,7 +80,7 @@ pub(super) const REFUSED: Operation = Operation::get(
             "additionalProperties": false,
         }))
     },
-    |context, _| told(context.agent.settings.refused_edit()),
+    |surface, _| told(surface.agent.settings.refused_edit()),
 );
 
 pub(super) const SAVE: Operation = Operation::post(
@@ -91,21 +91,24 @@ pub(super) const SAVE: Operation = Operation::post(
         || json!({ "type": "object", "properties": { "to": { "enum": ["origin", "host"] } }, "additionalProperties": false }),
     ).answers(|| shape::object(&[("files", shape::list(shape::text()))]), save);
 
-pub(super) fn list(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let found = context.agent.settings.at(asked.query.get("path").unwrap_or_default());
+pub(super) fn list(
+    surface: &Arc<ControlSurface>,
+    asked: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    let found = surface.agent.settings.at(asked.query.get("path").unwrap_or_default());
     found.map(OperationAnswer::json).map_err(|refusal| Problem::refused(StatusCode::NOT_FOUND, refusal))
 }
 
-fn set(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn set(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let changes = asked.body::<Texts>()?.texts()?;
     if changes.is_empty() {
         return Err(Problem::unfit("there is nothing to be set", "send paths and values"));
     }
-    told(context.agent.settings.set(&changes, asked.is_dry()?))
+    told(surface.agent.settings.set(&changes, asked.is_dry()?))
 }
 
-fn revert(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    told(context.agent.settings.revert(asked.query.get("path").unwrap_or_default()))
+fn revert(surface: &Arc<ControlSurface>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+    told(surface.agent.settings.revert(asked.query.get("path").unwrap_or_default()))
 }
 
 #[derive(Default, Deserialize)]
@@ -115,7 +118,10 @@ struct SaveRequest {
     to: SaveTo,
 }
 
-pub(super) fn save(context: &Arc<Context>, asked: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn save(
+    surface: &Arc<ControlSurface>,
+    asked: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let save: SaveRequest = asked.body_or_default()?;
-    told(context.agent.settings.save(save.to, asked.is_dry()?))
+    told(surface.agent.settings.save(save.to, asked.is_dry()?))
 }

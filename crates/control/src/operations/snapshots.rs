@@ -11,9 +11,9 @@ use super::{conflict, in_conflict, local_file, shape};
 use crate::Role;
 use crate::agent::{Done, absolute};
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const LOAD: Operation = Operation::post(
     "/snapshots/{snapshot}/load",
@@ -80,18 +80,18 @@ fn file(ask: &OperationRequest, kind: &str) -> Result<PathBuf, Problem> {
     Ok(folder.join(format!("{name}.{kind}")))
 }
 
-fn save(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn save(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = file(ask, KIND)?;
-    placed(context.agent.save_snapshot(&file), &file)
+    placed(surface.agent.save_snapshot(&file), &file)
 }
 
-fn load(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn load(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let file = file(ask, KIND)?;
     if ask.caller.local.is_none() && !file.is_file() {
         let message = format!("there is no snapshot `{}`", ask.part("snapshot"));
         return Err(Problem::not_found(message, "take one with POST /api/v1/snapshots/NAME"));
     }
-    placed(context.agent.load_snapshot(&file), &file)
+    placed(surface.agent.load_snapshot(&file), &file)
 }
 
 #[derive(Deserialize)]
@@ -100,9 +100,9 @@ struct Values {
     url: String,
 }
 
-fn values(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn values(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Values { url } = ask.body()?;
-    conflict(context.agent.properties.remote.snapshot(&url, absolute(&file(ask, "json")?)?))
+    conflict(surface.agent.properties.remote.snapshot(&url, absolute(&file(ask, "json")?)?))
 }
 
 fn placed(done: Done, file: &Path) -> Result<OperationAnswer, Problem> {

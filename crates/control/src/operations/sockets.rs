@@ -7,9 +7,9 @@ use serde_json::json;
 
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const LIVE: Operation =
     Operation::get("/live", "live", Role::Viewer, "WebSocket: new values of several properties")
@@ -20,7 +20,7 @@ pub(super) const TELEOPERATION: Operation =
         .answers(|| json!({}), explain);
 
 /// Explains a WebSocket to a caller that sends a plain request.
-fn explain(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn explain(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let help = "open it with a handshake for a WebSocket, subprotocol slate.v1";
     Err(Problem::new(StatusCode::UPGRADE_REQUIRED, "this is a WebSocket", help).with("upgrade", "websocket"))
 }

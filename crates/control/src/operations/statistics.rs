@@ -8,9 +8,9 @@ use serde_json::{Value as Json, json};
 use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const STATISTICS: Operation = Operation::get(
     "/statistics",
@@ -40,15 +40,18 @@ pub(super) const RECORDING: Operation =
         .answers(shape::anything, recording);
 
 /// A value on the blackboard; null when there is none.
-fn newest(context: &Context, path: &str) -> Json {
-    let read = context.board().read(path).ok().flatten();
+fn newest(surface: &ControlSurface, path: &str) -> Json {
+    let read = surface.board().read(path).ok().flatten();
     read.and_then(|(value, _)| serde_json::to_value(value).ok()).unwrap_or_default()
 }
 
-pub(super) fn statistics(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let modules = context.agent.composer().modules().into_iter().map(|module| {
+pub(super) fn statistics(
+    surface: &Arc<ControlSurface>,
+    _: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    let modules = surface.agent.composer().modules().into_iter().map(|module| {
         json!({
-            "timing": newest(context, &format!("{}/timing", module.name)),
+            "timing": newest(surface, &format!("{}/timing", module.name)),
             "name": module.name,
             "condition": module.condition,
             "waiting_for": module.waiting_for,
@@ -58,25 +61,31 @@ pub(super) fn statistics(context: &Arc<Context>, _: &OperationRequest) -> Result
         })
     });
     Ok(OperationAnswer::json(json!({
-        "time": context.now(),
+        "time": surface.now(),
         "modules": modules.collect::<Vec<_>>(),
-        "loop": { "state": newest(context, "loop/state"), "histogram": newest(context, "loop/histogram") },
-        "log": newest(context, "log/counts"),
+        "loop": { "state": newest(surface, "loop/state"), "histogram": newest(surface, "loop/histogram") },
+        "log": newest(surface, "log/counts"),
     })))
 }
 
-pub(super) fn recording(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    Ok(OperationAnswer::json(newest(context, "record/state")))
+pub(super) fn recording(
+    surface: &Arc<ControlSurface>,
+    _: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(newest(surface, "record/state")))
 }
 
-pub(super) fn metrics(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn metrics(
+    surface: &Arc<ControlSurface>,
+    _: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let mut text = String::new();
-    let modules = context.agent.composer().modules();
+    let modules = surface.agent.composer().modules();
     // Nothing is wrong with writing into a text.
     let _ = write!(
         text,
         "# TYPE slate_time_seconds gauge\nslate_time_seconds {}\n# TYPE slate_module_working gauge\n",
-        context.now() as f64 / 1e9
+        surface.now() as f64 / 1e9
     );
     for module in &modules {
         let working = u8::from(module.condition == "WORKING");
@@ -94,7 +103,7 @@ pub(super) fn metrics(context: &Arc<Context>, _: &OperationRequest) -> Result<Op
             let _ = writeln!(text, "{name}{{module=\"{}\"}} {}", module.name, count(module));
         }
     }
-    let stopped = context.agent.composer().actuators();
+    let stopped = surface.agent.composer().actuators();
     text.push_str("# TYPE slate_actuator_stopped gauge\n");
     for (name, reason) in stopped {
         let _ =

@@ -9,9 +9,9 @@ use serde_json::{Value as Json, json};
 use super::shape;
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 /// Where the threads of this process are.
 const THREADS: &str = "/proc/self/task";
@@ -39,7 +39,7 @@ pub(super) const READ: Operation = Operation::get(
         ]))
     }, read);
 
-fn read(_: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn read(_: &Arc<ControlSurface>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let folders = fs::read_dir(THREADS).into_iter().flatten().flatten();
     let mut threads: Vec<_> = folders.filter_map(|folder| thread(&folder.path())).collect();
     threads.sort_by_key(|(id, _)| *id);

@@ -9,10 +9,10 @@ use super::{Named, file_shape, in_conflict, recordings, shape};
 use crate::Role;
 use crate::agent::absolute;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::entries::TraceEntry;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const RECORD: Operation = Operation::post(
     "/trace",
@@ -61,16 +61,16 @@ fn answer(entry: TraceEntry) -> Result<OperationAnswer, Problem> {
     Ok(OperationAnswer::json(json!(entry)))
 }
 
-fn record(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn record(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let Named { file } = ask.body()?;
     if ask.caller.place.traces() >= MOST {
         return Err(Problem::too_many());
     }
     let file = match ask.caller.local {
         Some(_) => absolute(&file).map_err(in_conflict)?.to_owned(),
-        None => recordings::new_file(context, ask, &file.to_string_lossy(), "json")?,
+        None => recordings::new_file(surface, ask, &file.to_string_lossy(), "json")?,
     };
-    let begun = ask.caller.place.with_trace(|trace| trace.record(context.agent.composer(), &file));
+    let begun = ask.caller.place.with_trace(|trace| trace.record(surface.agent.composer(), &file));
     begun.map_err(in_conflict)?;
     Ok(OperationAnswer::Nothing)
 }

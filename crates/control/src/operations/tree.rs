@@ -12,10 +12,10 @@ use slate_runtime::Mistake;
 use super::{API, TOKEN, shape};
 use crate::Role;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::problem::Problem;
 use crate::schema;
+use crate::surface::ControlSurface;
 
 const PATTERN: Parameter = Parameter {
     name: "pattern",
@@ -60,50 +60,56 @@ pub(super) const DOCUMENT: Operation =
 /// The largest value that a list has, bytes.
 const SMALL: usize = 4096;
 
-pub(super) fn agent(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let stopped = context.agent.composer().actuators().into_iter().find_map(|(_, reason)| reason);
+pub(super) fn agent(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    let stopped = surface.agent.composer().actuators().into_iter().find_map(|(_, reason)| reason);
     Ok(OperationAnswer::json(json!({
         "api": API,
-        "name": context.name(),
+        "name": surface.name(),
         "version": env!("CARGO_PKG_VERSION"),
-        "run": context.session,
+        "run": surface.session,
         "role": ask.caller.role.name(),
-        "time": context.now(),
-        "lockstep": context.is_lockstep,
+        "time": surface.now(),
+        "lockstep": surface.is_lockstep,
         "stopped": stopped,
     })))
 }
 
-pub(super) fn properties(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn properties(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let pattern = ask.query.get("pattern").map(|pattern| ask.own_url(pattern));
     let values = ask.query.flag("values")?;
-    let found = context.agent.properties.list(pattern.as_deref()).map_err(|refusal| {
+    let found = surface.agent.properties.list(pattern.as_deref()).map_err(|refusal| {
         let is_unknown = refusal.code.as_deref() == Some(Mistake::Name.code());
         Problem::refused(if is_unknown { StatusCode::NOT_FOUND } else { StatusCode::BAD_REQUEST }, refusal)
     })?;
-    let is_elsewhere = pattern.is_some_and(|pattern| context.agent.properties.remote.of(&pattern).is_some());
+    let is_elsewhere = pattern.is_some_and(|pattern| surface.agent.properties.remote.of(&pattern).is_some());
     if is_elsewhere {
         return Ok(OperationAnswer::json(json!(found)));
     }
-    let found = found.iter().filter_map(|found| context.board().get(&found.path));
-    Ok(OperationAnswer::json(found.map(|(property, _)| entry(context, &property, values)).collect()))
+    let found = found.iter().filter_map(|found| surface.board().get(&found.path));
+    Ok(OperationAnswer::json(found.map(|(property, _)| entry(surface, &property, values)).collect()))
 }
 
-fn entry(context: &Context, property: &Property, values: bool) -> Json {
+fn entry(surface: &ControlSurface, property: &Property, values: bool) -> Json {
     let channel = property.channel();
     let mut entry = json!({
         "path": property.path(),
-        "url": format!("slate://{}/{}", context.name(), property.path()),
+        "url": format!("slate://{}/{}", surface.name(), property.path()),
         "interface": property.descriptor().name,
         "doc": property.doc(),
-        "access": context.agent.properties.access(property),
+        "access": surface.agent.properties.access(property),
         "sequence": channel.map_or(0, |channel| channel.published()),
         "readers": property.readers(),
     });
     let is_small = channel.is_some_and(|channel| channel.shape().bytes(channel.shape().capacity) <= SMALL);
     if values
         && is_small
-        && let Ok(Some((value, stamp))) = context.board().read(property.path())
+        && let Ok(Some((value, stamp))) = surface.board().read(property.path())
     {
         entry["value"] = serde_json::to_value(value).unwrap_or_default();
         entry["time"] = json!(stamp.time);
@@ -112,22 +118,28 @@ fn entry(context: &Context, property: &Property, values: bool) -> Json {
 }
 
 /// The interfaces of all properties, by name; of two of one name, that of the first property.
-fn known(context: &Context) -> BTreeMap<&'static str, &'static Descriptor> {
+fn known(surface: &ControlSurface) -> BTreeMap<&'static str, &'static Descriptor> {
     let mut known = BTreeMap::new();
-    for property in context.board().properties() {
+    for property in surface.board().properties() {
         known.entry(property.descriptor().name).or_insert(property.descriptor());
     }
     known
 }
 
-pub(super) fn interfaces(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    let schemas = known(context).into_iter().map(|(name, of)| (name.to_owned(), schema::of_interface(of)));
+pub(super) fn interfaces(
+    surface: &Arc<ControlSurface>,
+    _: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    let schemas = known(surface).into_iter().map(|(name, of)| (name.to_owned(), schema::of_interface(of)));
     Ok(OperationAnswer::json(Json::Object(schemas.collect())))
 }
 
-pub(super) fn interface(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn interface(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let name = ask.part("interface");
-    let known = known(context);
+    let known = known(surface);
     let descriptor = known.get(name).ok_or_else(|| {
         let near = slate_blackboard::nearest_names(name, known.keys().copied());
         let help = match near.is_empty() {
@@ -139,13 +151,19 @@ pub(super) fn interface(context: &Arc<Context>, ask: &OperationRequest) -> Resul
     Ok(OperationAnswer::json(schema::of_interface(descriptor)))
 }
 
-pub(super) fn documents(context: &Arc<Context>, _: &OperationRequest) -> Result<OperationAnswer, Problem> {
-    Ok(OperationAnswer::json(context.documents.iter().map(|document| json!(document.name)).collect()))
+pub(super) fn documents(
+    surface: &Arc<ControlSurface>,
+    _: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
+    Ok(OperationAnswer::json(surface.documents().into_iter().map(|document| json!(document.name)).collect()))
 }
 
-pub(super) fn document(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn document(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let name = ask.part("document");
-    let found = context.documents.iter().find(|document| document.name == name);
+    let found = surface.documents().into_iter().find(|document| document.name == name);
     let unknown =
         || Problem::not_found(format!("no document is called `{name}`"), "GET /api/v1/documents lists them");
     Ok(OperationAnswer::json((found.ok_or_else(unknown)?.read)()))

@@ -13,12 +13,12 @@ use super::{TOKEN, shape};
 use crate::Role;
 use crate::agent::{KNOWN, refusal};
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::operation::{Operation, OperationRequest, Pace, Parameter};
 use crate::picture::{Picture, is_picture};
 use crate::problem::Problem;
 use crate::select::Selection;
 use crate::stream::{Follow, StreamForm, Watcher};
+use crate::surface::ControlSurface;
 
 const FORMAT: Parameter = Parameter {
     name: "format",
@@ -156,8 +156,8 @@ pub(super) fn url(ask: &OperationRequest) -> Result<Url, Problem> {
 }
 
 /// The path on the board, when the URL is of this agent.
-pub(super) fn own_path(context: &Context, url: &Url) -> Option<String> {
-    url.agent().is_none_or(|agent| agent == context.name()).then(|| url.path_in(""))
+pub(super) fn own_path(surface: &ControlSurface, url: &Url) -> Option<String> {
+    url.agent().is_none_or(|agent| agent == surface.name()).then(|| url.path_in(""))
 }
 
 /// There is nothing to read at a path.
@@ -169,7 +169,10 @@ fn unknown(error: BoardError) -> Problem {
     Problem::refused(status, refusal(Message::from(&error), KNOWN))
 }
 
-pub(super) fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn read(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let url = url(ask)?;
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let bare = ask.query.flag("bare")?;
@@ -179,16 +182,16 @@ pub(super) fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<Ope
         Some(0) => return Err(Problem::bad("`quality` is 0", "it is a whole number from 1 to 100")),
         quality => quality.map_or(80, |quality| quality as u8),
     };
-    let Some(path) = own_path(context, &url) else {
+    let Some(path) = own_path(surface, &url) else {
         return match ValueForm::of(ask, false)? {
-            ValueForm::Json | ValueForm::Text => elsewhere(context, ask, &url, &selection, bare),
+            ValueForm::Json | ValueForm::Text => elsewhere(surface, ask, &url, &selection, bare),
             _ => Err(Problem::unfit(
                 "a stream or a picture is of this agent's properties",
                 "ask the other agent",
             )),
         };
     };
-    let (property, field) = context.board().find(&path).map_err(unknown)?;
+    let (property, field) = surface.board().find(&path).map_err(unknown)?;
     if property.access() == Access::Messages {
         let message = format!("/{} takes messages, and has no value", property.path());
         return Err(Problem::unfit(message, KNOWN).of(Mistake::Messages));
@@ -200,13 +203,13 @@ pub(super) fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<Ope
         return Err(Problem::new(StatusCode::NOT_ACCEPTABLE, message, "ask for application/json"));
     }
     let follow = |what| {
-        let watcher = Watcher::new(context, &path, ask.last_event.unwrap_or(0))?;
+        let watcher = Watcher::new(surface, &path, ask.last_event.unwrap_or(0))?;
         let period = Duration::from_secs_f64(1.0 / rate);
-        Ok(OperationAnswer::Follow(Follow { context: Arc::clone(context), watcher, period, what }))
+        Ok(OperationAnswer::Follow(Follow { surface: Arc::clone(surface), watcher, period, what }))
     };
     match form {
         ValueForm::Json | ValueForm::Text => {
-            let newest = context.board().read(&path).map_err(unknown)?;
+            let newest = surface.board().read(&path).map_err(unknown)?;
             let (value, sequence, time) = match newest {
                 Some((value, stamp)) => {
                     (serde_json::to_value(value).unwrap_or_default(), stamp.sequence, stamp.time)
@@ -233,13 +236,13 @@ pub(super) fn read(context: &Arc<Context>, ask: &OperationRequest) -> Result<Ope
 
 /// A value of another agent, or of what the team knows.
 fn elsewhere(
-    context: &Context,
+    surface: &ControlSurface,
     ask: &OperationRequest,
     url: &Url,
     selection: &Selection,
     bare: bool,
 ) -> Result<OperationAnswer, Problem> {
-    let read = context.agent.properties.read(&url.to_string());
+    let read = surface.agent.properties.read(&url.to_string());
     let read = read.map_err(|refusal| match ask.caller.local {
         // A tool tells an agent that is not there from a name that nothing has.
         Some(_) if refusal.code.is_none() => Problem::refused(StatusCode::CONFLICT, refusal),
@@ -276,14 +279,17 @@ pub(super) fn version(sequence: u64) -> String {
     format!("\"{sequence}\"")
 }
 
-pub(super) fn queue(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn queue(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let selection = Selection::parse(ask.query.get("pointer"), ask.query.get("select"))?;
     let after = ask.query.count("after", u64::MAX)?.unwrap_or(0);
     let limit = ask.query.count("limit", MOST)?.unwrap_or(LIMIT);
     let url = url(ask)?;
     let elsewhere = || Problem::unfit("a queue is of this agent's properties", "ask the other agent");
-    let path = own_path(context, &url).ok_or_else(elsewhere)?;
-    let kept = context.board().history(&path).map_err(unknown)?;
+    let path = own_path(surface, &url).ok_or_else(elsewhere)?;
+    let kept = surface.board().history(&path).map_err(unknown)?;
     let oldest = kept.first().map_or(after.saturating_add(1), |(_, stamp)| stamp.sequence);
     // Without a place to go on from, nothing is missed.
     let lost = if after == 0 { 0 } else { oldest.saturating_sub(after.saturating_add(1)) };

@@ -10,10 +10,10 @@ use super::{shape, told};
 use crate::Role;
 use crate::agent::LONGEST;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::entries::Watched;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
+use crate::surface::ControlSurface;
 
 pub(super) const WATCH: Operation = Operation::post(
     "/watch",
@@ -98,10 +98,10 @@ struct WatchRequest {
     within: u64,
 }
 
-fn watch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn watch(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let WatchRequest { mut of, within } = ask.body()?;
     of.iter_mut().for_each(|watched| watched.url = ask.own_url(&watched.url));
-    told(context.agent.values.watch(&of, Duration::from_millis(within)))
+    told(surface.agent.values.watch(&of, Duration::from_millis(within)))
 }
 
 #[derive(Deserialize)]
@@ -111,8 +111,8 @@ struct MeasureRequest {
     time: u64,
 }
 
-fn measure(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn measure(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let MeasureRequest { urls, time } = ask.body()?;
     let urls: Vec<_> = urls.iter().map(|url| ask.own_url(url)).collect();
-    told(context.agent.values.measure(&urls, Duration::from_millis(time)))
+    told(surface.agent.values.measure(&urls, Duration::from_millis(time)))
 }

@@ -13,11 +13,11 @@ use super::{DRY_RUN, shape, told};
 use crate::Role;
 use crate::agent::enabled;
 use crate::answer::OperationAnswer;
-use crate::context::Context;
 use crate::entries::Changed;
 use crate::operation::{Operation, OperationRequest, Pace};
 use crate::problem::Problem;
 use crate::schema::complete;
+use crate::surface::ControlSurface;
 use crate::text::{quoted, toml};
 
 pub(super) const PUT: Operation = Operation::put(
@@ -70,9 +70,9 @@ enum WriteKind {
     },
 }
 
-fn put(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn put(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
-    let target = target(context, ask, &body)?;
+    let target = target(surface, ask, &body)?;
     if let WriteKind::Setting { fields, .. } = &target.what
         && fields.is_empty()
     {
@@ -84,23 +84,26 @@ fn put(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer
         let help = "PATCH keeps the fields that are not named";
         complete(target.property.descriptor(), |name| entries.contains_key(name), help)?;
     }
-    set(context, ask, &target, &body)
+    set(surface, ask, &target, &body)
 }
 
-pub(super) fn patch(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+pub(super) fn patch(
+    surface: &Arc<ControlSurface>,
+    ask: &OperationRequest,
+) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     if body.as_object().is_none_or(serde_json::Map::is_empty) {
         return Err(Problem::unfit("a patch names at least one field", "such as {\"speed\": 0.3}"));
     }
-    let target = target(context, ask, &body)?;
+    let target = target(surface, ask, &body)?;
     if let (WriteKind::Enabled, Some(value)) = (&target.what, body.get("value")) {
-        return set(context, ask, &target, &value.clone());
+        return set(surface, ask, &target, &value.clone());
     }
-    set(context, ask, &target, &body)
+    set(surface, ask, &target, &body)
 }
 
 /// Resolves a path to a setting that the caller may write.
-fn target(context: &Context, ask: &OperationRequest, body: &Json) -> Result<WriteTarget, Problem> {
+fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Result<WriteTarget, Problem> {
     let url = url(ask)?;
     let other = || {
         let message = format!("{url} is of another agent, and only that one changes it");
@@ -108,8 +111,8 @@ fn target(context: &Context, ask: &OperationRequest, body: &Json) -> Result<Writ
             format!("ask that agent itself: slate set {url} --agent {}", url.agent().unwrap_or_default());
         Problem::not_found(message, help).of(Mistake::OtherAgent)
     };
-    let path = own_path(context, &url).ok_or_else(other)?;
-    let (property, field) = context.board().find(&path)?;
+    let path = own_path(surface, &url).ok_or_else(other)?;
+    let (property, field) = surface.board().find(&path)?;
     let not_allowed = |mistake: Mistake, message: String, help: &str, allowed: &str| {
         Err(Problem::new(StatusCode::METHOD_NOT_ALLOWED, message, help).of(mistake).with("allow", allowed))
     };
@@ -119,13 +122,13 @@ fn target(context: &Context, ask: &OperationRequest, body: &Json) -> Result<Writ
         let help = format!("take the link away first: slate unlink {path}, or DELETE /api/v1/links/{path}");
         return not_allowed(Mistake::Linked, message, &help, "GET");
     }
-    let Some(module) = module_of(context, &own) else {
+    let Some(module) = module_of(surface, &own) else {
         let message = format!("/{own} is the host's own, which writes it");
         let help = "settings of the host are changed by `slate config set` and PATCH /api/v1/settings";
         return not_allowed(Mistake::OneWriter, message, help, "GET");
     };
     match property.access() {
-        Access::Setting if context.agent.properties.access(&property) == "queue" => {
+        Access::Setting if surface.agent.properties.access(&property) == "queue" => {
             let message = format!("/{own} is a queue, which takes the values of its link alone");
             let help = format!("link it: slate link {own} PROPERTY, or PUT /api/v1/links/{own}");
             return not_allowed(Mistake::OneWriter, message, &help, "GET");
@@ -157,7 +160,7 @@ fn target(context: &Context, ask: &OperationRequest, body: &Json) -> Result<Writ
     };
     let is_for_operators = match what {
         WriteKind::Enabled => false,
-        WriteKind::Setting { is_parameter, .. } => !is_parameter || context.is_operable(&path, body),
+        WriteKind::Setting { is_parameter, .. } => !is_parameter || surface.is_operable(&path, body),
     };
     if !is_for_operators && ask.caller.role < Role::Developer {
         let message =
@@ -169,20 +172,20 @@ fn target(context: &Context, ask: &OperationRequest, body: &Json) -> Result<Writ
 }
 
 /// The module that has a property.
-fn module_of(context: &Context, path: &str) -> Option<String> {
-    let modules = context.agent.composer().modules().into_iter().map(|module| module.name);
+fn module_of(surface: &ControlSurface, path: &str) -> Option<String> {
+    let modules = surface.agent.composer().modules().into_iter().map(|module| module.name);
     modules.filter(|module| path.starts_with(&format!("{module}/"))).max_by_key(String::len)
 }
 
 fn set(
-    context: &Arc<Context>,
+    surface: &Arc<ControlSurface>,
     asked: &OperationRequest,
     target: &WriteTarget,
     body: &Json,
 ) -> Result<OperationAnswer, Problem> {
     let dry = asked.is_dry()?;
     // One at a time, so that of two who have seen one version only the first one changes it.
-    let _turn = context.turn();
+    let _turn = surface.turn();
     let holds = || check_version(asked, &target.property);
     let (path, fields, is_parameter) = match &target.what {
         WriteKind::Setting { path, fields, is_parameter } => (path, fields, *is_parameter),
@@ -193,7 +196,7 @@ fn set(
             if dry {
                 return Ok(OperationAnswer::json(json!([])));
             }
-            let switched = context.agent.enable(&target.module, on)?;
+            let switched = surface.agent.enable(&target.module, on)?;
             let changed = switched.changed.then(|| Changed {
                 path: enabled(&target.module),
                 before: Some((!on).to_string()),
@@ -219,9 +222,9 @@ fn set(
     };
     if dry {
         holds()?;
-        return told(context.agent.settings.set(&changes, true));
+        return told(surface.agent.settings.set(&changes, true));
     }
-    let changed = context.agent.settings.set_if(&changes, holds)?;
+    let changed = surface.agent.settings.set_if(&changes, holds)?;
     Ok(OperationAnswer::json(serde_json::to_value(changed).unwrap_or_default()))
 }
 
@@ -284,12 +287,12 @@ fn check_version(ask: &OperationRequest, property: &Property) -> Result<(), Prob
     Err(Problem::new(StatusCode::PRECONDITION_FAILED, message, "read it again").with("etag", present))
 }
 
-fn send(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
+fn send(surface: &Arc<ControlSurface>, ask: &OperationRequest) -> Result<OperationAnswer, Problem> {
     let body: Json = ask.body()?;
     let dry = ask.is_dry()?;
     let url = url(ask)?;
-    if let Some(path) = own_path(context, &url) {
-        let (property, field) = context.board().find(&path)?;
+    if let Some(path) = own_path(surface, &url) {
+        let (property, field) = surface.board().find(&path)?;
         if property.access() == Access::Messages && !field.is_empty() {
             return Err(Problem::not_found(format!("/{path} is a part of a message"), "send the whole one"));
         }
@@ -300,7 +303,7 @@ fn send(context: &Arc<Context>, ask: &OperationRequest) -> Result<OperationAnswe
             return Err(problem.of(Mistake::Value).with("allow", "GET, PUT, PATCH"));
         }
     }
-    let sent = context.agent.messages.send(&url.to_string(), &body, dry);
+    let sent = surface.agent.messages.send(&url.to_string(), &body, dry);
     let status = sent.map_err(|refusal| {
         let status = match refusal.code.as_deref().and_then(Mistake::from_code) {
             Some(Mistake::OtherAgent) => StatusCode::NOT_FOUND,

@@ -27,7 +27,8 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use slate_control::operations::{by_name, carry_out};
 use slate_control::{
-    Caller, Client, ClientError, ConnectionEnd, Connections, Context, Pace, Refusal, Role, Server, Switched,
+    Caller, Client, ClientError, ConnectionEnd, Connections, ControlSurface, Pace, Refusal, Role, Server,
+    Switched,
 };
 use slate_module::prelude::*;
 use slate_module::{Level, Plugin};
@@ -298,11 +299,11 @@ fn stop_is_carried_out_whatever_its_query_is() {
 #[test]
 fn lease_of_a_closed_connection_is_refused() {
     let (agent, _server, _client) = open("closed");
-    let context = Arc::new(Context::new(&agent).unwrap());
+    let surface = Arc::new(ControlSurface::new(&agent).unwrap());
     let place = Arc::new(Arc::new(Connections::default()).admit());
-    let end = ConnectionEnd::new(&context, &place);
+    let end = ConnectionEnd::new(&surface, &place);
     let caller = Caller { role: Role::Operator, who: "a test".into(), local: None, is_told: false, place };
-    let take = || carry_out(&context, &caller, "take", "", json!({ "actuator": "wheel", "bound": true }));
+    let take = || carry_out(&surface, &caller, "take", "", json!({ "actuator": "wheel", "bound": true }));
     assert!(take().is_ok());
     drop(end);
     let Err(refusal) = take() else { panic!("a lease of a closed connection") };

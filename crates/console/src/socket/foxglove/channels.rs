@@ -10,7 +10,7 @@ use slate_record::ros::{self, Definition, Shown, Standard};
 
 use super::Out;
 use super::transforms::{frames, is_transform};
-use slate_control::Context;
+use slate_control::ControlSurface;
 use slate_control::Sample;
 
 /// How values of an interface become messages.
@@ -89,10 +89,10 @@ impl Channels {
     }
 
     /// The transforms that have become known, as channels.
-    fn new_transforms(&mut self, context: &Context) -> Vec<Json> {
-        let mut properties = context.board().properties().into_iter();
+    fn new_transforms(&mut self, surface: &ControlSurface) -> Vec<Json> {
+        let mut properties = surface.board().properties().into_iter();
         let has_told = properties.any(|property| is_transform(&property));
-        let has_places = || frames(context, |_| true).has_places();
+        let has_places = || frames(surface, |_| true).has_places();
         let mut came = Vec::new();
         for (place, topic) in TRANSFORMS.into_iter().enumerate() {
             if self.transforms[place].is_some() || !(has_told || place == 0 && has_places()) {
@@ -107,8 +107,8 @@ impl Channels {
     }
 
     /// Tells of channels that came, and that went.
-    pub fn survey(&mut self, context: &Context) -> Vec<Out> {
-        let properties = context.board().properties();
+    pub fn survey(&mut self, surface: &ControlSurface) -> Vec<Out> {
+        let properties = surface.board().properties();
         let values = properties.iter().filter(|property| property.access() != Access::Messages);
         let there: BTreeMap<&str, &'static Descriptor> =
             values.map(|property| (property.path(), property.descriptor())).collect();
@@ -122,7 +122,7 @@ impl Channels {
             .collect();
         gone.iter().for_each(|number| drop(self.present.remove(number)));
         let known: BTreeSet<String> = self.present.values().map(|(path, ..)| path.clone()).collect();
-        let mut came = self.new_transforms(context);
+        let mut came = self.new_transforms(surface);
         for (path, descriptor) in there.into_iter().filter(|(path, _)| !known.contains(*path)) {
             let form = self.form(descriptor);
             self.last += 1;
@@ -154,8 +154,8 @@ impl Channels {
     }
 
     /// Which module publishes what, and which reads it.
-    pub fn graph(&self, context: &Context) -> Json {
-        let composer = context.agent.composer();
+    pub fn graph(&self, surface: &ControlSurface) -> Json {
+        let composer = surface.agent.composer();
         let modules: Vec<String> = composer.modules().into_iter().map(|module| module.name).collect();
         let owner = |path: &str| {
             let own = modules.iter().filter(|module| path.starts_with(&format!("{module}/")));
@@ -168,7 +168,7 @@ impl Channels {
             .collect();
         let mut readers: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
         for link in composer.links().into_iter().filter(|link| !link.sends) {
-            let of_property = context.board().find(link.from.trim_start_matches('/')).ok();
+            let of_property = surface.board().find(link.from.trim_start_matches('/')).ok();
             let topic =
                 of_property.map_or(link.from.clone(), |(property, _)| format!("/{}", property.path()));
             readers.entry(topic).or_default().extend(owner(&link.to));

@@ -26,7 +26,7 @@ use super::{Listener, Said, Sink, Visitor, hand, ping, say};
 use channels::{Channels, Form};
 use request::FoxgloveRequest;
 use slate_control::operations::by_name;
-use slate_control::{Caller, Context, Dispatcher, Operation, Watcher, apart};
+use slate_control::{Caller, ControlSurface, Dispatcher, Operation, Watcher, apart};
 use transforms::Transforms;
 
 /// By which names the protocol goes; both are the same.
@@ -62,7 +62,7 @@ enum Out {
 
 /// What one client wants, and what it was told.
 struct Session {
-    context: Arc<Context>,
+    surface: Arc<ControlSurface>,
     dispatcher: Arc<Dispatcher>,
     caller: Caller,
     who: String,
@@ -137,7 +137,7 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
             if surveyed.elapsed() >= SURVEY {
                 surveyed = Instant::now();
                 let looked = apart(true, move || {
-                    let mut out = session.channels.survey(&session.context);
+                    let mut out = session.channels.survey(&session.surface);
                     out.extend(session.parameters_changed());
                     out.extend(session.graph_changed());
                     (session, out)
@@ -146,9 +146,9 @@ pub(super) async fn visit(visitor: Visitor, mut sink: Sink, mut listener: Listen
                 session = back;
                 out.extend(news);
             }
-            if session.context.is_lockstep && clocked.elapsed() >= CLOCK {
+            if session.surface.is_lockstep && clocked.elapsed() >= CLOCK {
                 clocked = Instant::now();
-                out.push(Out::Bytes([&[2][..], &session.context.now().to_le_bytes()].concat()));
+                out.push(Out::Bytes([&[2][..], &session.surface.now().to_le_bytes()].concat()));
             }
             if !send(&mut sink, out).await {
                 return;
@@ -225,7 +225,7 @@ impl Session {
         let caller = visitor.caller();
         Self {
             channels: Channels::default(),
-            context: visitor.context,
+            surface: visitor.surface,
             dispatcher: visitor.dispatcher,
             caller,
             who: visitor.who,
@@ -243,19 +243,19 @@ impl Session {
     fn greeting(&mut self) -> Vec<Out> {
         let mut capabilities =
             vec!["clientPublish", "parameters", "parametersSubscribe", "services", "connectionGraph"];
-        if self.context.is_lockstep {
+        if self.surface.is_lockstep {
             capabilities.push("time");
         }
         let info = json!({
             "op": "serverInfo",
-            "name": format!("slate://{}", self.context.name()),
+            "name": format!("slate://{}", self.surface.name()),
             "capabilities": capabilities,
             "supportedEncodings": ["json"],
             "metadata": { "slate": env!("CARGO_PKG_VERSION") },
-            "sessionId": self.context.session,
+            "sessionId": self.surface.session,
         });
         let mut out = vec![Out::Text(info.to_string())];
-        out.extend(self.channels.survey(&self.context));
+        out.extend(self.channels.survey(&self.surface));
         out.push(services::advertise());
         out
     }
@@ -329,15 +329,15 @@ impl Session {
             return Err(format!("a client has at most {MOST} subscriptions"));
         }
         if let Some(is_fixed) = self.channels.transforms(channel) {
-            self.transforms.insert(id, Transforms::new(&self.context, is_fixed));
+            self.transforms.insert(id, Transforms::new(&self.surface, is_fixed));
             return Ok(());
         }
         let Some((path, form)) = self.channels.get(channel) else {
             return Err(format!("there is no channel {channel}"));
         };
-        let watcher = Watcher::new(&self.context, path, 0).map_err(|error| error.to_string())?;
+        let watcher = Watcher::new(&self.surface, path, 0).map_err(|error| error.to_string())?;
         let form = Arc::clone(form);
-        let frame = transforms::frames(&self.context, |_| true).of(&format!("/{path}")).to_owned();
+        let frame = transforms::frames(&self.surface, |_| true).of(&format!("/{path}")).to_owned();
         self.subscriptions.insert(id, Subscription { channel, watcher, form, frame });
         Ok(())
     }
@@ -347,7 +347,7 @@ impl Session {
         let ids: Vec<u32> = self.subscriptions.keys().copied().collect();
         for id in ids {
             let Some(subscription) = self.subscriptions.get_mut(&id) else { continue };
-            if !subscription.watcher.has_news(&self.context) {
+            if !subscription.watcher.has_news(&self.surface) {
                 continue;
             }
             let Some(mut subscription) = self.subscriptions.remove(&id) else { continue };
@@ -371,7 +371,7 @@ impl Session {
             }
         }
         for (id, transforms) in &mut self.transforms {
-            let Some((time, message)) = transforms.look(&self.context) else { continue };
+            let Some((time, message)) = transforms.look(&self.surface) else { continue };
             let head = [&[1][..], &id.to_le_bytes(), &time.to_le_bytes()].concat();
             if !hand(sink, [head, message].concat()).await {
                 return None;
@@ -385,7 +385,7 @@ impl Session {
         if !self.wants_graph {
             return Vec::new();
         }
-        let graph = self.channels.graph(&self.context);
+        let graph = self.channels.graph(&self.surface);
         if self.graph.as_ref() == Some(&graph) {
             return Vec::new();
         }

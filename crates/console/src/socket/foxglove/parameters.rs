@@ -10,11 +10,11 @@ impl Session {
     /// All parameters, or those that are named, as they are.
     fn values(&self, names: &[String]) -> Vec<(String, Json)> {
         let mut values = Vec::new();
-        for property in self.context.board().properties() {
+        for property in self.surface.board().properties() {
             if property.access() != Access::Setting || !property.path().ends_with("/params") {
                 continue;
             }
-            let Ok(Some((value, _))) = self.context.board().read(property.path()) else { continue };
+            let Ok(Some((value, _))) = self.surface.board().read(property.path()) else { continue };
             for field in property.descriptor().fields {
                 let name = format!("/{}/{}", property.path(), field.name);
                 let of_field = value.get(field.name).filter(|_| !matches!(field.kind, Kind::Tail(_)));

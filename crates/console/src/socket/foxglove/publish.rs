@@ -49,13 +49,13 @@ impl Session {
             return Err(format!("{topic} is published as `{}`; only json is taken", channel.encoding));
         }
         let path = topic.trim_start_matches('/');
-        let actuators = self.context.agent.composer().actuators();
+        let actuators = self.surface.agent.composer().actuators();
         if let Some((name, _)) =
             actuators.into_iter().find(|(name, _)| path == name || path == format!("{name}/command"))
         {
             return Ok(Channel::Actuator(name));
         }
-        let (property, field) = self.context.board().find(path).map_err(|error| error.to_string())?;
+        let (property, field) = self.surface.board().find(path).map_err(|error| error.to_string())?;
         match property.access() {
             _ if !field.is_empty() || property.path() != path => {
                 Err(format!("{topic} is no property that takes values"))
@@ -87,7 +87,7 @@ impl Session {
     /// A command of a person, which holds as long as any of teleoperation does.
     fn drive(&mut self, actuator: &str, body: &Json) -> Result<(), String> {
         if !self.controls.contains_key(actuator) {
-            let taken = self.context.agent.composer().take_controls(actuator, &self.who);
+            let taken = self.surface.agent.composer().take_controls(actuator, &self.who);
             let taken = taken.map_err(|error| error.to_string())?;
             self.controls.insert(actuator.to_owned(), taken);
         }

@@ -6,20 +6,20 @@ use slate_interfaces::{Odometry, Transform};
 use slate_record::bag::Value;
 use slate_record::ros::{self, Frames};
 
-use slate_control::Context;
+use slate_control::ControlSurface;
 use slate_control::{Sample, Watcher};
 
 /// Values of another cycle may come while it is looked; so often it is looked again.
 const LOOKS: usize = 3;
 
 /// The frames of an agent's robots, as its properties are now. `is_told` says what is to be taken for there.
-pub(super) fn frames(context: &Context, is_told: impl Fn(&Property) -> bool) -> Frames {
-    let properties = context.board().properties();
+pub(super) fn frames(surface: &ControlSurface, is_told: impl Fn(&Property) -> bool) -> Frames {
+    let properties = surface.board().properties();
     let told = properties.iter().filter(|own| own.access() != Access::Messages && is_told(own));
     let topics: Vec<_> = told
         .map(|own| (format!("/{}", own.path()), format!("slate_msgs/msg/{}", own.descriptor().name)))
         .collect();
-    Frames::new(&context.robots, topics.iter().map(|(topic, kind)| (topic.as_str(), kind.as_str())))
+    Frames::new(&surface.robots, topics.iter().map(|(topic, kind)| (topic.as_str(), kind.as_str())))
 }
 
 /// Whether a property is a transform that a module tells.
@@ -41,17 +41,17 @@ struct TransformSource {
 }
 
 impl Transforms {
-    pub fn new(context: &Context, is_fixed: bool) -> Self {
+    pub fn new(surface: &ControlSurface, is_fixed: bool) -> Self {
         // Odometry that nobody writes is none to wait for.
         let is_written = |own: &Property| own.channel().is_some_and(|channel| channel.published() > 0);
         let is_odometry = |own: &Property| own.descriptor().hash == Odometry::DESCRIPTOR.hash;
-        let frames = frames(context, |own| !is_odometry(own) || is_written(own));
+        let frames = frames(surface, |own| !is_odometry(own) || is_written(own));
         let places = frames.sources().map(|topic| (topic.to_owned(), false));
-        let properties = context.board().properties();
+        let properties = surface.board().properties();
         let told =
             properties.iter().filter(|own| is_transform(own)).map(|own| (format!("/{}", own.path()), true));
         let source = |(topic, is_transform): (String, bool)| {
-            let watcher = Watcher::new(context, topic.trim_start_matches('/'), 0).ok()?;
+            let watcher = Watcher::new(surface, topic.trim_start_matches('/'), 0).ok()?;
             Some(TransformSource { topic, is_transform, watcher })
         };
         let watchers = places.chain(told).filter_map(source).collect();
@@ -59,12 +59,12 @@ impl Transforms {
     }
 
     /// The message of what is new, and its time.
-    pub fn look(&mut self, context: &Context) -> Option<(u64, Vec<u8>)> {
+    pub fn look(&mut self, surface: &ControlSurface) -> Option<(u64, Vec<u8>)> {
         let mut time = 0;
         for _ in 0..LOOKS {
             let mut samples: Vec<(usize, Sample)> = Vec::new();
             for (place, source) in self.watchers.iter_mut().enumerate() {
-                if source.watcher.has_news(context) {
+                if source.watcher.has_news(surface) {
                     let taken = match source.is_transform {
                         true => source.watcher.take_all(),
                         false => source.watcher.take().map(|sample| sample.into_iter().collect()),

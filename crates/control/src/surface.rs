@@ -1,4 +1,4 @@
-//! What all requests share.
+//! What all requests to an agent share.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -10,7 +10,9 @@ use slate_runtime::Agent;
 use slate_runtime::log::Logger;
 
 use crate::agent::AgentControl;
+use crate::changes::ChangeTurns;
 use crate::lease::{Leases, random_name};
+use crate::repeats::Repeats;
 
 /// A file that a browser gets without a token, such as a page and what belongs to it.
 #[derive(Clone, Debug)]
@@ -38,65 +40,77 @@ impl std::fmt::Debug for Document {
     }
 }
 
-/// State from which requests are answered.
-pub struct Context {
+/// What can be seen and changed of one agent, whichever way requests come: the socket and the console share it, so that one
+/// change is made at a time, and a lease is the same lease on both.
+pub struct ControlSurface {
     /// The agent.
     pub agent: AgentControl,
     /// The log.
     pub logger: Arc<Logger>,
     /// Whether the agent runs in lockstep.
     pub is_lockstep: bool,
-    /// Documents of the program beside the blackboard.
-    pub documents: Vec<Document>,
-    /// Parameters that an operator may set.
-    operable: Vec<Pattern>,
     /// The robots that the configuration names.
     pub robots: Vec<Followed>,
     /// Tells one run from another.
     pub session: String,
+    /// Documents of the program beside the blackboard.
+    documents: Mutex<Vec<Document>>,
+    /// Parameters that an operator may set.
+    operable: Mutex<Vec<Pattern>>,
     /// Controls that are had over plain requests.
     pub(crate) leases: Leases,
+    /// Whose turn it is to change something.
+    pub(crate) changes: Arc<ChangeTurns>,
+    /// Which requests were logged a moment ago.
+    pub(crate) repeats: Repeats,
     /// Held by who changes something under a condition.
-    turn: Mutex<()>,
+    condition: Mutex<()>,
 }
 
-impl std::fmt::Debug for Context {
+impl std::fmt::Debug for ControlSurface {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Context").field("agent", &self.name()).finish_non_exhaustive()
+        f.debug_struct("ControlSurface").field("agent", &self.name()).finish_non_exhaustive()
     }
 }
 
-impl Context {
-    /// Creates the context of an agent.
+impl ControlSurface {
+    /// Creates the control surface of an agent, which has one.
     ///
     /// # Errors
     /// When the system has no random numbers.
     pub fn new(agent: &Agent) -> std::io::Result<Self> {
         Ok(Self {
-            operable: operable(agent),
+            operable: Mutex::new(operable(agent)),
             session: random_name()?,
             robots: Followed::of(&agent.configuration()),
             agent: AgentControl::new(agent),
             logger: Arc::clone(agent.logger()),
             is_lockstep: agent.is_lockstep(),
-            documents: Vec::new(),
+            documents: Mutex::default(),
             leases: Leases::default(),
-            turn: Mutex::default(),
+            changes: Arc::default(),
+            repeats: Repeats::default(),
+            condition: Mutex::default(),
         })
     }
 
-    /// With what the program tells beside the blackboard.
-    #[must_use]
-    pub fn with_documents(mut self, documents: Vec<Document>) -> Self {
-        self.documents = documents;
-        self
+    /// Adds what the program tells beside the blackboard; a document takes the place of one of the same name.
+    pub fn add_documents(&self, documents: impl IntoIterator<Item = Document>) {
+        let mut known = locked(&self.documents);
+        for document in documents {
+            known.retain(|other| other.name != document.name);
+            known.push(document);
+        }
     }
 
-    /// With parameters that an operator may set.
-    #[must_use]
-    pub fn with_operable(mut self, operable: Vec<Pattern>) -> Self {
-        self.operable = operable;
-        self
+    /// The documents of the program.
+    pub fn documents(&self) -> Vec<Document> {
+        locked(&self.documents).clone()
+    }
+
+    /// Lets operators set these parameters, and no others.
+    pub fn allow_operators(&self, parameters: Vec<Pattern>) {
+        *locked(&self.operable) = parameters;
     }
 
     /// Ends leases that were not renewed; it is called again and again, [`LOOK`](crate::LOOK) apart.
@@ -116,7 +130,8 @@ impl Context {
 
     /// Whether an operator may set what a value names of a setting: its fields if it has some, else the whole at the path.
     pub fn is_operable(&self, path: &str, value: &Json) -> bool {
-        let is_named = |path: &str| self.operable.iter().any(|pattern| pattern.matches(path));
+        let operable = locked(&self.operable);
+        let is_named = |path: &str| operable.iter().any(|pattern| pattern.matches(path));
         match value.as_object().filter(|fields| !fields.is_empty()) {
             Some(fields) => fields.keys().all(|name| is_named(&format!("{path}/{name}"))),
             None => is_named(path),
@@ -135,8 +150,12 @@ impl Context {
 
     /// The right to change something under a condition, for one at a time.
     pub fn turn(&self) -> MutexGuard<'_, ()> {
-        self.turn.lock().unwrap_or_else(PoisonError::into_inner)
+        locked(&self.condition)
     }
+}
+
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The parameters that the configuration lets operators set. Whoever reads the table of the console says what is wrong in it.
