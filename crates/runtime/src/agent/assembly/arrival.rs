@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use slate_module::Level;
+use slate_module::{Description, Level};
 
 use super::{Assembly, LoadedModule};
 use crate::agent::build::{ResourceMark, build};
@@ -52,7 +52,7 @@ impl Assembly {
             let loaded = LoadedModule {
                 seat: Arc::new(Seat::new(runner)),
                 kind: surveyed.kind.clone(),
-                description: surveyed.description.clone(),
+                description: Arc::new(surveyed.description.clone()),
                 own_thread: self.resources.has_own_thread(surveyed),
                 isolation,
                 leads: survey.leads(configuration, *index),
@@ -107,7 +107,7 @@ impl Assembly {
         keep: bool,
     ) -> ModuleStates {
         let ended = leaving.into_iter().map(|(name, loaded)| {
-            self.last_known.insert(name.clone(), loaded.description.clone());
+            self.last_known.insert(name.clone(), Description::clone(&loaded.description));
             let state = loaded.dispose(&name, &mut self.resources, shared, keep);
             (name, state)
         });

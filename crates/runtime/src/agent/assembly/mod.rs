@@ -104,7 +104,7 @@ impl Assembly {
 
     /// Whether a link carries messages: an inbox is filled, or an outbox sends.
     pub fn sends(&self, to: &str, from: &str) -> bool {
-        let modules = || self.modules.iter().map(|(name, loaded)| (name.as_str(), &loaded.description));
+        let modules = || self.modules.iter().map(|(name, loaded)| (name.as_str(), &*loaded.description));
         slate_composition::sends(modules, to, from)
     }
 

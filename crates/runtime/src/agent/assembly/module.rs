@@ -22,7 +22,8 @@ pub(in crate::agent) type Leads = BTreeMap<Wire, Vec<Lead>>;
 pub(in crate::agent) struct LoadedModule {
     pub seat: Arc<Seat>,
     pub kind: ModuleKind,
-    pub description: Description,
+    /// Shared with the lists that are read during a change.
+    pub description: Arc<Description>,
     pub own_thread: bool,
     /// How it runs apart, if it does.
     pub isolation: Option<Arc<Isolation>>,

@@ -124,14 +124,15 @@ impl Composer {
         ModuleAccess::new(&self.agent).enable(module, on)
     }
 
-    /// The parameters of a module, with their defaults and ranges; none of one that there is not.
+    /// The parameters of a module, with their defaults and ranges; none of one that there is not. During a change they are
+    /// those from before it.
     pub fn parameters(&self, module: &str) -> Vec<Parameter> {
-        ModuleAccess::new(&self.agent).parameters(module)
+        self.agent.overview().parameters(module)
     }
 
     /// The port of a module at a path.
     pub fn port(&self, path: &str) -> Option<PortDescription> {
-        ModuleAccess::new(&self.agent).port(path)
+        self.agent.overview().port(path)
     }
 
     /// The plugins that are loaded, and those of the configuration that are not. During a change they are those from

@@ -12,6 +12,7 @@ use crate::agent::assembly::LoadedModule;
 use crate::agent::composition::Composition;
 use slate_engine::main_loop::Seat;
 use slate_engine::runner::{Health, ModuleCondition};
+use slate_module::{Description, Parameter, PortDescription};
 
 /// A plugin of an agent.
 #[derive(Clone, Debug)]
@@ -69,6 +70,7 @@ struct ListedModule {
     kind: String,
     plugin: String,
     has_shadow: bool,
+    description: Arc<Description>,
     seat: Weak<Seat>,
     health: Arc<Health>,
 }
@@ -87,6 +89,23 @@ impl Overview {
     /// The modules that there are, with how they are at this moment.
     pub fn modules(&self, board: &Board) -> Vec<ModuleStatus> {
         self.modules.iter().map(|listed| listed.status(board)).collect()
+    }
+
+    /// The parameters of a module, with their defaults and ranges; none of one that there is not.
+    pub fn parameters(&self, module: &str) -> Vec<Parameter> {
+        let listed = self.modules.iter().find(|listed| listed.name == module);
+        listed.map(|listed| listed.description.parameters.clone()).unwrap_or_default()
+    }
+
+    /// The port of a module at a path.
+    pub fn port(&self, path: &str) -> Option<PortDescription> {
+        let of = |name: &str| path.strip_prefix(name)?.strip_prefix('/');
+        let (port, listed) = self
+            .modules
+            .iter()
+            .filter_map(|listed| Some((of(&listed.name)?, listed)))
+            .min_by_key(|(port, _)| port.len())?;
+        listed.description.ports.iter().find(|known| known.name == port).cloned()
     }
 
     /// Whether a module is the agent's clock.
@@ -161,6 +180,7 @@ fn modules(composition: &Composition) -> Vec<ListedModule> {
             kind: loaded.kind.name().into(),
             plugin: plugin.map(|plugin| plugin.name().into()).unwrap_or_default(),
             has_shadow: composition.plugins.trials.values().any(|trial| trial.modules.contains(name)),
+            description: Arc::clone(&loaded.description),
             seat: Arc::downgrade(&loaded.seat),
             health: Arc::clone(&loaded.seat.health),
         }

@@ -89,7 +89,7 @@ impl<'c> PluginVersion<'c> {
         if let Some((loaded, fitting)) =
             composition.assembly.modules.get_mut(module).zip(self.modules.remove(module))
         {
-            (loaded.kind, loaded.description) = (fitting.kind, fitting.description);
+            (loaded.kind, loaded.description) = (fitting.kind, Arc::new(fitting.description));
         }
     }
 }
