@@ -3,6 +3,7 @@
 #[path = "bag/main.rs"]
 mod bag;
 mod batch;
+#[cfg(feature = "external-tools")]
 mod browser;
 mod command;
 mod common;

@@ -1,6 +1,7 @@
 //! All tests of the crate that share a process, in one program: each program costs link time.
 
 mod bag;
+#[cfg(feature = "external-tools")]
 mod bag_others;
 mod batch;
 mod common;
@@ -8,6 +9,7 @@ mod common;
 mod logs;
 mod page;
 mod plots;
+#[cfg(feature = "external-tools")]
 mod python;
 #[path = "recorder/main.rs"]
 mod recorder;

@@ -10,9 +10,11 @@
 mod agent;
 mod attacks;
 mod client;
+#[cfg(feature = "external-tools")]
 mod foxglove;
 mod leases;
 mod modules;
+#[cfg(feature = "external-tools")]
 mod openapi;
 mod pages;
 mod playback;

@@ -6,7 +6,9 @@ mod codec;
 mod definition;
 mod described;
 mod interfaces;
+#[cfg(feature = "external-tools")]
 mod others;
+#[cfg(feature = "external-tools")]
 use crate::python;
 mod schema;
 mod shown;
