@@ -1,4 +1,8 @@
-//! Robots as TOML. `slate-sim` reads them by name.
+//! Robots as TOML. `slate-sim` reads them by name, and [`RobotDevices`] has what a robot knows of itself.
+
+mod devices;
+
+pub use devices::{DescriptionProblem, DeviceDescription, Drive, RobotDevices};
 
 /// Name and description of each robot.
 pub const ROBOTS: [(&str, &str); 2] =

@@ -185,6 +185,18 @@ fn a_shorter_text_leaves_nothing_of_the_longer_one() {
 }
 
 #[test]
+fn formatted_text_is_cut_at_a_character() {
+    use std::fmt::Write;
+    let mut text = Text::<8>::new("a");
+    write!(text, "{}äö", 12).unwrap();
+    assert_eq!(text.as_str(), "a12äö");
+    write!(text, "ü").unwrap();
+    assert_eq!(text.as_str(), "a12äö");
+    write!(text, "b").unwrap();
+    assert_eq!(text, Text::<8>::new("a12äöb"));
+}
+
+#[test]
 fn too_few_bytes_make_no_view() {
     assert!(View::new(&SAMPLE, &[0; SIZE - 1], 0).is_none());
     assert!(View::new(&SAMPLE, &[0; SIZE + 3], 2).is_none());

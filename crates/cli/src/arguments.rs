@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use clap_complete::ArgValueCompleter;
+use slate_run::output::Colour;
 
 use crate::api::ApiOptions;
 use crate::bag::BagVerb;
@@ -23,13 +24,12 @@ use crate::log::LogOptions;
 use crate::mcp::McpOptions;
 use crate::module::ModuleVerb;
 use crate::new::NewOptions;
-use crate::output::Colour;
 use crate::peers::PeersOptions;
 use crate::plugin::PluginVerb;
 use crate::record::RecordVerb;
 use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
-use crate::run_options::RunOptions;
+use crate::run_options::RunVerb;
 use crate::send::SendOptions;
 use crate::snapshot::SnapshotVerb;
 use crate::stat::StatOptions;
@@ -75,7 +75,7 @@ pub enum Verb {
         json: bool,
     },
     /// Run an example or a configuration until its mission ends
-    Run(RunOptions),
+    Run(RunVerb),
     /// Run an example with many seeds and summarize the results
     Batch(BatchOptions),
     /// Write a report about a run, with plots and tables

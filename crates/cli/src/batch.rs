@@ -14,12 +14,11 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use slate::record::{Batch, Outcome, Summary};
 use slate::runtime::Rate;
+use slate_run::{ApplicationOptions, How, MAXIMUM_SEED, MissionRun, ModeName};
 
 use crate::complete;
 use crate::examples;
 use crate::failure::Failure;
-use crate::mission::{How, MissionRun};
-use crate::run_options::{ApplicationOptions, MAXIMUM_SEED, ModeName};
 use crate::{number, output};
 use ending::BatchEnding;
 use progress::BatchProgress;
@@ -46,7 +45,7 @@ pub struct BatchOptions {
     pub jobs: Option<u16>,
 }
 
-/// Runs many seeds; true when all were run and reached their goal.
+/// Runs many seeds; true when all were run and succeeded.
 pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
     // Before the first run, so that no work is lost.
     let last = options.seed.checked_add(options.runs - 1);

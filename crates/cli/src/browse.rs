@@ -1,11 +1,10 @@
 //! The web console of an agent that runs.
 
-use std::process::{Command, Stdio};
-
 use clap::Args;
 use serde_json::json;
 use slate::control::client::Request;
 use slate::control::{BASE, Role};
+use slate_run::open_browser;
 
 use crate::connection::AgentOption;
 use crate::failure::Failure;
@@ -47,21 +46,7 @@ pub fn console(options: &ConsoleOptions) -> Result<bool, Failure> {
         false => output::line(&link),
     }
     if options.open {
-        open(&link)?;
+        open_browser(&link)?;
     }
     Ok(true)
-}
-
-/// Has the system open a link.
-pub fn open(link: &str) -> Result<(), Failure> {
-    let usual = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
-    let program = std::env::var("BROWSER").ok().filter(|name| !name.is_empty());
-    let program = program.unwrap_or_else(|| usual.into());
-    let started = Command::new(&program)
-        .arg(link)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn();
-    started.map(drop).map_err(|source| Failure::File { path: program.into(), source })
 }

@@ -16,11 +16,10 @@ use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, Survey, Wired, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
 use slate::runtime::directory::check_reach;
+use slate_run::{Application, ConfigurationFinding, Observation};
 
-use crate::examples::{self, Application};
+use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
-use crate::finding::ConfigurationFinding;
-use crate::observation::Observation;
 use crate::offline::{QUIET, catalogue, load};
 use crate::{complete, output, scene};
 

@@ -1,45 +1,48 @@
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use slate::blackboard::nearest_names;
+use slate::mapek::{Variant, VariantChoice};
 use slate::module::Plugin;
 use slate::runtime::configuration::{Configuration, Database, Options, parse_change};
 use slate::runtime::snapshot::Snapshot;
+use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory, chosen_settings};
 
 use crate::failure::Failure;
 use crate::output;
-use crate::run_history::RunHistory;
 
 /// An example that is linked into the command.
 struct Example {
     name: &'static str,
     about: &'static str,
     configuration: &'static str,
-    /// Values of `controller` and `pace`.
+    /// Values of `controller`, `pace` and `planner`.
     choices: [&'static [Variant]; CHOICES.len()],
 }
 
-/// Name and settings of a variant.
-type Variant = (&'static str, &'static [&'static str]);
-
-const EXAMPLES: [Example; 3] = [
+const EXAMPLES: [Example; 4] = [
     Example {
         name: slate_exp1::NAME,
         about: slate_exp1::ABOUT,
         configuration: slate_exp1::CONFIGURATION,
-        choices: [&slate_exp1::CONTROLLERS, &slate_exp1::PACES],
+        choices: [&slate_exp1::CONTROLLERS, &slate_exp1::PACES, &slate_exp1::PLANNERS],
     },
     Example {
         name: slate_exp2::NAME,
         about: slate_exp2::ABOUT,
         configuration: slate_exp2::CONFIGURATION,
-        choices: [&slate_exp2::CONTROLLERS, &slate_exp2::PACES],
+        choices: [&slate_exp2::CONTROLLERS, &slate_exp2::PACES, &slate_exp2::PLANNERS],
     },
     Example {
         name: slate_exp3::NAME,
         about: slate_exp3::ABOUT,
         configuration: slate_exp3::CONFIGURATION,
-        choices: [&slate_exp3::CONTROLLERS, &slate_exp3::PACES],
+        choices: [&slate_exp3::CONTROLLERS, &slate_exp3::PACES, &slate_exp3::PLANNERS],
+    },
+    Example {
+        name: slate_suave::NAME,
+        about: slate_suave::ABOUT,
+        configuration: slate_suave::CONFIGURATION,
+        choices: [&slate_suave::CONTROLLERS, &[], &[]],
     },
 ];
 
@@ -50,7 +53,7 @@ struct FileExample {
     file: &'static str,
 }
 
-const FILE_EXAMPLES: [FileExample; 7] = [
+const FILE_EXAMPLES: [FileExample; 8] = [
     FileExample {
         name: "mapping",
         about: "a robot with a laser makes a map and plans its way through it",
@@ -66,6 +69,11 @@ const FILE_EXAMPLES: [FileExample; 7] = [
         name: "strategies",
         about: "plans chosen by past outcomes",
         file: "strategies/strategies.toml",
+    },
+    FileExample {
+        name: "roles",
+        about: "two robots that exchange the roles of attacker and defender",
+        file: "roles/roles.toml",
     },
     FileExample {
         name: "camera",
@@ -101,53 +109,23 @@ fn file_of(name: &str) -> PathBuf {
 }
 
 /// The settings that choose among variants; a later one goes over an earlier.
-const CHOICES: [&str; 2] = ["controller", "pace"];
-
-/// Names at the top of a configuration that belong to applications.
-const EXTRA_TABLES: [&str; 5] = ["world", "report", "console", CHOICES[0], CHOICES[1]];
-
-/// Settings of applications that may be paths.
-const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];
+const CHOICES: [&str; 3] = ["controller", "pace", "planner"];
 
 impl Example {
     fn read(&self, options: Options) -> Result<Database, Failure> {
         Ok(Database::from_text(&format!("{}.toml", self.name), self.configuration, options)?)
     }
 
-    /// The settings of the variants that are chosen.
+    /// Returns the settings of the variants that are chosen.
     fn variants(&self, configuration: &Configuration) -> Result<Vec<String>, Failure> {
-        let mut sets = Vec::new();
-        for (choice, variants) in CHOICES.iter().zip(self.choices) {
-            let Some(chosen) = configuration.value(choice) else { continue };
-            let name = chosen.value.as_str().unwrap_or_default();
-            let Some((_, settings)) = variants.iter().find(|(known, _)| *known == name) else {
-                let known: Vec<_> = variants.iter().map(|(known, _)| *known).collect();
-                let help = format!("there are {}", known.join(", "));
-                let message = format!("no {choice} `{name}`");
-                let diagnostic = configuration.diagnostic(chosen.span, message, Some(help));
-                return Err(Failure::Configuration(diagnostic.into()));
-            };
-            sets.extend(settings.iter().map(|set| (*set).to_owned()));
-        }
-        Ok(sets)
+        let choices: Vec<VariantChoice> = CHOICES.into_iter().zip(self.choices).collect();
+        Ok(chosen_settings(configuration, &choices)?)
     }
 }
 
-/// An application to run.
-pub struct Application {
-    /// Name of the run.
-    pub name: String,
-    /// Configuration at the start.
-    pub configuration: Arc<Configuration>,
-    /// Where that is changed while it runs.
-    pub database: Database,
-    pub plugins: Vec<Plugin>,
-}
-
-impl Application {
-    fn new(name: &str, database: Database) -> Self {
-        Self { name: name.into(), configuration: database.current(), database, plugins: plugins() }
-    }
+/// An application with the modules that are linked into the command.
+fn application(name: &str, database: Database) -> Application {
+    Application::new(name, database, plugins())
 }
 
 /// The modules that are linked into the command.
@@ -160,6 +138,8 @@ pub fn plugins() -> Vec<Plugin> {
         slate_mapping::plugin(),
         slate_vision::plugin(),
         slate_exp3::plugin(),
+        slate_suave::plugin(),
+        slate_roles::plugin(),
         slate_team::plugin(),
     ]
 }
@@ -167,10 +147,25 @@ pub fn plugins() -> Vec<Plugin> {
 /// The agents that a file describes, if it describes several.
 pub fn agents(name: &str, host: Option<&Path>) -> Result<Vec<String>, Failure> {
     let path = file_of(name);
-    if EXAMPLES.iter().any(|example| example.name == name) || !path.is_file() {
+    if EXAMPLES.iter().any(|example| example.name == name) || !path.is_file() || is_library(&path) {
         return Ok(Vec::new());
     }
     Ok(Configuration::agents(&path, &Options { host: host.map(Into::into), ..Options::default() })?)
+}
+
+/// Whether a file is the library of a plugin, which may bring a robot.
+fn is_library(path: &Path) -> bool {
+    path.extension().is_some_and(|end| end == "so")
+}
+
+/// The configuration of the robot that a library brings, and the setting that makes the library its plugin.
+fn robot_of(path: &Path) -> Result<(String, String), Failure> {
+    let Some((plugin, text)) = slate::runtime::plugin::robot_of(path)? else {
+        return Err(Failure::NoRobot { path: path.into() });
+    };
+    let file = std::path::absolute(path).map_err(|source| Failure::File { path: path.into(), source })?;
+    let file = file.display().to_string();
+    Ok((text, format!("plugins.{}.file={file:?}", plugin.name())))
 }
 
 /// The first file in a folder that may be a configuration.
@@ -200,7 +195,7 @@ pub fn find(
         let variants = example.variants(&example.read(options(sets.clone()))?.current())?;
         // What the user sets goes over what the variants set.
         let sets = variants.into_iter().chain(sets).collect();
-        return Ok(Application::new(name, example.read(options(sets))?));
+        return Ok(application(name, example.read(options(sets))?));
     }
     let path = file_of(name);
     let path = path.as_path();
@@ -220,9 +215,18 @@ pub fn find(
         return Err(Failure::Unknown { name: name.into(), help });
     }
     let stem = path.file_stem().map_or_else(|| name.into(), |stem| stem.to_string_lossy().into_owned());
+    let stem = if is_library(path) { stem.trim_start_matches("lib").to_owned() } else { stem };
     // Reports of several agents go to folders of their own.
     let run = agent.map_or_else(|| stem.clone(), |agent| format!("{stem}-{agent}"));
-    Ok(Application::new(&run, Database::open(path, options(sets))?))
+    let database = match is_library(path) {
+        true => {
+            let (text, plugin) = robot_of(path)?;
+            let sets = std::iter::once(plugin).chain(sets).collect();
+            Database::from_text(&format!("{stem}.toml"), &text, options(sets))?
+        }
+        false => Database::open(path, options(sets))?,
+    };
+    Ok(application(&run, database))
 }
 
 /// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.
@@ -234,7 +238,7 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
         return Err(Failure::OtherVariant { set: set.clone() });
     }
     let name = RunHistory::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
-    Ok(Application::new(&name, snapshot.configuration(sets)?))
+    Ok(application(&name, snapshot.configuration(sets)?))
 }
 
 /// Returns the names of the examples.

@@ -1,12 +1,8 @@
 //! Ctrl-C and the other signals that end a command.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
-/// Signals that follow each other within this time count as one.
-///
-/// Programs such as `timeout` signal a process and its process group. A person who wants to kill has waited for longer.
-pub const DEBOUNCE: Duration = Duration::from_millis(300);
+pub use slate_run::DEBOUNCE;
 
 /// Whether Ctrl-C was pressed.
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);

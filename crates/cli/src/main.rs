@@ -1,7 +1,8 @@
 //! The `slate` command.
 
-#[macro_use]
-mod complain;
+// Its macros print to stderr without a panic.
+#[macro_use(eprint, eprintln)]
+extern crate slate_run;
 
 mod api;
 mod arguments;
@@ -10,25 +11,19 @@ mod batch;
 mod browse;
 mod changes;
 mod check;
-mod clock;
 mod codes;
 mod complete;
 mod completions;
 mod condition;
 mod config;
 mod connection;
-mod console;
-
 mod deployment;
-mod display;
 mod doctor;
 mod duration;
 mod endpoint;
 mod examples;
 mod failure;
 mod features;
-mod finding;
-mod folder;
 mod gates;
 mod goal;
 mod graph;
@@ -39,14 +34,11 @@ mod local_agents;
 mod log;
 mod man;
 mod mcp;
-mod mission;
 mod module;
 mod new;
-mod number;
-mod observation;
 mod offline;
-mod output;
 mod peers;
+mod playback_console;
 mod plugin;
 mod process;
 mod property;
@@ -57,22 +49,16 @@ mod replay;
 mod report;
 mod role;
 mod run;
-mod run_history;
 mod run_options;
-mod scene;
 mod send;
 mod snapshot;
 mod stat;
-mod stay;
 mod stop;
 mod teleop;
 mod token;
 mod top;
 mod trace;
-#[cfg(feature = "console")]
-mod trails;
 mod tree;
-mod unfed;
 mod urls;
 mod value_input;
 mod value_text;
@@ -86,6 +72,7 @@ use clap::{ColorChoice, CommandFactory, FromArgMatches};
 
 use arguments::{Arguments, Verb};
 use failure::Failure;
+use slate_run::{clock, number, output, scene};
 
 fn main() -> ExitCode {
     // An isolated module is this program, started once more.
@@ -141,7 +128,7 @@ fn parsed() -> Result<Arguments, Failure> {
 /// Runs the command; returns the exit code.
 fn done(verb: &Verb) -> Result<u8, Failure> {
     let well = match verb {
-        Verb::Run(options) => return run::run(options),
+        Verb::Run(verb) => return run::run(verb),
         Verb::Replay(options) => return replay::replay(options),
         Verb::Try(options) => return replay::try_module(options),
         Verb::Batch(options) => batch::batch(options),

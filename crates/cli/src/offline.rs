@@ -7,8 +7,8 @@ use slate::runtime::sharing::{RemotePath, Sharing, SharingError, Site, Want};
 use slate::runtime::{Agent, Mode, Options};
 use slate::share::agent::AgentSharing;
 
-use crate::examples::Application;
 use crate::failure::Failure;
+use slate_run::Application;
 
 /// Sharing that opens no connection: it checks the configuration, with its endpoints.
 struct Offline(AgentSharing);

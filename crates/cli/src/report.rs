@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
+use slate::record::RocsLog;
 use slate::record::page::{self, Page};
 use slate::runtime::printable;
 
@@ -20,6 +21,10 @@ pub struct ReportOptions {
     #[arg(long, value_name = "FOLDER")]
     pub out: Option<PathBuf>,
 
+    /// Draw this log beside the run: lines `X, Y, T, Action`, as RoCS's authors publish them; may be repeated
+    #[arg(long, value_name = "LOG")]
+    pub beside: Vec<PathBuf>,
+
     /// Print the names of all files as JSON
     #[arg(long)]
     pub json: bool,
@@ -30,7 +35,8 @@ pub fn report(options: &ReportOptions) -> Result<bool, Failure> {
     let recording = page::recording_of(&options.path)?;
     let known = recording.as_deref().and_then(known).unwrap_or_default();
     let out = options.out.clone().unwrap_or_else(|| page::usual_folder(&options.path));
-    let Page { files, unread } = page::write(&options.path, &known, &out)?;
+    let logs = options.beside.iter().map(|path| RocsLog::read(path)).collect::<Result<Vec<_>, _>>()?;
+    let Page { files, unread } = page::write_beside(&options.path, &known, &logs, &out)?;
     if options.json {
         output::document("slate.report/1", &json!({ "files": files }));
     } else if let [page, others @ ..] = &files[..] {

@@ -4,9 +4,9 @@ use std::ffi::OsString;
 
 use clap::{Arg, Command, ValueEnum};
 use slate::blackboard::nearest_names;
+use slate_run::output::Colour;
 
 use crate::failure::Failure;
-use crate::output::Colour;
 
 /// What stands behind an option is its value, also `-1`: the option says then what it expects, where `-1` was said to be
 /// an option that there is not.

@@ -21,7 +21,7 @@ fn the_number_of_jobs_changes_no_byte() {
         text(&output.stdout)
     };
     let alone = printed("1");
-    assert!(alone.contains("5 of 5 runs reached the goal"), "{alone}");
+    assert!(alone.contains("5 of 5 runs succeeded"), "{alone}");
     assert!(!alone.contains("interrupted") && !alone.contains("runs_asked"), "{alone}");
     for jobs in ["2", "16"] {
         assert_eq!(printed(jobs), alone, "{jobs} jobs");
@@ -98,7 +98,7 @@ fn where_lines_stay_some_tell_how_far_it_is() {
     let output = slate(&folder("progress"), &["batch", "exp1", "--runs", "20", "--set", SHORT]);
     let stderr = text(&output.stderr);
     let lines: Vec<&str> = stderr.lines().collect();
-    assert!(lines[0].starts_with("2 of 20 runs, 0 reached, 0 collisions caused, "), "{stderr}");
+    assert!(lines[0].starts_with("2 of 20 runs, 0 succeeded, 0 collisions caused, "), "{stderr}");
     assert!(lines.iter().all(|line| line.contains(" of 20 runs, ") && line.ends_with(" left")), "{stderr}");
     assert!((9..20).contains(&lines.len()), "one in ten, and those after a silence: {stderr}");
 }

@@ -103,15 +103,32 @@ fn the_authors_scene_and_their_law_can_be_run() {
 }
 
 #[test]
-fn a_pace_goes_over_what_a_controller_brings() {
-    let time = |sets: &[&str]| {
-        let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
-        summary(&folder("pace"), &sets)["sim_time_s"].as_f64().unwrap()
+fn the_authors_scene_differs_by_seed() {
+    let folder = folder("authors-seeds");
+    let length = |seed: &str| {
+        let sets = ["--set", "world.layout=authors", "--seed", seed];
+        summary(&folder, &sets)["path_length_m"].as_f64().unwrap().to_bits()
     };
-    let (authors, own) = (time(&["pace=authors"]), time(&[]));
-    assert!(authors > 2.0 * own, "{authors} and {own} s");
-    let (slow, fast) = (time(&["controller=rocs-fixed"]), time(&["controller=rocs-fixed", "pace=robots"]));
-    assert!(slow > fast, "{slow} and {fast} s");
+    let lengths: std::collections::BTreeSet<u64> = ["1", "2", "3"].map(length).into();
+    assert_eq!(lengths.len(), 3, "R2 has another way under each seed");
+    assert_eq!(length("1"), length("1"), "and the same under one");
+}
+
+#[test]
+fn a_pace_goes_over_what_a_controller_brings() {
+    let run = |sets: &[&str]| {
+        let sets: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
+        let summary = summary(&folder("pace"), &sets);
+        let speed = summary["conditions"]["speed"].as_str().unwrap().to_owned();
+        (speed, summary["sim_time_s"].as_f64().unwrap())
+    };
+    let (authors, own) = (run(&["pace=authors"]), run(&[]));
+    assert!(authors.1 > own.1, "{authors:?} and {own:?} s");
+    let (slow, fast) = (run(&["controller=rocs-fixed"]), run(&["controller=rocs-fixed", "pace=robots"]));
+    assert!(slow.1 > fast.1, "{slow:?} and {fast:?} s");
+    // The controller is as fast as its authors' wheels, unless a pace says otherwise.
+    assert_eq!(slow.0, authors.0);
+    assert_ne!(fast.0, slow.0);
 }
 
 #[test]
@@ -122,6 +139,22 @@ fn who_does_not_arrive_in_time_exits_with_1() {
     );
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert!(text(&output.stdout).contains("timed out"), "{output:?}");
+}
+
+#[test]
+fn the_end_of_a_run_names_a_stopped_sensor() {
+    let folder = folder("stopped-sensor");
+    let fault = "world.faults.ring={ robot = \"r2\", sensor = \"sonar\", kind = \"silent\", from = 1.0, until = 100.0 }";
+    let limit = "modules.referee.params.time_limit=4";
+    let output =
+        slate(&folder, &["run", "exp1", "--headless", "--set", fault, "--set", limit, "--out", "here"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let said = text(&output.stdout);
+    assert!(said.contains("r2: the sensor `sonar` stopped at 0.98 s"), "{said}");
+    let warned = text(&output.stderr);
+    assert!(warned.contains("r2/range_monitor: the sensor `sonar` has stopped"), "{warned}");
+    let summary = std::fs::read_to_string(folder.join("here/summary.json")).unwrap();
+    assert!(summary.contains("the sensor `sonar` stopped at 0.98 s"), "{summary}");
 }
 
 #[test]
@@ -225,7 +258,8 @@ fn who_reads_only_the_beginning_does_no_harm() {
 #[test]
 fn a_plan_that_fails_in_every_cycle_is_told_once() {
     let blind = [
-        "robots.r2.links.\"execute/position\"=false",
+        "robots.r2.links.\"execute/robot\"=false",
+        "robots.r2.modules.execute.inputs.robot={ robot = { pose = { x = nan } } }",
         "robots.r2.links.\"execute/reflexes\".\"avoid_obstacle/reflex\"=false",
         "modules.referee.params.time_limit=5",
     ];

@@ -37,11 +37,10 @@ fn an_execute_without_a_plan_is_warned_of() {
     assert!(found[0].starts_with("inbox `r2/execute/plan` has no sender"), "{found:?}");
     assert!(found[0].contains("add a Plan to the robot"), "{found:?}");
     // A robot of reflexes alone says so.
-    let reactive = without(&lines).replacen(
-        "[robots.r2.actuators.wheels]",
-        "[robots.r2.links]\n\"execute/plan\" = false\n\n[robots.r2.actuators.wheels]",
-        1,
-    );
+    let links = "[robots.r2.links]\n";
+    let plan = format!("{links}\"execute/plan\" = false\n");
+    let reactive = without(&lines).replacen(links, &plan, 1);
+    assert!(reactive.contains(&plan));
     assert_eq!(warnings("loose-reactive", &reactive), Vec::<String>::new());
 }
 
@@ -52,7 +51,7 @@ fn a_robot_without_sonars_offers_none_to_its_monitors() {
     assert_ne!(deaf, EXP1);
     let found = warnings("loose-sonar", &deaf);
     assert_eq!(found.len(), 1, "{found:?}");
-    let words = "input `r2/range_monitor/sonar` has no source, and nothing else feeds `r2/range_monitor`";
+    let words = "input `r2/sonar/source` has no source, and nothing else feeds `r2/sonar`";
     assert!(found[0].starts_with(words), "{found:?}");
 }
 
@@ -105,7 +104,7 @@ fn a_link_that_is_taken_away_live_is_warned_of_once() {
     let mut running = Running::new("loose-live");
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
     let warned = |running: &Running| {
-        running.done(&["log"]).matches("`r2/wheels` reaches nothing: no link reads").count()
+        running.done(&["log"]).matches("`r2/motors/wheels` reaches nothing: no link reads").count()
     };
     assert_eq!(warned(&running), 0);
     running.done(&["unlink", "simulator/r2/wheels"]);
@@ -137,11 +136,11 @@ fn exchanged_ends_and_misspelt_robots_get_the_line_to_write() {
         running.fails(7, &["check", "robot.toml"], words);
     };
     refused(
-        "\"simulator/r2/wheels\" = \"r2/wheels/command\"",
-        "\"r2/wheels/command\" = \"simulator/r2/wheels\"",
-        &["destination = source: did you mean \"simulator/r2/wheels\" = \"r2/wheels/command\"?"],
+        "\"simulator/r2/wheels\" = \"r2/motors/wheels\"",
+        "\"r2/motors/wheels\" = \"simulator/r2/wheels\"",
+        &["names its destination first", "write \"simulator/r2/wheels\" = \"r2/motors/wheels\""],
     );
-    refused("[robots.r2.modules]", "[robots.rr2.modules]", &["[robots.rr2.modules]"]);
+    refused("[robots.r2.modules]", "[robots.rr2.modules]", &["did you mean rr2/motors?"]);
 }
 
 #[test]

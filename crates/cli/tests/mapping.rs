@@ -57,6 +57,6 @@ fn messages_are_checked_before_they_are_sent_and_whoever_sends_them_hears_what_b
         &["send", url, "{width}"],
         &["is not a message", "slate send /r2/occupancy_mapper/strokes '{ x = 1.0, y = 0.0 }'"],
     );
-    running.fails(5, &["send", "/r2/occupancy_mapper/map", stroke], &["takes no messages", "slate set"]);
+    running.fails(5, &["send", "/r2/occupancy_mapper/change", stroke], &["takes no messages", "slate set"]);
     running.fails(4, &["send", "/r2/occupancy_mapper/stroke", stroke], &["strokes"]);
 }

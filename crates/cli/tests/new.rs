@@ -63,6 +63,18 @@ fn a_new_robot_in_mape_k_passes_its_tests_and_reaches_its_target() {
 }
 
 #[test]
+fn a_library_runs_its_robot_as_the_program_does() {
+    let running = Running::new("new-robot");
+    running.done(&["new", "pathfinder-two"]);
+    let configured = run(&running, "pathfinder-two", "2 passed");
+    let library = "pathfinder-two/target/debug/libpathfinder_two.so";
+    assert!(running.done(&["check", library]).contains("is good"));
+    let built = json(&running.call(&["run", library, "--headless", "--json", "--out", "built"]));
+    assert_eq!(built["outcome"], "goal_reached");
+    assert_eq!(built["digest"], configured["digest"]);
+}
+
+#[test]
 fn a_new_module_runs_beside_the_blocks_of_a_robot() {
     let running = Running::new("new-module");
     let said = running.done(&["new", "nearest-thing", "--template", "module", "--json"]);

@@ -95,7 +95,7 @@ fn says(output: &Output, code: i32, words: &[&str]) {
 fn every_verb_is_for_an_agent_elsewhere_and_each_role_may_what_it_may() {
     let all = Elsewhere::new("elsewhere");
     all.agent.done(&["wait", "/loop/histogram/count", "> 10"]);
-    let still = r#"{"linear": 0, "angular": 0}"#;
+    let still = r#"{"list": []}"#;
     let speed = "robots.r2.modules.planner.params.max_linear_velocity=0.3";
     let verbs: &[(&[&str], &str)] = &[
         (&["module", "list"], "viewer"),
@@ -116,7 +116,7 @@ fn every_verb_is_for_an_agent_elsewhere_and_each_role_may_what_it_may() {
         (&["record", "status"], "viewer"),
         (&["api", "GET", "/agent"], "viewer"),
         (&["console"], "viewer"),
-        (&["set", "/r2/avoid_obstacle/motion", still], "operator"),
+        (&["set", "/r2/avoid_obstacle/robots", still], "operator"),
         (&["record", "start", "/simulator/**"], "operator"),
         (&["record", "stop", "recording.mcap"], "operator"),
         (&["record", "snapshot"], "operator"),

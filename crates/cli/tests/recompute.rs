@@ -32,7 +32,7 @@ fn options() -> Options {
 }
 
 fn layers(sets: &[&str]) -> Layers {
-    let tables = ["world", "report", "console", "controller", "pace"];
+    let tables = ["world", "report", "console", "controller", "pace", "planner"];
     Layers {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: tables.map(str::to_owned).to_vec(),
@@ -103,7 +103,12 @@ fn modules(path: &Path) -> Vec<String> {
 }
 
 fn check(path: &Path) {
-    for module in modules(path) {
+    check_but(path, &[]);
+}
+
+/// Checks each module by itself but for some.
+fn check_but(path: &Path, others: &[&str]) {
+    for module in modules(path).into_iter().filter(|module| !others.contains(&module.as_str())) {
         let outcome = recompute(path, &[&module]);
         assert_eq!(outcome.first, None, "{module}");
         assert!(outcome.has_compared(), "{module}: {outcome:?}");
@@ -148,12 +153,16 @@ fn every_module_of_a_robot_that_adapts_is_the_same() {
 /// What is linked otherwise while the robot runs, switched on, and set.
 #[test]
 fn every_module_is_the_same_after_other_links_switches_and_parameters() {
+    // The RobotModel lists the ring that its readers read.
+    let readers =
+        ["knowledge", "avoid_obstacle", "avoid_wall"].map(|reader| format!("links.\"r2/{reader}/sonar\""));
+    let laser_ring = readers.each_ref().map(|reader| (reader.as_str(), "\"/r2/laser_ring/value\""));
+    let sonar = readers.each_ref().map(|reader| (reader.as_str(), "\"/r2/sonar/value\""));
     let changes: Changes<'_> = &[
-        (30, &[("links.\"r2/avoid_wall/sonar\"", "\"/r2/laser_ring/value\"")]),
+        (30, &laser_ring),
         (40, &[("modules.\"r2/avoid_wall\".enabled", "true")]),
         (50, &[("modules.\"r2/planner\".params.careful_linear_velocity", "0.15")]),
-        (55, &[("links.\"r2/avoid_obstacle/sonar\"", "\"/r2/laser_ring/value\"")]),
-        (60, &[("links.\"r2/avoid_wall/sonar\"", "\"/simulator/r2/sonar\"")]),
+        (60, &sonar),
         (70, &[("links.\"r2/planner/situation\"", "false"), ("modules.\"r2/execute\".enabled", "false")]),
         (80, &[("modules.\"r2/execute\".enabled", "true")]),
         (85, &[("links.\"r2/planner/situation\"", "\"r2/execute/status\"")]),
@@ -183,7 +192,9 @@ fn every_module_is_the_same_after_stops_of_the_actuators() {
         90 => assert_eq!(agent.composer().arm_one("r2/wheels"), Some(true)),
         _ => {}
     });
-    check(&path);
+    // By itself the Actuator would get the safe command of a stop in the cycle after which the stop came.
+    check_but(&path, &["r2/motors"]);
+    assert_eq!(recompute(&path, &["r2/execute", "r2/motors"]).first, None);
     let outcome = recompute(&path, &["r2/planner", "r2/execute"]);
     assert_eq!(outcome.first, None);
     let gate = outcome.properties.iter().find(|own| own.url == "/r2/wheels/gate").unwrap();

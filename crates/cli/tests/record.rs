@@ -229,22 +229,21 @@ fn a_part_of_a_recording_is_not_judged_and_what_is_missing_is_named() {
     assert!(said.contains("recordings of several runs are merged in it") && code == Some(2), "{said}");
     // Copies by a program that knows nothing of runs.
     let bytes = std::fs::read(file).unwrap();
-    let is_sonar = |message: &Message<'_>| message.channel.topic == "/simulator/r2/sonar";
+    let is_sonar = |message: &Message<'_>| message.channel.topic == "/r2/sonar/value";
     let thin = copied(&bytes, |message| !is_sonar(message) || message.sequence % 3 > 0);
     std::fs::write(folder.join("thin.mcap"), thin).unwrap();
     let (said, code) = verify(&folder, "thin.mcap");
-    assert!(said.contains("values that were recorded") && said.contains("/simulator/r2/sonar ("), "{said}");
+    assert!(said.contains("values that were recorded") && said.contains("/r2/sonar/value ("), "{said}");
     assert_eq!(code, Some(2));
     let without = copied(&bytes, |message| !is_sonar(message));
     std::fs::write(folder.join("without.mcap"), without).unwrap();
     let (said, code) = verify(&folder, "without.mcap");
-    let named = said
-        .split_once("nothing is in it of ")
-        .is_some_and(|(_, named)| named.contains("/simulator/r2/sonar"));
+    let named =
+        said.split_once("nothing is in it of ").is_some_and(|(_, named)| named.contains("/r2/sonar/value"));
     assert!(named && code == Some(2), "{said}");
     // Nor do modules run on that, unless somebody wants it.
     for (file, words) in
-        [("thin.mcap", "values of /simulator/r2/sonar"), ("without.mcap", "nothing of /simulator/r2/sonar")]
+        [("thin.mcap", "values of /r2/sonar/value"), ("without.mcap", "nothing of /r2/sonar/value")]
     {
         let replay =
             ["replay", file, "--rate", "max", "--recompute", "r2/avoid_obstacle,r2/planner,r2/execute"];
@@ -350,7 +349,7 @@ fn what_is_changed_during_the_run_is_changed_again() {
     running.start("exp1", &[&run[..], &ON, &LONG].concat());
     running.done(&["config", "set", "robots.r2.modules.planner.params.max_linear_velocity=0.21"]);
     running.done(&["module", "disable", "r2/avoid_obstacle"]);
-    running.done(&["link", "r2/avoid_wall/sonar", "simulator/r1/sonar"]);
+    running.done(&["unlink", "r2/avoid_wall/sonar"]);
     running.done(&["plugin", "reload", "slate-wheeled", &library("libslate_wheeled.so")]);
     running.done(&["module", "enable", "r2/avoid_obstacle"]);
     let output = running.finish();

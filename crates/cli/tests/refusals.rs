@@ -149,7 +149,7 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
     change("reversed", "start = [-2.0, 2.0,", "start = [2.0, -2.0,", &["the least x, 2, is above"]);
     let truth = "\"referee/truth\" = \"simulator/r2/truth\"";
     let with = |link: &str| format!("{truth}\n{link}");
-    let wrong = with("\"r2/range_monitor/sonar\" = \"simulator/r2/position\"");
+    let wrong = with("\"r2/range_monitor/sonar\" = \"r2/position/value\"");
     change("interface", truth, &wrong, &["SonarScan", "Position"]);
     let wrong = with("\"r2/planner/range\" = \"r2/range_monitor/percept\"");
     change("role", truth, &wrong, &["planner/range"]);

@@ -114,7 +114,7 @@ fn recomputed_modules_write_what_is_recorded_or_the_difference_is_told() {
     let said = printed(&folder, 2, &with(&["simulator"]));
     assert!(said.contains("sets the time"), "{said}");
     let said = printed(&folder, 2, &with(&["r2/plannr"]));
-    assert!(said.contains("is `r2/planner` meant?"), "{said}");
+    assert!(said.contains("is `r2/planner` or `r2/sonar` meant?"), "{said}");
 }
 
 #[test]
@@ -184,7 +184,7 @@ fn messages_of_a_module_are_compared_beside_other_senders() {
     let tried = ["try", "r2/avoid_obstacle", "--bag", "here/run.mcap"];
     let said = printed(&folder, 0, &tried);
     assert!(reflexes(&said).ends_with(" the same") && said.ends_with("identical\n"), "{said}");
-    let slower = ["--set", "modules.\"r2/avoid_obstacle\".params.max_linear_velocity=0.1"];
+    let slower = ["--set", "modules.\"r2/avoid_obstacle\".inputs.rank={ rank = 5 }"];
     let said = printed(&folder, 1, &[&tried[..], &slower].concat());
     assert!(reflexes(&said).contains("different") && said.contains("first difference at "), "{said}");
     // One that sent nothing sends nothing.

@@ -100,7 +100,15 @@ fn the_saved_summary_is_the_printed_one() {
     files.sort();
     assert_eq!(
         files,
-        ["animation.svg", "scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"]
+        [
+            "animation.svg",
+            "scene.json",
+            "scene.svg",
+            "summary.json",
+            "timeline.svg",
+            "trajectory.csv",
+            "trajectory.svg"
+        ]
     );
 }
 
@@ -149,6 +157,30 @@ fn who_does_not_arrive_has_timed_out() {
     let (summary, code) = exp1(&folder("timed_out"), &["--set", &limit(1)]);
     assert_eq!((summary["outcome"].as_str(), code), (Some("timed_out"), Some(1)), "{summary}");
     assert!((1.0..1.1).contains(&summary["sim_time_s"].as_f64().unwrap()), "{summary}");
+}
+
+#[test]
+fn run_that_drives_into_a_box_has_collided() {
+    // The goal is behind the box, and nothing avoids it.
+    let sets = [
+        "world.layout=authors",
+        "world.goal=[-1.2, 0.0]",
+        "robots.r2.modules.knowledge.params.goal_x=-1.2",
+        "robots.r2.modules.avoid_obstacle.enabled=false",
+        "modules.referee.params.time_limit=10",
+    ];
+    let folder = folder("collided");
+    let (summary, code) = exp1(&folder, &sets.map(|set| ["--set", set]).concat());
+    assert_eq!((summary["outcome"].as_str(), code), (Some("collided"), Some(1)), "{summary}");
+    let message = summary["message"].as_str().unwrap();
+    assert!(message.starts_with("time is up, with ") && message.ends_with(" caused"), "{message}");
+    let batch = slate(
+        &folder,
+        &[&["batch", "exp1", "--runs", "1"], &sets.map(|set| ["--set", set]).concat()[..]].concat(),
+    );
+    let text = text(&batch.stdout);
+    assert!(text.contains("outcomes                1 collided"), "{text}");
+    assert!(text.contains("failed seeds            1: collided"), "{text}");
 }
 
 /// How long a run of `seconds` takes at that rate.

@@ -123,13 +123,13 @@ fn what_can_be_set_is_told_apart_from_what_is_linked_and_a_link_says_what_it_con
     let words = ["/r2/planner/other is a queue", "slate link r2/planner/other"];
     running.fails(5, &["set", "/r2/planner/other", "{\"x\": 1.0}"], &words);
 
-    let input = "r2/avoid_obstacle/goal";
+    let input = "r2/planner/goal";
     running.done(&["wait", "/loop/histogram/count", "> 10"]);
     let links = running.done(&["link"]);
     assert!(links.lines().any(|line| line.starts_with(input) && line.ends_with(" old")), "{links}");
-    let said = running.done(&["link", input, "/simulator/r2/truth", "--dry-run"]);
+    let said = running.done(&["link", input, "/r2/estimate_pose/change", "--dry-run"]);
     assert!(said.contains("dry run") && said.contains("Point2 of Pose2, field by field"), "{said}");
-    let refused = ["link", "r2/avoid_obstacle/position", "/simulator/r2/truth", "--dry-run"];
+    let refused = ["link", "r2/knowledge/located", "/r2/estimate_pose/change", "--dry-run"];
     running.fails(5, &refused, &["Pose2 has no field `z`, which Position has"]);
 
     // What says the same as the file, or as the default, is no difference.

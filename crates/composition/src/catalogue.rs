@@ -57,6 +57,8 @@ pub struct RemoteProperty {
     pub path: String,
     /// Its interface.
     pub descriptor: &'static Descriptor,
+    /// What writes it, as [`part`](crate::part) says.
+    pub part: String,
     /// Number of the time that it was put on the board.
     pub epoch: u64,
 }

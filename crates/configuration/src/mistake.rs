@@ -38,6 +38,8 @@ pub enum Mistake {
     Library,
     /// A value does not fit.
     Value,
+    /// A link passes the architecture by.
+    Attachment,
     /// No agent is reached.
     NoAgent,
     /// It has to be said which agent.
@@ -58,7 +60,7 @@ pub enum Mistake {
 
 impl Mistake {
     /// All of them, in the order of their codes.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::Syntax,
         Self::Key,
         Self::Parameter,
@@ -74,6 +76,7 @@ impl Mistake {
         Self::OtherAgent,
         Self::Library,
         Self::Value,
+        Self::Attachment,
         Self::NoAgent,
         Self::WhichAgent,
         Self::Silent,
@@ -102,6 +105,7 @@ impl Mistake {
             Self::OtherAgent => "S013",
             Self::Library => "S014",
             Self::Value => "S015",
+            Self::Attachment => "S016",
             Self::NoAgent => "S101",
             Self::WhichAgent => "S102",
             Self::Silent => "S103",

@@ -23,7 +23,9 @@ function Verdict({ path, isNamed }) {
   const verdict = useReading(path, 5)?.value;
   if (!verdict) return null;
   const mark = { RUNNING: "▸", SUCCEEDED: "✓", FAILED: "✕" }[verdict.state] ?? "·";
-  return html`<span class="chip" data-state=${verdict.state} title=${`/${path}`}>${mark} ${isNamed ? `${path.split("/")[0]}: ` : ""}${verdict.reason || word(verdict.state)}</span>`;
+  // Why a mission has failed comes first: it may have done its task.
+  const outcome = verdict.state === "FAILED" && verdict.outcome !== "OTHER" ? `${word(verdict.outcome)}: ` : "";
+  return html`<span class="chip" data-state=${verdict.state} title=${`/${path}`}>${mark} ${isNamed ? `${path.split("/")[0]}: ` : ""}${outcome}${verdict.reason || word(verdict.state)}</span>`;
 }
 
 function Layouts({ view, layout, layouts, built, change, saved, show }) {

@@ -6,7 +6,6 @@ use std::time::Duration;
 use hyper::StatusCode;
 use tokio::sync::{Mutex as AsyncMutex, OwnedMutexGuard};
 
-use crate::operation::Operation;
 use crate::problem::Problem;
 
 /// How long a change waits for the one before it; less than callers wait for an answer.
@@ -25,7 +24,7 @@ impl ChangeTurns {
     ///
     /// # Errors
     /// When it does not end in time.
-    pub async fn next(&self, operation: &'static Operation) -> Result<OwnedMutexGuard<()>, Problem> {
+    pub async fn next(&self, operation: &'static str) -> Result<OwnedMutexGuard<()>, Problem> {
         let waited = tokio::time::timeout(TURN, Arc::clone(&self.turn).lock_owned()).await;
         let turn = waited.map_err(|_| {
             let other = *self.name.lock().unwrap_or_else(PoisonError::into_inner);
@@ -33,7 +32,7 @@ impl ChangeTurns {
             let help = "see the log for the module that it waits for";
             Problem::new(StatusCode::SERVICE_UNAVAILABLE, message, help)
         })?;
-        *self.name.lock().unwrap_or_else(PoisonError::into_inner) = operation.name;
+        *self.name.lock().unwrap_or_else(PoisonError::into_inner) = operation;
         Ok(turn)
     }
 }

@@ -179,7 +179,7 @@ impl Dispatcher {
         }
         // A change that waits for its turn holds no permit: reads need them.
         let change = if operation.pace == Pace::Change {
-            Some(self.surface.changes.next(operation).await?)
+            Some(self.surface.changes.next(operation.name).await?)
         } else {
             None
         };

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use slate_module::Plugin;
 
 use crate::isolation;
-use crate::library::{Library, make, open};
+use crate::library::{Library, make, open, robot_text};
 
 pub use crate::library::{
     InterfaceOutline, KnownLibraries, LibraryError, LibraryOutline, ModuleOutline, PortOutline, Residence,
@@ -21,6 +21,15 @@ pub use crate::library::{
 /// What does not fit, with what was expected.
 pub fn load(file: &Path) -> Result<(Plugin, LibraryOutline, Residence), LibraryError> {
     load_for(file, None, |_| false)
+}
+
+/// Returns the configuration of the robot that a library brings beside its modules, if it brings one.
+///
+/// # Errors
+/// As [`load`], or the robot is invalid.
+pub fn robot_of(file: &Path) -> Result<Option<(Plugin, String)>, LibraryError> {
+    let (plugin, outline, _) = load(file)?;
+    Ok(robot_text(file, &plugin, &outline)?.map(|text| (plugin, text)))
 }
 
 /// As [`load`]; a library that must not be opened here is left to the processes of its modules, if all of those

@@ -3,6 +3,7 @@
 //! SI units and the frames of ROS's REP-103: metres, radians, x forward, y left, counter-clockwise.
 //! Modules with these interfaces can be linked to each other.
 
+mod accuracy;
 mod chassis;
 mod contact;
 mod drive;
@@ -15,13 +16,14 @@ mod range;
 mod sighting;
 mod transform;
 
+pub use accuracy::SensorAccuracy;
 pub use chassis::Chassis;
 pub use contact::{Bumper, Contact, Contacts};
 pub use drive::{FourWheelSpeeds, Twist2, WheelSpeeds};
 pub use fact::{FactHead, FactTableHead};
 pub use image::{Image, ImageFormat};
 pub use map::{MapMark, MapStroke, OccupancyGrid, Path};
-pub use mission::{MissionState, Verdict};
+pub use mission::{MissionOutcome, MissionState, Verdict};
 pub use pose::{Odometry, Orientation, Point2, Pose2, PoseEstimate, Position};
 pub use range::{Clearance, Echo, LaserScan, SonarPlacement, SonarScan};
 pub use sighting::{Sighting, Sightings};
@@ -32,9 +34,9 @@ use slate_module::blackboard::interface::{Descriptor, Interface};
 /// The interfaces that most robots speak.
 pub mod prelude {
     pub use crate::{
-        Bumper, Chassis, Clearance, Echo, FourWheelSpeeds, Image, LaserScan, MissionState, OccupancyGrid,
-        Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position, Quaternion, Sighting, Sightings,
-        SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
+        Bumper, Chassis, Clearance, Echo, FourWheelSpeeds, Image, LaserScan, MissionOutcome, MissionState,
+        OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate, Position, Quaternion,
+        SensorAccuracy, Sighting, Sightings, SonarScan, Transform, Twist2, Verdict, WheelSpeeds,
     };
 }
 
@@ -61,6 +63,7 @@ pub const ALL: &[&Descriptor] = &[
     PoseEstimate::DESCRIPTOR,
     Position::DESCRIPTOR,
     Quaternion::DESCRIPTOR,
+    SensorAccuracy::DESCRIPTOR,
     Sighting::DESCRIPTOR,
     Sightings::DESCRIPTOR,
     SonarPlacement::DESCRIPTOR,

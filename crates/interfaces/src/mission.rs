@@ -11,11 +11,32 @@ pub enum MissionState {
     Failed,
 }
 
+/// Outcome of a mission.
+#[interface]
+pub enum MissionOutcome {
+    /// None yet, or another one, which the reason tells.
+    Other,
+    /// The goal was reached, and held where that is the mission.
+    GoalReached,
+    /// The goal was reached, and left for too long.
+    GoalLeft,
+    /// The gap to another robot was kept.
+    GapKept,
+    /// The gap was too small or too large for too long.
+    GapLeft,
+    /// A collision was caused, whatever else was achieved.
+    Collided,
+    /// The time was up before.
+    TimedOut,
+}
+
 /// Verdict on a mission.
 #[interface(ros = "diagnostic_msgs/msg/DiagnosticStatus")]
 pub struct Verdict {
     /// State of the mission.
     pub state: MissionState,
+    /// Outcome of a mission that has ended.
+    pub outcome: MissionOutcome,
     /// Reason, such as `goal reached`.
     pub reason: Text<64>,
 }

@@ -1,10 +1,11 @@
 use std::marker::PhantomData;
 
 use slate_module::{
-    Input, Interface, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger, ports,
+    Interface, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger, ports,
 };
 
 use crate::block::{BlockState, RENEWAL, distinct};
+use crate::port::Commanded;
 
 /// Device that acts on the world. Only Sensors and Actuators differ between a simulated and a real robot.
 pub trait Actuator: 'static {
@@ -38,7 +39,7 @@ pub trait Actuator: 'static {
 pub struct ActuatorPorts<T: Interface> {
     /// Command from the gate.
     #[stale(after = "100ms")]
-    command: Input<T>,
+    command: Commanded<T>,
 }
 
 /// An [`Actuator`] as a module.
@@ -64,7 +65,7 @@ impl<A: Actuator> Module for ActuatorBlock<A> {
     }
 
     fn tick(state: &mut A::State, (io, own): &Self::Io, params: &A::Params, now: &Tick) -> Outcome {
-        match own.command.fresh() {
+        match own.command.0.fresh() {
             Some(command) => A::apply(state, command, io, params, now),
             None => match A::apply(state, &A::SAFE, io, params, now) {
                 Outcome::Ok => Outcome::Degraded,

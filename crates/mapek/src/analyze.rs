@@ -1,9 +1,11 @@
 use std::marker::PhantomData;
 
-use slate_module::{Interface, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports};
+use slate_module::{Direction, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick};
 
+use crate::Published;
 use crate::block::{BlockState, distinct, on};
-use crate::port::{Change, role};
+use crate::port::role;
+use crate::published::has_place;
 
 /// Filters, processes and aggregates percepts, and notifies the Plan of relevant changes (RoCS, 4.2).
 ///
@@ -19,8 +21,8 @@ pub trait Analyze: 'static {
     type Params: Params;
     /// State.
     type State: BlockState;
-    /// Published value.
-    type Value: Interface + Copy;
+    /// Published value: a small one, or [`InPlace`](crate::InPlace) for one of any size.
+    type Value: Published;
 
     /// Processes percepts; returns a relevant change, which is published.
     fn process(
@@ -31,18 +33,11 @@ pub trait Analyze: 'static {
     ) -> Option<Self::Value>;
 }
 
-/// Additional ports of an Analyze.
-#[ports]
-pub struct AnalyzePorts<T: Interface> {
-    /// Relevant change.
-    change: Change<T>,
-}
-
 /// An [`Analyze`] as a module.
 pub struct AnalyzeBlock<A>(PhantomData<fn() -> A>);
 
 impl<A: Analyze> Module for AnalyzeBlock<A> {
-    type Io = (A::Observed, AnalyzePorts<A::Value>);
+    type Io = (A::Observed, <A::Value as Published>::Change);
     type Params = A::Params;
     type State = A::State;
 
@@ -51,19 +46,22 @@ impl<A: Analyze> Module for AnalyzeBlock<A> {
     const STAGE: Stage = Stage::WorldState;
 
     fn spec() -> Spec {
-        let trigger = on(&A::Observed::describe(), |port| port.role == role::PERCEPT);
+        let trigger = on(&A::Observed::describe(), |port| {
+            port.role == role::PERCEPT || port.direction == Direction::Inbox
+        });
         Spec { trigger, deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &A::Params) -> Result<A::State, Refusal> {
         distinct::<Self::Io>()?;
+        has_place::<A::Value, A::Observed>(role::CHANGE)?;
         Ok(A::State::default())
     }
 
     fn tick(state: &mut A::State, (observed, own): &Self::Io, params: &A::Params, now: &Tick) -> Outcome {
-        if let Some(value) = A::process(state, observed, params, now) {
-            own.change.0.set(value);
+        match A::process(state, observed, params, now) {
+            Some(value) => value.notify(own, now),
+            None => Outcome::Ok,
         }
-        Outcome::Ok
     }
 }

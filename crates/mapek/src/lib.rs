@@ -302,25 +302,28 @@
 //!
 //! // The robot. A configuration can say the same.
 //!
-//! let robot = Robot::new("r2");
-//! let sonar = robot.sensor::<Sonar>("sonar");
-//! let wheels = robot.actuator::<Wheels>("wheels_driver");
-//! let monitor = robot.monitor::<PoseMonitor>("pose_monitor");
-//! let arrival = robot.analyze::<Arrival>("arrival");
-//! let planner = robot.plan::<GoToOriginPlanner>("planner");
-//! let back_off = robot.reactive::<BackOff>("back_off");
-//! let execute = robot.execute::<Actions>("execute");
-//! monitor.attach(&arrival);
-//! arrival.attach(&planner);
-//! back_off.sense(&sonar);
-//! sonar.watch("scan", "simulator/sonar");
-//! wheels.watch("command", "wheels/command");
-//! monitor.watch("pose", "localizer/pose");
-//! execute.watch("pose", "localizer/pose");
+//! let robot = Robot::new("r2")
+//!     .sensor::<Sonar>("sonar")
+//!     .link("scan", "/simulator/r2/sonar")
+//!     .monitor::<PoseMonitor>("pose_monitor")
+//!     .link("pose", "/localizer/pose")
+//!     .attach::<Arrival>("arrival")
+//!     .analyze::<Arrival>("arrival")
+//!     .attach::<GoToOriginPlanner>("planner")
+//!     .plan::<GoToOriginPlanner>("planner")
+//!     .reactive::<BackOff>("back_off")
+//!     .params(|params| params.distance = 0.3)
+//!     .sense::<Sonar>("sonar")
+//!     .execute::<Actions>("execute")
+//!     .link("pose", "/localizer/pose")
+//!     .gate("wheels", Gate::new(Twist2::ZERO).limit("linear", -0.5..=0.5))
+//!     .actuator::<Wheels>("wheels_driver")
+//!     .link("command", "wheels/command");
 //!
-//! let wiring = robot.build()?;
-//! assert!(wiring.links.contains(&("arrival/pose".into(), "pose_monitor/percept".into())));
-//! assert!(wiring.links.contains(&("execute/reflexes".into(), "back_off/reflex".into())));
+//! let configuration = robot.to_toml()?;
+//! assert!(configuration.contains(r#"back_off = { params = { distance = 0.3 } }"#));
+//! # let book = concat!(env!("CARGO_MANIFEST_DIR"), "/../../book/src/01-a-robot-in-mape-k.md");
+//! # assert!(std::fs::read_to_string(book)?.contains(&configuration), "{configuration}");
 //!
 //! // Each block is tested by itself, without an agent and without a thread.
 //!
@@ -328,14 +331,16 @@
 //! back_off.set("nearest", Nearest { distance: 0.1 });
 //! back_off.tick();
 //! assert_eq!(back_off.sent::<Reflex>("reflex")[0].action, Drive::request(Stretch { speed: -0.2, duration: 0.5 }));
-//! # Ok::<(), slate_mapek::BuildError>(())
+//! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
 mod action;
 mod actuator;
 mod analyze;
 mod block;
+mod driver;
 mod execute;
+mod in_place;
 mod kind;
 mod knowledge;
 mod message;
@@ -343,6 +348,7 @@ mod monitor;
 mod pipeline;
 mod plan;
 mod port;
+mod published;
 mod reactive;
 mod repertoire;
 mod robot;
@@ -353,30 +359,36 @@ pub use action::{
     Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step, Telling,
 };
 pub use actuator::{Actuator, ActuatorBlock, ActuatorPorts};
-pub use analyze::{Analyze, AnalyzeBlock, AnalyzePorts};
+pub use analyze::{Analyze, AnalyzeBlock};
 pub use block::BlockState;
+pub use driver::DriverPorts;
 pub use execute::{ExecuteBlock, ExecutePorts, Execution};
+pub use in_place::InPlace;
 pub use kind::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
 pub use knowledge::{
-    Device, Fact, FactTable, Facts, Knowledge, KnowledgeBlock, Live, Merge, MostCertain, Newest,
-    PlanDescription, PlanLibrary, PlanOutcome, RobotModel, Role, Stated, Statements, StoredPlan,
-    StrategyModel, StrategyPorts, StrategyRecord, StrategyReport, Union, Version, WorldModel,
+    Device, DeviceHealth, Fact, FactTable, Facts, Kinematics, Knowledge, KnowledgeBlock, Live, Merge,
+    MostCertain, Newest, PlanDescription, PlanLibrary, PlanOutcome, RobotModel, Role, Stated, Statements,
+    Steering, StoredPlan, StrategyModel, StrategyPorts, StrategyRecord, StrategyReport, Union, Version,
+    WorldModel,
 };
 pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason};
-pub use monitor::{Monitor, MonitorBlock, MonitorPorts};
+pub use monitor::{Monitor, MonitorBlock};
 pub use pipeline::{Admission, Origin, Pipeline, QueuedAction};
 pub use plan::{Agenda, Plan, PlanBlock, PlanMemory, PlanPorts, Situation};
-pub use port::{Change, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn, ReflexOut, role};
+pub use port::{
+    Change, Commanded, Known, Measurement, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn, ReflexOut,
+    Sensed, role,
+};
+pub use published::{AnalyzePorts, MonitorPorts, Published, SensorPorts};
 pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};
 pub use repertoire::{Repertoire, RequestError, read_arguments};
 pub use robot::{
-    ActuatorHandle, AnalyzeHandle, BlockHandle, BuildError, ExecuteHandle, KnowledgeHandle, MonitorHandle,
-    Notices, Observes, PlanHandle, ReactiveHandle, Robot, SensorHandle, Wiring,
+    Gate, Notices, Observes, Robot, RobotError, RobotErrors, RobotProblem, Senses, Variant, VariantChoice,
 };
-pub use sensor::{Sensor, SensorBlock, SensorPorts};
+pub use sensor::{Sensor, SensorBlock};
 #[doc(hidden)]
 pub use serde;
-pub use status::{Ended, Ending, ExecuteStatus, Route};
+pub use status::{Ended, Ending, ExecuteStatus, Route, WaitingAction, WaitingActions};
 
 /// Imports of a robot's file, beside the preludes of slate-module and slate-interfaces.
 ///
@@ -384,10 +396,11 @@ pub use status::{Ended, Ending, ExecuteStatus, Route};
 pub mod prelude {
     pub use crate::{
         Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, ActuatorBlock, Admission, Agenda,
-        Analyze, AnalyzeBlock, BlockState, Ended, Ending, ExecuteBlock, ExecuteStatus, Fact, FactTable,
-        Facts, InParallel, InSequence, Knowledge, KnowledgeBlock, Monitor, MonitorBlock, Noticed, Observed,
-        Origin, Pipeline, Plan, PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex,
-        Repeat, Repertoire, Robot, RobotModel, Route, Sensor, SensorBlock, Situation, Step, StrategyModel,
-        Telling, WorldModel, arguments, repertoire,
+        Analyze, AnalyzeBlock, BlockState, Change, DeviceHealth, Ended, Ending, ExecuteBlock, ExecuteStatus,
+        Fact, FactTable, Facts, Gate, InParallel, InPlace, InSequence, Knowledge, KnowledgeBlock, Known,
+        Measurement, Monitor, MonitorBlock, Noticed, Observed, Origin, Percept, Pipeline, Plan, PlanBlock,
+        PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex, Repeat, Repertoire, Robot, RobotModel,
+        Route, Sensed, Sensor, SensorBlock, Situation, Step, StrategyModel, Telling, WorldModel, arguments,
+        repertoire,
     };
 }

@@ -1,11 +1,15 @@
 use std::marker::PhantomData;
 
-use slate_module::{Interface, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports};
+use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, StaleInput, Tick};
 
+use crate::Published;
 use crate::block::{BlockState, distinct, on};
-use crate::port::Percept;
+use crate::port::role;
+use crate::published::has_place;
 
 /// Interprets the data of sensors for Analyzes (RoCS, 4.2). Its sensors trigger it.
+///
+/// While an input of a sensor is older than its `#[stale]` says, the Monitor is degraded, and the log names the sensor.
 pub trait Monitor: 'static {
     /// Kind in the configuration, in snake case.
     const NAME: &'static str;
@@ -17,8 +21,8 @@ pub trait Monitor: 'static {
     type Params: Params;
     /// State.
     type State: BlockState;
-    /// Published value.
-    type Value: Interface + Copy;
+    /// Published value: a small one, or [`InPlace`](crate::InPlace) for one of any size.
+    type Value: Published;
 
     /// Interprets the sensors' data; returns the percept to publish.
     fn interpret(
@@ -29,18 +33,11 @@ pub trait Monitor: 'static {
     ) -> Option<Self::Value>;
 }
 
-/// Additional ports of a Monitor.
-#[ports]
-pub struct MonitorPorts<T: Interface> {
-    /// Percept of the Monitor.
-    percept: Percept<T>,
-}
-
 /// A [`Monitor`] as a module.
 pub struct MonitorBlock<M>(PhantomData<fn() -> M>);
 
 impl<M: Monitor> Module for MonitorBlock<M> {
-    type Io = (M::Sensors, MonitorPorts<M::Value>);
+    type Io = (M::Sensors, <M::Value as Published>::Percept);
     type Params = M::Params;
     type State = M::State;
 
@@ -54,13 +51,30 @@ impl<M: Monitor> Module for MonitorBlock<M> {
 
     fn create(_: &Setup<'_>, _: &M::Params) -> Result<M::State, Refusal> {
         distinct::<Self::Io>()?;
+        has_place::<M::Value, M::Sensors>(role::PERCEPT)?;
         Ok(M::State::default())
     }
 
     fn tick(state: &mut M::State, (sensors, own): &Self::Io, params: &M::Params, now: &Tick) -> Outcome {
-        if let Some(value) = M::interpret(state, sensors, params, now) {
-            own.percept.0.set(value);
-        }
-        Outcome::Ok
+        let outcome = match M::interpret(state, sensors, params, now) {
+            Some(value) => value.perceive(own, now),
+            None => Outcome::Ok,
+        };
+        if outcome == Outcome::Ok { watch(sensors, now) } else { outcome }
     }
+}
+
+/// Degraded while a sensor has stopped; the log has it once.
+fn watch(sensors: &impl Ports, now: &Tick) -> Outcome {
+    let Some(StaleInput { name, stamp, after }) = sensors.stale_input() else { return Outcome::Ok };
+    let age = now.now().saturating_sub(stamp.time);
+    let last_tick = (now.elapsed() * 1e9 + 0.5) as u64;
+    // At the last tick the value was not stale yet.
+    if age.saturating_sub(last_tick) <= after {
+        now.warn(format_args!(
+            "the sensor `{name}` has stopped: its newest value is {:.2} s old",
+            age as f64 * 1e-9
+        ));
+    }
+    Outcome::Degraded
 }

@@ -11,6 +11,9 @@ pub struct QueuedAction {
     pub action: ActionRequest,
     /// Whose it is.
     pub origin: Origin,
+    /// When it was queued or renewed, nanoseconds.
+    #[serde(default)]
+    pub queued: u64,
 }
 
 /// Whose an action is.
@@ -44,7 +47,8 @@ impl QueuedAction {
         }
     }
 
-    fn rank(&self) -> Option<i32> {
+    /// The rank of a reflex.
+    pub fn rank(&self) -> Option<i32> {
         match self.origin {
             Origin::Plan(_) => None,
             Origin::Reflex { rank, .. } => Some(rank),
@@ -86,6 +90,11 @@ pub struct Pipeline {
     interrupted: Option<QueuedAction>,
     epoch: u64,
     replan: bool,
+    /// Time of what is queued now, nanoseconds; set in each cycle.
+    #[serde(skip)]
+    now: u64,
+    /// Counts the changes of the waiting actions.
+    revision: u64,
 }
 
 #[derive(Deserialize)]
@@ -96,11 +105,13 @@ struct Saved {
     interrupted: Option<QueuedAction>,
     epoch: u64,
     replan: bool,
+    #[serde(default)]
+    revision: u64,
 }
 
 impl From<Saved> for Pipeline {
-    fn from(Saved { high, normal, running, interrupted, epoch, replan }: Saved) -> Self {
-        let mut result = Self { running, interrupted, epoch, replan, ..Self::default() };
+    fn from(Saved { high, normal, running, interrupted, epoch, replan, revision }: Saved) -> Self {
+        let mut result = Self { running, interrupted, epoch, replan, revision, ..Self::default() };
         // Into the queues with full capacity, as a tick must not allocate.
         result.high.extend(high.into_iter().take(Self::CAPACITY));
         result.normal.extend(normal.into_iter().take(Self::CAPACITY));
@@ -111,13 +122,27 @@ impl From<Saved> for Pipeline {
 impl Default for Pipeline {
     fn default() -> Self {
         let queue = || VecDeque::with_capacity(Self::CAPACITY);
-        Self { high: queue(), normal: queue(), running: None, interrupted: None, epoch: 0, replan: false }
+        Self {
+            high: queue(),
+            normal: queue(),
+            running: None,
+            interrupted: None,
+            epoch: 0,
+            replan: false,
+            now: 0,
+            revision: 0,
+        }
     }
 }
 
 impl Pipeline {
     /// Capacity of each level.
     pub const CAPACITY: usize = 64;
+
+    /// Sets the time of what is queued from now on, nanoseconds.
+    pub fn set_time(&mut self, now: u64) {
+        self.now = now;
+    }
 
     /// Offers a reflex. Passes cleared actions to `cleared`; a preempted one is in
     /// [`take_interrupted`](Pipeline::take_interrupted).
@@ -128,7 +153,7 @@ impl Pipeline {
         rank: i32,
         cleared: impl FnMut(QueuedAction),
     ) -> Admission {
-        let entry = QueuedAction { action, origin: Origin::Reflex { source, rank } };
+        let entry = QueuedAction { action, origin: Origin::Reflex { source, rank }, queued: self.now };
         let mut cleared = cleared;
         let admission = self.admit(entry, &mut cleared);
         if admission != Admission::Full {
@@ -144,6 +169,7 @@ impl Pipeline {
             *running = entry;
             return Admission::Renewed;
         }
+        self.revision += 1;
         if let Some(waiting) = self.high.iter_mut().find(|waiting| waiting.repeats(&entry)) {
             *waiting = entry;
             return Admission::Waiting;
@@ -181,7 +207,9 @@ impl Pipeline {
             if self.normal.len() == Self::CAPACITY {
                 return Admission::Full;
             }
-            self.normal.push_back(QueuedAction { action, origin: Origin::Plan(ticket) });
+            let origin = Origin::Plan(ticket);
+            self.normal.push_back(QueuedAction { action, origin, queued: self.now });
+            self.revision += 1;
         }
         self.replan = false;
         Admission::Waiting
@@ -198,6 +226,7 @@ impl Pipeline {
         if self.running.is_some_and(|running| running.route() == Route::DELIBERATIVE) {
             self.interrupt();
         }
+        self.revision += u64::from(!self.normal.is_empty());
         self.normal.drain(..).for_each(cleared);
     }
 
@@ -216,6 +245,7 @@ impl Pipeline {
     pub fn advance(&mut self) -> Option<QueuedAction> {
         if self.running.is_none() {
             self.running = self.high.pop_front().or_else(|| self.normal.pop_front());
+            self.revision += u64::from(self.running.is_some());
         }
         self.running
     }
@@ -243,6 +273,11 @@ impl Pipeline {
     /// Returns the numbers of queued reflexes and planned actions.
     pub fn waiting(&self) -> (usize, usize) {
         (self.high.len(), self.normal.len())
+    }
+
+    /// Counts the changes of the waiting actions.
+    pub fn revision(&self) -> u64 {
+        self.revision
     }
 
     /// The waiting actions in the order of their turns.

@@ -6,12 +6,16 @@ use std::ops::Deref;
 use slate_module::blackboard::interface::Descriptor;
 use slate_module::{
     Direction, Inbox, Input, Interface, Outbox, Output, Port, PortCursor, PortDescription, Queue, Received,
+    Stamp,
 };
 
+use crate::in_place::InPlace;
 use crate::{Planned, Reflex};
 
-/// Roles of ports; both ends of a link have the same role.
+/// Roles of ports. They tell what block a module is, and with that who may read it.
 pub mod role {
+    /// Measurements, from Sensor to Monitor, ReactiveModel, Execute and Knowledge.
+    pub const MEASUREMENT: &str = "measurement";
     /// Percepts, from Monitor to Analyze.
     pub const PERCEPT: &str = "percept";
     /// Changes, from Analyze to Plan.
@@ -20,15 +24,21 @@ pub mod role {
     pub const PLAN: &str = "plan";
     /// Reflexes, from ReactiveModel to Execute.
     pub const REFLEX: &str = "reflex";
+    /// Commands that have passed the gate, for Actuators.
+    pub const COMMAND: &str = "command";
+    /// Facts of Knowledge, for all blocks.
+    pub const FACT: &str = "fact";
+    /// Ground truth of a simulator, for referees.
+    pub const TRUTH: &str = "truth";
 }
 
 macro_rules! carrying {
     ($(#[$doc:meta])* $name:ident, $inner:ident, $role:expr) => {
         $(#[$doc])*
         #[derive(Debug)]
-        pub struct $name<T: Interface>(pub(crate) $inner<T>);
+        pub struct $name<T: Interface + ?Sized>(pub(crate) $inner<T>);
 
-        impl<T: Interface> Port for $name<T> {
+        impl<T: Interface + ?Sized> Port for $name<T> {
             const CARRIES: (Direction, &'static Descriptor) = $inner::<T>::CARRIES;
 
             fn describe(name: &str, doc: &str) -> PortDescription {
@@ -39,12 +49,60 @@ macro_rules! carrying {
                 // SAFETY: passed on to the caller.
                 Self(unsafe { $inner::bind(cursor) })
             }
+
+            fn stale_since(&self) -> Option<Stamp> {
+                self.0.stale_since()
+            }
         }
     };
 }
 
 carrying!(
-    /// Percept of a Monitor; the framework writes it.
+    /// Measurement of a Sensor; the framework writes a small one, and a Sensor one of any size.
+    Measurement,
+    Output,
+    role::MEASUREMENT
+);
+carrying!(
+    /// Measurement of a Sensor at a Monitor or at Knowledge: an [`Input`] for Sensors only.
+    ///
+    /// Knowledge lists the Sensors that such inputs of it read in its [`RobotModel`](crate::RobotModel).
+    Sensed,
+    Input,
+    role::MEASUREMENT
+);
+carrying!(
+    /// Percept of a Monitor; the framework writes a small one, and a Monitor one of any size.
+    ///
+    /// ```
+    /// use slate_interfaces::LaserScan;
+    /// use slate_mapek::{prelude::*, InPlace};
+    /// use slate_module::prelude::*;
+    ///
+    /// #[ports]
+    /// pub struct Laser {
+    ///     #[stale(after = "200ms")]
+    ///     scan: Sensed<LaserScan>,
+    ///     #[capacity(2048)]
+    ///     percept: Percept<LaserScan>,
+    /// }
+    ///
+    /// /// Hands on every scan of the laser.
+    /// pub struct LaserMonitor;
+    ///
+    /// impl Monitor for LaserMonitor {
+    ///     const NAME: &'static str = "laser_monitor";
+    ///     type Sensors = Laser;
+    ///     type Params = ();
+    ///     type State = ();
+    ///     type Value = InPlace<LaserScan>;
+    ///
+    ///     fn interpret(_: &mut (), laser: &Laser, _: &(), _: &Tick) -> Option<InPlace<LaserScan>> {
+    ///         laser.scan.fresh()?;
+    ///         Some(laser.percept.copy(&laser.scan))
+    ///     }
+    /// }
+    /// ```
     Percept,
     Output,
     role::PERCEPT
@@ -69,7 +127,7 @@ carrying!(
     role::PERCEPT
 );
 carrying!(
-    /// Change of an Analyze; the framework writes it.
+    /// Change of an Analyze; the framework writes a small one, and an Analyze one of any size.
     Change,
     Output,
     role::CHANGE
@@ -81,15 +139,63 @@ carrying!(
     role::CHANGE
 );
 
-impl<T: Interface> Deref for Observed<T> {
-    type Target = Input<T>;
+carrying!(
+    /// Command from the gate, at an Actuator.
+    Commanded,
+    Input,
+    role::COMMAND
+);
+carrying!(
+    /// Fact of the WorldModel, of any size, at Knowledge.
+    ///
+    /// Its link is its single origin, such as an Analyze's change. Every block may read it at Knowledge's URL, such as
+    /// `knowledge/map`: it then reads the origin's value, in the same cycle and without a copy. A fact without a link holds a value
+    /// that the configuration or a person sets.
+    Known,
+    Input,
+    role::FACT
+);
 
-    fn deref(&self) -> &Input<T> {
-        &self.0
-    }
+macro_rules! reading {
+    ($($name:ident),+) => {
+        $(
+            impl<T: Interface + ?Sized> Deref for $name<T> {
+                type Target = Input<T>;
+
+                fn deref(&self) -> &Input<T> {
+                    &self.0
+                }
+            }
+        )+
+    };
 }
+reading!(Sensed, Observed, Commanded, Known);
 
-impl<T: Interface> Noticed<T> {
+macro_rules! writing {
+    ($($name:ident),+) => {
+        $(
+            impl<T: Interface + ?Sized> $name<T> {
+                /// Writes a value with `items` tail items in place; it begins all zero.
+                pub fn write(&self, items: usize, write: impl FnOnce(&mut T)) -> InPlace<T> {
+                    InPlace::new(self.0.write(items, write), items, self.0.capacity())
+                }
+
+                /// Writes the newest value of an input, copied once and straight into the property.
+                pub fn copy(&self, input: &Input<T>) -> InPlace<T> {
+                    InPlace::new(self.0.copy(input), input.items(), self.0.capacity())
+                }
+
+                /// Returns how many tail items fit.
+                pub fn capacity(&self) -> usize {
+                    self.0.capacity()
+                }
+            }
+        )+
+    };
+}
+writing!(Measurement, Percept, Change);
+
+impl<T: Interface + ?Sized> Noticed<T> {
     /// Iterates over changes since the previous run, oldest first.
     pub fn iter(&self) -> impl ExactSizeIterator<Item = Received<'_, T>> {
         self.0.iter()

@@ -1,10 +1,11 @@
 use std::marker::PhantomData;
 
-use slate_module::{
-    Interface, Module, Outcome, Output, Params, Ports, Refusal, Setup, Spec, Stage, Tick, ports,
-};
+use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick};
 
+use crate::Published;
 use crate::block::{BlockState, distinct, on};
+use crate::port::role;
+use crate::published::has_place;
 
 /// Source of data. Only Sensors and Actuators differ between a simulated and a real robot.
 pub trait Sensor: 'static {
@@ -18,8 +19,8 @@ pub trait Sensor: 'static {
     type Params: Params;
     /// State; skip a connection to a device when it is saved.
     type State: BlockState;
-    /// Measured value.
-    type Value: Interface + Copy;
+    /// Measured value: a small one, or [`InPlace`](crate::InPlace) for one of any size.
+    type Value: Published;
 
     /// Returns new data since the previous call, if any. Must not block.
     fn get_data(
@@ -30,18 +31,11 @@ pub trait Sensor: 'static {
     ) -> Option<Self::Value>;
 }
 
-/// Additional ports of a Sensor.
-#[ports]
-pub struct SensorPorts<T: Interface> {
-    /// Measurement of the sensor.
-    value: Output<T>,
-}
-
 /// A [`Sensor`] as a module: run in every cycle, or when it has inputs, by them.
 pub struct SensorBlock<S>(PhantomData<fn() -> S>);
 
 impl<S: Sensor> Module for SensorBlock<S> {
-    type Io = (S::Io, SensorPorts<S::Value>);
+    type Io = (S::Io, <S::Value as Published>::Measurement);
     type Params = S::Params;
     type State = S::State;
 
@@ -55,13 +49,14 @@ impl<S: Sensor> Module for SensorBlock<S> {
 
     fn create(_: &Setup<'_>, _: &S::Params) -> Result<S::State, Refusal> {
         distinct::<Self::Io>()?;
+        has_place::<S::Value, S::Io>(role::MEASUREMENT)?;
         Ok(S::State::default())
     }
 
     fn tick(state: &mut S::State, (io, own): &Self::Io, params: &S::Params, now: &Tick) -> Outcome {
-        if let Some(value) = S::get_data(state, io, params, now) {
-            own.value.set(value);
+        match S::get_data(state, io, params, now) {
+            Some(value) => value.measure(own, now),
+            None => Outcome::Ok,
         }
-        Outcome::Ok
     }
 }

@@ -1,5 +1,7 @@
 use slate_module::{Bool, Sequence, Text, interface};
 
+use crate::ActionRequest;
+
 /// Route that controls the robot.
 #[interface]
 #[derive(serde::Serialize, serde::Deserialize)]
@@ -41,6 +43,31 @@ pub struct Ended {
     pub ending: Ending,
     /// Route that sent it.
     pub route: Route,
+}
+
+/// Action that waits in the Pipeline.
+#[interface]
+pub struct WaitingAction {
+    /// When it was queued or renewed.
+    #[unit("ns")]
+    pub queued: u64,
+    /// Number of the action at the Plan; 0 for a reflex.
+    pub ticket: u64,
+    /// Kind and arguments.
+    pub action: ActionRequest,
+    /// Rank of a reflex; 0 for a planned action.
+    pub rank: i32,
+    /// Route that sent it.
+    pub route: Route,
+}
+
+/// Actions that wait in the Pipeline, in the order of their turns; written when they change.
+#[interface]
+pub struct WaitingActions {
+    /// How often they have changed.
+    pub revision: u64,
+    /// The actions.
+    pub actions: [WaitingAction],
 }
 
 /// Status of Execute, written when it changes.

@@ -4,7 +4,10 @@
 use crate::common;
 
 use slate_interfaces::Twist2;
-use slate_mapek::{ActionKind, ActionRequest, Ending, ExecuteBlock, ExecuteStatus, PlanStep, Planned, Route};
+use slate_mapek::{
+    ActionKind, ActionRequest, Ending, ExecuteBlock, ExecuteStatus, PlanStep, Planned, Route, WaitingAction,
+    WaitingActions,
+};
 use slate_module::testing::Fixture;
 use slate_module::{Outcome, Priority, Sequence, Text};
 
@@ -51,6 +54,49 @@ fn the_status_is_written_when_it_changes_and_once_at_the_start() {
     assert_eq!(status(&execute).running.as_str(), "Drive");
     step(&mut execute);
     assert!(execute.output::<ExecuteStatus>("status").is_none());
+}
+
+/// Kind, arguments, ticket, rank, route and age in seconds of the waiting actions.
+type Waits = Vec<(String, Vec<f64>, u64, i32, Route, f64)>;
+
+#[test]
+fn waiting_actions_are_told_when_they_change() {
+    let mut execute = Execute::new();
+    let waits = |execute: &Execute| -> Option<Waits> {
+        execute.read("waiting", |waiting: &WaitingActions| {
+            let line = |one: &WaitingAction| {
+                let arguments = one.action.arguments.to_vec();
+                (
+                    one.action.kind.as_str().to_owned(),
+                    arguments,
+                    one.ticket,
+                    one.rank,
+                    one.route,
+                    one.queued as f64 * 1e-9,
+                )
+            };
+            waiting.actions.iter().map(line).collect()
+        })
+    };
+    execute.push("plan", planned(Drive::request((1.0, 3.0)), 1, 0));
+    step(&mut execute);
+    assert_eq!(waits(&execute), None, "it runs at once");
+    execute.push("plan", planned(Drive::request((2.0, 4.0)), 2, 0));
+    step(&mut execute);
+    let told = waits(&execute).unwrap();
+    assert_eq!(told.len(), 1);
+    let (kind, arguments, ticket, rank, route, queued) = &told[0];
+    assert_eq!((kind.as_str(), arguments.as_slice(), *ticket, *rank), ("Drive", &[2.0, 4.0][..], 2, 0));
+    assert!(*route == Route::DELIBERATIVE && (queued - 0.04).abs() < 1e-9, "{queued}");
+    step(&mut execute);
+    assert_eq!(waits(&execute), None, "nothing has changed");
+    // The first reflex runs, the second waits, and the plan is cleared.
+    execute.push("reflexes", reflex(Drive::request((0.7, 1.0)), 5));
+    execute.push("reflexes", reflex(Drive::request((0.5, 1.0)), 3));
+    step(&mut execute);
+    let told = waits(&execute).unwrap();
+    assert_eq!(told.len(), 1, "{told:?}");
+    assert_eq!((told[0].0.as_str(), told[0].3, told[0].4), ("Drive", 3, Route::REACTIVE));
 }
 
 #[test]

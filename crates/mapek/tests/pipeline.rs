@@ -231,7 +231,7 @@ proptest! {
                 Operation::Reflex { source, rank, swerve } => {
                     let action = if swerve { Swerve::request((value.into(), 1.0)) } else { request(value) };
                     pipeline.reflex(action, source, rank, |_| {});
-                    interrupted = model.reflex(QueuedAction { action, origin: Origin::Reflex { source, rank } });
+                    interrupted = model.reflex(QueuedAction { action, origin: Origin::Reflex { source, rank }, queued: 0 });
                 }
                 Operation::Planned { late, step } => {
                     let (action, ticket) = (request(value), u64::from(value));
@@ -245,7 +245,7 @@ proptest! {
                             interrupted = model.clear_planned();
                         }
                         if step != PlanStep::CLEAR {
-                            model.arrive(QueuedAction { action, origin: Origin::Plan(ticket) });
+                            model.arrive(QueuedAction { action, origin: Origin::Plan(ticket), queued: 0 });
                         }
                         model.replan = false;
                     }

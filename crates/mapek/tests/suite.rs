@@ -6,6 +6,7 @@ mod blocks;
 mod book;
 mod builder;
 mod common;
+mod devices;
 mod execute;
 mod knowledge;
 mod pipeline;

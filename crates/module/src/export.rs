@@ -68,6 +68,19 @@ unsafe fn answer(sink: *const Sink, call: impl FnOnce() -> Result<Vec<u8>, Refus
     }
 }
 
+/// Writes the configuration of a robot, or what is wrong with it; [`plugin!`](crate::plugin) makes the call.
+///
+/// # Safety
+/// The sink is as the host made it.
+#[doc(hidden)]
+pub unsafe fn write_robot<E: std::fmt::Display>(
+    sink: *const Sink,
+    robot: impl FnOnce() -> Result<String, E>,
+) -> i32 {
+    // SAFETY: passed on to the caller.
+    unsafe { answer(sink, || robot().map(String::into_bytes).map_err(|error| Refusal(error.to_string()))) }
+}
+
 /// # Safety
 /// The table and its texts live during `work`.
 unsafe fn with_setup<R>(

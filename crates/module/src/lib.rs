@@ -97,15 +97,17 @@ mod tick;
 
 pub use codec::{decode, encode};
 pub use description::{Description, Direction, PortDescription, Stage, Trigger, parse_duration};
+#[doc(hidden)]
+pub use export::write_robot;
 pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
 pub use instance::{Instance, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};
 pub use parameters::{Parameter, Params};
-pub use plugin::{Maker, ModuleKind, Plugin};
+pub use plugin::{Maker, ModuleKind, Plugin, read_robot};
 pub use port::{
     Command, Debug, Delivery, HasPort, Inbox, Input, Outbox, Output, Port, PortCursor, Ports, Priority,
-    Queue, Received, Required,
+    Queue, Received, Required, StaleInput,
 };
 pub use portable::{PortableDescription, decode_interface, encode_interface};
 pub use random::Random;
@@ -132,9 +134,12 @@ pub mod prelude {
 /// A program that links the crate in gets it from the function `plugin` that this makes. Built as a shared library
 /// (`crate-type = ["cdylib"]`) the crate can be loaded by an agent that runs; what it offers and needs stands in the
 /// section `.slate` of the file, where it is read before the library is opened.
+///
+/// With `plugin!(Follower; robot = rover)` the library also brings the robot that the function `rover` builds, and `slate run` runs the
+/// library.
 #[macro_export]
 macro_rules! plugin {
-    ($($module:ty),+ $(,)? $(; depends = [$($depends:literal),* $(,)?])?) => {
+    ($($module:ty),+ $(,)? $(; depends = [$($depends:literal),* $(,)?])? $(; robot = $robot:path)?) => {
         /// The modules that this crate brings.
         pub fn plugin() -> $crate::Plugin {
             $crate::Plugin::new(env!("CARGO_PKG_NAME"), [$($crate::ModuleKind::linked::<$module>()),+])
@@ -159,6 +164,14 @@ macro_rules! plugin {
                 depends: &[$($($depends),*)?],
                 modules: OUTLINES,
             });
+
+            $(
+                #[unsafe(export_name = concat!("slate_robot_", env!("CARGO_CRATE_NAME")))]
+                unsafe extern "C" fn __slate_robot(sink: *const $crate::table::Sink) -> i32 {
+                    // SAFETY: the host passes a sink that lives during the call.
+                    unsafe { $crate::write_robot(sink, || $robot().to_toml()) }
+                }
+            )?
 
             #[used]
             #[unsafe(link_section = ".slate")]

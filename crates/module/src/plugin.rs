@@ -222,6 +222,14 @@ fn setup_table(setup: &Setup<'_>, section: &[u8]) -> SetupTable {
     }
 }
 
+/// Makes the call that writes a robot's configuration, and returns what it wrote.
+///
+/// # Errors
+/// What is wrong with the robot.
+pub fn read_robot(robot: impl FnOnce(*const Sink) -> i32) -> Result<String, Refusal> {
+    call(robot).map(|text| String::from_utf8_lossy(&text).into_owned())
+}
+
 /// Makes a call with a sink; what it wrote, or the reason of its refusal.
 fn call(call: impl FnOnce(*const Sink) -> i32) -> Result<Vec<u8>, Refusal> {
     let mut written = Vec::new();

@@ -104,6 +104,9 @@ pub struct ModuleTable {
     pub destroy: unsafe extern "C" fn(instance: *mut (), sink: *const Sink) -> i32,
 }
 
+/// What a library may export as `slate_robot_<crate>`: writes the configuration of a robot in TOML, or what is wrong with it.
+pub type RobotCall = unsafe extern "C" fn(sink: *const Sink) -> i32;
+
 // SAFETY: a table is constant; its texts are read only.
 unsafe impl Send for ModuleTable {}
 // SAFETY: as above.

@@ -164,6 +164,7 @@ fn summary() -> Summary {
         message: None,
         sim_time_s: 61.0,
         wall_time_s: 0.048,
+        time_to_goal_s: Some(61.0),
         path_length_m: Some(10.9),
         shortest_path_m: Some(10.2),
         collisions: 0,

@@ -3,7 +3,7 @@
 mod text;
 
 use crate::{
-    Error, Summary,
+    Error, Outcome, Summary,
     statistics::{percentile, poisson_bound, sum, wilson_interval},
 };
 use serde::{Deserialize, Serialize};
@@ -27,10 +27,13 @@ pub struct Batch {
     /// How many runs were asked for, when it was cut off.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub runs_asked: Option<u64>,
-    /// Runs that reached the goal, with or without collisions.
+    /// Number of runs by outcome.
+    #[serde(default)]
+    pub outcomes: BTreeMap<Outcome, u64>,
+    /// Runs that reached their last goal, with or without collisions.
     #[serde(default)]
     pub goals_reached: u64,
-    /// Share of the runs that reached the goal and caused no collision.
+    /// Share of the runs that did their task and caused no collision.
     pub success_rate: Option<f64>,
     /// 95 % Wilson interval of the success rate.
     pub success_interval: [f64; 2],
@@ -40,13 +43,16 @@ pub struct Batch {
     /// Success weighted by path length: the mean over all runs of 0 for a failure and else the shortest way divided by
     /// the way that was gone, at most 1.
     pub spl: Option<f64>,
-    /// Seeds of the runs that did not reach the goal or caused a collision, ascending.
+    /// Seeds of the runs that did not do their task or caused a collision, ascending.
     pub failed_seeds: Vec<u64>,
-    /// The same seeds by what the runs ended with.
+    /// The same seeds by cause: the outcome, or the error where it is an error.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub failures: BTreeMap<String, Vec<u64>>,
     /// Simulated time of all runs, also the failed, seconds.
     pub sim_time_s: Option<Spread>,
+    /// Time to the last goal over the runs that reached it, seconds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_to_goal_s: Option<Spread>,
     /// Length of the ways, metres.
     pub path_length_m: Option<Spread>,
     /// Smallest distances to anything, metres, over the runs where there was anything.
@@ -167,11 +173,15 @@ impl Batch {
         failed.sort_by_key(|summary| summary.seed);
         let mut failures: BTreeMap<String, Vec<u64>> = BTreeMap::new();
         for summary in &failed {
-            let why = match summary.reached_goal() {
-                true => "goal reached, with collisions caused".to_owned(),
-                false => summary.message.clone().unwrap_or_else(|| summary.outcome.to_string()),
+            let why = match &summary.message {
+                Some(message) if summary.outcome == Outcome::Failed => message.clone(),
+                _ => summary.outcome.to_string(),
             };
             failures.entry(why).or_default().push(summary.seed);
+        }
+        let mut outcomes = BTreeMap::new();
+        for summary in summaries {
+            *outcomes.entry(summary.outcome).or_default() += 1;
         }
         let total = |count: fn(&Summary) -> u64| summaries.iter().map(count).sum();
         let companions: BTreeSet<&String> =
@@ -189,6 +199,7 @@ impl Batch {
             runs,
             interrupted: false,
             runs_asked: None,
+            outcomes,
             goals_reached: summaries.iter().filter(|summary| summary.reached_goal()).count() as u64,
             success_rate: per_run(successes as f64),
             success_interval: wilson_interval(successes, runs),
@@ -201,6 +212,7 @@ impl Batch {
             failed_seeds: failed.iter().map(|summary| summary.seed).collect(),
             failures,
             sim_time_s: spread(|summary| summary.sim_time_s),
+            time_to_goal_s: Spread::of(summaries.iter().filter_map(|summary| summary.time_to_goal_s)),
             path_length_m: Spread::of(lengths()),
             min_clearance_m: Spread::of(summaries.iter().filter_map(|summary| summary.min_clearance_m)),
             route_switches: spread(|summary| summary.route_switches as f64),

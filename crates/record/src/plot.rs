@@ -11,7 +11,7 @@ mod view;
 
 pub(crate) use animation::animation;
 pub(crate) use curves::{Curve, curves};
-pub(crate) use map::map;
+pub(crate) use map::{beside, map};
 pub(crate) use scene::scene;
 pub(crate) use timeline::timeline;
 

@@ -35,7 +35,7 @@ impl Report<'_> {
 
     /// The plot of the way of each robot: scripted robots in black, the others red where the deliberative route
     /// commands them and blue where the reactive route does, with a square where the route changes and a dot where
-    /// another action begins. Samples that are not finite or further than 1000 km from the origin are left out.
+    /// another action begins, whose shape is that of its kind. Samples that are not finite or further than 1000 km from the origin are left out.
     ///
     /// # Errors
     /// If the plot cannot be drawn.
@@ -61,7 +61,7 @@ impl Report<'_> {
         plot::animation(&self.drawing(self.summary.title()))
     }
 
-    /// Writes `scene.svg`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and `summary.json`. The directory is made if it is
+    /// Writes `scene.svg`, `scene.json`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and `summary.json`. The directory is made if it is
     /// missing; files of an earlier run are replaced once all the new ones are on the disk.
     ///
     /// # Errors
@@ -71,6 +71,7 @@ impl Report<'_> {
         let files = [
             ("trajectory.csv", self.trajectory.csv()),
             ("scene.svg", self.scene_svg()?),
+            ("scene.json", serde_json::to_string_pretty(self.scene)? + "\n"),
             ("trajectory.svg", self.trajectory_svg()?),
             ("timeline.svg", self.timeline_svg()?),
             ("animation.svg", self.animation_svg()?),

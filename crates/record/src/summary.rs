@@ -3,11 +3,19 @@ use serde::{Deserialize, Serialize};
 use std::{collections::BTreeMap, fmt};
 
 /// How a run ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Outcome {
-    /// The goal was reached.
+    /// The goal was reached, and held where that is the mission, without a collision caused.
     GoalReached,
+    /// The goal was reached, and left for too long.
+    GoalLeft,
+    /// The gap to another robot was kept, without a collision caused.
+    GapKept,
+    /// The gap was too small or too large for too long.
+    GapLeft,
+    /// A collision was caused, whatever else was achieved.
+    Collided,
     /// The time for the run was up before the goal was reached.
     TimedOut,
     /// The run was stopped from outside.
@@ -16,10 +24,21 @@ pub enum Outcome {
     Failed,
 }
 
+impl Outcome {
+    /// Whether the run did its task and caused no collision.
+    pub fn is_success(self) -> bool {
+        matches!(self, Outcome::GoalReached | Outcome::GapKept)
+    }
+}
+
 impl fmt::Display for Outcome {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
             Outcome::GoalReached => "goal reached",
+            Outcome::GoalLeft => "goal left",
+            Outcome::GapKept => "gap kept",
+            Outcome::GapLeft => "gap left",
+            Outcome::Collided => "collided",
             Outcome::TimedOut => "timed out",
             Outcome::Stopped => "stopped",
             Outcome::Failed => "failed",
@@ -48,6 +67,9 @@ pub struct Summary {
     pub sim_time_s: f64,
     /// Time on the wall from start to end, seconds. The only figure that differs between equal runs.
     pub wall_time_s: f64,
+    /// When the robot reached its last goal, seconds; none if it did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub time_to_goal_s: Option<f64>,
     /// Length of the robot's path, metres; none of a run without a judge.
     #[serde(default)]
     pub path_length_m: Option<f64>,
@@ -80,25 +102,14 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Whether the goal was reached, and the robot caused no collision.
+    /// Whether the task was done, and no collision was caused.
     pub fn succeeded(&self) -> bool {
-        self.reached_goal() && self.collisions_caused == 0
+        self.outcome.is_success()
     }
 
-    /// Whether the goal was reached, with or without collisions.
+    /// Whether the last goal was reached, with or without collisions.
     pub fn reached_goal(&self) -> bool {
-        self.outcome == Outcome::GoalReached
-    }
-
-    /// How the run ended, in words.
-    pub fn verdict(&self) -> String {
-        match self.collisions_caused {
-            caused if caused > 0 && self.reached_goal() => {
-                let noun = if caused == 1 { "collision" } else { "collisions" };
-                format!("{}, with {caused} {noun} caused", self.outcome)
-            }
-            _ => self.outcome.to_string(),
-        }
+        self.time_to_goal_s.is_some() || self.outcome == Outcome::GoalReached
     }
 
     /// The summary as one line of JSON, without line feed.
@@ -130,6 +141,9 @@ impl Summary {
         if let Some(length) = self.path_length_m {
             let shortest = self.shortest_path_m.map(|shortest| format!("  (shortest {shortest:.2} m)"));
             row("path length", format!("{length:.2} m{}", shortest.unwrap_or_default()));
+            if let Some(time) = self.time_to_goal_s {
+                row("time to goal", format!("{time:.2} s"));
+            }
             let caused = self.collisions_caused;
             row("collisions", format!("{}  (caused by the robot: {caused})", self.collisions));
             let clearance = self.min_clearance_m.map(|metres| format!("{metres:.3} m"));
@@ -165,7 +179,7 @@ impl Summary {
     /// The headline without the message, which may be long.
     pub(crate) fn title(&self) -> String {
         let Summary { example, seed, sim_time_s, .. } = self;
-        format!("{example}, seed {seed}: {} after {sim_time_s:.1} s", self.verdict())
+        format!("{example}, seed {seed}: {} after {sim_time_s:.1} s", self.outcome)
     }
 
     /// The conditions in one line.

@@ -1,9 +1,11 @@
+mod routes;
 mod stream;
 mod thinned;
 
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
+pub use routes::RouteUse;
 pub use stream::TrajectoryStream;
 pub use thinned::{ThinnedTrajectory, TrajectoryPosition};
 
@@ -50,6 +52,11 @@ impl Sample {
     /// Seconds since the start of the run.
     pub fn seconds(&self) -> f64 {
         self.time as f64 / 1e9
+    }
+
+    /// The kind of the running action: its name without arguments.
+    pub fn kind(&self) -> &str {
+        self.action.split(['(', '{', '>']).next().unwrap_or_default().trim()
     }
 }
 

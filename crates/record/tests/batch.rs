@@ -173,7 +173,7 @@ fn json_is_one_line_with_the_promised_fields() {
 fn table_tells_what_happened_first() {
     let text = Batch::of(&runs(3, 4)).to_string();
     let first = text.lines().next().unwrap();
-    assert_eq!(first, "exp1: 3 of 4 runs reached the goal, 75.0 % (95 % interval 30.1 to 95.4 %)");
+    assert_eq!(first, "exp1: 3 of 4 runs succeeded, 75.0 % (95 % interval 30.1 to 95.4 %)");
     assert!(
         text.lines()
             .any(|line| line.trim_start().starts_with("failed seeds") && line.ends_with(" 3: timed out"))
@@ -227,16 +227,31 @@ proptest! {
 
 #[test]
 fn run_with_caused_collisions_is_no_success() {
-    let collided = Summary { collisions: 14, collisions_caused: 12, ..summary(2) };
+    let collided = Summary {
+        outcome: Outcome::Collided,
+        message: Some("goal reached, with 12 collisions caused".to_owned()),
+        collisions: 14,
+        collisions_caused: 12,
+        ..summary(2)
+    };
     assert!(!collided.succeeded() && collided.reached_goal());
-    assert!(collided.headline().contains("goal reached, with 12 collisions caused after"), "{collided}");
-    let batch = Batch::of(&[summary(1), collided]);
-    assert_eq!((batch.goals_reached, batch.success_rate), (2, Some(0.5)));
-    assert_eq!(batch.failed_seeds, [2]);
-    assert_eq!(batch.failures["goal reached, with collisions caused"], [2]);
+    let headline = "exp1, seed 2: collided after 20.0 s: goal reached, with 12 collisions caused";
+    assert_eq!(collided.headline(), headline);
+    let kept = Summary { outcome: Outcome::GapKept, ..summary(3) };
+    assert!(kept.succeeded());
+    let late = Summary { outcome: Outcome::TimedOut, time_to_goal_s: None, ..summary(4) };
+    assert!(!late.succeeded() && !late.reached_goal());
+    let batch = Batch::of(&[summary(1), collided, kept, late]);
+    assert_eq!((batch.goals_reached, batch.success_rate), (3, Some(0.5)));
+    assert_eq!(batch.failed_seeds, [2, 4]);
+    let seeds = |cause: &str| batch.failures[cause].as_slice();
+    assert_eq!((seeds("collided"), seeds("timed out")), (&[2][..], &[4][..]));
+    let json: serde_json::Value = serde_json::from_str(&batch.json_line().unwrap()).unwrap();
+    let counts = serde_json::json!({ "collided": 1, "gap_kept": 1, "goal_reached": 1, "timed_out": 1 });
+    assert_eq!(json["outcomes"], counts);
     let text = batch.to_string();
-    assert!(text.contains("1 of 2 runs reached the goal and caused no collision"), "{text}");
-    assert!(text.contains("1 more reached the goal and caused collisions"), "{text}");
+    assert!(text.starts_with("exp1: 2 of 4 runs succeeded, 50.0 %"), "{text}");
+    assert!(text.contains("1 goal reached, 1 gap kept, 1 collided, 1 timed out"), "{text}");
 }
 
 #[test]

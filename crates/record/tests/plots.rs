@@ -282,3 +282,30 @@ fn animation_of_no_samples_or_no_finite_pose_is_a_still() {
         assert!(!animation(&run).contains("animateTransform"));
     }
 }
+
+#[test]
+fn each_kind_of_action_has_a_shape_of_its_own() {
+    let mut run = Trajectory::default();
+    let actions = ["", "GoToOrigin", "AvoidObstacle", "GoToOrigin", "KeepWall(0.3)", "KeepWall(0.4)"];
+    for (action, step) in actions.iter().zip(0_u32..) {
+        let route = if action.starts_with("Go") { DELIBERATIVE } else { REACTIVE };
+        run.samples.push(sample(
+            u64::from(step) * 100_000_000,
+            "R2",
+            f64::from(step) * 0.3,
+            1.0,
+            route,
+            action,
+        ));
+    }
+    let [map, _] = plots(&scene(), &run);
+    for kind in ["GoToOrigin begins", "AvoidObstacle begins", "KeepWall begins"] {
+        assert_eq!(map.matches(kind).count(), 1, "{kind}");
+    }
+    // Discs for the first kind, and filled polygons of as many corners as a triangle and a diamond.
+    let corners: Vec<usize> = polygons(&map).iter().map(Vec::len).collect();
+    let count = |corner: usize| corners.iter().filter(|corners| **corners == corner).count();
+    assert_eq!(count(3), 2, "AvoidObstacle begins once, beside the legend: {corners:?}");
+    // The box of the scene has four corners, too.
+    assert_eq!(count(4), 1 + 3, "KeepWall begins twice with other arguments, beside the legend: {corners:?}");
+}

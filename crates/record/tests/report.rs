@@ -7,8 +7,15 @@ use common::{scene, summary, trajectory};
 use slate_record::{Error, Outcome, Report, Route, Summary};
 use std::{fs, path::PathBuf};
 
-const FILES: [&str; 6] =
-    ["animation.svg", "scene.svg", "summary.json", "timeline.svg", "trajectory.csv", "trajectory.svg"];
+const FILES: [&str; 7] = [
+    "animation.svg",
+    "scene.json",
+    "scene.svg",
+    "summary.json",
+    "timeline.svg",
+    "trajectory.csv",
+    "trajectory.svg",
+];
 
 /// An empty place for one test.
 fn place(name: &str) -> PathBuf {

@@ -4,6 +4,7 @@ mod bag;
 #[cfg(feature = "external-tools")]
 mod bag_others;
 mod batch;
+mod beside;
 mod common;
 #[path = "logs/main.rs"]
 mod logs;

@@ -255,7 +255,7 @@ impl Hostile {
 
     /// Offers the values after that number.
     fn offer(&mut self, number: u64, epoch: u32, after: u64) {
-        let offer = ("out/value", [0_u8; 0].as_slice(), "", 0_u64, 1_u32, after);
+        let offer = ("out/value", [0_u8; 0].as_slice(), "", "", 0_u64, 1_u32, after);
         let message = postcard::to_allocvec(&(2_u8, 1_u32, epoch, offer)).unwrap();
         self.fragment(0, number, (0, 1), &message);
     }

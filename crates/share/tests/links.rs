@@ -108,6 +108,51 @@ impl Module for Reader {
     }
 }
 
+/// Ports of [`Witness`].
+#[ports]
+pub struct WitnessIo {
+    #[role("truth")]
+    truth: Output<Number>,
+}
+
+/// Knows the truth.
+pub struct Witness;
+
+#[module(stage = SensorAcquire)]
+impl Module for Witness {
+    type Io = WitnessIo;
+    type Params = ();
+    type State = ();
+
+    fn tick((): &mut (), io: &WitnessIo, (): &(), _: &Tick) -> Outcome {
+        io.truth.set(Number { value: 7.0 });
+        Outcome::Ok
+    }
+}
+
+/// Ports of [`Judge`].
+#[ports]
+pub struct JudgeIo {
+    #[role("truth")]
+    truth: Input<Number>,
+    heard: Output<Number>,
+}
+
+/// May read it.
+pub struct Judge;
+
+#[module(stage = Act)]
+impl Module for Judge {
+    type Io = JudgeIo;
+    type Params = ();
+    type State = ();
+
+    fn tick((): &mut (), io: &JudgeIo, (): &(), _: &Tick) -> Outcome {
+        io.heard.set(io.truth.get().copied().unwrap_or_default());
+        Outcome::Ok
+    }
+}
+
 /// An agent that runs until this is dropped.
 struct Running {
     board: Arc<Board>,
@@ -122,7 +167,12 @@ fn load(name: &str, text: &str, mode: Mode) -> Agent {
 
 fn try_load(name: &str, text: &str, mode: Mode) -> Result<Agent, StartError> {
     let database = Database::from_text(&format!("{name}.toml"), text, Reading::default()).unwrap();
-    let plugins = [Plugin::linked::<Counter>(), Plugin::linked::<Reader>()];
+    let plugins = [
+        Plugin::linked::<Counter>(),
+        Plugin::linked::<Reader>(),
+        Plugin::linked::<Witness>(),
+        Plugin::linked::<Judge>(),
+    ];
     let mut sharing = AgentSharing::default();
     sharing.limits = agents::limits();
     sharing.carriers.insert("other".into(), Arc::new(Local));
@@ -226,6 +276,25 @@ fn values_queues_and_messages_cross_and_absence_shows() {
         wait_for("fresh values of the next one", || reader.number("reader/fresh") > 3.0);
         drop((reader, counter));
     }
+}
+
+#[test]
+fn ground_truth_of_another_agent_is_for_referees() {
+    let folder = Folder::new();
+    let text = arm(&folder, "[modules.judge]")
+        .replace("base/counter/number\", stale", "base/witness/truth\", stale")
+        + "\"judge/truth\" = \"slate://base/witness/truth\"\n";
+    let reader = Running::start("arm", &text, Mode::Staged);
+    let _base = Running::start("base", &(base(&folder) + "[modules.witness]\n"), Mode::Staged);
+    wait_for("the truth", || reader.number("judge/heard") == 7.0);
+    wait_for("the rule", || {
+        reader.trouble("reader/number").is_some_and(|trouble| {
+            trouble.contains("only ports of referees read ground truth")
+                && trouble.contains("slate://base/witness/truth")
+        })
+    });
+    assert_eq!(reader.number("reader/fresh"), 0.0);
+    assert_eq!(reader.trouble("judge/truth"), None);
 }
 
 #[test]

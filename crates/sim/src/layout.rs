@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
-use slate_module::math::{cos, sin};
+use slate_module::math::{cos, sin, wrap_angle};
 
 use crate::error::{DescriptionError, key, unknown};
 use crate::geometry::{Point, Polygon, Pose};
@@ -19,6 +19,83 @@ pub struct Layout {
     /// Bodies beside those of the arena.
     #[serde(default)]
     pub bodies: Vec<Body>,
+    /// Bounds of what the seed adds to the pose of each robot.
+    #[serde(default)]
+    pub start_offset: StartOffset,
+}
+
+/// Bounds of a random offset of a pose, uniform to either side.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct StartOffset {
+    /// Along x and along y, metres.
+    pub position: f64,
+    /// Radians.
+    pub heading: f64,
+}
+
+impl StartOffset {
+    fn check(&self, setting: &str) -> Result<(), DescriptionError> {
+        for (name, bound) in [("position", self.position), ("heading", self.heading)] {
+            if !(0.0..1e6).contains(&bound) {
+                let message = format!("expected a number from 0 to 1000000, found {bound}");
+                return Err(DescriptionError::new(&format!("{setting}.{name}"), message));
+            }
+        }
+        Ok(())
+    }
+
+    fn of(&self, pose: Pose, random: &mut Random) -> Pose {
+        let mut add = |value: f64, bound: f64| value + random.uniform(-bound, bound);
+        let (x, y) = (add(pose.x, self.position), add(pose.y, self.position));
+        Pose { x, y, theta: wrap_angle(add(pose.theta, self.heading)) }
+    }
+}
+
+impl Layout {
+    /// Checks the bounds of the offsets; `setting` is the layout's.
+    ///
+    /// # Errors
+    /// The setting that is out of its range.
+    pub fn check(&self, setting: &str) -> Result<(), DescriptionError> {
+        self.start_offset.check(&format!("{setting}.start_offset"))
+    }
+
+    /// Adds the offset that a seed draws to the pose of each robot. A robot that would touch something is drawn again.
+    ///
+    /// # Errors
+    /// When the offsets leave no room.
+    pub fn with_offsets(
+        &self,
+        setting: &str,
+        world: &World,
+        outlines: &BTreeMap<String, Polygon>,
+        seed: u64,
+    ) -> Result<Self, DescriptionError> {
+        if self.start_offset == StartOffset::default() {
+            return Ok(self.clone());
+        }
+        let bodies = world.bodies.iter().chain(&self.bodies);
+        let mut taken: Vec<Polygon> = bodies.filter_map(Body::polygon).collect();
+        let mut robots = BTreeMap::new();
+        for (name, pose) in &self.robots {
+            // A stream for each, so that one more robot moves no other.
+            let mut random = Random::new(seed, &format!("layout/{name}"));
+            // A robot of another configuration takes no room.
+            let Some(outline) = outlines.get(name) else { continue };
+            let mut draws = (0..TRIES).map(|_| self.start_offset.of(*pose, &mut random));
+            let fits =
+                |pose: &Pose| taken.iter().all(|other| placed(outline, pose).gap(other).distance > 0.0);
+            let drawn = draws.find(fits).ok_or_else(|| {
+                let message =
+                    format!("no room for `{name}` within its offsets; move it, or make them smaller");
+                DescriptionError::new(&format!("{setting}.start_offset"), message)
+            })?;
+            taken.push(placed(outline, &drawn));
+            robots.insert(name.clone(), drawn);
+        }
+        Ok(Self { robots, ..self.clone() })
+    }
 }
 
 /// A robot starts in a strip of the arena, a box stands near its straight way to the goal, a disturber anywhere else.
@@ -107,7 +184,7 @@ impl Scattered {
                 bodies.push(own);
             }
             if robots.len() == self.robots.len() {
-                return Ok(Layout { robots, bodies: Vec::new() });
+                return Ok(Layout { robots, ..Layout::default() });
             }
         }
         Err(DescriptionError::new("world.scattered", "no room for the robots"))
@@ -192,7 +269,7 @@ impl ObstructedWay {
             }
             let robots = BTreeMap::from([(self.robot.clone(), start), (self.disturber.clone(), other)]);
             let bodies = vec![Body::rectangle("box", [center.x, center.y], [self.box_size; 2])];
-            return Ok(Layout { robots, bodies });
+            return Ok(Layout { robots, bodies, ..Layout::default() });
         }
         Err(DescriptionError::new("world.random", "no room for the robots and the box"))
     }

@@ -2,7 +2,9 @@
 //!
 //! Everything depends on the seed alone: the same seed gives the same bytes in every build and on every machine.
 
+mod accuracy;
 pub mod contact;
+pub mod devices;
 pub mod drive;
 mod error;
 pub mod fault;
@@ -10,6 +12,8 @@ pub mod geometry;
 pub mod grid;
 pub mod laser;
 pub mod layout;
+pub mod positioning;
+mod profile;
 mod rate;
 mod referee;
 pub mod robot;
@@ -27,6 +31,7 @@ pub mod touching;
 mod workers;
 pub mod world;
 
+use slate_mapek::{actuator, sensor};
 use slate_module::{ModuleKind, Plugin};
 
 pub use error::DescriptionError;
@@ -49,6 +54,16 @@ pub fn plugin() -> Plugin {
                 "pursuit_referee",
                 "Judges whether a robot follows another at a safe distance.",
             ),
+            sensor::<devices::SimulatedSonar>(),
+            sensor::<devices::SimulatedPosition>(),
+            sensor::<devices::SimulatedOrientation>(),
+            sensor::<devices::SimulatedOdometry>(),
+            sensor::<devices::SimulatedLaser>(),
+            sensor::<devices::SimulatedBumper>(),
+            sensor::<devices::SimulatedAccuracy>(),
+            sensor::<devices::SimulatedRobotSensor>(),
+            actuator::<devices::SimulatedWheels>(),
+            actuator::<devices::SimulatedSkidSteerWheels>(),
         ],
     )
 }

@@ -31,7 +31,9 @@ const RAYS: u32 = 16;
 pub struct RobotSensor {
     description: RobotSensorDescription,
     random: Random,
-    /// When it looked last, nanoseconds.
+    /// When it had its turn last, nanoseconds.
+    turn: Option<u64>,
+    /// When it measured last, nanoseconds.
     last: Option<u64>,
     sightings: Vec<Sighting>,
     /// Memory for the numbers of bodies that are near.
@@ -42,7 +44,14 @@ pub struct RobotSensor {
 impl RobotSensor {
     /// The sensor of a robot whose noise comes from that stream.
     pub fn new(description: &RobotSensorDescription, random: Random) -> Self {
-        Self { description: description.clone(), random, last: None, sightings: Vec::new(), near: Vec::new() }
+        Self {
+            description: description.clone(),
+            random,
+            turn: None,
+            last: None,
+            sightings: Vec::new(),
+            near: Vec::new(),
+        }
     }
 
     /// Newest detections, nearest first.
@@ -50,14 +59,19 @@ impl RobotSensor {
         &self.sightings
     }
 
-    /// When it looked last, nanoseconds.
-    pub fn last(&self) -> Option<u64> {
+    /// When it measured last, nanoseconds.
+    pub fn measured_at(&self) -> Option<u64> {
         self.last
     }
 
     /// Looks around from robot number `own`, if it is time to.
     pub fn look(&mut self, own: usize, surroundings: &Surroundings, now: u64) {
-        if self.description.rate.is_some_and(|rate| !due(rate, 0.0, self.last, now)) {
+        if self.description.rate.is_some_and(|rate| !due(rate, 0.0, self.turn, now)) {
+            return;
+        }
+        self.turn = Some(now);
+        let sweep_dropout = self.description.sweep_dropout;
+        if sweep_dropout > 0.0 && self.random.unit() < sweep_dropout {
             return;
         }
         self.last = Some(now);

@@ -10,8 +10,9 @@ use slate_module::blackboard::nearest_names;
 use crate::error::{key, unknown};
 use crate::fault::{self, Fault, FaultySensor};
 use crate::geometry::{Point, Polygon, Pose};
-pub use crate::layout::Layout;
+pub use crate::layout::{Layout, StartOffset};
 use crate::layout::{ObstructedWay, Scattered};
+use crate::profile::{ProfileKeys, Profiles};
 use crate::robot::{LaserDescription, RobotDescription};
 use crate::script::RandomWalk;
 use crate::section::misread;
@@ -30,11 +31,14 @@ pub struct Section {
     /// Physics steps per second.
     #[serde(default = "steps_per_second")]
     pub steps_per_second: u32,
-    /// Which sonar profile the robots have; empty for none.
+    /// Sensor profile of all robots: sonars, sensor that sees other robots, positioning system, odometry.
     #[serde(default)]
-    pub sonar: String,
-    /// Which profile of the sensor that sees other robots those have that have one. Unless said it is that with the
-    /// sonars' name, or the only one.
+    pub profile: Option<String>,
+    /// Sonar profile instead; empty for none, as without a `profile`.
+    #[serde(default)]
+    pub sonar: Option<String>,
+    /// Profile of the sensor that sees other robots instead. Unless said it is that with the sonars' name, or the only
+    /// one.
     #[serde(default)]
     pub robot_sensor: Option<String>,
     /// Number of measuring threads; results are the same.
@@ -66,6 +70,9 @@ impl Section {
     fn check(&self) -> Result<(), DescriptionError> {
         self.random.as_ref().map_or(Ok(()), ObstructedWay::check)?;
         self.scattered.as_ref().map_or(Ok(()), Scattered::check)?;
+        self.layouts
+            .iter()
+            .try_for_each(|(name, layout)| layout.check(&format!("world.layouts.{}", key(name))))?;
         if let Some(name) = self.goals.keys().find(|name| !self.robots.contains_key(*name)) {
             let message = unknown("robot", name, self.robots.keys().map(String::as_str));
             return Err(DescriptionError::new(&format!("world.goals.{}", key(name)), message));
@@ -88,17 +95,35 @@ impl Section {
             let place = format!("world.robots.{}", key(name));
             let mut description =
                 RobotDescription::load(&entry.model).map_err(|error| error.of(&format!("{place}.model")))?;
-            let own = entry.robot_sensor.as_ref();
-            if let Some(profile) = own.or(self.robot_sensor.as_ref()) {
-                choose(&mut description, &place, profile, own.is_some())?;
-            }
+            self.profiles(entry, &place).choose(&mut description)?;
             if let Some(laser) = entry.laser.as_ref().filter(|laser| !laser.is_empty()) {
                 lasers.insert(name.clone(), laser_of(&description, &place, laser)?);
             }
-            check_sonar(entry, &description, &place, &self.sonar)?;
             descriptions.insert(name.clone(), description);
         }
         Ok((descriptions, lasers))
+    }
+
+    /// The sonar profile of a robot; empty for none.
+    fn sonar_of(&self, entry: &RobotEntry, description: &RobotDescription) -> String {
+        self.profiles(entry, "").sonar_of(description)
+    }
+
+    /// The keys of the sensors of a robot whose entry stands at `place`.
+    fn profiles<'a>(&'a self, entry: &'a RobotEntry, place: &'a str) -> Profiles<'a> {
+        Profiles {
+            own: ProfileKeys {
+                profile: entry.profile.as_deref(),
+                sonar: entry.sonar.as_deref(),
+                robot_sensor: entry.robot_sensor.as_deref(),
+            },
+            of_world: ProfileKeys {
+                profile: self.profile.as_deref(),
+                sonar: self.sonar.as_deref(),
+                robot_sensor: self.robot_sensor.as_deref(),
+            },
+            place,
+        }
     }
 
     /// The layout under a seed.
@@ -114,11 +139,12 @@ impl Section {
                 format!("missing table [world.{name}]: `layout = \"{name}\"` is drawn by its rules");
             DescriptionError::new("world.layout", message)
         };
-        if let Some(layout) = self.layouts.get(&self.layout) {
-            return Ok(layout.clone());
-        }
         let outlines: BTreeMap<_, _> =
             descriptions.iter().map(|(name, description)| (name.clone(), description.outline())).collect();
+        if let Some(layout) = self.layouts.get(&self.layout) {
+            let setting = format!("world.layouts.{}", key(&self.layout));
+            return layout.with_offsets(&setting, world, &outlines, seed);
+        }
         let mut random = Random::new(seed, "layout");
         match self.layout.as_str() {
             "random" => {
@@ -160,13 +186,16 @@ fn one() -> usize {
 pub struct RobotEntry {
     /// A type that comes with the simulator, or the path of a file.
     pub model: String,
-    /// Its sonar profile, if it is not the world's; empty for none.
+    /// Its sensor profile, if it is not the world's.
+    #[serde(default)]
+    pub profile: Option<String>,
+    /// Its sonar profile instead; empty for none.
     #[serde(default)]
     pub sonar: Option<String>,
     /// The laser scanner that it carries; none unless said.
     #[serde(default)]
     pub laser: Option<String>,
-    /// Its profile of the sensor that sees other robots, if it is not the world's; empty for none.
+    /// Its profile of the sensor that sees other robots instead; empty for none.
     #[serde(default)]
     pub robot_sensor: Option<String>,
     /// Its script, if it does not obey commands.
@@ -187,8 +216,6 @@ pub struct Scenario {
     pub goals: BTreeMap<String, Vec<Point>>,
     /// The physics step, nanoseconds.
     pub step: u64,
-    /// Which sonar profile the robots have that have none of their own.
-    pub sonar: String,
     /// Number of measuring threads.
     pub threads: usize,
     /// The laser scanners of the robots that carry one.
@@ -213,7 +240,7 @@ impl Scenario {
         let mut world = World::load(&section.arena).map_err(|error| error.of("world.arena"))?;
         let (descriptions, lasers) = section.robots()?;
         let sensors = section.robots.iter().map(|(name, entry)| {
-            let sonar = sonar_of(entry, &descriptions[name], &section.sonar);
+            let sonar = section.sonar_of(entry, &descriptions[name]);
             let sonar = Some(FaultySensor::Sonar).filter(|_| !sonar.is_empty());
             let laser = lasers.get(name).map(|_| FaultySensor::Laser);
             (name.clone(), sonar.into_iter().chain(laser).collect())
@@ -233,7 +260,7 @@ impl Scenario {
             placements.push(Placement {
                 name: name.clone(),
                 description: descriptions[name].clone(),
-                sonar: sonar_of(entry, &descriptions[name], &section.sonar),
+                sonar: section.sonar_of(entry, &descriptions[name]),
                 pose: *pose,
                 script: entry.script,
             });
@@ -245,7 +272,6 @@ impl Scenario {
             goal: point(section.goal),
             goals,
             step,
-            sonar: section.sonar,
             threads: section.threads,
             lasers,
             faults,
@@ -260,15 +286,6 @@ impl Scenario {
     /// Returns the outlines of static bodies.
     pub fn static_outlines(&self) -> Vec<Polygon> {
         self.world.bodies.iter().filter_map(Body::polygon).collect()
-    }
-}
-
-/// The sonar profile of a robot. That of the world is none for robots without sonars.
-fn sonar_of(entry: &RobotEntry, description: &RobotDescription, of_world: &str) -> String {
-    match &entry.sonar {
-        Some(own) => own.clone(),
-        None if description.sonar.is_empty() => String::new(),
-        None => of_world.into(),
     }
 }
 
@@ -291,23 +308,6 @@ fn not_placed(name: &str, poses: &BTreeMap<String, Pose>, robot: &str) -> Descri
     DescriptionError::new(&setting, message)
 }
 
-/// Checks that a robot has the sonar profile that it, or the world, names.
-fn check_sonar(
-    entry: &RobotEntry,
-    description: &RobotDescription,
-    place: &str,
-    of_world: &str,
-) -> Result<(), DescriptionError> {
-    let name = sonar_of(entry, description, of_world);
-    if name.is_empty() || description.sonar.contains_key(&name) {
-        return Ok(());
-    }
-    let known = description.sonar.keys().map(String::as_str);
-    let message = format!("{}: {}", description.name, unknown("sonar profile", &name, known));
-    let of_robot = format!("{place}.sonar");
-    Err(DescriptionError::new(if entry.sonar.is_some() { &of_robot } else { "world.sonar" }, message))
-}
-
 /// The laser scanner of that name that a robot may carry.
 fn laser_of(
     description: &RobotDescription,
@@ -318,28 +318,6 @@ fn laser_of(
         let message = unknown("laser", name, description.laser.keys().map(String::as_str));
         DescriptionError::new(&format!("{place}.laser"), format!("{}: {message}", description.name))
     })
-}
-
-/// Leaves a robot the one profile of the sensor that sees other robots that it shall have. What is said for the whole
-/// world is not said to robots without such a sensor.
-fn choose(
-    description: &mut RobotDescription,
-    place: &str,
-    profile: &str,
-    own: bool,
-) -> Result<(), DescriptionError> {
-    let profiles = &mut description.robot_sensor;
-    if !profile.is_empty() && !profiles.contains_key(profile) && (own || !profiles.is_empty()) {
-        let message = match profiles.is_empty() {
-            true => format!("unknown profile `{profile}`: it has no sensor that sees other robots"),
-            false => unknown("robot_sensor profile", profile, profiles.keys().map(String::as_str)),
-        };
-        let of_robot = format!("{place}.robot_sensor");
-        let setting = if own { &of_robot } else { "world.robot_sensor" };
-        return Err(DescriptionError::new(setting, format!("{}: {message}", description.name)));
-    }
-    profiles.retain(|name, _| name == profile);
-    Ok(())
 }
 
 fn point([x, y]: [f64; 2]) -> Point {

@@ -3,8 +3,8 @@
 
 use slate_interfaces::{
     Bumper, Chassis, Clearance, Contact, Contacts, Echo, FourWheelSpeeds, LaserScan, Odometry, Orientation,
-    Pose2, Position, Quaternion, Sighting, Sightings, SonarPlacement, SonarScan, Transform, Twist2,
-    WheelSpeeds,
+    Pose2, Position, Quaternion, SensorAccuracy, Sighting, Sightings, SonarPlacement, SonarScan, Transform,
+    Twist2, WheelSpeeds,
 };
 use slate_module::prelude::*;
 use slate_module::{
@@ -12,7 +12,7 @@ use slate_module::{
 };
 
 use crate::drive::{FourWheels, Wheels};
-use crate::geometry::Pose;
+use crate::geometry::{Point, Pose};
 use crate::robot::DriveKind;
 use crate::scenario::Scenario;
 use crate::simulation::{Placement, Simulation};
@@ -21,6 +21,7 @@ use crate::simulation::{Placement, Simulation};
 #[ports]
 struct TwoWheelsIo {
     /// Wheel command.
+    #[role("actuation")]
     wheels: Input<WheelSpeeds>,
 }
 
@@ -28,6 +29,7 @@ struct TwoWheelsIo {
 #[ports]
 struct FourWheelsIo {
     /// Wheel command.
+    #[role("actuation")]
     wheels: Input<FourWheelSpeeds>,
 }
 
@@ -36,6 +38,8 @@ struct FourWheelsIo {
 struct ChassisIo {
     /// Geometry and limits.
     chassis: Output<Chassis>,
+    /// Errors of the sensors; nothing as long as they are exact.
+    accuracy: Output<SensorAccuracy>,
 }
 
 /// Outputs of a robot with sonars.
@@ -54,9 +58,11 @@ struct RobotIo {
     orientation: Output<Orientation>,
     /// Odometry of the wheels.
     odometry: Output<Odometry>,
-    /// Where the robot really is; for judges and reports, not for the robot.
+    /// Where the robot really is; for referees and reports, not for the robot.
+    #[role("truth")]
     truth: Output<Pose2>,
     /// True clearance; for referees and reports, not for the robot.
+    #[role("truth")]
     clearance: Output<Clearance>,
 }
 
@@ -86,7 +92,8 @@ struct SightingsIo {
 /// Outputs of the world.
 #[ports]
 struct WorldIo {
-    /// The contacts that began in the last cycle.
+    /// The contacts that began in the last cycle; for referees, not for robots.
+    #[role("truth")]
     contacts: Output<Contacts>,
 }
 
@@ -98,6 +105,8 @@ pub struct Simulator {
     rings: Vec<SonarScan>,
     /// The bodies, which never change.
     chassis: Vec<Chassis>,
+    /// Errors of the robots' sensors.
+    accuracy: Vec<SensorAccuracy>,
     /// Which ports the robots have.
     abilities: Vec<Abilities>,
     threads: usize,
@@ -186,6 +195,7 @@ impl Instance for Simulator {
         simulation.set_threads(scenario.threads);
         let rings = (0..simulation.robot_count()).map(|robot| ring(&simulation, robot)).collect();
         let chassis = scenario.placements.iter().map(|placement| placement.description.chassis()).collect();
+        let accuracy = scenario.placements.iter().map(Placement::accuracy).collect();
         let abilities = scenario.placements.iter().map(|placement| Abilities::of(&scenario, placement));
         let abilities = abilities.collect();
         for (robot, Placement { name, .. }) in scenario.placements.iter().enumerate() {
@@ -194,7 +204,15 @@ impl Instance for Simulator {
             }
             simulation.set_faults(robot, scenario.faults.get(name).map_or(&[], Vec::as_slice));
         }
-        Ok(Self { simulation, rings, chassis, abilities, threads: scenario.threads, started: false })
+        Ok(Self {
+            simulation,
+            rings,
+            chassis,
+            accuracy,
+            abilities,
+            threads: scenario.threads,
+            started: false,
+        })
     }
 
     fn tick(&mut self, ports: &mut PortCursor, _: &[u8], now: &Tick) -> Outcome {
@@ -218,7 +236,12 @@ impl Instance for Simulator {
                 DriveKind::SkidSteer => ports.with(|io: &FourWheelsIo| four_wheels(io.wheels.get())),
             };
             self.simulation.command(robot, wheels);
-            ports.with(|io: &ChassisIo| io.chassis.set(self.chassis[robot]));
+            ports.with(|io: &ChassisIo| {
+                io.chassis.set(self.chassis[robot]);
+                if is_first && self.accuracy[robot] != SensorAccuracy::default() {
+                    io.accuracy.set(self.accuracy[robot]);
+                }
+            });
             if sonar {
                 ports.with(|io: &SonarIo| self.hear(robot, io));
             }
@@ -278,9 +301,13 @@ impl Simulator {
     }
 
     fn show(&mut self, robot: usize, io: &RobotIo) {
-        let measured = self.simulation.measured_pose(robot);
-        io.position.set(Position { x: measured.x, y: measured.y, z: 0.0 });
-        io.orientation.set(Orientation { theta: measured.theta });
+        let fix = self.simulation.fix(robot);
+        if let Some(Point { x, y }) = fix.position {
+            io.position.set(Position { x, y, z: 0.0 });
+        }
+        if let Some(theta) = fix.orientation {
+            io.orientation.set(Orientation { theta });
+        }
         let (pose, (linear, angular)) = self.simulation.odometry(robot);
         io.odometry.set(Odometry { pose: pose2(pose), twist: Twist2 { linear, angular } });
         io.truth.set(pose2(self.simulation.pose(robot)));
@@ -321,7 +348,7 @@ impl Simulator {
     fn see(&self, robot: usize, io: &SightingsIo) {
         let Some(sensor) = self.simulation.robot_sensor(robot) else { return };
         // An older measurement is there already.
-        if sensor.last() != Some(self.simulation.now()) {
+        if sensor.measured_at() != Some(self.simulation.now()) {
             return;
         }
         let mut list = [Sighting::default(); 8];

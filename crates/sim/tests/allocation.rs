@@ -29,7 +29,7 @@ fn nothing_is_allocated_for_robots_in_the_long_run() {
             let others = measure(|| {
                 simulation.sense();
                 for robot in 0..16 {
-                    std::hint::black_box((simulation.clearance(robot), simulation.measured_pose(robot)));
+                    std::hint::black_box((simulation.clearance(robot), simulation.fix(robot)));
                     std::hint::black_box(simulation.odometry(robot));
                 }
             });

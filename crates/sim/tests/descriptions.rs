@@ -76,6 +76,9 @@ fn a_robot_that_can_not_be_is_refused_at_the_value() {
         ("range_max = 1.0", "range_max = 0.0", "0.0", "range_min"),
         ("field_of_view = 0.5236", "field_of_view = 4.0", "4.0", "pi"),
         ("dropout = 0.01", "dropout = 1.5", "1.5", "probability"),
+        ("noise_position = 0.1", "noise_position = -0.1", "-0.1", "standard deviation"),
+        ("rate = 5.0", "rate = 0.0", "0.0", "hertz"),
+        ("turn_bias = 0.02", "turn_bias = nan", "nan", "standard deviation"),
     ];
     for (from, to, value, expected) in cases {
         let (error, text) = robot_error(from, to);
@@ -84,6 +87,13 @@ fn a_robot_that_can_not_be_is_refused_at_the_value() {
     }
     let (error, _) = robot_error("[0.19, 0.05], [0.155, 0.11]", "[-0.9, 0.0], [0.110, 0.145]");
     assert!(error.message.contains("convex"), "{error}");
+}
+
+#[test]
+fn noise_of_positions_is_told_where_it_is_now() {
+    let (error, _) = robot_error("wheel_radius_bias = 0.01", "position = 0.1\nwheel_radius_bias = 0.01");
+    assert!(error.message.contains("write `noise_position` in [positioning.NAME]"), "{error}");
+    assert!(error.position.is_some(), "{error}");
 }
 
 #[test]

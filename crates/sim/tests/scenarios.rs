@@ -98,6 +98,54 @@ fn the_sensor_that_sees_robots_goes_with_the_sonars_unless_said() {
     );
 }
 
+/// Sonar profile, range of the robot sensor, noise of positions, bias of the odometry.
+fn sensors(robot: &str, more: &str) -> (String, Option<f64>, f64, f64) {
+    let scenario = scenario(robot, more);
+    let placement = &scenario.placements[0];
+    let range = placement.robot_sensor().map(|sensor| sensor.range_max);
+    let (positioning, odometry) = (placement.positioning(), placement.odometry());
+    (placement.sonar.clone(), range, positioning.noise_position, odometry.turn_bias)
+}
+
+#[test]
+fn one_key_chooses_the_profile_of_all_sensors() {
+    let summit = r#"{"model": "summit_xl"}"#;
+    let (exact, real) = (("vrep".into(), Some(10.0), 0.0, 0.0), ("real".into(), Some(8.0), 0.1, 0.02));
+    assert_eq!(sensors(summit, r#", "profile": "vrep""#), exact);
+    assert_eq!(sensors(summit, r#", "profile": "real""#), real);
+    let own = r#"{"model": "summit_xl", "profile": "real"}"#;
+    assert_eq!(sensors(own, r#", "profile": "vrep""#), real, "the robot's key comes before the world's");
+    assert_eq!(sensors(own, r#", "sonar": "vrep""#), real);
+    let sonar = r#"{"model": "summit_xl", "profile": "real", "sonar": "vrep"}"#;
+    assert_eq!(
+        sensors(sonar, ""),
+        ("vrep".into(), Some(8.0), 0.1, 0.02),
+        "a sensor's key before the general one"
+    );
+    assert_eq!(sensors(summit, r#", "profile": "real", "robot_sensor": "vrep""#).1, Some(10.0));
+    assert_eq!(sensors(summit, r#", "sonar": "real""#).2, 0.0, "it is the key of the sonars alone");
+}
+
+#[test]
+fn a_profile_that_a_robot_lacks_is_refused_at_its_key() {
+    let pioneer = r#"{"model": "pioneer_p3dx"}"#;
+    assert_eq!(
+        refusal(pioneer, r#", "profile": "rael""#),
+        "world.profile: pioneer_p3dx: unknown sensor profile `rael` (did you mean `real`?); expected real, vrep"
+    );
+    let own = r#"{"model": "pioneer_p3dx", "profile": "gps"}"#;
+    says(&refusal(own, ""), &["world.robots.r.profile: pioneer_p3dx: unknown sensor profile `gps`"]);
+    let text = std::fs::read_to_string(in_project("robots/summit_xl.toml")).unwrap();
+    let path = std::env::temp_dir().join(format!("slate_sim_profile_{}.toml", std::process::id()));
+    std::fs::write(&path, text.replace("[positioning.real]", "[positioning.indoor]")).unwrap();
+    let refused = refusal(&format!(r#"{{"model": "{}", "profile": "real"}}"#, path.display()), "");
+    std::fs::remove_file(&path).unwrap();
+    says(
+        &refused,
+        &["unknown positioning profile `real`", "indoor, vrep", "add [positioning.real] to the robot"],
+    );
+}
+
 #[test]
 fn threads_are_a_number_of_them() {
     assert_eq!(scenario(r#"{"model": "summit_xl"}"#, r#", "threads": 2"#).threads, 2);
@@ -170,4 +218,70 @@ fn a_robot_has_the_ports_of_what_it_is_made_of() {
     assert!(!has(&summit, "r/bumper", "Bumper"), "{summit:?}");
     let blind = ports(r#"{"model": "summit_xl", "robot_sensor": ""}"#, "");
     assert!(!has(&blind, "r/sightings", "Sightings"));
+}
+
+/// Poses of the robots `r` and `s`, one metre apart, under a seed, with an offset of the layout.
+fn offset_starts(offset: &str, seed: u64) -> Vec<[f64; 3]> {
+    let text = format!(
+        r#"{{"arena": "rocs_arena", "layout": "one",
+            "robots": {{"r": {{"model": "pioneer_p3dx"}}, "s": {{"model": "pioneer_p3dx"}}}},
+            "layouts": {{"one": {{{offset}"robots": {{
+                "r": {{"x": 0, "y": 0, "theta": 0}}, "s": {{"x": 1, "y": 0, "theta": 3.14}}}}}}}}}}"#
+    );
+    let scenario = Scenario::new(&serde_json::from_str(&text).unwrap(), seed).unwrap();
+    scenario
+        .placements
+        .iter()
+        .map(|placement| [placement.pose.x, placement.pose.y, placement.pose.theta])
+        .collect()
+}
+
+#[test]
+fn start_offsets_differ_by_seed_and_stay_in_their_bounds() {
+    let offset = r#""start_offset": {"position": 0.03, "heading": 0.09}, "#;
+    let without = offset_starts("", 1);
+    assert_eq!(without, offset_starts("", 2), "a layout without offsets is the same for all seeds");
+    let mut widest = [0.0_f64; 3];
+    for seed in 0..200 {
+        let starts = offset_starts(offset, seed);
+        assert_eq!(starts, offset_starts(offset, seed), "a seed has one layout");
+        for (start, usual) in starts.iter().zip(&without) {
+            for (i, bound) in [0.03, 0.03, 0.09].into_iter().enumerate() {
+                // Headings wrap.
+                let change = (start[i] - usual[i]).abs();
+                let change = if i == 2 { change.min(std::f64::consts::TAU - change) } else { change };
+                assert!(change <= bound, "seed {seed}: {start:?}");
+                widest[i] = widest[i].max(change);
+            }
+        }
+    }
+    assert!(widest[0] > 0.025 && widest[1] > 0.025 && widest[2] > 0.08, "{widest:?}");
+}
+
+#[test]
+fn offset_robots_never_overlap() {
+    // Up to half a metre each: most pairs would overlap in a tenth of all seeds.
+    let offset = r#""start_offset": {"position": 0.5, "heading": 3.0}, "#;
+    for seed in 0..100 {
+        let [r, s] = offset_starts(offset, seed)[..] else { unreachable!() };
+        assert!((r[0] - s[0]).hypot(r[1] - s[1]) > 0.25, "seed {seed}: {r:?}, {s:?}");
+    }
+}
+
+#[test]
+fn wrong_start_offsets_are_refused() {
+    let layouts = |offset: &str| {
+        let one = format!(
+            r#""layouts": {{"one": {{"robots": {{"r": {{"x": 0, "y": 0, "theta": 0}}}}, "start_offset": {offset}}}}}"#
+        );
+        let text = format!(
+            r#"{{"arena": "rocs_arena", "layout": "one", "robots": {{"r": {{"model": "pioneer_p3dx"}}}}, {one}}}"#
+        );
+        Scenario::new(&serde_json::from_str(&text).unwrap(), 0).unwrap_err().to_string()
+    };
+    says(
+        &layouts(r#"{"position": -0.1}"#),
+        &["world.layouts.one.start_offset.position", "from 0 to 1000000", "-0.1"],
+    );
+    says(&layouts(r#"{"positions": 0.1}"#), &["start_offset", "unknown key `positions`", "position"]);
 }

@@ -2,9 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 
+use std::collections::BTreeMap;
+
 use slate_sim::drive::Wheels;
 use slate_sim::geometry::Pose;
-use slate_sim::robot::RobotDescription;
+use slate_sim::positioning::Fix;
+use slate_sim::robot::{PositioningDescription, RobotDescription};
 use slate_sim::sonar::Echo;
 use slate_sim::world::{Body, World};
 use slate_sim::{Placement, Simulation};
@@ -22,6 +25,13 @@ fn pioneer(name: &str, sonar: &str, x: f64, y: f64) -> Placement {
     }
 }
 
+/// One profile of the positioning system.
+fn positions(noise: f64, dropout: f64, rate: Option<f64>) -> BTreeMap<String, PositioningDescription> {
+    let profile =
+        PositioningDescription { noise_position: noise, noise_orientation: noise / 2.0, dropout, rate };
+    BTreeMap::from([("real".into(), profile)])
+}
+
 fn simulate(robots: &[Placement], seed: u64) -> Simulation {
     let mut simulation = Simulation::new(&World::load("rocs_arena").unwrap(), robots, seed, STEP).unwrap();
     for robot in 0..robots.len() {
@@ -31,14 +41,14 @@ fn simulate(robots: &[Placement], seed: u64) -> Simulation {
 }
 
 /// Everything that robot 0 senses in 3 s.
-fn sensed(mut simulation: Simulation) -> Vec<(Vec<Echo>, Pose, Pose)> {
+fn sensed(mut simulation: Simulation) -> Vec<(Vec<Echo>, Pose, Fix)> {
     (0..150)
         .map(|_| {
             simulation.step();
             simulation.step();
             simulation.sense();
             let echoes = simulation.sonar(0).map_or_else(Vec::new, |(echoes, _)| echoes.to_vec());
-            (echoes, simulation.odometry(0).0, simulation.measured_pose(0))
+            (echoes, simulation.odometry(0).0, simulation.fix(0))
         })
         .collect()
 }
@@ -54,7 +64,7 @@ fn noise_depends_on_the_seed_alone() {
 fn a_sensor_more_changes_nothing_in_the_others() {
     let odometry = |sonar: &str| {
         let mut robot = pioneer("r", sonar, 0.0, 0.0);
-        robot.description.noise.position = 0.01;
+        robot.description.positioning = positions(0.01, 0.0, None);
         sensed(simulate(&[robot], 5))
             .into_iter()
             .map(|(_, odometry, measured)| (odometry, measured))
@@ -150,4 +160,54 @@ fn a_thin_post_between_the_axes_is_heard_at_its_distance() {
 fn what_is_not_heard_has_the_greatest_range() {
     let simulation = simulate(&[pioneer("r", "vrep", 0.0, 0.0)], 1);
     assert!(simulation.sonar(0).unwrap().0.iter().all(|echo| !echo.heard && echo.range == 1.0));
+}
+
+/// Fixes of a robot that stands at (0.5, 0.25) looking along 0.3 rad, each cycle of 20 ms, with their times in milliseconds.
+fn fixes(positioning: BTreeMap<String, PositioningDescription>, cycles: usize) -> Vec<(u64, Fix)> {
+    let mut robot = pioneer("r", "", 0.5, 0.25);
+    robot.description.positioning = positioning;
+    let mut simulation = Simulation::new(&World::load("rocs_arena").unwrap(), &[robot], 5, STEP).unwrap();
+    let fixes = (0..cycles).map(|_| {
+        (0..2).for_each(|_| simulation.step());
+        (simulation.now() / 1_000_000, simulation.fix(0))
+    });
+    fixes.collect()
+}
+
+#[test]
+fn a_positioning_system_errs_as_its_profile_says() {
+    let fixes = fixes(positions(0.1, 0.2, None), 5000);
+    let spread = |errors: Vec<f64>| {
+        assert!((errors.len() as f64 - 4000.0).abs() < 150.0, "a fifth is missing, not {}", errors.len());
+        (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
+    };
+    let x = spread(fixes.iter().filter_map(|(_, fix)| Some(fix.position?.x - 0.5)).collect());
+    let y = spread(fixes.iter().filter_map(|(_, fix)| Some(fix.position?.y - 0.25)).collect());
+    let theta = spread(fixes.iter().filter_map(|(_, fix)| Some(fix.orientation? - 0.3)).collect());
+    assert!((x - 0.1).abs() < 0.005 && (y - 0.1).abs() < 0.005, "{x} {y}");
+    assert!((theta - 0.05).abs() < 0.0025, "{theta}");
+}
+
+#[test]
+fn a_positioning_system_measures_at_its_rate_in_simulated_time() {
+    let measured: Vec<_> = fixes(positions(0.1, 0.0, Some(5.0)), 60)
+        .into_iter()
+        .filter(|(_, fix)| fix.position.is_some() && fix.orientation.is_some())
+        .map(|(time, _)| time)
+        .collect();
+    assert_eq!(measured, [20, 200, 400, 600, 800, 1000, 1200]);
+}
+
+#[test]
+fn an_exact_positioning_system_measures_the_truth() {
+    let robot = pioneer("r", "", 0.5, 0.25);
+    assert_eq!(
+        robot.description.positioning.len(),
+        2,
+        "the description has two profiles, of which none is chosen"
+    );
+    let mut simulation = simulate(&[robot], 5);
+    (0..100).for_each(|_| simulation.step());
+    let (fix, pose) = (simulation.fix(0), simulation.pose(0));
+    assert_eq!(fix, Fix { position: Some(pose.point()), orientation: Some(pose.theta) });
 }

@@ -139,7 +139,7 @@ fn it_looks_as_often_as_its_rate_says() {
     for _ in 0..100 {
         (0..2).for_each(|_| simulation.step());
         simulation.sense();
-        looks.push(simulation.robot_sensor(0).unwrap().last().unwrap());
+        looks.push(simulation.robot_sensor(0).unwrap().measured_at().unwrap());
     }
     looks.dedup();
     // At 0, and then in the first cycle of 20 ms after each quarter of a second.

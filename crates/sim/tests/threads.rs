@@ -2,8 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)] // Tests say what went wrong by failing.
 
+use std::collections::BTreeMap;
+
 use slate_sim::geometry::Pose;
-use slate_sim::robot::RobotDescription;
+use slate_sim::robot::{PositioningDescription, RobotDescription};
 use slate_sim::script::RandomWalk;
 use slate_sim::world::{Bounds, World};
 use slate_sim::{Placement, Simulation};
@@ -16,7 +18,9 @@ fn the_state_is_the_same_with_any_number_of_threads() {
         .map(|i| {
             let model = if i % 10 == 0 { "summit_xl" } else { "pioneer_p3dx" };
             let mut description = RobotDescription::load(model).unwrap();
-            description.noise.position = 0.01;
+            let profile =
+                PositioningDescription { noise_position: 0.01, ..PositioningDescription::default() };
+            description.positioning = BTreeMap::from([("real".into(), profile)]);
             Placement {
                 name: format!("r{i}"),
                 description,

@@ -11,6 +11,8 @@ pub use slate_mapek as mapek;
 pub use slate_module as module;
 pub use slate_module::blackboard;
 pub use slate_record as record;
+#[cfg(feature = "run")]
+pub use slate_run as run;
 pub use slate_runtime as runtime;
 pub use slate_safety as safety;
 pub use slate_share as share;
@@ -44,14 +46,18 @@ pub use slate_sim as sim;
 ///     }
 /// }
 ///
-/// let robot = Robot::new("r2");
-/// robot.monitor::<NearestEcho>("nearest_echo").watch("scan", "simulator/r2/sonar");
+/// let robot = Robot::new("r2").monitor::<NearestEcho>("nearest_echo").link("scan", "/simulator/r2/sonar");
+/// assert_eq!(robot.to_toml()?.lines().nth(1), Some("nearest_echo = {}"));
 /// assert_eq!(Pipeline::default().waiting(), (0, 0));
+/// # Ok::<(), slate::mapek::RobotErrors>(())
 /// ```
 pub mod prelude {
     pub use slate_interfaces::prelude::*;
     pub use slate_mapek::prelude::*;
     pub use slate_module::prelude::*;
+    #[cfg(feature = "run")]
+    pub use slate_run::RunRobot;
+    pub use std::process::ExitCode;
 }
 
 /// The README and the book, whose Rust code is compiled and run with the tests. The first chapter's code is that of

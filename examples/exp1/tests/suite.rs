@@ -2,4 +2,6 @@
 
 mod faults;
 mod pioneer;
+mod program;
+mod published;
 mod robot;

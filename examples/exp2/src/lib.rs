@@ -35,6 +35,20 @@ pub const CONTROLLERS: [(&str, &[&str]); 3] = [
     ),
 ];
 
+/// What the plan knows of obstacles, by the value of `planner`, and the settings that make it.
+pub const PLANNERS: [(&str, &[&str]); 2] = [
+    ("straight", &[]),
+    (
+        "local",
+        &[
+            "robots.r3.modules.avoid_obstacle.enabled=false",
+            "robots.r3.modules.map_obstacles.enabled=true",
+            "robots.r3.modules.planner.kind=local_planner",
+            "robots.r3.modules.planner.params.min_clearance=0.1",
+        ],
+    ),
+];
+
 /// How fast the robots may drive, by the value of `pace`, and the settings that make it.
 pub const PACES: [(&str, &[&str]); 3] = [
     ("default", &[]),
@@ -44,7 +58,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // The authors' wheels turn with 1 rad/s.
             "robots.r3.modules.planner.params.max_linear_velocity=0.11",
             "robots.r3.modules.planner.params.careful_linear_velocity=0.11",
-            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=0.11",
+            "robots.r3.modules.knowledge.params.reflex_velocity=0.11",
         ],
     ),
     (
@@ -53,7 +67,7 @@ pub const PACES: [(&str, &[&str]); 3] = [
             // The limits of the actuators, where there is room.
             "robots.r3.modules.planner.params.max_linear_velocity=1.5",
             "robots.r3.modules.planner.params.careful_linear_velocity=0.3",
-            "robots.r3.modules.avoid_obstacle.params.max_linear_velocity=1.5",
+            "robots.r3.modules.knowledge.params.reflex_velocity=1.5",
         ],
     ),
 ];

@@ -3,10 +3,10 @@
 
 use slate::blackboard::interface::Value;
 use slate::interfaces::{
-    Chassis, Echo, FourWheelSpeeds, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement,
-    SonarScan,
+    Chassis, Echo, FourWheelSpeeds, Orientation, Point2, Pose2, Position, Sighting, Sightings,
+    SonarPlacement, SonarScan,
 };
-use slate::mapek::{self, ActionKind, ExecuteBlock, Planned, ReactiveBlock};
+use slate::mapek::{self, ActionKind, ExecuteBlock, Planned, ReactiveBlock, RobotModel};
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
 use slate::runtime::configuration::{self, Configuration};
@@ -20,7 +20,7 @@ use slate_wheeled::skid_steer::SkidSteerActions;
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller", "pace"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp2.toml", slate_exp2::CONFIGURATION, &options).unwrap();
@@ -79,9 +79,8 @@ fn who_leaves_the_place_has_not_held_it() {
 #[test]
 fn the_actions_of_two_wheels_turn_four() {
     let mut execute = Fixture::<ExecuteBlock<SkidSteerActions>>::new();
-    execute.set("position", Position { x: 1.0, y: 0.0, z: 0.0 });
-    execute.set("orientation", Orientation { theta: 0.0 });
-    execute.set("robot", model());
+    let robot = RobotModel { pose: Pose2 { x: 1.0, y: 0.0, theta: 0.0 }, ..RobotModel::default() };
+    execute.set("robot", WheeledModel { robot, ..model() });
     let action = GoToOrigin::request(Leg { x: 0.0, y: 0.0, speed: 0.4, tolerance: 0.05 });
     execute.push("plan", Planned { ticket: 1, action, ..Planned::default() });
     execute.tick();

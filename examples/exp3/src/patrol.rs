@@ -1,9 +1,8 @@
-//! R2's behaviour: one goal after the other, a new plan for each.
+//! R2's behaviour: one corner after the other, again and again, with a new plan for each (section 6.5 of the paper).
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
 use slate_plugin::prelude::*;
-use slate_wheeled::actions::{SetWheelSpeed, Speeds};
 use slate_wheeled::analyzes::Surroundings;
 use slate_wheeled::journey::{Journey, must_change};
 
@@ -30,17 +29,13 @@ pub struct PatrolParams {
     careful_linear_velocity: f64,
     #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "distance from a corner at which it counts as reached")]
     goal_tolerance: f64,
-    #[param(default = 10.0, range = 0.1..=1e6, unit = "s", doc = "time without progress after which it makes room for another robot")]
+    #[param(default = 20.0, range = 0.1..=1e6, unit = "s", doc = "time without progress after which it leaves a corner for the next lap")]
     progress_timeout: f64,
 }
 
 /// The order in which the authors' robot visits the corners: signs of x and y.
 const CORNERS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
 
-/// Position to make room: fraction of the way from the origin to the corner, out of range of sonars at the corner.
-const ASIDE: f64 = 0.4;
-/// Time before the next attempt, seconds.
-const ROOM_TIME: f64 = 12.0;
 /// Less than this is not nearer, metres.
 const NEARER: f64 = 0.05;
 
@@ -52,8 +47,6 @@ pub struct PatrolMemory {
     corner: usize,
     /// How near it came to that corner, metres, and when, seconds.
     nearest: Option<(f64, f64)>,
-    /// Until when it makes room, seconds.
-    aside: Option<f64>,
 }
 
 /// Visits the four corners again and again.
@@ -61,7 +54,7 @@ pub struct PatrolPlanner;
 
 impl Plan for PatrolPlanner {
     const NAME: &'static str = "patrol_planner";
-    const DOC: &'static str = "Sends the robot to the four corners, one after the other.";
+    const DOC: &'static str = "Sends the robot to the four corners, one after the other, again and again.";
     type Noticed = PatrolNoticing;
     type Params = PatrolParams;
     type State = PatrolMemory;
@@ -74,53 +67,43 @@ impl Plan for PatrolPlanner {
         now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        let time = now.seconds();
         let room_changed = memory.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
-        let has_arrived = Journey::has_arrived(situation);
-        if has_arrived && memory.aside.is_none() {
+        let has_arrived =
+            Journey::has_arrived(situation) && memory.journey.leads_to(params.corner(memory.corner));
+        if has_arrived || memory.is_stuck(params, now.seconds()) {
             memory.corner = (memory.corner + 1) % CORNERS.len();
             memory.nearest = None;
         }
-        let (east, north) = CORNERS[memory.corner];
-        let corner = Point2 { x: east * params.corner_x, y: north * params.corner_y };
-        let was_aside = memory.aside.is_some();
-        let Some((x, y)) = memory.journey.position() else {
-            noticed.goal.set(corner);
-            return;
-        };
-        memory.make_room(math::hypot(corner.x - x, corner.y - y), params.progress_timeout, time);
-        let (goal, left) = match memory.aside {
-            Some(until) => (Point2 { x: ASIDE * corner.x, y: ASIDE * corner.y }, until - time),
-            None => (corner, 0.0),
-        };
-        noticed.goal.set(goal);
-        if has_arrived && left > 0.0 {
-            plan.replace(SetWheelSpeed::request(Speeds { left: 0.0, right: 0.0, duration: left }));
+        let corner = params.corner(memory.corner);
+        noticed.goal.set(corner);
+        if memory.journey.position().is_none() {
             return;
         }
-        let turns = memory.aside.is_some() != was_aside && !situation.is_reactive();
         let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
-        let is_changed = room_changed || memory.journey.is_outdated(goal, speeds);
-        if turns || situation.needs_plan() || must_change(is_changed, situation) {
-            memory.journey.go(goal, speeds, params.goal_tolerance, plan);
+        let is_changed = room_changed || memory.journey.is_outdated(corner, speeds);
+        if situation.needs_plan() || must_change(is_changed, situation) {
+            memory.journey.go(corner, speeds, params.goal_tolerance, plan);
         }
     }
 }
 
 impl PatrolMemory {
-    /// This robot may block another in the corner, which leaves when it has room.
-    fn make_room(&mut self, distance: f64, patience: f64, time: f64) {
-        if let Some(until) = self.aside {
-            if time >= until - 1e-9 {
-                (self.aside, self.nearest) = (None, None);
-            }
-            return;
-        }
+    /// Returns whether it has come no nearer to the corner for too long: it plans without knowing what is there.
+    fn is_stuck(&mut self, params: &PatrolParams, time: f64) -> bool {
+        let Some((x, y)) = self.journey.position() else { return false };
+        let corner = params.corner(self.corner);
+        let distance = math::hypot(corner.x - x, corner.y - y);
         let (nearest, since) = *self.nearest.get_or_insert((distance, time));
         if distance < nearest - NEARER {
             self.nearest = Some((distance, time));
-        } else if time - since > patience {
-            self.aside = Some(time + ROOM_TIME);
         }
+        time - since > params.progress_timeout
+    }
+}
+
+impl PatrolParams {
+    fn corner(&self, number: usize) -> Point2 {
+        let (east, north) = CORNERS[number];
+        Point2 { x: east * self.corner_x, y: north * self.corner_y }
     }
 }

@@ -15,6 +15,8 @@ use crate::wake::Wake;
 pub struct Property {
     source: Arc<EventSource>,
     doc: String,
+    /// What writes it in an architecture, for readers in other agents.
+    part: Mutex<String>,
     descriptor: &'static Descriptor,
     access: Access,
     carrier: Carrier,
@@ -64,6 +66,7 @@ impl Property {
         Self {
             source,
             doc: doc.into(),
+            part: Mutex::new(String::new()),
             descriptor,
             access,
             carrier,
@@ -73,6 +76,16 @@ impl Property {
             watchers: Watchers::default(),
             listeners: Mutex::new(Vec::new()),
         }
+    }
+
+    /// What writes it in an architecture, such as `monitor`; empty for a module that is no part of one.
+    pub fn part(&self) -> String {
+        locked(&self.part).clone()
+    }
+
+    /// Says what writes it in an architecture.
+    pub fn set_part(&self, part: &str) {
+        part.clone_into(&mut *locked(&self.part));
     }
 
     pub(super) fn source(&self) -> &EventSource {

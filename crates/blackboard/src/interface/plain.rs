@@ -107,6 +107,20 @@ impl<const N: usize> Text<N> {
     }
 }
 
+/// Appends as much as fits, cut at a character.
+impl<const N: usize> fmt::Write for Text<N> {
+    fn write_str(&mut self, text: &str) -> fmt::Result {
+        let length = self.as_str().len();
+        let mut end = text.len().min(N - length);
+        while !text.is_char_boundary(end) {
+            end -= 1;
+        }
+        self.bytes[length..length + end].copy_from_slice(&text.as_bytes()[..end]);
+        self.length = (length + end) as u32;
+        Ok(())
+    }
+}
+
 impl<const N: usize> Default for Text<N> {
     fn default() -> Self {
         Self::new("")

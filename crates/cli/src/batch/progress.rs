@@ -23,7 +23,7 @@ const PARTS: u64 = 10;
 pub struct BatchProgress {
     runs: u64,
     done: u64,
-    reached: u64,
+    succeeded: u64,
     collisions_caused: u64,
     start: Instant,
     terminal: bool,
@@ -35,7 +35,7 @@ impl BatchProgress {
     /// At the beginning of so many runs.
     pub fn new(runs: u64) -> Self {
         let (start, terminal) = (now(), std::io::stderr().is_terminal());
-        Self { runs, done: 0, reached: 0, collisions_caused: 0, start, terminal, said: start }
+        Self { runs, done: 0, succeeded: 0, collisions_caused: 0, start, terminal, said: start }
     }
 
     /// A run is done.
@@ -43,7 +43,7 @@ impl BatchProgress {
         let part = |done: u64| u128::from(done) * u128::from(PARTS) / u128::from(self.runs);
         let is_next_part = part(self.done) < part(self.done + 1);
         self.done += 1;
-        self.reached += u64::from(summary.reached_goal());
+        self.succeeded += u64::from(summary.succeeded());
         let of_others = summary.robots.values().filter_map(|figures| figures.get("collisions_caused"));
         self.collisions_caused += summary.collisions_caused + of_others.sum::<f64>() as u64;
         // After the last run, its figures follow.
@@ -77,10 +77,10 @@ impl BatchProgress {
     }
 
     fn text(&self) -> String {
-        let Self { runs, done, reached, collisions_caused, .. } = self;
+        let Self { runs, done, succeeded, collisions_caused, .. } = self;
         let collisions = if *collisions_caused == 1 { "collision" } else { "collisions" };
         let mut text =
-            format!("{done} of {runs} runs, {reached} reached, {collisions_caused} {collisions} caused");
+            format!("{done} of {runs} runs, {succeeded} succeeded, {collisions_caused} {collisions} caused");
         if *done > 0 {
             let left = self.start.elapsed().as_secs_f64() * (runs - done) as f64 / *done as f64;
             text += &format!(", {} left", duration(left));

@@ -10,7 +10,7 @@ pub struct Explanation {
 }
 
 /// All explanations.
-pub const EXPLANATIONS: [Explanation; 23] = [
+pub const EXPLANATIONS: [Explanation; 24] = [
     Explanation {
         mistake: Mistake::Syntax,
         title: "invalid syntax",
@@ -112,6 +112,15 @@ pub const EXPLANATIONS: [Explanation; 23] = [
         text: "Each setting has a type, and many have a range; the message contains both. Durations have a unit, \
                such as \"20ms\". Values are never rounded or truncated: what can't be represented exactly is \
                refused.",
+    },
+    Explanation {
+        mistake: Mistake::Attachment,
+        title: "a link passes the architecture by",
+        text: "Sensor -> Monitor -> Analyze -> Plan -> Execute -> gate -> Actuator, and all read Knowledge: the \
+               message says what this block reads and what to put between. A reflex reads Sensors and Knowledge \
+               alone. An Analyze reads another one as a fact of Knowledge, `fact: Known<T>`. Ground truth of a \
+               simulator is for ports of referees, those with the role `truth`. A person may set any port that \
+               has no link. Robots of plain modules are free.",
     },
     Explanation {
         mistake: Mistake::NoAgent,

@@ -14,11 +14,11 @@ use rustix::process::{Pid, Signal, WaitId, WaitIdOptions, kill_process, waitid};
 use serde_json::Value;
 use slate::runtime::Rate;
 use slate::runtime::isolation::Supervisor;
+use slate_run::{Application, ApplicationOptions, RunOptions};
 
 use super::MemberEvent;
 use super::lines::{Relay, To};
-use crate::examples::Application;
-use crate::run_options::{ApplicationOptions, RunOptions};
+use crate::run_options::RunVerb;
 
 /// An agent, whether it runs or not.
 pub struct TeamMember {
@@ -58,7 +58,7 @@ pub struct MemberProcess {
 impl TeamMember {
     /// An agent that does not run yet; the one that `is_shown` has a web console for whoever watches the run.
     pub fn new(
-        options: &RunOptions,
+        verb: &RunVerb,
         (index, name): (usize, &str),
         width: usize,
         application: &Application,
@@ -76,11 +76,11 @@ impl TeamMember {
             restarts: 0,
             code: None,
             summary: None,
-            arguments: arguments(options, name, application, is_shown),
+            arguments: arguments(verb, name, application, is_shown),
             index,
             width,
-            json: options.common.json,
-            disarmed: options.disarmed,
+            json: verb.options.common.json,
+            disarmed: verb.options.disarmed,
         }
     }
 
@@ -178,23 +178,10 @@ pub fn code(status: ExitStatus) -> u8 {
 }
 
 /// Returns the arguments of the agent's process.
-fn arguments(options: &RunOptions, name: &str, application: &Application, is_shown: bool) -> Vec<OsString> {
+fn arguments(verb: &RunVerb, name: &str, application: &Application, is_shown: bool) -> Vec<OsString> {
     // All are named, so that none that comes later is forgotten.
-    let RunOptions {
-        name: file,
-        agent: _,
-        common,
-        headless,
-        open,
-        stay,
-        rate,
-        seed,
-        resume: _,
-        out,
-        disarmed: _,
-        supervised: _,
-        watched: _,
-    } = options;
+    let RunVerb { name: file, agent: _, options, supervised: _, watched: _ } = verb;
+    let RunOptions { common, headless, open, stay, rate, seed, resume: _, out, disarmed: _ } = options;
     let ApplicationOptions { mode, workers, set, host, json } = common;
     let mut arguments: Vec<OsString> = vec!["--supervised".into(), "--headless".into()];
     let mut add = |option: &str, value: Option<OsString>| {

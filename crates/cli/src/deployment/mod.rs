@@ -14,11 +14,12 @@ use serde_json::json;
 use slate::runtime::configuration::{Configuration, Spanned};
 use slate::runtime::isolation::{Supervisor, describe};
 
+use slate_run::Application;
+
 use crate::clock::now;
-use crate::examples::Application;
 use crate::failure::Failure;
 use crate::interrupt::DEBOUNCE;
-use crate::run_options::RunOptions;
+use crate::run_options::RunVerb;
 use crate::{examples, output};
 use member::{MemberProcess, TeamMember, code};
 pub use tether::{Tether, end_later};
@@ -46,11 +47,12 @@ pub enum MemberEvent {
 }
 
 /// Runs all agents of a file until they have ended; returns the worst of what they end with.
-pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
+pub fn run(verb: &RunVerb, names: &[String]) -> Result<u8, Failure> {
+    let options = &verb.options;
     if options.resume.is_some() {
         return Err(Failure::SeveralResumed { agents: names.to_vec() });
     }
-    let members = members(options, names)?;
+    let members = members(verb, names)?;
     let (sender, events) = channel();
     let asked = sender.clone();
     let handled = ctrlc::set_handler(move || {
@@ -79,9 +81,10 @@ pub fn run(options: &RunOptions, names: &[String]) -> Result<u8, Failure> {
 }
 
 /// The agents, if the configurations of all of them are good.
-fn members(options: &RunOptions, names: &[String]) -> Result<Vec<TeamMember>, Failure> {
+fn members(verb: &RunVerb, names: &[String]) -> Result<Vec<TeamMember>, Failure> {
     let width = names.iter().map(|name| name.chars().count()).max().unwrap_or_default();
-    let file = options.name.as_deref().unwrap_or_default();
+    let options = &verb.options;
+    let file = verb.name.as_deref().unwrap_or_default();
     let mut files: BTreeMap<PathBuf, &str> = BTreeMap::new();
     let mut applications = Vec::new();
     for name in names {
@@ -105,7 +108,7 @@ fn members(options: &RunOptions, names: &[String]) -> Result<Vec<TeamMember>, Fa
     };
     let shown = applications.iter().position(has_mission).unwrap_or(0);
     let member = |(index, (name, application)): (usize, &(&String, Application))| {
-        TeamMember::new(options, (index, name), width, application, index == shown)
+        TeamMember::new(verb, (index, name), width, application, index == shown)
     };
     Ok(applications.iter().enumerate().map(member).collect())
 }

@@ -29,6 +29,9 @@ impl Failure {
             Self::Unknown { help, .. } | Self::NoModule { help, .. } => help.clone(),
             Self::Folder { inside: Some(file), .. } => format!("name a file in it, such as `{}`", file.display()),
             Self::Folder { inside: None, .. } => "name a file, such as `robot.toml`".into(),
+            Self::NoRobot { .. } => {
+                "export one, `plugin!(...; robot = rover)`, or run a configuration that names the library as a plugin".into()
+            }
             Self::Unseekable { .. } => "write the configuration into a file".into(),
             Self::Start(error) => error.help()?.to_string(),
             Self::Bag(error) => bag(error)?,
@@ -37,7 +40,7 @@ impl Failure {
             #[cfg(feature = "console")]
             Self::Console(error) => error.help()?.to_string(),
             Self::Library(error) => error.help.clone(),
-            Self::WallClock => "omit `--rate`, or give the configuration a time source (`time.source`)".into(),
+            Self::Run(error) => error.help()?,
             Self::BatchOnWallClock { name } => format!(
                 "`slate run {name}` runs it once; for a batch, add a simulator to the configuration and make it the time \
                  source (`time.source`)"
@@ -45,7 +48,6 @@ impl Failure {
             Self::OtherVariant { .. } => "omit it, or run the example without --resume".into(),
             Self::SeveralResumed { agents } => format!("name the agent, such as --agent {}", agents.first()?),
             Self::ProjectName { .. } => "choose another name, such as `wall-follower`".into(),
-            Self::FolderInUse { .. } => "choose another folder with --out, or wait until that run has ended".into(),
             Self::Taken { .. } => "choose another name, or another working folder".into(),
             Self::NoCheckout { .. } => {
                 "a project is built against Slate's sources: name their folder, which contains crates/plugin, with --slate \

@@ -14,6 +14,7 @@ use slate::runtime::memory::MemoryError;
 use slate::runtime::plugin::LibraryError;
 use slate::runtime::snapshot::SnapshotError;
 use slate::runtime::{Mistake, StartError};
+use slate_run::RunError;
 
 use crate::condition::Unfit;
 
@@ -46,6 +47,8 @@ pub enum Failure {
     Unknown { name: String, help: String },
     #[error("`{}` is a folder, not a configuration file", .path.display())]
     Folder { path: PathBuf, inside: Option<PathBuf> },
+    #[error("the library `{}` brings modules, and no robot", .path.display())]
+    NoRobot { path: PathBuf },
     #[error("`{}` is a pipe or a device: expected a regular file, as a configuration is read more than once", .path.display())]
     Unseekable { path: PathBuf },
     #[error("the last seed of the batch is greater than {}", i64::MAX)]
@@ -65,10 +68,9 @@ pub enum Failure {
     Console(#[from] slate::console::StartError),
     #[error("{0}")]
     Play(PlayError),
+    /// An error of a run that no other verb has.
     #[error("{0}")]
-    World(String),
-    #[error("`--rate` needs a simulator: this agent runs on the wall clock")]
-    WallClock,
+    Run(RunError),
     #[error("a batch needs a simulator: `{name}` has no time source and runs on the wall clock")]
     BatchOnWallClock { name: String },
     #[error("a snapshot belongs to one agent, and the file describes several: {}", .agents.join(", "))]
@@ -149,8 +151,6 @@ pub enum Failure {
     NoValue(String),
     #[error("`{to}` has no link")]
     NotLinked { to: String, linked: Vec<String> },
-    #[error("another run is writing its report into {}", slate::runtime::printable(.path))]
-    FolderInUse { path: PathBuf },
     #[error("`{path}` exists already")]
     Taken { path: PathBuf },
     #[error("{}", no_checkout(.said.as_deref()))]
@@ -159,6 +159,24 @@ pub enum Failure {
     TraceWithoutEnd { agent: String, left: Option<PathBuf> },
     #[error("`{path}` can't be used: {source}")]
     File { path: PathBuf, source: std::io::Error },
+}
+
+impl From<RunError> for Failure {
+    fn from(error: RunError) -> Self {
+        match error {
+            RunError::Configuration(report) => Self::Configuration(report),
+            RunError::Start(error) => Self::Start(error),
+            RunError::Report(error) => Self::Report(error),
+            RunError::Record(error) => Self::Record(error),
+            #[cfg(feature = "console")]
+            RunError::Console(error) => Self::Console(error),
+            RunError::Unreachable(error) => Self::Unreachable(error),
+            RunError::Snapshot(error) => Self::Snapshot(error),
+            RunError::Memory(error) => Self::Memory(error),
+            RunError::File { path, source } => Self::File { path, source },
+            other => Self::Run(other),
+        }
+    }
 }
 
 impl From<StartError> for Failure {

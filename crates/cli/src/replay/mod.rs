@@ -90,7 +90,7 @@ pub struct ReplayRate(pub Option<f64>);
 
 fn parse_factor(text: &str) -> Result<ReplayRate, String> {
     use slate::runtime::Rate;
-    crate::run_options::parse_rate(text).map(|rate| match rate {
+    slate_run::parse_rate(text).map(|rate| match rate {
         Rate::Max => ReplayRate(None),
         Rate::Times(factor) => ReplayRate(Some(factor)),
     })

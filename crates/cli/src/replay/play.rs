@@ -11,10 +11,10 @@ use slate::record::{Recorded, Recorder};
 use slate::runtime::recording::{Change, Recording};
 use slate::runtime::{Agent, Mode, Options, printable};
 
-use crate::console::open_playback;
 use crate::examples;
 use crate::failure::Failure;
 use crate::output::{self, counted};
+use crate::playback_console::open_playback;
 
 /// Plays a recording; returns the exit code, 0 at the end of the recording.
 pub fn play(file: &Path, plan: Plan, json: bool) -> Result<u8, Failure> {

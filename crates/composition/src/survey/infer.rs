@@ -4,52 +4,13 @@
 //! simulator or driver outside offers for the robot of that name, whose type and role are its own. One is linked, several are an
 //! error, and without one there is no link.
 
-use slate_module::{Description, Direction, PortDescription};
+use slate_module::{Direction, PortDescription};
 
+use super::block::{Block, MEASUREMENT, Provenance, TRUTH, binds, is_fact};
 use super::{Surveyed, module, scope};
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Link, Mistake};
-
-/// Outputs of a simulator for referees and reports, not for the robot.
-const FOR_REFEREES: [&str; 2] = ["truth", "clearance"];
-
-/// A block of MAPE-K, as its ports show.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Block {
-    Monitor,
-    Analyze,
-    Plan,
-    Execute,
-    Knowledge,
-    Reactive,
-}
-
-impl Block {
-    fn of(description: &Description) -> Option<Self> {
-        let has = |direction, role: &str| {
-            description.ports.iter().any(|port| port.direction == direction && port.role == role)
-        };
-        if has(Direction::Output, "percept") {
-            Some(Self::Monitor)
-        } else if has(Direction::Output, "change") {
-            Some(Self::Analyze)
-        } else if has(Direction::Outbox, "plan") {
-            Some(Self::Plan)
-        } else if has(Direction::Inbox, "plan") {
-            Some(Self::Execute)
-        } else if has(Direction::Outbox, "reflex") {
-            Some(Self::Reactive)
-        } else {
-            (description.unique == "knowledge").then_some(Self::Knowledge)
-        }
-    }
-
-    /// Whether it reads sensors itself.
-    fn meets_the_world(self) -> bool {
-        !matches!(self, Self::Analyze | Self::Plan)
-    }
-}
 
 /// What keeps the links that it has, also when that is none.
 pub struct LinkKeeping<'s> {
@@ -100,7 +61,7 @@ pub fn infer<'a>(
             if fresh.says_of_port(&path) {
                 continue;
             }
-            let mut found = candidates(&modules, surveyed, block, port);
+            let mut found = candidates(&fresh, &modules, surveyed, block, port);
             if port.direction == Direction::Outbox {
                 // Inboxes that are to have no senders but those that are written.
                 found.retain(|inbox| !fresh.is_left_out(inbox));
@@ -143,37 +104,130 @@ fn link(path: &str, other: &str, port: &PortDescription, surveyed: &Surveyed<'_>
 
 /// The ports that one could be linked to by type and role.
 fn candidates(
+    configuration: &Configuration,
     modules: &[Surveyed<'_>],
     surveyed: &Surveyed<'_>,
     block: Block,
     port: &PortDescription,
 ) -> Vec<String> {
-    let wanted: &[Direction] = match port.direction {
-        Direction::Input | Direction::Queue => &[Direction::Output],
-        // Messages without a role go to whom the configuration says.
-        Direction::Outbox if !port.role.is_empty() => &[Direction::Inbox],
-        _ => return Vec::new(),
-    };
-    let robot = scope(&surveyed.module.name.value);
-    let fits = |other: &&PortDescription| {
-        wanted.contains(&other.direction)
-            && other.role == port.role
-            && other.descriptor.hash == port.descriptor.hash
-    };
-    let mut found = Vec::new();
-    for other in modules {
-        let name = &other.module.name.value;
-        let is_own = scope(name) == robot && *name != surveyed.module.name.value;
-        let offers = |port: &&PortDescription| {
-            let sensor = port.name.strip_prefix(robot).and_then(|rest| rest.strip_prefix('/'));
-            sensor.is_some_and(|sensor| !FOR_REFEREES.contains(&sensor))
-        };
-        let ports = other.description.ports.iter().filter(fits);
-        let ports =
-            ports.filter(|port| is_own || block.meets_the_world() && scope(name).is_empty() && offers(port));
-        found.extend(ports.map(|port| format!("{name}/{}", port.name)));
+    let reads = matches!(port.direction, Direction::Input | Direction::Queue);
+    // Messages without a role go to whom the configuration says.
+    if !reads && (port.direction != Direction::Outbox || port.role.is_empty())
+        || port.role == TRUTH
+        || is_fact(port)
+    {
+        return Vec::new();
     }
-    found
+    let own = surveyed.module.name.value.as_str();
+    let robot = scope(own);
+    if block == Block::Actuator && port.role == "command" {
+        return commands(configuration, modules, robot, port);
+    }
+    let mut found: Vec<LinkCandidate> = Vec::new();
+    for other in modules.iter().filter(|other| other.module.name.value != own) {
+        let name = other.module.name.value.as_str();
+        let is_own = scope(name) == robot;
+        let is_outside = block.meets_the_world() && scope(name).is_empty();
+        if !is_own && !is_outside {
+            continue;
+        }
+        if is_own && block == Block::Sensor && Block::of(&other.description).is_some() {
+            // A Sensor reads devices, and no block that interprets them.
+            continue;
+        }
+        for offered in &other.description.ports {
+            let path = format!("{name}/{}", offered.name);
+            // Outside of a robot, what is named after it.
+            let is_named = || offered.name.strip_prefix(robot).is_some_and(|rest| rest.starts_with('/'));
+            let fits = if reads {
+                readable(configuration, &path, block, port, other, offered)
+            } else {
+                takes(port, offered)
+            };
+            if fits && (is_own || is_named()) && offered.descriptor.hash == port.descriptor.hash {
+                found.push(LinkCandidate {
+                    path,
+                    is_own,
+                    is_sensor: offered.role == MEASUREMENT,
+                    is_device: Block::of(&other.description).is_none(),
+                    is_fact: is_fact(offered),
+                });
+            }
+        }
+    }
+    // A device is read by its Sensor, and all others read that.
+    if block == Block::Sensor && found.iter().any(|candidate| !candidate.is_own) {
+        found.retain(|candidate| !candidate.is_own);
+    } else if found.iter().any(|candidate| candidate.is_own && candidate.is_sensor) {
+        found.retain(|candidate| candidate.is_own && !candidate.is_device);
+    }
+    if found.iter().any(|candidate| !candidate.is_fact) {
+        found.retain(|candidate| !candidate.is_fact);
+    }
+    found.into_iter().map(|candidate| candidate.path).collect()
+}
+
+/// A port that another one could be linked to.
+struct LinkCandidate {
+    path: String,
+    /// Whether it is of the same robot.
+    is_own: bool,
+    /// Whether a Sensor writes it.
+    is_sensor: bool,
+    /// Whether a module that is no block writes it.
+    is_device: bool,
+    /// Whether it is a fact of Knowledge, which is second to what is written for all.
+    is_fact: bool,
+}
+
+/// Whether a port is one of those that an input of a block looks for.
+fn readable(
+    configuration: &Configuration,
+    path: &str,
+    block: Block,
+    port: &PortDescription,
+    other: &Surveyed<'_>,
+    offered: &PortDescription,
+) -> bool {
+    if is_fact(offered) {
+        // One that somebody tells.
+        return !binds(&port.role) && block != Block::Knowledge && configuration.says_of_port(path);
+    }
+    offered.direction == Direction::Output
+        && if binds(&port.role) || port.role == MEASUREMENT {
+            offered.role == port.role
+        } else {
+            matches!(offered.role.as_str(), "" | MEASUREMENT)
+                && block.may_read(Provenance::of_port(&other.description, offered))
+        }
+}
+
+/// Whether an inbox is one of those that an outbox looks for.
+fn takes(port: &PortDescription, offered: &PortDescription) -> bool {
+    offered.direction == Direction::Inbox && offered.role == port.role
+}
+
+/// The commands of a robot's gates that an Actuator could take.
+fn commands(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    robot: &str,
+    port: &PortDescription,
+) -> Vec<String> {
+    let carries = |path: &str| {
+        modules.iter().any(|other| {
+            let rest =
+                path.strip_prefix(other.module.name.value.as_str()).and_then(|rest| rest.strip_prefix('/'));
+            let ports = &other.description.ports;
+            rest.is_some_and(|rest| {
+                ports.iter().any(|own| own.name == rest && own.descriptor.hash == port.descriptor.hash)
+            })
+        })
+    };
+    let of_robot = configuration.actuators().iter().filter(|actuator| scope(&actuator.name.value) == robot);
+    let fitting = of_robot
+        .filter(|actuator| actuator.commands.iter().any(|command| carries(&command.value.path_in(""))));
+    fitting.map(|actuator| format!("{}/command", actuator.name.value)).collect()
 }
 
 /// Refuses to choose.

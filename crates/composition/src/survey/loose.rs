@@ -2,6 +2,7 @@
 
 use slate_module::{Direction, PortDescription};
 
+use super::block::{Block, MEASUREMENT, binds};
 use super::commander::{commands_actuator, is_of_actuator};
 use super::crossing::crossing;
 use super::{LinkSource, Survey, Wire, scope};
@@ -10,7 +11,9 @@ use slate_configuration::{Configuration, Diagnostic};
 /// Warnings of ports and actuators that lead nowhere.
 pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
-    for (module, surveyed) in survey.modules.iter().enumerate() {
+    // A module that is switched off does nothing, with or without a link.
+    let enabled = survey.modules.iter().enumerate().filter(|(_, surveyed)| surveyed.module.enabled.value);
+    for (module, surveyed) in enabled {
         for port in 0..surveyed.description.ports.len() {
             if let Some((message, help)) = loose_port(configuration, survey, module, port) {
                 found.push(configuration.diagnostic(surveyed.module.name.span, message, Some(help)));
@@ -78,6 +81,9 @@ fn loose_port(
             let message = format!("input `{path}` has no source, and nothing else feeds `{name}`");
             Some((message, source_help(survey, module, own, &path)))
         }
+        Direction::Output if Block::of(&surveyed.description) == Some(Block::Actuator) => {
+            unread_output(configuration, survey, (module, port), &path)
+        }
         Direction::Command => {
             if is_of_actuator(configuration, &path) {
                 return None;
@@ -125,7 +131,7 @@ fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, po
         own.direction == Direction::Inbox || reads(own) && (has_value || has_link(configuration, &path))
     };
     let senses = ports.iter().any(|port| match port.direction {
-        Direction::Output => port.role == "percept",
+        Direction::Output => port.role == "percept" || port.role == MEASUREMENT,
         Direction::Outbox => port.role == "reflex",
         _ => false,
     });
@@ -183,7 +189,11 @@ fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: 
 }
 
 /// Whether a module does nothing without it: it is required, an Analyze is without a Monitor, or a Plan notices nothing at all.
+/// Which sensors a Monitor wants is checked at load, and Knowledge knows also robots with fewer sensors.
 fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool {
+    if port.role == MEASUREMENT || port.role == "command" {
+        return port.required;
+    }
     let notices = || {
         let ports = &survey.modules[module].description.ports;
         let alike = |joint: &super::ResolvedLink<'_>| {
@@ -192,7 +202,8 @@ fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool
         };
         survey.joints.iter().any(alike)
     };
-    port.required || !port.role.is_empty() && (port.direction == Direction::Input || !notices())
+    let is_traffic = binds(&port.role) || port.role == "command";
+    port.required || is_traffic && (port.direction == Direction::Input || !notices())
 }
 
 /// The ports of the modules of the same robot that fit.
@@ -232,6 +243,31 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
     found
 }
 
+/// An Actuator's output that no driver reads, and the line that would link it.
+fn unread_output(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    (module, port): (usize, usize),
+    path: &str,
+) -> Option<(String, String)> {
+    let is_read = survey.joints.iter().any(|joint| joint.target == LinkSource::Port(module, port));
+    let mut links = configuration.links().iter();
+    // Another agent may read it.
+    if is_read
+        || configuration.share().is_some()
+        || links.any(|link| slate_blackboard::is_within(&link.from.value.path_in(""), path))
+    {
+        return None;
+    }
+    let output = &survey.modules[module].description.ports[port];
+    let robot = scope(&survey.modules[module].module.name.value);
+    let help = match free_input(survey, output.descriptor.hash, &format!("{robot}/{}", output.name)) {
+        Some(input) => line(&input, path),
+        None => format!("link the input of its driver to it: \"driver/input\" = \"/{path}\""),
+    };
+    Some((format!("`{path}` reaches nothing: no link reads it"), help))
+}
+
 /// An input without a link that takes such commands and is called like the actuator, or the only one.
 fn driver(configuration: &Configuration, survey: &Survey<'_>, actuator: &str) -> Option<String> {
     let wanted = configuration.actuators().iter().find(|own| own.name.value == actuator)?;
@@ -242,6 +278,11 @@ fn driver(configuration: &Configuration, survey: &Survey<'_>, actuator: &str) ->
             surveyed.description.ports.iter().find(|port| port.name == rest).map(|port| port.descriptor.hash)
         })
     })?;
+    free_input(survey, interface, actuator)
+}
+
+/// An input without a link of an interface that is called so with its robot, or without it, or the only one.
+fn free_input(survey: &Survey<'_>, interface: u64, name: &str) -> Option<String> {
     let mut free = Vec::new();
     for (module, surveyed) in survey.modules.iter().enumerate() {
         for (port, own) in surveyed.description.ports.iter().enumerate() {
@@ -251,8 +292,9 @@ fn driver(configuration: &Configuration, survey: &Survey<'_>, actuator: &str) ->
             }
         }
     }
-    let like = |path: &&String| path.ends_with(&format!("/{actuator}"));
-    free.iter().find(like).cloned().or_else(|| <[String; 1]>::try_from(free).ok().map(|[one]| one))
+    let own = name.rsplit('/').next().unwrap_or(name);
+    let called = |name: &str| free.iter().find(|path| path.ends_with(&format!("/{name}"))).cloned();
+    called(name).or_else(|| called(own)).or_else(|| <[String; 1]>::try_from(free).ok().map(|[one]| one))
 }
 
 /// The line of a link that would do.

@@ -1,6 +1,7 @@
 //! The configuration checked against the kinds of the catalogue; creates nothing.
 
 mod aspects;
+mod block;
 mod commander;
 mod crossing;
 mod host;
@@ -12,6 +13,8 @@ mod module;
 mod names;
 mod order;
 mod rings;
+mod robot_model;
+mod rules;
 mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,6 +32,7 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
+pub use block::part;
 pub use infer::{LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;
@@ -369,9 +373,11 @@ pub fn survey<'a>(
         listeners: BTreeMap::new(),
     };
     links::survey_links(configuration, &dormant, catalogue, &mut survey, complaints);
+    rules::check_rules(configuration, &survey, complaints);
     // The order can only be told when every module is known.
     if is_complete {
         survey.listen(configuration);
+        robot_model::check_robot_models(configuration, &dormant, &survey, complaints);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
         if complaints.diagnostics.is_empty() {
             rings::check_rings(&survey.modules, &survey.joints, complaints);

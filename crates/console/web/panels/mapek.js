@@ -36,7 +36,19 @@ function Switch({ module, isAllowed, fail }) {
   return html`<label class="switch"><input type="checkbox" role="switch" checked=${isOn} disabled=${!isAllowed} onChange=${turn} /> Enable ${module.name.slice(module.name.lastIndexOf("/") + 1)}</label>`;
 }
 
-function Execute({ status }) {
+/** An argument as a person reads it. */
+const argument = (value) => (Number.isInteger(value) ? value : value.toFixed(2));
+
+/** The actions that wait in the Pipeline, in the order of their turns. */
+function Waiting({ actions }) {
+  return html`<h3>Waiting</h3>
+    <ol class="waiting" aria-label="Waiting actions">${actions.map(({ action, route, ticket, rank, queued }, turn) => html`<li key=${turn}>
+      <span class="route" data-route=${route}>${action.kind}</span>(${action.arguments.map(argument).join(", ")})
+      <span class="muted"> ${route === "REACTIVE" ? `reflex, rank ${rank}` : `plan, action ${ticket}`} </span><${Age} time=${queued} /></li>`)}
+      ${!actions.length && html`<li class="muted">none</li>`}</ol>`;
+}
+
+function Execute({ status, waiting }) {
   if (!status) return html`<p class="muted">none yet</p>`;
   const depths = (status.tree || status.running || "").split(" > ").filter(Boolean);
   const ended = [...status.ended].reverse().slice(0, 5);
@@ -46,6 +58,7 @@ function Execute({ status }) {
       <tr><th scope="row">Reflexes pending</th><td class="number">${status.high}</td><th scope="row">accepted</th><td class="number">${status.reflexes}</td></tr>
       <tr><th scope="row">Actions pending</th><td class="number">${status.normal}</td><th scope="row">completed</th><td class="number">${status.completed}</td></tr>
       <tr><th scope="row">Cancelled</th><td class="number">${status.cancelled}</td><th scope="row" title="Actions planned before a reflex or a failure">discarded</th><td class="number">${status.dropped}</td></tr></tbody></table>
+    <${Waiting} actions=${waiting} />
     <h3>Last ended</h3>
     <ul class="ended">${ended.map(({ number, kind, ending, route }) => html`<li key=${number}><span class="route" data-route=${route}>${kind}</span> <span class="muted">${word(ending)}</span></li>`)}
       ${!ended.length && html`<li class="muted">none</li>`}</ul>`;
@@ -71,8 +84,8 @@ function Robot({ robot, isAllowed, fail }) {
         <p class="muted" title="Actions planned before the last reflex or failure are discarded">${status ? `${status.ticket} actions planned, ${status.epoch} reflexes and failures${status.replan ? "; replanning requested" : ""}` : ""}</p></div>
       <div class="stage execute"><h3>Execute</h3>
         ${executes.map(({ name, outputs }) => html`<article class="block" key=${name} data-active=${route ?? ""}><header><b>${name.slice(name.lastIndexOf("/") + 1)}</b> ${readings[robot.status] && html`<${Age} time=${readings[robot.status].time} />`}</header>
-          <${Execute} status=${status} />
-          ${outputs.filter(({ path }) => path !== robot.status).map(({ path, interface: name }) => html`<button class="output" key=${path} onClick=${() => select(path)}><span class="muted">${path.split("/").at(-1)}</span><span class="number">${readings[path] ? brief(readings[path].value, interfaces[name]) : "none yet"}</span>
+          <${Execute} status=${status} waiting=${readings[`${name}/waiting`]?.value.actions ?? []} />
+          ${outputs.filter(({ path }) => path !== robot.status && path !== `${name}/waiting`).map(({ path, interface: name }) => html`<button class="output" key=${path} onClick=${() => select(path)}><span class="muted">${path.split("/").at(-1)}</span><span class="number">${readings[path] ? brief(readings[path].value, interfaces[name]) : "none yet"}</span>
             ${readings[path] && html`<${Age} time=${readings[path].time} />`}</button>`)}</article>`)}</div>
       <div class="stage reactive-stage"><h3>ReactiveModel: sensors to Execute directly</h3><div class="row">${ReactiveModel.map((module) => html`<div key=${module.name}>
         ${cards([module], module.condition === "WORKING" ? reactive : undefined)}<${Switch} module=${module} isAllowed=${isAllowed} fail=${fail} /></div>`)}</div></div>

@@ -11,7 +11,7 @@ mod whole;
 use std::path::PathBuf;
 
 pub use known::KnownLibraries;
-pub(crate) use open::{Library, make, open};
+pub(crate) use open::{Library, make, open, robot_text};
 pub use open::{Residence, code_of, file_of, open_as_it_is};
 pub use outline::{InterfaceOutline, LibraryOutline, ModuleOutline, PortOutline};
 pub use seal::seal;

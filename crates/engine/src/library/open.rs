@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use libloading::os::unix;
-use slate_module::table::ABI;
-use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable};
+use slate_module::table::{ABI, RobotCall};
+use slate_module::{ModuleKind, ModuleTable, Plugin, PluginTable, read_robot};
 
 use super::copy::PrivateCopy;
 use super::{LibraryError, LibraryOutline};
@@ -173,6 +173,29 @@ pub(crate) fn make(
     }
     let depends: Vec<_> = outline.depends.iter().map(String::as_str).collect();
     Ok(Plugin::new(&outline.name, kinds).version(&outline.version).depends(&depends))
+}
+
+/// The configuration of the robot that a library brings, if it does.
+///
+/// # Errors
+/// The robot is invalid.
+pub(crate) fn robot_text(
+    file: &Path,
+    plugin: &Plugin,
+    outline: &LibraryOutline,
+) -> Result<Option<String>, LibraryError> {
+    let library = plugin.kinds().first().and_then(|kind| kind.library()?.downcast_ref::<Library>());
+    let Some(handle) = library.and_then(|library| library.handle.as_ref()) else { return Ok(None) };
+    let symbol = outline.symbol.replacen("slate_plugin_", "slate_robot_", 1);
+    // SAFETY: a plugin exports nothing else under that name.
+    let Ok(call) = (unsafe { handle.get::<RobotCall>(symbol.as_bytes()) }) else { return Ok(None) };
+    // SAFETY: the sink lives during the call, and the library is open.
+    let text = read_robot(|sink| unsafe { call(sink) });
+    text.map(Some).map_err(|refusal| LibraryError {
+        file: file.into(),
+        problem: format!("brings a robot that is invalid: {refusal}"),
+        help: "correct the robot in its source, and build it again".into(),
+    })
 }
 
 /// The first call of a module that is null, which no function of Rust may be.

@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
-use slate_module::{Inbox, Priority, Sequence, Text, Tick};
+use slate_module::{Inbox, Output, Priority, Sequence, Text, Tick};
 
 use crate::pipeline::{Admission, Origin, Pipeline, QueuedAction};
 use crate::{
     Acting, ActionRequest, ActionTree, Ended, Ending, ExecuteStatus, PlanStep, Planned, Reflex,
-    RefusalReason, Repertoire, RequestError, Route, Step,
+    RefusalReason, Repertoire, RequestError, Route, Step, WaitingAction, WaitingActions,
 };
 
 /// The state of an [`ExecuteBlock`](crate::ExecuteBlock).
@@ -85,10 +85,41 @@ impl<R> Default for Execution<R> {
 }
 
 impl<R: Repertoire> Execution<R> {
+    pub(super) fn set_time(&mut self, now: u64) {
+        self.pipeline.set_time(now);
+    }
+
+    /// Counts the changes of the waiting actions.
+    pub(super) fn revision(&self) -> u64 {
+        self.pipeline.revision()
+    }
+
+    pub(super) fn has_waiting(&self) -> bool {
+        self.pipeline.waiting() != (0, 0)
+    }
+
+    pub(super) fn write_waiting(&self, waiting: &Output<WaitingActions>) {
+        let (high, normal) = self.pipeline.waiting();
+        // There is room for both levels of the pipeline.
+        waiting.write((high + normal).min(waiting.capacity()), |list| {
+            list.revision = self.pipeline.revision();
+            for (slot, entry) in list.actions.iter_mut().zip(self.pipeline.iter()) {
+                *slot = WaitingAction {
+                    queued: entry.queued,
+                    ticket: entry.ticket(),
+                    action: entry.action,
+                    rank: entry.rank().unwrap_or(0),
+                    route: entry.route(),
+                };
+            }
+        });
+    }
+
     pub(super) fn take_reflexes(&mut self, reflexes: &Inbox<Reflex>, now: &Tick) {
         for reflex in reflexes.iter() {
             let (source, rank) = (reflex.sender(), reflex.rank);
-            let entry = QueuedAction { action: reflex.action, origin: Origin::Reflex { source, rank } };
+            let origin = Origin::Reflex { source, rank };
+            let entry = QueuedAction { action: reflex.action, origin, queued: now.now() };
             if let Err(error) = R::start(&reflex.action) {
                 reflex.refuse(self.refuse(entry, &error, now).0);
                 continue;
@@ -115,7 +146,8 @@ impl<R: Repertoire> Execution<R> {
     pub(super) fn take_plan(&mut self, plan: &Inbox<Planned>, now: &Tick) {
         for planned in plan.iter() {
             self.counts.ticket = planned.ticket;
-            let entry = QueuedAction { action: planned.action, origin: Origin::Plan(planned.ticket) };
+            let origin = Origin::Plan(planned.ticket);
+            let entry = QueuedAction { action: planned.action, origin, queued: now.now() };
             if planned.step != PlanStep::CLEAR
                 && let Err(error) = R::start(&planned.action)
             {

@@ -7,7 +7,7 @@ use slate_module::{Module, Outcome, Output, Refusal, Setup, Spec, Stage, Tick, T
 
 use crate::block::{RENEWAL, distinct};
 use crate::port::{PlanIn, ReflexIn};
-use crate::{ExecuteStatus, Repertoire};
+use crate::{ExecuteStatus, Repertoire, WaitingActions};
 
 /// Additional ports of Execute.
 #[ports]
@@ -20,6 +20,9 @@ pub struct ExecutePorts {
     reflexes: ReflexIn,
     /// Status of Execute, written when it changes.
     status: Output<ExecuteStatus>,
+    /// Waiting actions, written when they change.
+    #[capacity(128)]
+    waiting: Output<WaitingActions>,
 }
 
 /// Executes the actions of Plan and ReactiveModels in sequence (RoCS, 5.1). A robot has one.
@@ -50,6 +53,8 @@ impl<R: Repertoire> Module for ExecuteBlock<R> {
 
     fn tick(state: &mut Self::State, (body, own): &Self::Io, (): &(), now: &Tick) -> Outcome {
         let before = state.summary();
+        let (revision, was_waiting) = (state.revision(), state.has_waiting());
+        state.set_time(now.now());
         // Reflexes first, so that a plan made without knowledge of them is dropped.
         state.take_reflexes(&own.reflexes.0, now);
         state.take_plan(&own.plan.0, now);
@@ -57,6 +62,10 @@ impl<R: Repertoire> Module for ExecuteBlock<R> {
         state.perform(body, now);
         if state.must_publish(&before) {
             own.status.set(state.status());
+        }
+        // An action that begins at once has not waited.
+        if state.revision() != revision && (was_waiting || state.has_waiting()) {
+            state.write_waiting(&own.waiting);
         }
         Outcome::Ok
     }

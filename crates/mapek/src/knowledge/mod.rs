@@ -13,7 +13,7 @@ use std::marker::PhantomData;
 
 pub use facts::{Fact, Facts, Live, Merge, MostCertain, Newest, Union, Version};
 pub use plans::{PlanDescription, PlanLibrary, PlanOutcome, Role};
-pub use robot::{Device, RobotModel};
+pub use robot::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
 use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
 pub use statements::Statements;
 pub use strategy::{StoredPlan, StrategyModel, StrategyRecord, StrategyReport};
@@ -39,6 +39,14 @@ pub trait Knowledge: 'static {
     /// State.
     type State: BlockState;
 
+    /// Returns the first state.
+    ///
+    /// # Errors
+    /// A refusal when the parameters do not fit, with what was expected.
+    fn create(_: &Setup<'_>, _: &Self::Params) -> Result<Self::State, Refusal> {
+        Ok(Self::State::default())
+    }
+
     /// Updates from new inputs, and writes changes.
     fn update(state: &mut Self::State, models: &Self::Models, params: &Self::Params, now: &Tick);
 }
@@ -59,9 +67,9 @@ impl<K: Knowledge> Module for KnowledgeBlock<K> {
         Spec { trigger: Trigger::Stage, deadline: None, unique: "knowledge" }
     }
 
-    fn create(_: &Setup<'_>, _: &K::Params) -> Result<K::State, Refusal> {
+    fn create(setup: &Setup<'_>, params: &K::Params) -> Result<K::State, Refusal> {
         distinct::<Self::Io>()?;
-        Ok(K::State::default())
+        K::create(setup, params)
     }
 
     fn tick(state: &mut K::State, models: &K::Models, params: &K::Params, now: &Tick) -> Outcome {

@@ -1,17 +1,128 @@
-use slate_interfaces::Pose2;
-use slate_module::{Sequence, Text, interface};
+use slate_interfaces::{FourWheelSpeeds, Pose2, Twist2, WheelSpeeds};
+use slate_module::{Interface, Sequence, Text, Tick, interface};
+
+use crate::port::Sensed;
+
+/// Health of a sensor or an actuator.
+#[interface]
+pub enum DeviceHealth {
+    /// It has not measured, or does not tell, as an actuator.
+    Unknown,
+    /// It measures as expected.
+    Fresh,
+    /// Its newest measurement is older than two periods of its rate.
+    Late,
+    /// It has stopped: its newest measurement is stale.
+    Silent,
+}
 
 /// Sensor or actuator of a robot.
 #[interface]
 #[derive(PartialEq)]
 pub struct Device {
-    /// Mount on the robot.
+    /// Mount: pose of the device in the robot's frame (`base_link`).
     pub mount: Pose2,
-    /// Name in the robot, such as `sonar_front`.
-    pub name: Text<36>,
+    /// Least value, such as a range or a wheel speed, in the unit of what it measures or does.
+    pub minimum: f64,
+    /// Greatest value; zero, as the least one, without limits.
+    pub maximum: f64,
+    /// Rate of its measurements; zero for each cycle.
+    #[unit("Hz")]
+    pub rate: f64,
+    /// Time of its newest measurement; zero before the first.
+    #[unit("ns")]
+    pub measured: u64,
+    /// Health.
+    pub health: DeviceHealth,
+    /// Name in the robot's description, such as `sonar`.
+    pub name: Text<28>,
 }
 
-/// Robot model: pose, sensors and actuators (RoCS, 5.1).
+impl Device {
+    /// Updates health and time of measurement from the sensor's input.
+    pub fn watch<T: Interface + ?Sized>(&mut self, input: &Sensed<T>, now: &Tick) {
+        let stamp = input.stamp();
+        if stamp.sequence == 0 {
+            return;
+        }
+        self.measured = stamp.time;
+        let age = now.now().saturating_sub(stamp.time) as f64 * 1e-9;
+        self.health = if input.is_stale() {
+            DeviceHealth::SILENT
+        } else if self.rate > 0.0 && age > 2.0 / self.rate {
+            DeviceHealth::LATE
+        } else {
+            DeviceHealth::FRESH
+        };
+    }
+}
+
+/// How a wheeled drive steers.
+#[interface]
+pub enum Steering {
+    /// No drive is known.
+    Unknown,
+    /// Two driven wheels on one axle.
+    Differential,
+    /// Four driven wheels that steer by skidding.
+    SkidSteer,
+}
+
+/// Kinematics of a wheeled drive.
+#[interface]
+#[derive(PartialEq)]
+pub struct Kinematics {
+    /// Radius of the wheels.
+    #[unit("m")]
+    pub wheel_radius: f64,
+    /// Distance of the wheels; of a skid-steer drive the effective track, which is that of a differential drive that turns as fast.
+    #[unit("m")]
+    pub track: f64,
+    /// How it steers.
+    pub steering: Steering,
+}
+
+impl Kinematics {
+    /// Returns whether the drive is known.
+    pub fn is_known(&self) -> bool {
+        // NaN is not greater than zero either.
+        self.steering != Steering::UNKNOWN && self.wheel_radius > 0.0 && self.track > 0.0
+    }
+
+    /// Inverse kinematics: speeds of the wheels of each side; zero while the drive is unknown.
+    pub fn wheels_for(&self, twist: Twist2) -> WheelSpeeds {
+        if !self.is_known() {
+            return WheelSpeeds::ZERO;
+        }
+        let (radius, turn) = (self.wheel_radius, twist.angular * self.track / 2.0);
+        WheelSpeeds { left: (twist.linear - turn) / radius, right: (twist.linear + turn) / radius }
+    }
+
+    /// Forward kinematics: the twist of wheels of these speeds; zero while the drive is unknown.
+    pub fn twist_of(&self, wheels: WheelSpeeds) -> Twist2 {
+        if !self.is_known() {
+            return Twist2::ZERO;
+        }
+        let (left, right) = (wheels.left * self.wheel_radius, wheels.right * self.wheel_radius);
+        Twist2 { linear: (left + right) / 2.0, angular: (right - left) / self.track }
+    }
+
+    /// Inverse kinematics of four wheels.
+    pub fn four_wheels_for(&self, twist: Twist2) -> FourWheelSpeeds {
+        let WheelSpeeds { left, right } = self.wheels_for(twist);
+        FourWheelSpeeds { front_left: left, front_right: right, back_left: left, back_right: right }
+    }
+
+    /// Forward kinematics of four wheels: each side moves as its wheels do on average.
+    pub fn twist_of_four(&self, wheels: FourWheelSpeeds) -> Twist2 {
+        self.twist_of(WheelSpeeds {
+            left: (wheels.front_left + wheels.back_left) / 2.0,
+            right: (wheels.front_right + wheels.back_right) / 2.0,
+        })
+    }
+}
+
+/// Robot model: pose, drive, sensors and actuators (RoCS, 4.2 and 5.1).
 ///
 /// Extend it by an interface of your own with a field of this type:
 ///
@@ -22,22 +133,38 @@ pub struct Device {
 /// /// A Pioneer 3-DX.
 /// #[interface]
 /// pub struct PioneerP3dxModel {
-///     /// Place, sensors and actuators.
+///     /// Place, drive, sensors and actuators.
 ///     pub robot: RobotModel,
-///     /// Radius of the wheels.
-///     #[unit("m")]
-///     pub wheel_radius: f64,
-///     /// Distance between the wheels.
-///     #[unit("m")]
-///     pub track: f64,
+///     /// Weight that it may carry.
+///     #[unit("kg")]
+///     pub payload: f64,
 /// }
 /// ```
 #[interface]
 pub struct RobotModel {
     /// Pose in the map frame.
     pub pose: Pose2,
+    /// Drive.
+    pub drive: Kinematics,
     /// Sensors.
-    pub sensors: Sequence<Device, 16>,
+    pub sensors: Sequence<Device, 12>,
     /// Actuators.
-    pub actuators: Sequence<Device, 8>,
+    pub actuators: Sequence<Device, 4>,
+}
+
+impl RobotModel {
+    /// Returns the sensor of that name.
+    pub fn sensor(&self, name: &str) -> Option<&Device> {
+        self.sensors.iter().find(|device| device.name.as_str() == name)
+    }
+
+    /// Returns the actuator of that name.
+    pub fn actuator(&self, name: &str) -> Option<&Device> {
+        self.actuators.iter().find(|device| device.name.as_str() == name)
+    }
+
+    /// Returns whether the sensor of that name is there and has stopped.
+    pub fn is_silent(&self, name: &str) -> bool {
+        self.sensor(name).is_some_and(|device| device.health == DeviceHealth::SILENT)
+    }
 }

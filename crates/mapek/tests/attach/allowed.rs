@@ -4,10 +4,12 @@ use robot::*;
 use slate_mapek::Robot;
 
 fn main() {
-    let robot = Robot::new("r2");
-    let monitor = robot.monitor::<RangeMonitor>("monitor");
-    let analyze = robot.analyze::<PassRange>("analyze");
-    let plan = robot.plan::<Planner>("plan");
-    monitor.attach(&analyze);
-    analyze.attach(&plan);
+    let _ = Robot::new("r2")
+        .sensor::<Ranger>("sonar")
+        .monitor::<RangeMonitor>("monitor")
+        .sense::<Ranger>("sonar")
+        .attach::<PassRange>("analyze")
+        .analyze::<PassRange>("analyze")
+        .attach::<Planner>("plan")
+        .plan::<Planner>("plan");
 }

@@ -23,6 +23,20 @@ pub struct Sonar {
     range: Input<Near>,
 }
 
+pub struct Ranger;
+
+impl Sensor for Ranger {
+    const NAME: &'static str = "ranger";
+    type Io = ();
+    type Params = ();
+    type State = ();
+    type Value = Near;
+
+    fn get_data(_: &mut (), _: &(), _: &(), _: &Tick) -> Option<Near> {
+        None
+    }
+}
+
 pub struct RangeMonitor;
 
 impl Monitor for RangeMonitor {

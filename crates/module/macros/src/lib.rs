@@ -35,7 +35,8 @@ pub fn params(_: TokenStream, item: TokenStream) -> TokenStream {
 ///
 /// Fields are ports such as `Required<T>`, `Input<T>`, `Queue<T>`, `Output<T>`, `Debug<T>`, `Command<T>`, `Inbox<T>`, `Outbox<T>`.
 /// `#[stale(after = "200ms")]` on an input, `#[safe(value)]` on an output, `#[capacity(n)]` for the tail of a big
-/// payload, `#[window(n)]` for the values of a tick on a queue, an inbox or an outbox.
+/// payload, `#[window(n)]` for the values of a tick on a queue, an inbox or an outbox, `#[role("truth")]` for the part that
+/// a port plays in an architecture.
 #[proc_macro_attribute]
 pub fn ports(_: TokenStream, item: TokenStream) -> TokenStream {
     expand(ports::expand(item.into()))

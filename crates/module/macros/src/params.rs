@@ -1,6 +1,6 @@
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
-use syn::{Data, DeriveInput, Error, Expr, ExprRange, LitStr, RangeLimits, Result, Type};
+use syn::{Data, DeriveInput, Error, Expr, ExprRange, Field, LitStr, RangeLimits, Result, Type, Visibility};
 
 use crate::attributes::take;
 use crate::root;
@@ -19,6 +19,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
         let Some(field_name) = field.ident.clone() else {
             return Err(Error::new(name.span(), "parameters have names"));
         };
+        publish(field, &input.vis);
         let mut default: Option<Expr> = None;
         let mut range: Option<ExprRange> = None;
         if let Some(attribute) = take(&mut field.attrs, "param") {
@@ -82,6 +83,13 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
             }
         }
     })
+}
+
+/// Makes a field as public as its struct: configurations and programs set what users may tune.
+fn publish(field: &mut Field, visibility: &Visibility) {
+    if matches!(field.vis, Visibility::Inherited) {
+        field.vis = visibility.clone();
+    }
 }
 
 fn is_number(kind: &Type) -> bool {

@@ -20,14 +20,22 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
     let mut descriptions = Vec::new();
     let mut outlines = Vec::new();
     let mut bindings = Vec::new();
+    let mut stale_inputs = Vec::new();
     let types: Vec<_> = fields.named.iter().map(|field| attached(&field.ty).to_string()).collect();
     let mut has = Vec::new();
     for field in &mut fields.named {
         let Some(port) = field.ident.clone() else { continue };
         let text = port.to_string();
         let doc = documentation(&field.attrs);
-        let options = options(field)?;
+        let (options, stale) = options(field)?;
         let kind = &field.ty;
+        if let Some(after) = stale {
+            stale_inputs.push(quote! {
+                if let ::core::option::Option::Some(stamp) = #root::Port::stale_since(&self.#port) {
+                    return ::core::option::Option::Some(#root::StaleInput { name: #text, stamp, after: #after });
+                }
+            });
+        }
         outlines.push(quote!(#root::PortOutline { name: #text, carries: <#kind as #root::Port>::CARRIES }));
         descriptions.push(quote! {{
             #[allow(unused_mut)]
@@ -65,20 +73,27 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
                 let _ = &cursor;
                 Self { #(#bindings),* }
             }
+
+            fn stale_input(&self) -> ::core::option::Option<#root::StaleInput> {
+                #(#stale_inputs)*
+                ::core::option::Option::None
+            }
         }
 
         #(#has)*
     })
 }
 
-/// The type by which blocks are attached to the port: that of an input also for a required one.
+/// The type by which blocks are attached to the port: that of an input also for a required one, and for one of a Sensor.
 fn attached(kind: &Type) -> Tokens {
     let root = root();
     match kind {
-        Type::Path(path) if is_named(path, "Required") || is_named(path, "Input") => match argument(kind) {
-            Ok(interface) => quote!(#root::Input<#interface>),
-            Err(_) => quote!(#kind),
-        },
+        Type::Path(path) if ["Input", "Required", "Sensed"].iter().any(|name| is_named(path, name)) => {
+            match argument(kind) {
+                Ok(interface) => quote!(#root::Input<#interface>),
+                Err(_) => quote!(#kind),
+            }
+        }
         _ => quote!(#kind),
     }
 }
@@ -87,10 +102,11 @@ fn is_named(path: &syn::TypePath, name: &str) -> bool {
     path.path.segments.last().is_some_and(|last| last.ident == name)
 }
 
-/// The statements that apply a field's attributes to `port`.
-fn options(field: &mut Field) -> Result<Tokens> {
+/// The statements that apply a field's attributes to `port`, and the age from which it is stale, nanoseconds.
+fn options(field: &mut Field) -> Result<(Tokens, Option<u64>)> {
     let root = root();
     let mut statements = Tokens::new();
+    let mut stale_after = None;
     if let Some(stale) = take(&mut field.attrs, "stale") {
         let mut after = None;
         stale.parse_nested_meta(|meta| {
@@ -103,6 +119,7 @@ fn options(field: &mut Field) -> Result<Tokens> {
         let after =
             nanoseconds(&after.ok_or_else(|| Error::new_spanned(&stale, "expected `after = \"200ms\"`"))?)?;
         statements.extend(quote!(port.stale_after = ::core::option::Option::Some(#after);));
+        stale_after = Some(after);
     }
     if let Some(safe) = take(&mut field.attrs, "safe") {
         let value: Expr = safe.parse_args()?;
@@ -112,6 +129,10 @@ fn options(field: &mut Field) -> Result<Tokens> {
             port.safe = ::core::option::Option::Some(
                 #root::blackboard::interface::View::of::<#interface>(&mut safe).bytes().to_vec());
         });
+    }
+    if let Some(role) = take(&mut field.attrs, "role") {
+        let role: LitStr = role.parse_args()?;
+        statements.extend(quote!(port.role = ::std::string::String::from(#role);));
     }
     for option in ["capacity", "window"] {
         if let Some(attribute) = take(&mut field.attrs, option) {
@@ -123,7 +144,7 @@ fn options(field: &mut Field) -> Result<Tokens> {
             statements.extend(quote!(port.#name = #number;));
         }
     }
-    Ok(statements)
+    Ok((statements, stale_after))
 }
 
 /// `T` of `Output<T>`.

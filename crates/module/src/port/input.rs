@@ -49,6 +49,11 @@ impl<T: Interface + ?Sized> Input<T> {
         self.slot().missed
     }
 
+    /// How many items the tail of the value has; 0 for an interface without one.
+    pub fn items(&self) -> usize {
+        self.slot().items.get()
+    }
+
     fn has_value(&self) -> bool {
         self.slot().stamp.sequence > 0
     }
@@ -118,6 +123,10 @@ impl<T: Interface + ?Sized> Port for Required<T> {
     unsafe fn bind(cursor: &mut PortCursor) -> Self {
         // SAFETY: passed on to the caller.
         Self(unsafe { Input::bind(cursor) })
+    }
+
+    fn stale_since(&self) -> Option<Stamp> {
+        self.0.stale_since()
     }
 }
 

@@ -28,6 +28,22 @@ pub trait Ports: Sized {
     /// # Safety
     /// The frame of the cursor was filled for these ports and outlives the result.
     unsafe fn bind(cursor: &mut PortCursor) -> Self;
+
+    /// The first input that had a value, and whose value is older than declared.
+    fn stale_input(&self) -> Option<StaleInput> {
+        None
+    }
+}
+
+/// An input whose value is older than declared.
+#[derive(Clone, Copy, Debug)]
+pub struct StaleInput {
+    /// Name of the port.
+    pub name: &'static str,
+    /// When the value was written.
+    pub stamp: Stamp,
+    /// Declared age from which it is stale, nanoseconds.
+    pub after: u64,
 }
 
 /// No ports.
@@ -55,6 +71,10 @@ impl<A: Ports, B: Ports> Ports for (A, B) {
         // SAFETY: passed on to the caller.
         unsafe { (A::bind(cursor), B::bind(cursor)) }
     }
+
+    fn stale_input(&self) -> Option<StaleInput> {
+        self.0.stale_input().or_else(|| self.1.stale_input())
+    }
 }
 
 /// A field of a `#[ports]` struct: one port or several.
@@ -70,6 +90,11 @@ pub trait Port: Sized {
     /// # Safety
     /// As for [`Ports::bind`].
     unsafe fn bind(cursor: &mut PortCursor) -> Self;
+
+    /// The stamp of an input's value that is older than declared.
+    fn stale_since(&self) -> Option<Stamp> {
+        None
+    }
 }
 
 /// A `#[ports]` struct with exactly one port of type `P`; a [`Required<T>`] counts as an [`Input<T>`].
@@ -150,7 +175,7 @@ fn default_capacity(descriptor: &'static Descriptor) -> usize {
 }
 
 macro_rules! handle {
-    ($(#[$doc:meta])* $name:ident, $direction:ident) => {
+    ($(#[$doc:meta])* $name:ident, $direction:ident $(, $method:item)?) => {
         $(#[$doc])*
         ///
         /// Valid during one tick; it can be neither copied nor exchanged for another.
@@ -170,6 +195,8 @@ macro_rules! handle {
             unsafe fn bind(cursor: &mut PortCursor) -> Self {
                 Self { slot: cursor.take(T::DESCRIPTOR.hash, Direction::$direction), interface: PhantomData }
             }
+
+            $($method)?
         }
 
         impl<T: Interface + ?Sized> $name<T> {
@@ -202,7 +229,11 @@ handle!(
     /// }
     /// ```
     Input,
-    Input
+    Input,
+    fn stale_since(&self) -> Option<Stamp> {
+        let stamp = self.stamp();
+        (self.is_stale() && stamp.sequence > 0).then_some(stamp)
+    }
 );
 handle!(
     /// Reads every value of the property that it is linked to, in order, at most a window per tick.
@@ -349,6 +380,21 @@ fn fill<T: Interface + ?Sized>(slot: &PortSlot, items: usize, write: impl FnOnce
     true
 }
 
+fn copy<T: Interface + ?Sized>(slot: &PortSlot, from: &PortSlot) -> bool {
+    let items = from.items.get();
+    if from.stamp.sequence == 0 || items > slot.capacity {
+        return false;
+    }
+    refuse_busy(slot);
+    slot.items.set(items);
+    let bytes = T::DESCRIPTOR.shape(items).bytes(items);
+    // SAFETY: both slots have room for a value of this interface with so many items. The host keeps the input's unchanged
+    // during the tick and lends the other one to this tick alone.
+    unsafe { from.data.cast_const().copy_to_nonoverlapping(slot.data, bytes) };
+    slot.flags.set(slot.flags.get() | Flags::SET);
+    true
+}
+
 impl<T: Interface> Output<T> {
     /// Writes the property; readers see it after the tick. The last call of a tick counts.
     pub fn set(&self, value: T) {
@@ -361,6 +407,12 @@ impl<T: Interface + ?Sized> Output<T> {
     /// configured capacity; nothing is written then.
     pub fn write(&self, items: usize, write: impl FnOnce(&mut T)) -> bool {
         fill(self.slot(), items, write)
+    }
+
+    /// Writes the newest value of an input, copied once and straight into the property. False without one, or when its
+    /// tail is beyond the configured capacity; nothing is written then.
+    pub fn copy(&self, input: &Input<T>) -> bool {
+        copy::<T>(self.slot(), input.slot())
     }
 
     /// How many tail items fit.

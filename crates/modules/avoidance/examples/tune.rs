@@ -174,7 +174,7 @@ fn run(
     let mut was_clear = true;
     let trace = std::env::var("TRACE").is_ok();
     while result.time < TIME_LIMIT {
-        let pose = simulation.measured_pose(robot);
+        let pose = simulation.pose(robot);
         let pose = Pose2 { x: pose.x, y: pose.y, theta: pose.theta };
         let scan = scan(&simulation, robot).ok_or("no sonar")?;
         let planned = plan(pose, goal, parameters);

@@ -81,6 +81,11 @@ impl Avoider {
         self.map.update(pose, scan, &self.footprint, parameters, time);
     }
 
+    /// Takes the obstacles (x, y, time of the first echo) of another map at `time` (seconds).
+    pub fn take(&mut self, obstacles: impl Iterator<Item = (f64, f64, f64)>, time: f64) {
+        self.map.set(obstacles, time);
+    }
+
     /// Updates the other robots from detections at `time` (seconds); the first eight, kept until the next detection.
     pub fn see(&mut self, others: impl IntoIterator<Item = Other>, time: f64) {
         self.others.clear();

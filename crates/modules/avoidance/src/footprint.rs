@@ -7,6 +7,8 @@ use slate_module::math;
 pub enum FootprintError {
     /// Fewer than three corners.
     TooFewCorners,
+    /// More than sixteen corners.
+    TooManyCorners,
     /// A coordinate is not finite.
     NotFinite,
     /// Not convex, not counter-clockwise, or two corners coincide.
@@ -17,6 +19,7 @@ impl std::fmt::Display for FootprintError {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.write_str(match self {
             Self::TooFewCorners => "a footprint needs at least three corners",
+            Self::TooManyCorners => "a footprint has at most sixteen corners",
             Self::NotFinite => "a corner of the footprint is not finite",
             Self::NotConvex => "the footprint is not convex and counter-clockwise",
         })
@@ -26,7 +29,7 @@ impl std::fmt::Display for FootprintError {
 impl std::error::Error for FootprintError {}
 
 /// Side of the outline: start, direction and length.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Side {
     x: f64,
     y: f64,
@@ -35,26 +38,37 @@ struct Side {
     length: f64,
 }
 
+/// Maximum number of corners.
+const CORNERS: usize = 16;
+
 /// The convex outline of a robot around its reference point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "Vec<[f64; 2]>", into = "Vec<[f64; 2]>")]
 pub struct Footprint {
-    sides: Vec<Side>,
+    /// The first `count`.
+    sides: [Side; CORNERS],
+    count: usize,
     centre: f64,
     radius: f64,
 }
 
 impl Footprint {
     /// The outline with these corners, metres, counter-clockwise in the robot's frame.
+    ///
+    /// # Errors
+    /// The reason why these are no corners of a convex outline.
     pub fn new(corners: &[[f64; 2]]) -> Result<Self, FootprintError> {
         if corners.len() < 3 {
             return Err(FootprintError::TooFewCorners);
         }
+        if corners.len() > CORNERS {
+            return Err(FootprintError::TooManyCorners);
+        }
         if corners.iter().flatten().any(|value| !value.is_finite()) {
             return Err(FootprintError::NotFinite);
         }
-        let mut sides = Vec::with_capacity(corners.len());
-        for (from, to) in corners.iter().zip(corners.iter().cycle().skip(1)) {
+        let mut sides = [Side::default(); CORNERS];
+        for (place, (from, to)) in sides.iter_mut().zip(corners.iter().zip(corners.iter().cycle().skip(1))) {
             let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
             let length = math::hypot(dx, dy);
             if length < 1e-9 {
@@ -64,7 +78,7 @@ impl Footprint {
             if corners.iter().any(|corner| side.outside(corner[0], corner[1]) > 1e-9) {
                 return Err(FootprintError::NotConvex);
             }
-            sides.push(side);
+            *place = side;
         }
         let front = corners.iter().fold(f64::NEG_INFINITY, |most, corner| math::max(most, corner[0]));
         let back = corners.iter().fold(f64::INFINITY, |least, corner| math::min(least, corner[0]));
@@ -72,7 +86,24 @@ impl Footprint {
         let radius = corners
             .iter()
             .fold(0.0, |most, corner| math::max(most, math::hypot(corner[0] - centre, corner[1])));
-        Ok(Self { sides, centre, radius })
+        Ok(Self { sides, count: corners.len(), centre, radius })
+    }
+
+    /// The outline of a robot model.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn of(outline: &[Point2]) -> Result<Self, FootprintError> {
+        let mut corners = [[0.0; 2]; CORNERS];
+        let all = corners.get_mut(..outline.len()).ok_or(FootprintError::TooManyCorners)?;
+        for (place, corner) in all.iter_mut().zip(outline) {
+            *place = [corner.x, corner.y];
+        }
+        Self::new(all)
+    }
+
+    fn sides(&self) -> &[Side] {
+        &self.sides[..self.count]
     }
 
     /// Returns the radius of the outline about its center, metres.
@@ -87,19 +118,31 @@ impl Footprint {
 
     /// Returns the half width of the outline, metres.
     pub fn half_width(&self) -> f64 {
-        self.sides.iter().fold(0.0, |most, side| math::max(most, side.y.abs()))
+        self.sides().iter().fold(0.0, |most, side| math::max(most, side.y.abs()))
     }
 
     /// Returns the front of the outline, metres.
     pub fn front(&self) -> f64 {
-        self.sides.iter().fold(f64::NEG_INFINITY, |most, side| math::max(most, side.x))
+        self.sides().iter().fold(f64::NEG_INFINITY, |most, side| math::max(most, side.x))
+    }
+
+    /// Returns the x of the outline's front at a distance to the side, metres; beyond the outline that of its widest point.
+    pub fn front_at(&self, y: f64) -> f64 {
+        let y = math::clamp(y, -self.half_width(), self.half_width());
+        self.sides().iter().fold(f64::NEG_INFINITY, |most, side| {
+            let end = side.y + side.along_y * side.length;
+            if (side.y - y) * (end - y) > 1e-12 || side.along_y.abs() < 1e-12 {
+                return most;
+            }
+            math::max(most, side.x + side.along_x * (y - side.y) / side.along_y)
+        })
     }
 
     /// Returns the distance of a point from the outline, metres; negative inside.
     pub fn distance(&self, x: f64, y: f64) -> f64 {
         let mut outside = f64::NEG_INFINITY;
         let mut nearest = f64::INFINITY;
-        for side in &self.sides {
+        for side in self.sides() {
             let across = side.outside(x, y);
             outside = math::max(outside, across);
             let along = (x - side.x) * side.along_x + (y - side.y) * side.along_y;
@@ -118,13 +161,13 @@ impl Footprint {
 
     /// Corners in the robot's frame, metres.
     pub fn outline(&self) -> impl Iterator<Item = [f64; 2]> + '_ {
-        self.sides.iter().map(|side| [side.x, side.y])
+        self.sides().iter().map(|side| [side.x, side.y])
     }
 
     /// Corners in the world, metres, for a robot at a pose.
     pub fn corners(&self, pose: Pose2) -> impl Iterator<Item = Point2> + '_ {
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
-        self.sides.iter().map(move |side| Point2 {
+        self.sides().iter().map(move |side| Point2 {
             x: pose.x + cosine * side.x - sine * side.y,
             y: pose.y + sine * side.x + cosine * side.y,
         })
@@ -148,6 +191,6 @@ impl TryFrom<Vec<[f64; 2]>> for Footprint {
 
 impl From<Footprint> for Vec<[f64; 2]> {
     fn from(footprint: Footprint) -> Self {
-        footprint.sides.iter().map(|side| [side.x, side.y]).collect()
+        footprint.sides().iter().map(|side| [side.x, side.y]).collect()
     }
 }

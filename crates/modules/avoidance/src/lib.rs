@@ -15,6 +15,7 @@ mod map;
 mod motion;
 mod other;
 mod parameters;
+mod reflex;
 mod rocs;
 
 pub use avoider::{Avoider, Decision, approach_speed};
@@ -23,4 +24,7 @@ pub use look_ahead::{Course, LOOKS, Sides};
 pub use map::{LocalMap, Mark};
 pub use other::Other;
 pub use parameters::Parameters;
+pub use reflex::{
+    Disc, MAX_DISTANCE, Maneuver, ROBOT_SENSOR, ReflexInput, ReflexRules, RuleError, SONAR, SensorRule, react,
+};
 pub use rocs::{Rocs, RocsVariant};

@@ -149,6 +149,16 @@ impl LocalMap {
         }
     }
 
+    /// Replaces the map by obstacles (x, y, time of the first echo) that another map has at `time` (seconds).
+    pub fn set(&mut self, obstacles: impl Iterator<Item = (f64, f64, f64)>, time: f64) {
+        self.marks.clear();
+        self.slots.fill(NONE);
+        self.time = Some(time);
+        for (x, y, since) in obstacles.filter(|(x, y, _)| on_the_map(*x, *y)) {
+            self.insert(Mark { x, y, direction: [0.0; 2], confidence: 1.0, since });
+        }
+    }
+
     fn insert(&mut self, mark: Mark) {
         let slot = slot_of(&mark);
         match self.marks.get_mut(usize::from(self.slots[slot])) {

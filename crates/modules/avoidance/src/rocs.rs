@@ -1,11 +1,13 @@
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{SonarScan, WheelSpeeds};
+use slate_module::math;
 
 /// Weight of a near echo.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum RocsVariant {
-    /// As the authors ran it: the lower clamp is inverted, so every detection counts in full.
+    /// As the authors ran it: the lower clamp is inverted, so every detection counts at least in full, and one nearer than
+    /// 0.1 m up to half as much again.
     Rocs,
     /// As they meant it: the nearer, the more.
     RocsFixed,
@@ -30,6 +32,11 @@ const SUMMIT: (&[f64], f64) = (&[-0.5, -1.0, -3.0], 0.0);
 /// Smaller changes of the wheels' speeds are left to the planner, rad/s.
 const THRESHOLD: f64 = 0.1;
 
+/// Weight of an echo: 1 at the full distance, 0 where nothing counts as detected.
+fn weight(range: f64) -> f64 {
+    1.0 - (range - FULL) / (DETECTED - FULL)
+}
+
 impl Rocs {
     /// Returns wheel speeds; `None` without a near obstacle.
     pub fn react(&self, scan: &SonarScan) -> Option<WheelSpeeds> {
@@ -40,9 +47,9 @@ impl Rocs {
                 continue;
             }
             let part = match self.variant {
-                RocsVariant::Rocs => 1.0,
-                RocsVariant::RocsFixed if echo.range < FULL => 1.0,
-                RocsVariant::RocsFixed => 1.0 - (echo.range - FULL) / (DETECTED - FULL),
+                // Their clamp keeps what is nearer, which so counts more than in full.
+                RocsVariant::Rocs => weight(math::min(echo.range, FULL)),
+                RocsVariant::RocsFixed => weight(math::max(echo.range, FULL)),
             };
             left += weights[index] * part;
             right += weights[weights.len() - 1 - index] * part;

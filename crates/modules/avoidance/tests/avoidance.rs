@@ -303,12 +303,15 @@ proptest! {
 }
 
 #[test]
-fn the_published_law_counts_every_detection_in_full() {
+fn the_published_law_counts_every_detection_at_least_in_full() {
     let law = Rocs { variant: RocsVariant::Rocs };
-    // Sonar 4 of 8: left wheel 1.5 - 0.8, right wheel 1.5 - 1.0, however near.
-    for range in [0.05, 0.2, 0.29] {
+    // Sonar 4 of 8: left wheel 1.5 - 0.8, right wheel 1.5 - 1.0, however far.
+    for range in [0.1, 0.2, 0.29] {
         assert_eq!(law.react(&scan(&[(3, range)])), Some(WheelSpeeds { left: 0.7, right: 0.5 }));
     }
+    // Their clamp lets what is nearer count for more: 1.25 times.
+    let near = law.react(&scan(&[(3, 0.05)])).unwrap();
+    assert!((near.left - 0.5).abs() < 1e-9 && (near.right - 0.25).abs() < 1e-9, "{near:?}");
     assert_eq!(law.react(&scan(&[(3, 0.31)])), None, "too far");
     assert_eq!(law.react(&scan(&[(12, 0.1)])), None, "the back has no say");
 }

@@ -2,29 +2,48 @@
 //!
 //! Messages correct each by hand: reset the pose, and paint obstacles that the laser does not see.
 //!
+//! All three are Analyzes. Each reads the result of another one as a fact of the robot's Knowledge: in the same cycle, and
+//! without a copy.
+//!
 //! ```toml
-//! [modules]
+//! [robots.r2.modules]
+//! laser = { kind = "simulated_laser" }
+//! odometry = { kind = "simulated_odometry" }
+//! laser_monitor = {}
+//! odometry_monitor = {}
 //! pose_estimator = {}
 //! occupancy_mapper = { params = { origin_x = -2.5, origin_y = -2.5, width = 5.0, height = 5.0 } }
 //! path_planner = { params = { robot_radius = 0.3 } }
-//! [links]
-//! "pose_estimator/odometry" = "pioneer/odometry"
-//! "occupancy_mapper/scan" = "laser/scan"
-//! "occupancy_mapper/pose" = "pose_estimator/estimate/pose"
-//! "path_planner/map" = "occupancy_mapper/map"
-//! "path_planner/pose" = "pose_estimator/estimate/pose"
+//! knowledge = { kind = "wheeled_knowledge", params = { robot = "pioneer_p3dx" } }
+//! [robots.r2.links]
+//! "knowledge/pose" = "pose_estimator/change"
+//! "knowledge/map" = "occupancy_mapper/change"
+//! "occupancy_mapper/pose" = "knowledge/pose/pose"
+//! "path_planner/map" = "knowledge/map"
+//! "path_planner/pose" = "knowledge/pose/pose"
 //! ```
 
 mod distance;
 mod geometry;
+mod laser;
 mod occupancy_mapper;
 mod painting;
 mod path_planner;
 mod pose_estimator;
+mod pose_filter;
 mod search;
 
+pub use laser::{LaserMonitor, LaserSensors};
 pub use occupancy_mapper::{OccupancyMapper, OccupancyMapperIo, OccupancyMapperParams, OccupancyMapperState};
 pub use path_planner::{PathPlanner, PathPlannerIo, PathPlannerParams, PathPlannerState};
 pub use pose_estimator::{PoseEstimator, PoseEstimatorIo, PoseEstimatorParams, PoseEstimatorState};
+pub use pose_filter::{Axis, OdometryNoise, PoseFilter};
 
-slate_module::plugin!(PoseEstimator, OccupancyMapper, PathPlanner);
+use slate_mapek::{AnalyzeBlock, MonitorBlock};
+
+slate_module::plugin!(
+    MonitorBlock<LaserMonitor>,
+    AnalyzeBlock<PoseEstimator>,
+    AnalyzeBlock<OccupancyMapper>,
+    AnalyzeBlock<PathPlanner>,
+);

@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{LaserScan, MapStroke, OccupancyGrid, Pose2};
+use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
 use crate::geometry::{Geometry, LineCells, MOST};
@@ -9,15 +10,15 @@ use crate::painting::{BARE, Painting};
 #[ports]
 pub struct OccupancyMapperIo {
     /// Scan of the laser.
-    scan: Input<LaserScan>,
-    /// Pose of the robot in the map frame.
+    scan: Observed<LaserScan>,
+    /// Pose of the robot in the map frame, from Knowledge.
     #[stale(after = "500ms")]
     pose: Input<Pose2>,
     /// Manual corrections, painted over the measured map.
     strokes: Inbox<MapStroke>,
     /// 2D occupancy grid.
     #[capacity(65_536)]
-    map: Output<OccupancyGrid>,
+    change: Change<OccupancyGrid>,
 }
 
 /// Parameters of [`OccupancyMapper`].
@@ -69,25 +70,27 @@ const MISS: i8 = -6;
 const HIT: i8 = 17;
 const SATURATION: i8 = 70;
 
-#[module(stage = SensorProcess)]
-impl Module for OccupancyMapper {
-    type Io = OccupancyMapperIo;
+impl Analyze for OccupancyMapper {
+    const NAME: &'static str = "occupancy_mapper";
+    const DOC: &'static str = "Maps the surroundings from laser scans.";
+    type Observed = OccupancyMapperIo;
     type Params = OccupancyMapperParams;
     type State = OccupancyMapperState;
+    type Value = InPlace<OccupancyGrid>;
 
-    fn tick(
+    fn process(
         state: &mut OccupancyMapperState,
         io: &OccupancyMapperIo,
         params: &OccupancyMapperParams,
         now: &Tick,
-    ) -> Outcome {
+    ) -> Option<InPlace<OccupancyGrid>> {
         let corner = [params.origin_x, params.origin_y];
         let Some(geometry) = Geometry::new(corner, [params.width, params.height], params.resolution) else {
             now.error(format_args!(
                 "a map of {} m by {} m has more than {MOST} cells of {} m; make the cells larger or the map smaller",
                 params.width, params.height, params.resolution
             ));
-            return Outcome::Failed;
+            return None;
         };
         if state.geometry != Some(geometry) {
             state.reset(geometry);
@@ -114,10 +117,7 @@ impl Module for OccupancyMapper {
         let is_due = state.published.is_none_or(|published| {
             now.now().saturating_sub(published) as f64 >= params.publish_period * 1e9 - 1.0
         });
-        if is_painted || (state.changed && is_due) {
-            state.publish(&geometry, io, now);
-        }
-        Outcome::Ok
+        (is_painted || (state.changed && is_due)).then(|| state.publish(&geometry, &io.change, now))
     }
 }
 
@@ -188,10 +188,15 @@ impl OccupancyMapperState {
         self.log_odds[cell] = self.log_odds[cell].saturating_add(log_odds).clamp(-SATURATION, SATURATION);
     }
 
-    fn publish(&mut self, geometry: &Geometry, io: &OccupancyMapperIo, now: &Tick) {
+    fn publish(
+        &mut self,
+        geometry: &Geometry,
+        change: &Change<OccupancyGrid>,
+        now: &Tick,
+    ) -> InPlace<OccupancyGrid> {
         let painted = self.painting.cells(geometry);
         let log_odds = &self.log_odds;
-        io.map.write(geometry.cells(), |map| {
+        let written = change.write(geometry.cells(), |map| {
             map.origin = geometry.origin();
             map.resolution = geometry.resolution;
             (map.width, map.height) = (geometry.width as u32, geometry.height as u32);
@@ -204,6 +209,7 @@ impl OccupancyMapperState {
         });
         self.published = Some(now.now());
         self.changed = false;
+        written
     }
 }
 

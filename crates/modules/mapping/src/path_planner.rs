@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{OccupancyGrid, Path, Point2, Pose2};
+use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
 use crate::distance::Distances;
@@ -9,14 +10,14 @@ use crate::search::{BLOCKED, Search};
 /// Ports of [`PathPlanner`].
 #[ports]
 pub struct PathPlannerIo {
-    /// Occupancy grid to plan on.
+    /// Occupancy grid to plan on, from Knowledge.
     map: Required<OccupancyGrid>,
-    /// Pose of the robot in the map frame.
+    /// Pose of the robot in the map frame, from Knowledge.
     pose: Required<Pose2>,
-    /// Goal in the map frame.
+    /// Goal in the map frame, from Knowledge.
     goal: Required<Point2>,
     /// Planned path; empty if the goal is unreachable.
-    path: Output<Path>,
+    change: Change<Path>,
     /// Point on the path at the lookahead distance, or its end; the robot's position without a path.
     waypoint: Output<Point2>,
 }
@@ -58,27 +59,29 @@ pub struct PathPlannerState {
 /// Cost of a cell at the robot's radius from an obstacle; it falls linearly to 1 at the end of the inflation margin.
 const HIGHEST: f64 = 8.0;
 
-#[module(stage = Think)]
-impl Module for PathPlanner {
-    type Io = PathPlannerIo;
+impl Analyze for PathPlanner {
+    const NAME: &'static str = "path_planner";
+    const DOC: &'static str = "Finds the shortest path to the goal on the map.";
+    type Observed = PathPlannerIo;
     type Params = PathPlannerParams;
     type State = PathPlannerState;
+    type Value = InPlace<Path>;
 
-    fn tick(
+    fn process(
         state: &mut PathPlannerState,
         io: &PathPlannerIo,
         params: &PathPlannerParams,
         now: &Tick,
-    ) -> Outcome {
+    ) -> Option<InPlace<Path>> {
         let (Some(map), Some(pose), Some(goal)) = (io.map.fresh(), io.pose.fresh(), io.goal.fresh()) else {
-            return Outcome::Ok;
+            return None;
         };
         let is_other = state.goal != Some([goal.x, goal.y]);
         let is_due = state.planned.is_none_or(|planned| {
             now.now().saturating_sub(planned) as f64 >= params.replan_period * 1e9 - 1.0
         });
         if !is_other && !is_due {
-            return Outcome::Ok;
+            return None;
         }
         (state.planned, state.goal) = (Some(now.now()), Some([goal.x, goal.y]));
         let Some(geometry) = Geometry::of(map) else {
@@ -86,19 +89,19 @@ impl Module for PathPlanner {
                 "invalid map of {} by {} cells of {} m: expected 1 to 65536 cells, and as much data",
                 map.width, map.height, map.resolution
             ));
-            return Outcome::Failed;
+            return None;
         };
         state.plan(&geometry, map, pose, goal, params);
         let length: f64 = state.points.windows(2).map(|pair| distance(pair[0], pair[1])).sum();
-        let points = &state.points[..state.points.len().min(io.path.capacity())];
-        io.path.write(points.len(), |path| {
+        let points = &state.points[..state.points.len().min(io.change.capacity())];
+        let written = io.change.write(points.len(), |path| {
             path.length = length;
             path.points.copy_from_slice(points);
         });
         // Without a path the robot stays.
         io.waypoint
             .set(state.lookahead(params.lookahead_distance).unwrap_or(Point2 { x: pose.x, y: pose.y }));
-        Outcome::Ok
+        Some(written)
     }
 }
 

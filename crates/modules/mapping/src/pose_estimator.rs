@@ -1,21 +1,21 @@
-use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{Odometry, Orientation, Pose2, PoseEstimate, Position};
+use slate_mapek::prelude::*;
 use slate_module::prelude::*;
+
+use crate::pose_filter::{Axis, OdometryNoise, PoseFilter};
 
 /// Ports of [`PoseEstimator`].
 #[ports]
 pub struct PoseEstimatorIo {
     /// Odometry of the wheels.
-    odometry: Input<Odometry>,
+    odometry: Observed<Odometry>,
     /// Position in the map frame from a positioning system; optional.
-    position: Input<Position>,
+    position: Observed<Position>,
     /// Heading in the map frame from a compass; optional.
-    orientation: Input<Orientation>,
+    orientation: Observed<Orientation>,
     /// Manual pose reset, as RViz's `initialpose`.
     initial_pose: Inbox<Pose2>,
-    /// Estimated pose in the map frame, with its covariance.
-    estimate: Output<PoseEstimate>,
 }
 
 /// Parameters of [`PoseEstimator`]; `stddev` is a standard deviation.
@@ -41,6 +41,19 @@ pub struct PoseEstimatorParams {
     orientation_stddev: f64,
 }
 
+impl PoseEstimatorParams {
+    fn start_stddev(&self) -> [f64; 3] {
+        [self.start_position_stddev, self.start_position_stddev, self.start_heading_stddev]
+    }
+
+    fn odometry_noise(&self) -> OdometryNoise {
+        OdometryNoise {
+            translation_stddev: self.odometry_translation_stddev,
+            rotation_stddev: self.odometry_rotation_stddev,
+        }
+    }
+}
+
 /// Estimates a planar pose with an extended Kalman filter.
 ///
 /// Odometry predicts; a positioning system and a compass, if linked, update (Thrun, Burgard and Fox, *Probabilistic Robotics*, 3.3).
@@ -54,57 +67,49 @@ pub struct PoseEstimatorState {
     odometry: Option<[f64; 3]>,
 }
 
-/// Belief of a planar pose: mean (x, y, heading) and covariance.
-#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-struct PoseFilter {
-    mean: Vector3<f64>,
-    covariance: Matrix3<f64>,
-}
-
 /// The largest coordinate, m, and heading, rad, of a manual reset: half of the earth's circumference.
 const LARGEST: f64 = 2e7;
 
-#[module(stage = SensorProcess)]
-impl Module for PoseEstimator {
-    type Io = PoseEstimatorIo;
+impl Analyze for PoseEstimator {
+    const NAME: &'static str = "pose_estimator";
+    const DOC: &'static str = "Estimates the pose in the map frame, with its covariance.";
+    type Observed = PoseEstimatorIo;
     type Params = PoseEstimatorParams;
     type State = PoseEstimatorState;
+    type Value = PoseEstimate;
 
-    fn tick(
+    fn process(
         state: &mut PoseEstimatorState,
         io: &PoseEstimatorIo,
         params: &PoseEstimatorParams,
         now: &Tick,
-    ) -> Outcome {
+    ) -> Option<PoseEstimate> {
         let start = [params.start_x, params.start_y, params.start_theta];
-        let filter = state.filter.get_or_insert_with(|| PoseFilter::new(start, params));
+        let filter = state.filter.get_or_insert_with(|| PoseFilter::new(start, params.start_stddev()));
         let mut is_new = false;
         if let Some(Odometry { pose: Pose2 { x, y, theta }, .. }) = io.odometry.updated()
             && [x, y, theta].iter().all(|number| number.is_finite())
         {
             let pose = [*x, *y, *theta];
             if let Some(from) = state.odometry.replace(pose) {
-                filter.predict(from, pose, params);
+                filter.predict(from, pose, &params.odometry_noise());
             }
             is_new = true;
         }
         if let Some(position) = io.position.updated() {
-            let variance = params.position_stddev * params.position_stddev;
-            for (axis, measured) in [position.x, position.y].into_iter().enumerate() {
-                filter.update(axis, measured - filter.mean[axis], variance);
-            }
+            filter.update(Axis::X, position.x, params.position_stddev);
+            filter.update(Axis::Y, position.y, params.position_stddev);
             is_new = true;
         }
         if let Some(orientation) = io.orientation.updated() {
-            let variance = params.orientation_stddev * params.orientation_stddev;
-            filter.update(2, math::angle_between(filter.mean[2], orientation.theta), variance);
+            filter.update(Axis::Heading, orientation.theta, params.orientation_stddev);
             is_new = true;
         }
         for reset in io.initial_pose.iter() {
             let pose = [reset.x, reset.y, reset.theta];
             // NaN is not below the limit either.
             if pose.iter().all(|number| number.abs() <= LARGEST) {
-                *filter = PoseFilter::new(pose, params);
+                *filter = PoseFilter::new(pose, params.start_stddev());
                 is_new = true;
             } else {
                 now.warn(format_args!(
@@ -114,73 +119,6 @@ impl Module for PoseEstimator {
                 reset.refuse(1);
             }
         }
-        if is_new {
-            io.estimate.set(filter.estimate());
-        }
-        Outcome::Ok
+        is_new.then(|| filter.estimate())
     }
-}
-
-impl PoseFilter {
-    /// Belief at a start or after a manual reset.
-    fn new([x, y, theta]: [f64; 3], params: &PoseEstimatorParams) -> Self {
-        let stddev = Vector3::new(
-            params.start_position_stddev,
-            params.start_position_stddev,
-            params.start_heading_stddev,
-        );
-        Self {
-            mean: Vector3::new(x, y, math::wrap_angle(theta)),
-            covariance: Matrix3::from_diagonal(&stddev.component_mul(&stddev)),
-        }
-    }
-
-    /// EKF prediction from an odometry increment, between two poses of the odometry frame.
-    fn predict(&mut self, from: [f64; 3], to: [f64; 3], params: &PoseEstimatorParams) {
-        let increment = Vector2::new(to[0] - from[0], to[1] - from[1]);
-        let axes = rotation(self.mean[2]);
-        let translation = axes * rotation(from[2]).transpose() * increment;
-        let turn = math::angle_between(from[2], to[2]);
-        self.mean += Vector3::new(translation.x, translation.y, turn);
-        self.mean[2] = math::wrap_angle(self.mean[2]);
-        // Jacobian of the motion model.
-        let jacobian = Matrix3::new(1.0, 0.0, -translation.y, 0.0, 1.0, translation.x, 0.0, 0.0, 1.0);
-        let mut covariance = jacobian * self.covariance * jacobian.transpose();
-        // Variances grow with the path's length, so that the number of increments makes no difference.
-        let length = math::hypot(increment.x, increment.y);
-        let along = params.odometry_translation_stddev * params.odometry_translation_stddev * length;
-        let noise = axes * Matrix2::from_diagonal(&Vector2::new(along, along / 4.0)) * axes.transpose();
-        let mut position = covariance.fixed_view_mut::<2, 2>(0, 0);
-        position += noise;
-        covariance[(2, 2)] +=
-            params.odometry_rotation_stddev * params.odometry_rotation_stddev * (length + turn.abs());
-        // Rounding must not make it asymmetric.
-        self.covariance = (covariance + covariance.transpose()) * 0.5;
-    }
-
-    /// EKF update by a measurement of x (axis 0), y (1) or the heading (2).
-    fn update(&mut self, axis: usize, innovation: f64, variance: f64) {
-        let innovation_variance = self.covariance[(axis, axis)] + variance;
-        if !innovation.is_finite() || innovation_variance <= 0.0 {
-            return;
-        }
-        let row = self.covariance.row(axis).into_owned();
-        let gain = row.transpose() / innovation_variance;
-        self.mean += gain * innovation;
-        self.mean[2] = math::wrap_angle(self.mean[2]);
-        self.covariance -= gain * row;
-    }
-
-    fn estimate(&self) -> PoseEstimate {
-        let mut covariance = [0.0; 9];
-        // Row by row, where nalgebra stores columns.
-        covariance.copy_from_slice(self.covariance.transpose().as_slice());
-        PoseEstimate { pose: Pose2 { x: self.mean.x, y: self.mean.y, theta: self.mean.z }, covariance }
-    }
-}
-
-/// Rotation matrix of an angle, by the deterministic functions of `math`.
-fn rotation(angle: f64) -> Matrix2<f64> {
-    let (sine, cosine) = (math::sin(angle), math::cos(angle));
-    Matrix2::new(cosine, -sine, sine, cosine)
 }

@@ -4,6 +4,7 @@
 use slate_interfaces::{
     LaserScan, MapMark, MapStroke, OccupancyGrid, Odometry, Path, Point2, Pose2, PoseEstimate,
 };
+use slate_mapek::AnalyzeBlock;
 use slate_mapping::{OccupancyMapper, PathPlanner, PoseEstimator};
 use slate_module::testing::Fixture;
 use slate_module::{Sequence, math};
@@ -11,9 +12,9 @@ use slate_testing::{Counted, allocations};
 
 #[test]
 fn ticks_allocate_only_when_the_map_changes_its_size() {
-    let mut estimator = Fixture::<Counted<PoseEstimator>>::new();
-    let mut mapper = Fixture::<Counted<OccupancyMapper>>::new();
-    let mut planner = Fixture::<Counted<PathPlanner>>::new();
+    let mut estimator = Fixture::<Counted<AnalyzeBlock<PoseEstimator>>>::new();
+    let mut mapper = Fixture::<Counted<AnalyzeBlock<OccupancyMapper>>>::new();
+    let mut planner = Fixture::<Counted<AnalyzeBlock<PathPlanner>>>::new();
     let (mut first, mut longest) = (None, 0.0);
     for cycle in 0..60_u32 {
         let turn = f64::from(cycle) * 0.1;
@@ -34,7 +35,7 @@ fn ticks_allocate_only_when_the_map_changes_its_size() {
         let grid: Vec<i8> = {
             mapper.advance(1_000_000_000);
             mapper.tick();
-            mapper.read("map", |map: &OccupancyGrid| map.data.to_vec()).unwrap()
+            mapper.read("change", |map: &OccupancyGrid| map.data.to_vec()).unwrap()
         };
         planner.write::<OccupancyGrid>("map", grid.len(), |map| {
             (map.origin, map.resolution) = (Pose2 { x: -5.0, y: -5.0, theta: 0.0 }, 0.05);
@@ -44,9 +45,9 @@ fn ticks_allocate_only_when_the_map_changes_its_size() {
         planner.set("pose", pose);
         planner.set("goal", Point2 { x: 4.5, y: 4.0 - 0.15 * f64::from(cycle) });
         planner.tick();
-        longest = math::max(longest, planner.read("path", |path: &Path| path.length).unwrap());
+        longest = math::max(longest, planner.read("change", |path: &Path| path.length).unwrap());
         estimator.tick();
-        assert!(estimator.output::<PoseEstimate>("estimate").is_some());
+        assert!(estimator.output::<PoseEstimate>("change").is_some());
         first.get_or_insert(allocations());
     }
     assert!(longest > 4.0, "a path of {longest} m");

@@ -6,6 +6,7 @@ use slate_interfaces::{
     LaserScan, MapMark, MapStroke, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate,
     Position, Twist2,
 };
+use slate_mapek::AnalyzeBlock;
 use slate_mapping::{OccupancyMapper, PathPlanner, PoseEstimator};
 use slate_module::testing::Fixture;
 use slate_module::{Sequence, math};
@@ -23,12 +24,12 @@ fn spread(estimate: &PoseEstimate) -> (f64, f64) {
 
 #[test]
 fn odometry_alone_lets_the_covariance_grow_most_across() {
-    let mut robot = Fixture::<PoseEstimator>::new();
+    let mut robot = Fixture::<AnalyzeBlock<PoseEstimator>>::new();
     let mut last = (0.0, 0.0);
     for step in 0..=40 {
         robot.set("odometry", odometry(f64::from(step) * 0.05, 0.0, 0.0));
         robot.tick();
-        let estimate: PoseEstimate = robot.output("estimate").unwrap();
+        let estimate: PoseEstimate = robot.output("change").unwrap();
         assert!((estimate.pose.x - f64::from(step) * 0.05).abs() < 1e-12);
         let now = spread(&estimate);
         assert!(now.0 >= last.0 && now.1 >= last.1, "{last:?} {now:?}");
@@ -40,37 +41,37 @@ fn odometry_alone_lets_the_covariance_grow_most_across() {
 
 #[test]
 fn the_estimate_begins_at_the_start_and_is_reset_manually() {
-    let mut robot = Fixture::<PoseEstimator>::new();
+    let mut robot = Fixture::<AnalyzeBlock<PoseEstimator>>::new();
     robot.set("odometry", odometry(3.0, 4.0, 1.0));
     robot.tick();
     // The first pose of the odometry is no motion.
-    let estimate: PoseEstimate = robot.output("estimate").unwrap();
+    let estimate: PoseEstimate = robot.output("change").unwrap();
     assert_eq!(estimate.pose, Pose2 { x: 0.0, y: 0.0, theta: 0.0 });
     robot.push("initial_pose", Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
     robot.tick();
-    let estimate: PoseEstimate = robot.output("estimate").unwrap();
+    let estimate: PoseEstimate = robot.output("change").unwrap();
     assert_eq!(estimate.pose, Pose2 { x: 1.0, y: -1.0, theta: 0.5 });
     for (x, theta) in [(f64::NAN, 0.0), (1e9, 0.0), (0.0, 1e300), (0.0, f64::INFINITY)] {
         robot.push("initial_pose", Pose2 { x, y: 0.0, theta });
         robot.tick();
-        assert!(robot.output::<PoseEstimate>("estimate").is_none(), "{x} {theta}");
+        assert!(robot.output::<PoseEstimate>("change").is_none(), "{x} {theta}");
     }
 }
 
 #[test]
 fn position_and_compass_updates_shrink_the_covariance() {
-    let mut robot = Fixture::<PoseEstimator>::new();
+    let mut robot = Fixture::<AnalyzeBlock<PoseEstimator>>::new();
     for step in 0..100 {
         robot.set("odometry", odometry(f64::from(step) * 0.1, 0.0, 0.0));
         robot.tick();
     }
-    let lost: PoseEstimate = robot.output("estimate").unwrap();
+    let lost: PoseEstimate = robot.output("change").unwrap();
     for _ in 0..50 {
         robot.set("position", Position { x: 9.5, y: 0.4, z: 0.0 });
         robot.set("orientation", Orientation { theta: 0.05 });
         robot.tick();
     }
-    let found: PoseEstimate = robot.output("estimate").unwrap();
+    let found: PoseEstimate = robot.output("change").unwrap();
     assert!((found.pose.x - 9.5).abs() < 0.05 && (found.pose.y - 0.4).abs() < 0.05, "{found:?}");
     assert!((found.pose.theta - 0.05).abs() < 0.01, "{found:?}");
     assert!(spread(&found).0 < spread(&lost).0 / 10.0 && spread(&found).1 < spread(&lost).1 / 10.0);
@@ -81,7 +82,7 @@ proptest! {
     fn the_covariance_stays_symmetric_and_positive(
         steps in prop::collection::vec((-0.3..0.3_f64, -0.3..0.3_f64, -1.0..1.0_f64, 0..4_u8), 1..60),
     ) {
-        let mut robot = Fixture::<PoseEstimator>::new();
+        let mut robot = Fixture::<AnalyzeBlock<PoseEstimator>>::new();
         let (mut x, mut y, mut theta) = (0.0, 0.0, 0.0);
         for (dx, dy, turn, what) in steps {
             (x, y, theta) = (x + dx, y + dy, math::wrap_angle(theta + turn));
@@ -93,7 +94,7 @@ proptest! {
                 _ => {}
             }
             robot.tick();
-            let estimate: PoseEstimate = robot.output("estimate").unwrap();
+            let estimate: PoseEstimate = robot.output("change").unwrap();
             let [a, b, c, d, e, f, g, h, i] = estimate.covariance;
             let near = |one: f64, other: f64| (one - other).abs() < 1e-9;
             prop_assert!(near(b, d) && near(c, g) && near(f, h), "{estimate:?}");
@@ -106,14 +107,14 @@ proptest! {
 }
 
 /// A mapper of ten by ten metres about the origin, whose robot looks to the east from there.
-fn mapper() -> Fixture<OccupancyMapper> {
-    let mut mapper = Fixture::<OccupancyMapper>::new();
+fn mapper() -> Fixture<AnalyzeBlock<OccupancyMapper>> {
+    let mut mapper = Fixture::<AnalyzeBlock<OccupancyMapper>>::new();
     mapper.set("pose", Pose2 { x: 0.0, y: 0.0, theta: 0.0 });
     mapper
 }
 
 /// What a laser of 181 beams from right to left sees, by the range of each direction.
-fn scan(mapper: &mut Fixture<OccupancyMapper>, range: impl Fn(f64) -> f64) {
+fn scan(mapper: &mut Fixture<AnalyzeBlock<OccupancyMapper>>, range: impl Fn(f64) -> f64) {
     mapper.write::<LaserScan>("scan", 181, |scan| {
         scan.angle_min = -std::f64::consts::FRAC_PI_2;
         scan.angle_increment = std::f64::consts::PI / 180.0;
@@ -128,13 +129,13 @@ fn scan(mapper: &mut Fixture<OccupancyMapper>, range: impl Fn(f64) -> f64) {
 }
 
 /// Looks at the newest map.
-fn look(mapper: &Fixture<OccupancyMapper>, look: impl FnOnce(&OccupancyGrid)) {
-    mapper.read("map", look).unwrap();
+fn look(mapper: &Fixture<AnalyzeBlock<OccupancyMapper>>, look: impl FnOnce(&OccupancyGrid)) {
+    mapper.read("change", look).unwrap();
 }
 
 /// Looks at the newest path.
-fn path(planner: &Fixture<PathPlanner>, look: impl FnOnce(&Path)) {
-    planner.read("path", look).unwrap();
+fn path(planner: &Fixture<AnalyzeBlock<PathPlanner>>, look: impl FnOnce(&Path)) {
+    planner.read("change", look).unwrap();
 }
 
 /// Value of the cell at a point.
@@ -202,8 +203,8 @@ fn strokes_override_measured_cells_until_they_are_undone() {
 }
 
 /// A room of six by six metres with a wall across it, which has a door, at those y.
-fn plan(door: std::ops::Range<f64>, goal: Point2) -> Fixture<PathPlanner> {
-    let mut planner = Fixture::<PathPlanner>::new();
+fn plan(door: std::ops::Range<f64>, goal: Point2) -> Fixture<AnalyzeBlock<PathPlanner>> {
+    let mut planner = Fixture::<AnalyzeBlock<PathPlanner>>::new();
     planner.write::<OccupancyGrid>("map", 3600, |map| {
         (map.origin, map.resolution) = (Pose2 { x: -3.0, y: -3.0, theta: 0.0 }, 0.1);
         (map.width, map.height) = (60, 60);

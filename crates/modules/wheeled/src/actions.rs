@@ -222,7 +222,9 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
 /// Turns away and drives on, out of the way of what is near.
 #[derive(Serialize, Deserialize)]
 pub struct AvoidObstacle {
-    turn: TurnAngle,
+    evasion: Evasion,
+    /// The turn until it is done.
+    turn: Option<TurnAngle>,
     drive: SetWheelSpeed,
 }
 
@@ -247,22 +249,35 @@ impl ActionKind for AvoidObstacle {
     fn start(evasion: Evasion) -> Self {
         let Evasion { angle, left, right, duration } = evasion;
         Self {
-            turn: TurnAngle::start(Turn { angle, speed: 1.0 }),
+            evasion,
+            turn: (angle != 0.0).then(|| TurnAngle::start(Turn { angle, speed: 1.0 })),
             drive: SetWheelSpeed::start(Speeds { left, right, duration }),
         }
     }
 
+    /// Begins anew, but finishes a turn to one side before one to the other: the robot would waver before an obstacle.
+    fn renew(&mut self, evasion: Evasion) {
+        if self.turn.is_none() || self.evasion.angle * evasion.angle >= 0.0 {
+            *self = Self::start(evasion);
+        }
+    }
+
     fn children(&self, tree: &mut ActionTree) {
-        tree.child(&self.drive);
+        match &self.turn {
+            Some(turn) => tree.child(turn),
+            None => tree.child(&self.drive),
+        }
     }
 }
 
 impl<B: WheeledBody> Action<B> for AvoidObstacle {
     fn act(&mut self, acting: &Acting<'_, B>) -> Step {
-        match self.turn.act(acting) {
-            Step::Done => self.drive.act(acting),
-            other => other,
+        match self.turn.as_mut().map(|turn| turn.act(acting)) {
+            Some(Step::Running) => return Step::Running,
+            Some(Step::Failed) => return Step::Failed,
+            Some(Step::Done) | None => self.turn = None,
         }
+        self.drive.act(acting)
     }
 }
 

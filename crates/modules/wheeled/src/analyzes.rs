@@ -1,8 +1,11 @@
 //! Analyzes that report relevant changes to the Plan.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::{Orientation, Position, SonarScan};
+use slate_plugin::interfaces::{Orientation, Pose2, Position, SonarScan};
 use slate_plugin::prelude::*;
+
+use crate::knowledge::WheeledModel;
+use crate::median::MedianRing;
 
 /// Free space around the robot.
 #[interface]
@@ -19,6 +22,8 @@ pub struct Surroundings {
 #[ports]
 pub struct ObservedRange {
     range: Observed<SonarScan>,
+    /// Robot model with the accuracy of its sensors, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
 /// Parameters of [`PassRange`].
@@ -28,6 +33,17 @@ pub struct PassRangeParams {
     crowded_distance: f64,
     #[param(default = 0.8, range = 0.0..=10.0, unit = "m", doc = "range above which they become free again (hysteresis)")]
     free_distance: f64,
+    #[param(default = 5, range = 1..=9, doc = "scans over which the median of each range is taken, if the sonars err")]
+    median_scans: u32,
+}
+
+/// State of [`PassRange`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct RangeState {
+    /// Newest report.
+    crowded: Option<bool>,
+    /// Newest scans.
+    ring: MedianRing,
 }
 
 /// Reports when the surroundings become crowded or free.
@@ -38,22 +54,24 @@ impl Analyze for PassRange {
     const DOC: &'static str = "Reports when the surroundings become crowded or free.";
     type Observed = ObservedRange;
     type Params = PassRangeParams;
-    type State = Option<bool>;
+    type State = RangeState;
     type Value = Surroundings;
 
     fn process(
-        crowded: &mut Option<bool>,
+        state: &mut RangeState,
         observed: &ObservedRange,
         params: &PassRangeParams,
         _: &Tick,
     ) -> Option<Surroundings> {
         let scan = observed.range.updated()?;
-        let heard = scan.echoes.iter().filter(|echo| echo.heard.get()).map(|echo| echo.range);
-        let nearest = heard.fold(scan.range_max, math::min);
-        let was = *crowded;
+        // An exact sonar needs no second scan.
+        let errs = observed.robot.get().is_some_and(|robot| robot.accuracy.sonar_outliers > 0.0);
+        let scans = if errs { params.median_scans as usize } else { 1 };
+        let nearest = state.ring.nearest(scan, scans);
+        let was = state.crowded;
         let limit = if was == Some(true) { params.free_distance } else { params.crowded_distance };
         let is = nearest < limit;
-        *crowded = Some(is);
+        state.crowded = Some(is);
         (was != Some(is)).then(|| Surroundings { nearest, crowded: is.into() })
     }
 }
@@ -62,6 +80,8 @@ impl Analyze for PassRange {
 #[ports]
 pub struct ObservedPosition {
     position: Observed<Position>,
+    /// Robot model with the estimated pose, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
 /// Parameters of [`PassPosition`].
@@ -94,7 +114,9 @@ impl Analyze for PassPosition {
         params: &PassPositionParams,
         _: &Tick,
     ) -> Option<Position> {
-        let position = *observed.position.updated()?;
+        let measured = *observed.position.updated()?;
+        let known = observed.robot.get().map(|robot| robot.robot.pose);
+        let position = known.map_or(measured, |Pose2 { x, y, .. }| Position { x, y, ..measured });
         let moved = told
             .last
             .is_none_or(|(x, y)| math::hypot(position.x - x, position.y - y) >= params.min_displacement);
@@ -109,6 +131,8 @@ impl Analyze for PassPosition {
 #[ports]
 pub struct ObservedOrientation {
     orientation: Observed<Orientation>,
+    /// Robot model with the estimated pose, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
 /// Parameters of [`PassOrientation`].
@@ -135,7 +159,9 @@ impl Analyze for PassOrientation {
         params: &PassOrientationParams,
         _: &Tick,
     ) -> Option<Orientation> {
-        let orientation = *observed.orientation.updated()?;
+        let measured = *observed.orientation.updated()?;
+        let known = observed.robot.get().map(|robot| robot.robot.pose);
+        let orientation = known.map_or(measured, |Pose2 { theta, .. }| Orientation { theta });
         let turned =
             told.is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.min_rotation);
         turned.then(|| {

@@ -1,7 +1,7 @@
 //! Referee of a mission by the robot's own estimate, without ground truth.
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::{MissionState, Point2, Position, Verdict};
+use slate_plugin::interfaces::{MissionOutcome, MissionState, Point2, Position, Verdict};
 use slate_plugin::prelude::*;
 
 /// Position and goal.
@@ -43,24 +43,25 @@ impl Module for Arrival {
         if state.decided {
             return Outcome::Ok;
         }
-        let verdict = |state, reason: &str| Verdict { state, reason: Text::new(reason) };
+        let verdict = |state, outcome, reason: &str| Verdict { state, outcome, reason: Text::new(reason) };
+        let timed_out = |reason| verdict(MissionState::FAILED, MissionOutcome::TIMED_OUT, reason);
         let (Some(position), Some(goal)) = (io.position.fresh(), io.goal.fresh()) else {
             // The mission begins with the first position estimate.
             let late = state.begun.is_some_and(|begun| now.seconds() - begun >= params.time_limit);
             if late {
                 state.decided = true;
-                io.verdict
-                    .set(verdict(MissionState::FAILED, "time limit exceeded without a position estimate"));
+                io.verdict.set(timed_out("time limit exceeded without a position estimate"));
             }
             return Outcome::Degraded;
         };
         let begun = *state.begun.get_or_insert(now.seconds());
         let verdict = if math::hypot(goal.x - position.x, goal.y - position.y) <= params.goal_tolerance {
-            verdict(MissionState::SUCCEEDED, "goal reached by the robot's own estimate")
+            let reason = "goal reached by the robot's own estimate";
+            verdict(MissionState::SUCCEEDED, MissionOutcome::GOAL_REACHED, reason)
         } else if now.seconds() - begun >= params.time_limit {
-            verdict(MissionState::FAILED, "time limit exceeded")
+            timed_out("time limit exceeded")
         } else {
-            verdict(MissionState::RUNNING, "on the way")
+            verdict(MissionState::RUNNING, MissionOutcome::OTHER, "on the way")
         };
         state.decided = verdict.state != MissionState::RUNNING;
         io.verdict.set(verdict);

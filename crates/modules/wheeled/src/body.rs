@@ -1,7 +1,7 @@
 //! Body of a wheeled robot, with any drive.
 
 use slate_avoidance::approach_speed;
-use slate_plugin::interfaces::{Orientation, Pose2, Position, WheelSpeeds};
+use slate_plugin::interfaces::{Pose2, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
@@ -18,21 +18,15 @@ pub trait WheeledBody {
 /// Pose and robot model.
 #[ports]
 pub struct Whereabouts {
-    /// From the positioning system.
-    #[stale(after = "200ms")]
-    position: Input<Position>,
-    /// From the compass.
-    #[stale(after = "200ms")]
-    orientation: Input<Orientation>,
-    /// Robot model, from Knowledge.
+    /// Robot model with the pose, from Knowledge.
+    #[stale(after = "100ms")]
     robot: Required<WheeledModel>,
 }
 
 impl Whereabouts {
     /// Returns the pose; `None` if it is stale or invalid.
     pub fn pose(&self) -> Option<Pose2> {
-        let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
-        let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
+        let pose = self.robot.fresh()?.robot.pose;
         (pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite()).then_some(pose)
     }
 

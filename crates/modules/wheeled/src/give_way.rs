@@ -1,7 +1,7 @@
 //! Reflex of a robot that holds a position: gives way to another robot that comes too close.
 
 use slate_plugin::interfaces::{
-    Echo, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
+    Echo, Orientation, Point2, Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
 };
 use slate_plugin::prelude::*;
 
@@ -57,8 +57,11 @@ impl ReactiveModel for GiveWayModel {
 
     fn run(_: &mut (), sensors: &GiveWaySensors, params: &GiveWayParams, _: &Tick) -> Option<ActionRequest> {
         let robots = sensors.robots.fresh()?;
-        let (position, orientation) = (sensors.position.fresh()?, sensors.orientation.fresh()?);
         let (goal, robot) = (sensors.goal.fresh()?, sensors.robot.fresh()?);
+        let pose = robot.estimated_pose().or_else(|| {
+            let (position, orientation) = (sensors.position.fresh()?, sensors.orientation.fresh()?);
+            Some(Pose2 { x: position.x, y: position.y, theta: orientation.theta })
+        })?;
         // NaN is nowhere.
         let near = |seen: &&Sighting| seen.range < params.min_separation && seen.bearing.is_finite();
         let side = |seen: &Sighting| match seen.bearing.abs() {
@@ -83,8 +86,8 @@ impl ReactiveModel for GiveWayModel {
         }
         // Where it would be in a moment.
         let way = linear * 0.5;
-        let x = position.x + way * math::cos(orientation.theta) - goal.x;
-        let y = position.y + way * math::sin(orientation.theta) - goal.y;
+        let x = pose.x + way * math::cos(pose.theta) - goal.x;
+        let y = pose.y + way * math::sin(pose.theta) - goal.y;
         if math::hypot(x, y) > params.max_displacement {
             return None;
         }

@@ -16,20 +16,20 @@ pub struct Noticing {
     /// Another robot, if a sensor detects robots.
     other: Noticed<Located>,
     /// Goal of the robot, from Knowledge.
-    goal: Input<Point2>,
+    pub(crate) goal: Input<Point2>,
 }
 
 /// Parameters of [`GoToOriginPlanner`].
 #[params]
 pub struct GoToOriginParams {
     #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in free space")]
-    max_linear_velocity: f64,
+    pub(crate) max_linear_velocity: f64,
     #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in crowded space or near another robot")]
-    careful_linear_velocity: f64,
+    pub(crate) careful_linear_velocity: f64,
     #[param(default = 0.05, range = 0.001..=1.0, unit = "m", doc = "distance from the goal at which it counts as reached")]
-    goal_tolerance: f64,
+    pub(crate) goal_tolerance: f64,
     #[param(default = 0.15, range = 0.001..=10.0, unit = "m", doc = "distance from the goal that triggers a new plan (hysteresis)")]
-    replan_distance: f64,
+    pub(crate) replan_distance: f64,
 }
 
 /// State of [`GoToOriginPlanner`].
@@ -58,25 +58,46 @@ impl Plan for GoToOriginPlanner {
         _: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        let room_changed = memory.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
-        let met = memory.journey.meet(&noticed.other);
+        memory.run(noticed, situation, params, false, plan);
+    }
+}
+
+impl GoToOriginState {
+    /// Updates from the percepts; returns whether the robot must drive at another speed.
+    pub(crate) fn notice(&mut self, noticed: &Noticing) -> bool {
+        let room_changed = self.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
+        self.journey.meet(&noticed.other) | room_changed
+    }
+
+    /// Plans the way to the goal, with `anew` also while another planned action runs; returns whether it did.
+    pub(crate) fn run(
+        &mut self,
+        noticed: &Noticing,
+        situation: &Situation<'_>,
+        params: &GoToOriginParams,
+        anew: bool,
+        plan: &mut Agenda<'_>,
+    ) -> bool {
+        let changed = self.notice(noticed);
         // Without a goal and a pose there is nothing to plan.
-        let (Some(goal), Some((x, y))) = (noticed.goal.fresh(), memory.journey.position()) else {
-            return;
+        let (Some(goal), Some((x, y))) = (noticed.goal.fresh(), self.journey.position()) else {
+            return false;
         };
-        if Journey::has_arrived(situation) && memory.journey.leads_to(*goal) {
-            memory.journey.arrive();
-            memory.arrived = true;
-            return;
+        if Journey::has_arrived(situation) && self.journey.leads_to(*goal) {
+            self.journey.arrive();
+            self.arrived = true;
+            return false;
         }
         let distance = math::hypot(goal.x - x, goal.y - y);
-        memory.arrived &= distance <= params.replan_distance && memory.journey.leads_to(*goal);
-        let away = !memory.arrived && distance > params.goal_tolerance;
+        self.arrived &= distance <= params.replan_distance && self.journey.leads_to(*goal);
+        let away = !self.arrived && distance > params.goal_tolerance;
         let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
-        let is_changed = room_changed || met || memory.journey.is_outdated(*goal, speeds);
+        let is_changed = changed || self.journey.is_outdated(*goal, speeds);
         // A reflex leaves the robot elsewhere: replan from there.
-        if (away && situation.needs_plan()) || must_change(is_changed, situation) {
-            memory.journey.go(*goal, speeds, params.goal_tolerance, plan);
+        let goes = (away && (anew || situation.needs_plan())) || must_change(is_changed, situation);
+        if goes {
+            self.journey.go(*goal, speeds, params.goal_tolerance, plan);
         }
+        goes
     }
 }

@@ -1,34 +1,71 @@
 //! Knowledge of a wheeled robot: goal and robot model.
 
-use slate_avoidance::{Parameters, Sides};
-use slate_plugin::interfaces::{Chassis, Orientation, Point2, Pose2, Position, WheelSpeeds};
-use slate_plugin::mapek::{Device, RobotModel};
+use serde::{Deserialize, Serialize};
+use slate_avoidance::{Parameters, ReflexRules, SensorRule, Sides};
+use slate_plugin::interfaces::{
+    Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
+    SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
+};
+use slate_plugin::mapek::{Device, Kinematics, RobotModel, Steering};
 use slate_plugin::prelude::*;
+use slate_robots::{DeviceDescription, RobotDevices};
+
+use crate::rules::{RefusedRules, RulePorts, default_sensor_rules};
 
 /// Model of a wheeled robot.
 #[interface]
 pub struct WheeledModel {
-    /// Pose, sensors and actuators.
+    /// Pose, drive, sensors and actuators.
     pub robot: RobotModel,
     /// Outline and wheels.
     pub chassis: Chassis,
+    /// Errors of the sensors; zero if they are exact.
+    pub accuracy: SensorAccuracy,
 }
 
 impl WheeledModel {
+    /// Model of a robot by its description, as yet without pose and measurements.
+    pub fn of(devices: &RobotDevices) -> Self {
+        let corners: Vec<_> = devices.footprint.iter().map(|[x, y]| Point2 { x: *x, y: *y }).collect();
+        let list = |devices: &[DeviceDescription]| devices.iter().map(device).collect::<Vec<_>>();
+        let drive = devices.drive;
+        let steering = if drive.is_skid_steer { Steering::SKID_STEER } else { Steering::DIFFERENTIAL };
+        Self {
+            robot: RobotModel {
+                pose: Pose2::default(),
+                drive: Kinematics { wheel_radius: drive.wheel_radius, track: drive.track, steering },
+                sensors: Sequence::new(&list(&devices.sensors)),
+                actuators: Sequence::new(&list(&devices.actuators)),
+            },
+            chassis: Chassis {
+                wheel_radius: drive.wheel_radius,
+                track: drive.track,
+                maximum_wheel_speed: drive.maximum_wheel_speed,
+                maximum_wheel_acceleration: drive.maximum_wheel_acceleration,
+                outline: Sequence::new(&corners),
+                model: Text::new(&devices.name),
+            },
+            accuracy: SensorAccuracy::default(),
+        }
+    }
+
     /// Inverse kinematics: wheel speeds of a twist (m/s, rad/s); zero while the chassis is unknown.
     pub fn wheels_for(&self, linear: f64, angular: f64) -> WheelSpeeds {
-        let (radius, half) = (self.chassis.wheel_radius, self.chassis.track / 2.0);
-        // NaN is not greater than zero either.
-        if !(radius > 0.0 && half > 0.0) {
-            return WheelSpeeds::ZERO;
-        }
-        WheelSpeeds { left: (linear - angular * half) / radius, right: (linear + angular * half) / radius }
+        let Chassis { wheel_radius, track, .. } = self.chassis;
+        Kinematics { wheel_radius, track, steering: Steering::DIFFERENTIAL }
+            .wheels_for(Twist2 { linear, angular })
     }
 
     /// Usual deceleration, m/s², limited by the wheels; zero while the chassis is unknown.
     pub fn deceleration(&self) -> f64 {
         let greatest = self.chassis.maximum_wheel_acceleration * self.chassis.wheel_radius;
         math::min(Parameters::default().deceleration, greatest)
+    }
+
+    /// Returns the estimated pose of a robot whose positioning system or compass errs.
+    pub fn estimated_pose(&self) -> Option<Pose2> {
+        let SensorAccuracy { position_stddev, orientation_stddev, .. } = self.accuracy;
+        (position_stddev > 0.0 || orientation_stddev > 0.0).then_some(self.robot.pose)
     }
 
     /// Response of the wheels of each side; `None` while the chassis is unknown.
@@ -39,28 +76,210 @@ impl WheeledModel {
     }
 }
 
-/// Inputs and facts of the knowledge.
+/// A device as its description says.
+fn device(description: &DeviceDescription) -> Device {
+    let [x, y, theta] = description.mount;
+    Device {
+        mount: Pose2 { x, y, theta },
+        minimum: description.minimum,
+        maximum: description.maximum,
+        rate: description.rate,
+        name: Text::new(description.name),
+        ..Device::default()
+    }
+}
+
+/// Sensors, and facts of the knowledge. The RobotModel lists each Sensor from its first measurement on.
 #[ports]
 pub struct WheeledModels {
-    /// From the positioning system.
-    position: Input<Position>,
-    /// From the compass.
-    orientation: Input<Orientation>,
-    /// From the simulator or driver.
-    chassis: Input<Chassis>,
+    /// Ring of sonars.
+    #[stale(after = "200ms")]
+    sonar: Sensed<SonarScan>,
+    /// Positioning system.
+    #[stale(after = "200ms")]
+    position: Sensed<Position>,
+    /// Compass.
+    #[stale(after = "200ms")]
+    orientation: Sensed<Orientation>,
+    /// Wheel encoders.
+    #[stale(after = "500ms")]
+    odometry: Sensed<Odometry>,
+    /// Bumpers.
+    #[stale(after = "500ms")]
+    bumper: Sensed<Bumper>,
+    /// Laser scanner.
+    #[stale(after = "500ms")]
+    laser: Sensed<LaserScan>,
+    /// Sensor that sees other robots.
+    #[stale(after = "500ms")]
+    robots: Sensed<Sightings>,
+    /// Errors of the sensors, as their maker tells them; exact sensors without.
+    accuracy: Sensed<SensorAccuracy>,
     /// Goal of the robot.
     goal: Output<Point2>,
     /// Robot model and pose.
     robot: Output<WheeledModel>,
+    /// Estimated position, in place of a positioning system.
+    pub located: Known<Position>,
+    /// Estimated heading, in place of a compass.
+    pub heading: Known<Orientation>,
+    /// Estimated pose, with its covariance. It takes the place of the measured one.
+    #[stale(after = "200ms")]
+    pub pose: Known<PoseEstimate>,
+    /// Map of the surroundings.
+    pub map: Known<OccupancyGrid>,
+    /// Other robots.
+    pub sightings: Known<Sightings>,
+    /// Where the robot is going at present.
+    pub aim: Known<Point2>,
+    /// Twist that the Plan intends.
+    pub motion: Known<Twist2>,
+}
+
+impl WheeledModels {
+    /// Updates a device from the Sensor of its name; returns whether that has measured.
+    fn watch(&self, device: &mut Device, now: &Tick) -> bool {
+        match device.name.as_str() {
+            "sonar" => {
+                // The sonars know better than a profile.
+                if let Some(scan) = self.sonar.get() {
+                    (device.minimum, device.maximum) = (scan.range_min, scan.range_max);
+                }
+                watch(&self.sonar, device, now)
+            }
+            "position" => watch(&self.position, device, now),
+            "orientation" => watch(&self.orientation, device, now),
+            "odometry" => watch(&self.odometry, device, now),
+            "bumper" => watch(&self.bumper, device, now),
+            "laser" => watch(&self.laser, device, now),
+            "robot_sensor" => watch(&self.robots, device, now),
+            _ => false,
+        }
+    }
+
+    /// The estimated pose; before the first estimate, the measured one.
+    fn newest_pose(&self) -> Option<Pose2> {
+        if self.pose.get().is_some() {
+            let pose = self.pose.fresh()?.pose;
+            // NaN is no pose.
+            return (pose.x + pose.y + pose.theta).is_finite().then_some(pose);
+        }
+        let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
+        Some(Pose2 { x: position.x, y: position.y, theta: orientation.theta })
+    }
+}
+
+fn watch<T: Interface + ?Sized>(sensor: &Sensed<T>, device: &mut Device, now: &Tick) -> bool {
+    device.watch(sensor, now);
+    sensor.get().is_some()
 }
 
 /// Parameters of [`WheeledKnowledge`].
 #[params]
+#[derive(PartialEq)]
 pub struct WheeledKnowledgeParams {
+    #[param(default = "", doc = "robot's description: `pioneer_p3dx`, `summit_xl`, or the path of a file")]
+    pub robot: Text<252>,
+    #[param(default = "vrep", doc = "profile of its sensors; a sensor without it has its first one")]
+    pub profile: Text<28>,
     #[param(default = 0.0, unit = "m", doc = "x of the goal")]
-    goal_x: f64,
+    pub goal_x: f64,
     #[param(default = 0.0, unit = "m", doc = "y of the goal")]
-    goal_y: f64,
+    pub goal_y: f64,
+    #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in metres")]
+    pub sensor_rules: Sequence<SensorRule, 4>,
+    #[param(default = 0.3, range = 0.0..=5.0, unit = "s", doc = "additional distance of a reflex per speed")]
+    pub reaction_time: f64,
+    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "clearance on both sides of the strip ahead below which a reflex follows")]
+    pub side_clearance: f64,
+    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "distance from the outline below which any echo causes a reflex")]
+    pub min_clearance: f64,
+    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "free length of a heading that a reflex turns to")]
+    pub free_distance: f64,
+    #[param(default = 0.02, range = 0.0..=1.0, unit = "m", doc = "additional clearance on both sides of such a heading")]
+    pub turn_clearance: f64,
+    #[param(default = 0.2, range = 0.01..=10.0, unit = "m", doc = "length of the drive of a reflex")]
+    pub drive_distance: f64,
+    #[param(default = 0.3, range = 0.01..=3.0, unit = "m/s", doc = "linear velocity of that drive")]
+    pub reflex_velocity: f64,
+}
+
+impl WheeledKnowledgeParams {
+    fn rules(&self) -> ReflexRules {
+        ReflexRules {
+            reaction_time: self.reaction_time,
+            side_clearance: self.side_clearance,
+            min_clearance: self.min_clearance,
+            free_distance: self.free_distance,
+            turn_clearance: self.turn_clearance,
+            drive_distance: self.drive_distance,
+            linear_velocity: self.reflex_velocity,
+            sensors: self.sensor_rules,
+        }
+    }
+}
+
+/// State of [`WheeledKnowledge`]: the robot by its description, which is read again after a restart.
+#[derive(Default, Serialize, Deserialize)]
+pub struct WheeledKnowledgeState {
+    #[serde(skip)]
+    robot: KnownRobot,
+    #[serde(skip)]
+    refused: RefusedRules,
+}
+
+/// A robot by its description.
+#[derive(Default)]
+pub struct KnownRobot {
+    known: Option<(Text<252>, Text<28>, Option<WheeledModel>)>,
+}
+
+impl KnownRobot {
+    /// Reads the description, if the parameters name one.
+    ///
+    /// # Errors
+    /// It is unknown or invalid.
+    pub fn new(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
+        // Kinds are set up with their defaults when a library is loaded; a robot that runs so is told of.
+        if params.robot.as_str().is_empty() {
+            return Ok(Self::default());
+        }
+        Self::read(params)
+    }
+
+    fn read(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
+        let devices = RobotDevices::load(params.robot.as_str(), params.profile.as_str())
+            .map_err(|problem| Refusal(format!("the parameter `robot`: {problem}")))?;
+        let model = WheeledModel::of(&devices);
+        Ok(Self { known: Some((params.robot, params.profile, Some(model))) })
+    }
+
+    /// The model of the description that was read.
+    fn described(&self) -> Option<&WheeledModel> {
+        self.known.as_ref()?.2.as_ref()
+    }
+
+    /// The model; none after an error, which is logged.
+    fn model(&mut self, params: &WheeledKnowledgeParams, now: &Tick) -> Option<&WheeledModel> {
+        let is_known = |(robot, profile, _): &(_, _, _)| *robot == params.robot && *profile == params.profile;
+        if !self.known.as_ref().is_some_and(is_known) {
+            *self = Self::read(params).unwrap_or_else(|refusal| {
+                now.error(format_args!("{refusal}"));
+                Self { known: Some((params.robot, params.profile, None)) }
+            });
+        }
+        self.known.as_ref()?.2.as_ref()
+    }
+}
+
+/// The names of the described sensors, and how many there are.
+fn sensor_names(model: &WheeledModel) -> ([&str; 16], usize) {
+    let sensors = &model.robot.sensors;
+    let mut names = [""; 16];
+    for (name, sensor) in names.iter_mut().zip(sensors.iter()) {
+        *name = sensor.name.as_str();
+    }
+    (names, sensors.len())
 }
 
 /// Knowledge of the robot.
@@ -69,26 +288,48 @@ pub struct WheeledKnowledge;
 impl Knowledge for WheeledKnowledge {
     const NAME: &'static str = "wheeled_knowledge";
     const DOC: &'static str = "Knows the robot's goal and model.";
-    type Models = WheeledModels;
+    type Models = (WheeledModels, RulePorts);
     type Params = WheeledKnowledgeParams;
-    type State = ();
+    type State = WheeledKnowledgeState;
 
-    fn update(_: &mut (), models: &WheeledModels, params: &WheeledKnowledgeParams, _: &Tick) {
+    fn create(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<WheeledKnowledgeState, Refusal> {
+        let robot = KnownRobot::new(params)?;
+        if let Some(model) = robot.described() {
+            let (names, length) = sensor_names(model);
+            params.rules().check(&names[..length]).map_err(|error| {
+                let listed = names[..length].join(", ");
+                Refusal(format!("the parameter `sensor_rules`: {error}; it lists {listed}"))
+            })?;
+        }
+        Ok(WheeledKnowledgeState { robot, refused: RefusedRules::default() })
+    }
+
+    fn update(
+        state: &mut WheeledKnowledgeState,
+        (models, rules): &Self::Models,
+        params: &WheeledKnowledgeParams,
+        now: &Tick,
+    ) {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
-        // Without a chassis and a pose the model is unknown.
-        let (Some(chassis), Some(position), Some(orientation)) =
-            (models.chassis.fresh(), models.position.get(), models.orientation.get())
-        else {
-            return;
-        };
-        let device = |name: &str| Device { mount: Pose2::default(), name: Text::new(name) };
-        models.robot.set(WheeledModel {
-            robot: RobotModel {
-                pose: Pose2 { x: position.x, y: position.y, theta: orientation.theta },
-                sensors: Sequence::new(&[device("sonar"), device("position"), device("orientation")]),
-                actuators: Sequence::new(&[device("wheels")]),
-            },
-            chassis: *chassis,
+        // Without a pose the model is unknown.
+        let Some(pose) = models.newest_pose() else { return };
+        let Some(known) = state.robot.model(params, now) else { return };
+        models.robot.write(0, |model| {
+            *model = *known;
+            model.robot.pose = pose;
+            model.accuracy = models.accuracy.get().copied().unwrap_or_default();
+            let mut sensors = [Device::default(); 12];
+            let mut length = 0;
+            for sensor in known.robot.sensors.iter() {
+                let mut sensor = *sensor;
+                if models.watch(&mut sensor, now) {
+                    sensors[length] = sensor;
+                    length += 1;
+                }
+            }
+            model.robot.sensors = Sequence::new(&sensors[..length]);
         });
+        let (names, length) = sensor_names(known);
+        state.refused.update(rules, params.rules(), &names[..length], now);
     }
 }

@@ -3,10 +3,10 @@
 //! | block | class of the paper | here |
 //! |---|---|---|
 //! | Monitor | `RangeVREPMonitor`, `PositionVREPMonitor`, `OrientationVREPMonitor` | [`monitors`] |
-//! | Analyze | `PassRange`, `PassPosition`, `PassOrientation`; `P3dxPositonAnalyze` | [`analyzes`]; [`locate_robot`]; on a real robot [`localize`] |
-//! | Plan | `GoToOriginPlanner` | [`go_to_origin`], as any [`journey`]; [`strategy_planner`] |
+//! | Analyze | `PassRange`, `PassPosition`, `PassOrientation`; `P3dxPositonAnalyze` | [`analyzes`]; [`locate_robot`]; [`local_map`]; the pose by [`estimate_pose`], on a real robot [`localize`] |
+//! | Plan | `GoToOriginPlanner` | [`go_to_origin`], as any [`journey`]; [`local_planner`]; [`strategy_planner`] |
 //! | Execute | actions of Table 2 | [`actions`], on a [`body`] of two wheels ([`differential`]) or four ([`skid_steer`]) |
-//! | Knowledge | `PioneerKnowledge`, `PionerP3DXModel`, `RobotnikModel` | [`knowledge`]; [`strategic_knowledge`] |
+//! | Knowledge | `PioneerKnowledge`, `PionerP3DXModel`, `RobotnikModel` | [`knowledge`] with [`rules`]; [`strategic_knowledge`] |
 //! | ReactiveModel | `AvoidObstacleModel` | [`avoid_obstacle`]; by rank [`bumper_release`], [`give_way`], this, [`keep_wall`] |
 //!
 //! [`avoid_wall`] has the reactive law that the authors ran, as the baseline.
@@ -19,19 +19,26 @@ pub mod avoid_wall;
 pub mod body;
 pub mod bumper_release;
 pub mod differential;
+pub mod estimate_pose;
 pub mod give_way;
 pub mod go_to_origin;
 pub mod journey;
 pub mod keep_wall;
 pub mod knowledge;
 pub mod laser_ring;
+pub mod local_map;
+pub mod local_planner;
 pub mod localize;
 pub mod locate_robot;
+mod median;
 pub mod monitors;
+pub mod odometry_pose;
 pub mod own_motion;
+pub mod rules;
 pub mod skid_steer;
 pub mod strategic_knowledge;
 pub mod strategy_planner;
+pub mod track_filter;
 pub mod tracks;
 
 use slate_plugin::mapek::{
@@ -42,6 +49,8 @@ use slate_plugin::prelude::*;
 plugin!(
     arrival::Arrival,
     SensorBlock<laser_ring::LaserRing>,
+    SensorBlock<odometry_pose::OdometryPosition>,
+    SensorBlock<odometry_pose::OdometryOrientation>,
     MonitorBlock<monitors::RangeMonitor>,
     MonitorBlock<monitors::PositionMonitor>,
     MonitorBlock<monitors::OrientationMonitor>,
@@ -50,9 +59,12 @@ plugin!(
     AnalyzeBlock<analyzes::PassRange>,
     AnalyzeBlock<analyzes::PassPosition>,
     AnalyzeBlock<analyzes::PassOrientation>,
+    AnalyzeBlock<local_map::MapObstacles>,
     AnalyzeBlock<locate_robot::LocateRobot>,
     AnalyzeBlock<localize::Localize>,
+    AnalyzeBlock<estimate_pose::EstimatePose>,
     PlanBlock<go_to_origin::GoToOriginPlanner>,
+    PlanBlock<local_planner::LocalPlanner>,
     PlanBlock<strategy_planner::StrategyPlanner>,
     ExecuteBlock<differential::DifferentialActions>,
     ExecuteBlock<skid_steer::SkidSteerActions>,

@@ -10,7 +10,7 @@ use slate_plugin::prelude::*;
 #[ports]
 pub struct Encoders {
     #[stale(after = "500ms")]
-    odometry: Input<Odometry>,
+    odometry: Sensed<Odometry>,
 }
 
 /// Monitors the odometry.

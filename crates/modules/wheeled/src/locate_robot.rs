@@ -1,16 +1,18 @@
 //! Position of another robot from range and bearing: `P3dxPositonAnalyze` of the paper (section 6.4).
 
 use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, Sightings};
+use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, SensorAccuracy, Sighting, Sightings};
 use slate_plugin::prelude::*;
 
+use crate::knowledge::WheeledModel;
+use crate::track_filter::TrackFilter;
 use crate::tracks::placed;
 
 /// Sensor that detects other robots.
 #[ports]
 pub struct RobotSensor {
     #[stale(after = "500ms")]
-    robots: Input<Sightings>,
+    robots: Sensed<Sightings>,
 }
 
 /// Monitors detections of other robots.
@@ -57,6 +59,9 @@ pub struct ObservedRobots {
     position: Observed<Position>,
     #[stale(after = "200ms")]
     orientation: Observed<Orientation>,
+    /// Robot model with the estimated pose and the accuracy of its sensors, from Knowledge.
+    #[stale(after = "200ms")]
+    robot: Input<WheeledModel>,
 }
 
 /// Parameters of [`LocateRobot`].
@@ -68,17 +73,27 @@ pub struct LocateRobotParams {
     min_displacement: f64,
     #[param(default = 0.5, range = 0.0..=60.0, unit = "s", doc = "age after which a track is dropped")]
     track_timeout: f64,
+    #[param(default = 0.6, range = 0.01..=100.0, unit = "m/s^2", doc = "standard deviation of the other robot's acceleration")]
+    acceleration_stddev: f64,
+    #[param(default = 4.0, range = 1.0..=100.0, doc = "standard deviations beyond which a detection is an outlier")]
+    gate: f64,
 }
 
-/// Newest report, and time of the newest detection.
+/// Track, newest report, and time of the newest detection.
 #[derive(Default, Serialize, Deserialize)]
 pub struct LastSighting {
     last: Option<(f64, f64, f64, f64)>,
     is_seen: bool,
     seen_at: f64,
+    /// Filter of a sensor that errs.
+    #[serde(default)]
+    track: Option<TrackFilter>,
 }
 
 /// Tracks the position of another robot; reports changes.
+///
+/// Detections of an exact sensor are reported as they are. Those of another one pass a filter, which gates outliers and predicts over
+/// missing ones until the track is dropped.
 pub struct LocateRobot;
 
 impl Analyze for LocateRobot {
@@ -101,26 +116,100 @@ impl Analyze for LocateRobot {
             .updated()
             .and_then(|robots| robots.list.iter().find(|seen| seen.name.as_str() == params.robot.as_str()));
         let seen = seen.filter(|seen| seen.range.is_finite() && seen.bearing.is_finite());
+        let accuracy = observed.robot.get().map(|robot| robot.accuracy).unwrap_or_default();
+        let pose = observed.pose();
+        let located = match (pose, is_exact(&accuracy)) {
+            (None, _) => None,
+            (Some(pose), true) => seen.map(|seen| {
+                told.seen_at = now.seconds();
+                (placed(pose, seen), *seen)
+            }),
+            (Some(pose), false) => told.follow(pose, seen, &accuracy, params, now.seconds()),
+        };
+        told.report(located, params, now.seconds())
+    }
+}
+
+impl ObservedRobots {
+    /// The estimated pose; without one, the measured one.
+    fn pose(&self) -> Option<Pose2> {
+        if self.robot.get().is_some() {
+            return self.robot.fresh().map(|robot| robot.robot.pose);
+        }
+        let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
+        Some(Pose2 { x: position.x, y: position.y, theta: orientation.theta })
+    }
+}
+
+/// Whether the detector of robots has no errors.
+fn is_exact(accuracy: &SensorAccuracy) -> bool {
+    let SensorAccuracy {
+        sighting_range_stddev, sighting_range_relative_stddev, sighting_bearing_stddev, ..
+    } = accuracy;
+    sighting_range_stddev + sighting_range_relative_stddev + sighting_bearing_stddev == 0.0
+}
+
+impl LastSighting {
+    /// Updates the track, and returns where the robot is, in the map and as it would be seen; `None` without a track.
+    fn follow(
+        &mut self,
+        pose: Pose2,
+        seen: Option<&Sighting>,
+        accuracy: &SensorAccuracy,
+        params: &LocateRobotParams,
+        time: f64,
+    ) -> Option<(Point2, Sighting)> {
+        if time - self.seen_at > params.track_timeout {
+            self.track = None;
+        }
+        if let Some(track) = &mut self.track {
+            track.predict(time, params.acceleration_stddev);
+        }
+        if let Some(seen) = seen {
+            let along = accuracy.sighting_range_stddev + accuracy.sighting_range_relative_stddev * seen.range;
+            let across =
+                seen.range * math::hypot(accuracy.sighting_bearing_stddev, accuracy.orientation_stddev / 2.0);
+            let stddev = math::hypot(math::max(along, across), accuracy.position_stddev / 4.0);
+            let place = placed(pose, seen);
+            let is_new = self.track.is_none();
+            let fits = self.track.as_mut().is_some_and(|track| track.update(place, stddev, params.gate));
+            if self.track.is_none() {
+                self.track = Some(TrackFilter::new(place, stddev, time));
+            }
+            // Outliers alone end the track, and begin another one.
+            if fits || is_new {
+                self.seen_at = time;
+            }
+        }
+        let place = self.track.as_ref()?.position();
+        let (dx, dy) = (place.x - pose.x, place.y - pose.y);
+        let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
+        Some((place, Sighting { range: math::hypot(dx, dy), bearing, ..Sighting::default() }))
+    }
+
+    /// Reports a place if it is news, or, once, that the robot is lost.
+    fn report(
+        &mut self,
+        located: Option<(Point2, Sighting)>,
+        params: &LocateRobotParams,
+        time: f64,
+    ) -> Option<Located> {
         let place = |x, y, range, bearing, seen: bool| Located { x, y, range, bearing, seen: seen.into() };
-        let pose = (observed.position.fresh(), observed.orientation.fresh());
-        let (Some(sighting), (Some(position), Some(orientation))) = (seen, pose) else {
-            let lost = told.is_seen && now.seconds() - told.seen_at > params.track_timeout;
-            told.is_seen &= !lost;
-            let (x, y, range, bearing) = told.last?;
+        let Some((Point2 { x, y }, sighting)) = located else {
+            let lost = self.is_seen && time - self.seen_at > params.track_timeout;
+            self.is_seen &= !lost;
+            let (x, y, range, bearing) = self.last?;
             return lost.then(|| place(x, y, range, bearing, false));
         };
-        let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
-        let Point2 { x, y } = placed(pose, sighting);
-        told.seen_at = now.seconds();
-        let moved = told.last.is_none_or(|(last_x, last_y, range, bearing)| {
+        let moved = self.last.is_none_or(|(last_x, last_y, range, bearing)| {
             let turned = math::angle_between(bearing, sighting.bearing).abs() * sighting.range;
             math::hypot(x - last_x, y - last_y) >= params.min_displacement
                 || (range - sighting.range).abs() >= params.min_displacement
                 || turned >= params.min_displacement
         });
-        (moved || !told.is_seen).then(|| {
-            told.is_seen = true;
-            told.last = Some((x, y, sighting.range, sighting.bearing));
+        (moved || !self.is_seen).then(|| {
+            self.is_seen = true;
+            self.last = Some((x, y, sighting.range, sighting.bearing));
             place(x, y, sighting.range, sighting.bearing, true)
         })
     }

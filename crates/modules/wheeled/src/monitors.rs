@@ -7,7 +7,7 @@ use slate_plugin::prelude::*;
 #[ports]
 pub struct Sonar {
     #[stale(after = "200ms")]
-    sonar: Input<SonarScan>,
+    sonar: Sensed<SonarScan>,
 }
 
 /// Monitors the sonars.
@@ -30,7 +30,7 @@ impl Monitor for RangeMonitor {
 #[ports]
 pub struct Positioning {
     #[stale(after = "200ms")]
-    position: Input<Position>,
+    position: Sensed<Position>,
 }
 
 /// Monitors the positioning system.
@@ -54,7 +54,7 @@ impl Monitor for PositionMonitor {
 #[ports]
 pub struct Compass {
     #[stale(after = "200ms")]
-    orientation: Input<Orientation>,
+    orientation: Sensed<Orientation>,
 }
 
 /// Monitors the compass.

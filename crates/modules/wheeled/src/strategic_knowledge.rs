@@ -1,29 +1,47 @@
 //! Knowledge of a robot with several strategies: those of any wheeled robot, and their outcomes.
 
+use serde::{Deserialize, Serialize};
 use slate_plugin::mapek::{StrategyModel, StrategyPorts};
 use slate_plugin::prelude::*;
 
-use crate::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModels};
+use crate::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState};
 
 /// The knowledge of a robot that has a role and plans to choose from. Its state is the strategies alone: what the robot
 /// remembers from run to run when the configuration gives this module a memory.
 pub struct StrategicKnowledge;
 
+/// State of [`StrategicKnowledge`].
+#[derive(Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct StrategicKnowledgeState {
+    strategies: StrategyModel,
+    #[serde(skip)]
+    wheeled: WheeledKnowledgeState,
+}
+
 impl Knowledge for StrategicKnowledge {
     const NAME: &'static str = "strategic_knowledge";
     const DOC: &'static str =
         "Knows the robot's goal, its body, and which of its plans is the most promising.";
-    type Models = (WheeledModels, StrategyPorts);
+    type Models = (<WheeledKnowledge as Knowledge>::Models, StrategyPorts);
     type Params = WheeledKnowledgeParams;
-    type State = StrategyModel;
+    type State = StrategicKnowledgeState;
+
+    fn create(
+        setup: &Setup<'_>,
+        params: &WheeledKnowledgeParams,
+    ) -> Result<StrategicKnowledgeState, Refusal> {
+        let wheeled = WheeledKnowledge::create(setup, params)?;
+        Ok(StrategicKnowledgeState { wheeled, ..StrategicKnowledgeState::default() })
+    }
 
     fn update(
-        strategies: &mut StrategyModel,
+        state: &mut StrategicKnowledgeState,
         (models, ports): &Self::Models,
         params: &WheeledKnowledgeParams,
         now: &Tick,
     ) {
-        WheeledKnowledge::update(&mut (), models, params, now);
-        strategies.update(ports, now);
+        WheeledKnowledge::update(&mut state.wheeled, models, params, now);
+        state.strategies.update(ports, now);
     }
 }

@@ -2,21 +2,33 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::interfaces::{
-    Echo, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
+    Echo, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
 };
-use slate::mapek::ReactiveBlock;
+use slate::mapek::{AnalyzeBlock, ReactiveBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text};
 use slate::sim::robot::RobotDescription;
+use slate_avoidance::{ReflexRules, SensorRule};
 use slate_testing::{Counted, allocations};
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::local_map::MapObstacles;
 
 #[test]
 fn a_tick_with_robots_in_sight_allocates_nothing() {
     let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
     let mut avoid = Fixture::<Counted<ReactiveBlock<AvoidObstacleModel>>>::new();
+    let mut map = Fixture::<Counted<AnalyzeBlock<MapObstacles>>>::new();
+    let rule = |sensor: &str| SensorRule { distance: 0.3, sensor: Text::new(sensor) };
+    let rules = ReflexRules {
+        min_clearance: 0.03,
+        free_distance: 0.6,
+        drive_distance: 0.4,
+        linear_velocity: 0.3,
+        sensors: Sequence::new(&[rule("sonar"), rule("robot_sensor")]),
+        ..ReflexRules::default()
+    };
     let mut give_way = Fixture::<Counted<ReactiveBlock<GiveWayModel>>>::new();
     let placement = SonarPlacement { x: 0.3, y: 0.0, theta: 0.0 };
     let mut first = None;
@@ -37,28 +49,33 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
             echoes: Sequence::new(&[echo]),
             ..SonarScan::default()
         };
-        avoid.set("motion", Twist2 { linear: 0.3, angular: 0.0 });
+        avoid.set("rules", rules);
         macro_rules! run {
-            ($block:expr) => {
+            ($block:expr, $scan:literal) => {
                 $block.set("robots", Sightings { list: Sequence::new(&seen) });
-                $block.set("sonar", scan);
-                $block.set("position", Position { x: 0.01 * f64::from(cycle), y: 0.0, z: 0.0 });
-                $block.set("orientation", Orientation { theta: 0.1 });
-                $block.set("goal", Point2 { x: 1.5, y: 0.2 });
                 $block.set("robot", WheeledModel { chassis, ..WheeledModel::default() });
+                $block.set($scan, scan);
                 $block.advance(20_000_000);
                 $block.tick();
             };
         }
-        run!(avoid);
-        run!(give_way);
+        macro_rules! place {
+            ($block:expr) => {
+                $block.set("position", Position { x: 0.01 * f64::from(cycle), y: 0.0, z: 0.0 });
+                $block.set("orientation", Orientation { theta: 0.1 });
+            };
+        }
+        place!(give_way);
+        place!(map);
+        give_way.set("goal", Point2 { x: 1.5, y: 0.2 });
+        run!(avoid, "sonar");
+        run!(give_way, "sonar");
+        run!(map, "range");
         first.get_or_insert(allocations());
         if cycle % 40 == 20 {
-            let saved = avoid.save().unwrap();
-            avoid.restore(&saved).unwrap();
+            let saved = map.save().unwrap();
+            map.restore(&saved).unwrap();
         }
     }
-    let first = first.unwrap();
-    assert!(first > 0, "it makes itself a footprint, which shows that allocations are seen");
-    assert_eq!(allocations(), first);
+    assert_eq!(allocations(), first.unwrap());
 }

@@ -2,15 +2,14 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::interfaces::{
-    Echo, Odometry, Orientation, Point2, Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
-    Twist2,
+    Echo, Odometry, Orientation, Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
 };
-use slate::mapek::{AnalyzeBlock, ReactiveBlock, Reflex};
+use slate::mapek::AnalyzeBlock;
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text, math};
 use slate::sim::robot::RobotDescription;
-use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::local_map::{LocalObstacles, MapObstacles};
 use slate_wheeled::localize::{Localize, LocalizeParams};
 use slate_wheeled::locate_robot::{LocateRobot, Located};
 use slate_wheeled::own_motion::OwnMotion;
@@ -128,15 +127,15 @@ fn how_a_robot_moves_is_known_from_where_it_is() {
     assert_eq!(motion.notice(Pose2::default(), 3.1), Twist2::ZERO, "and it begins anew");
 }
 
-/// Whether the reflex lets a robot turn to a wall beside it that its sonar hears; the wall is 2.4 m north of the origin.
-fn may_turn_to_the_wall(room: f64) -> bool {
+/// The obstacles that an Analyze maps of one echo 0.1 m to the left of a Summit at (0, 2), whose room is so wide.
+fn mapped(room: f64, robots: Option<Sightings>) -> LocalObstacles {
     let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
-    let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
-    (model.params().min_clearance, model.params().room_half_width) = (0.15, room);
+    let mut analyze = Fixture::<AnalyzeBlock<MapObstacles>>::new();
+    analyze.params().room_half_width = room;
     let placement = SonarPlacement { x: 0.3, y: 0.3, theta: std::f64::consts::FRAC_PI_2 };
     let echo = Echo { range: 0.1, heard: Bool::from(true) };
-    model.set(
-        "sonar",
+    analyze.set(
+        "range",
         SonarScan {
             field_of_view: 0.5,
             range_max: 1.0,
@@ -145,19 +144,23 @@ fn may_turn_to_the_wall(room: f64) -> bool {
             ..SonarScan::default()
         },
     );
-    model.set("position", Position { x: 0.0, y: 2.0, z: 0.0 });
-    model.set("orientation", Orientation { theta: 0.0 });
-    model.set("goal", Point2 { x: 1.5, y: 2.0 });
-    model.set("motion", Twist2 { linear: 0.1, angular: 0.2 });
-    model.set("robot", WheeledModel { chassis, ..WheeledModel::default() });
-    model.tick();
-    model.sent::<Reflex>("reflex").is_empty()
+    analyze.set("position", Position { x: 0.0, y: 2.0, z: 0.0 });
+    analyze.set("orientation", Orientation { theta: 0.0 });
+    analyze.set("robot", WheeledModel { chassis, ..WheeledModel::default() });
+    if let Some(robots) = robots {
+        analyze.set("robots", robots);
+    }
+    analyze.tick();
+    analyze.output::<LocalObstacles>("change").unwrap()
 }
 
 #[test]
-fn a_wall_that_is_known_is_no_echo_of_something_else() {
-    assert!(!may_turn_to_the_wall(1e6), "something is beside it");
-    assert!(may_turn_to_the_wall(2.4), "the wall is farther than that");
-    assert!(!may_turn_to_the_wall(3.0), "the wall is elsewhere, so this is something else");
-    assert!(!may_turn_to_the_wall(2.3), "it would leave the room");
+fn echoes_of_walls_and_robots_mark_no_obstacle() {
+    let obstacles = |room| mapped(room, None).obstacles.len();
+    assert!(obstacles(1e6) > 0, "something is beside it");
+    assert_eq!(obstacles(2.4), 0, "the wall of the room is there");
+    assert!(obstacles(3.0) > 0, "the wall is elsewhere");
+    let seen = mapped(1e6, Some(sees(0.7, 1.2)));
+    assert_eq!((seen.obstacles.len(), seen.robots.len()), (0, 1), "the robot is there");
+    assert!(seen.sees_robots.get() && (seen.robots[0].radius - 0.28).abs() < 1e-9);
 }

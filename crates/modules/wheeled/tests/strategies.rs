@@ -1,16 +1,16 @@
 //! A robot with a role and several plans for it: which one it follows, and what it learns from how that goes.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate::interfaces::{Orientation, Position, WheelSpeeds};
+use slate::interfaces::{Orientation, Pose2, Position, WheelSpeeds};
 use slate::mapek::{
     ActionKind, ActionRequest, Ended, Ending, ExecuteBlock, ExecuteStatus, KnowledgeBlock, PlanBlock,
-    PlanDescription, PlanLibrary, PlanOutcome, PlanStep, Planned, Role, Route, StrategyReport,
+    PlanDescription, PlanLibrary, PlanOutcome, PlanStep, Planned, RobotModel, Role, Route, StrategyReport,
 };
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::differential::DifferentialActions;
-use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::knowledge::{WheeledKnowledgeParams, WheeledModel};
 use slate_wheeled::strategic_knowledge::StrategicKnowledge;
 use slate_wheeled::strategy_planner::StrategyPlanner;
 
@@ -48,8 +48,13 @@ fn told(knowledge: &mut Knowing) -> Option<String> {
     Some(knowledge.output::<PlanDescription>("strategy")?.name.as_str().to_owned())
 }
 
+fn new_knowledge() -> Knowing {
+    let robot = Text::new("pioneer_p3dx");
+    Knowing::with(WheeledKnowledgeParams { robot, ..WheeledKnowledgeParams::default() }).unwrap()
+}
+
 fn knowing() -> Knowing {
-    let mut knowledge = Knowing::new();
+    let mut knowledge = new_knowledge();
     knowledge.set("role", role("messenger"));
     knowledge.set("library", library());
     knowledge
@@ -97,7 +102,7 @@ fn removed_plans_stop_and_changed_plans_restart() {
     knowledge.tick();
     let state = knowledge.save().unwrap();
     let restarted = |plans: &[PlanDescription]| {
-        let mut knowledge = Knowing::new();
+        let mut knowledge = new_knowledge();
         knowledge.set("role", role("messenger"));
         knowledge.set("library", PlanLibrary { plans: Sequence::new(plans) });
         knowledge.restore(&state).unwrap();
@@ -117,7 +122,7 @@ fn removed_plans_stop_and_changed_plans_restart() {
 
 #[test]
 fn of_two_plans_of_one_name_and_role_the_first_is_kept() {
-    let mut knowledge = Knowing::new();
+    let mut knowledge = new_knowledge();
     knowledge.set("role", role("messenger"));
     let twice = [plan("messenger", "west", &[-1.0]), plan("messenger", "west", &[-2.0])];
     knowledge.set("library", PlanLibrary { plans: Sequence::new(&twice) });
@@ -129,9 +134,9 @@ fn of_two_plans_of_one_name_and_role_the_first_is_kept() {
 fn nobody_goes_backwards_to_a_place() {
     for (speed, goes) in [(0.4, true), (-0.4, false), (f64::NAN, false)] {
         let mut execute = Fixture::<ExecuteBlock<DifferentialActions>>::new();
-        execute.set("position", Position { x: 1.0, ..Position::default() });
-        execute.set("orientation", Orientation { theta: std::f64::consts::PI });
-        execute.set("robot", WheeledModel::default());
+        let pose = Pose2 { x: 1.0, y: 0.0, theta: std::f64::consts::PI };
+        let robot = RobotModel { pose, ..RobotModel::default() };
+        execute.set("robot", WheeledModel { robot, ..WheeledModel::default() });
         let action = GoToOrigin::request(Leg { x: 0.0, y: 0.0, speed, tolerance: 0.1 });
         execute.push("plan", Planned { ticket: 1, action, ..Planned::default() });
         execute.tick();

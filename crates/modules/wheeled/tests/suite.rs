@@ -1,5 +1,8 @@
 //! All tests of the crate that share a process, in one program: each program costs link time.
 
+mod avoid_obstacle;
+mod estimates;
+mod knowledge;
 mod laser_ring;
 mod others;
 mod plans;

@@ -11,20 +11,17 @@ impl fmt::Display for Batch {
         };
         let [low, high] = self.success_interval.map(|bound| bound * 100.0);
         let succeeded = self.runs - self.failed_seeds.len() as u64;
-        // A batch that was written before this was counted has no such runs.
-        let collided = self.goals_reached.saturating_sub(succeeded);
-        let without = if collided > 0 { " and caused no collision" } else { "" };
         writeln!(
             formatter,
-            "{}: {succeeded} of {} runs reached the goal{without}, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
+            "{}: {succeeded} of {} runs succeeded, {:.1} % (95 % interval {low:.1} to {high:.1} %)",
             self.example,
             self.runs,
             rate * 100.0
         )?;
-        if collided > 0 {
-            writeln!(formatter, "{collided} more reached the goal and caused collisions")?;
-        }
         let mut line = |name: &str, value: String| writeln!(formatter, "  {name:<23} {value}");
+        let outcomes: Vec<_> =
+            self.outcomes.iter().map(|(outcome, runs)| format!("{runs} {outcome}")).collect();
+        line("outcomes", outcomes.join(", "))?;
         line("SPL", number(self.spl))?;
         for (name, value) in self.collisions.lines() {
             line(name, value)?;
@@ -67,6 +64,7 @@ impl Batch {
     fn table(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let standard = [
             ("simulated time [s]", 2, self.sim_time_s),
+            ("time to goal [s]", 2, self.time_to_goal_s),
             ("path length [m]", 2, self.path_length_m),
             ("least clearance [m]", 3, self.min_clearance_m),
             ("route switches", 1, self.route_switches),

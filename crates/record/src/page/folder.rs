@@ -7,7 +7,7 @@ use super::recording::{Recording, between, distances};
 use super::table::Table;
 use super::{Known, Section, SectionPart, Story};
 use crate::storage::Error;
-use crate::{Route, Sample, Summary, Trajectory};
+use crate::{Route, Sample, Scene, Summary, Trajectory};
 
 /// Maximum size of a picture or log, bytes.
 const LARGEST: u64 = 64 << 20;
@@ -54,7 +54,8 @@ pub(super) fn tell(path: &Path, recording: Option<&Path>, known: &Known) -> Resu
         let which = if recording.is_some() { "others" } else { "recordings" };
         source += &format!(" It has {which}, which are told when they are named: {}.", others.join(", "));
     }
-    Ok(Story { title: summary.headline(), source, sections, unread })
+    let scene = scene(&path.join("scene.json"), known)?;
+    Ok(Story { title: summary.headline(), source, sections, unread, scene, trajectory })
 }
 
 /// Help for a folder without figures.
@@ -140,6 +141,15 @@ fn decisions(trajectory: &Trajectory) -> Section {
     decisions.sort();
     section.table(decisions.table(), "No robot did anything.");
     section
+}
+
+/// The scene that the run left, or else that of its recording.
+fn scene(path: &Path, known: &Known) -> Result<Scene, Error> {
+    let Some(text) = text(path)? else { return Ok(known.scene.clone()) };
+    serde_json::from_str(&text).map_err(|error| Error::Unfit {
+        path: path.into(),
+        what: format!("it is not the scene of a run: {error}"),
+    })
 }
 
 fn log(path: &Path) -> Result<Section, Error> {

@@ -4,6 +4,7 @@
 //! A page is made of the folder that a run leaves ([`Report`](crate::Report)), of a recording, or of a log of another system
 //! ([`logs`](crate::logs)). Of a folder with a recording in it, both are told.
 
+mod beside;
 mod decisions;
 mod faults;
 mod folder;
@@ -15,8 +16,8 @@ mod tracks;
 
 use std::path::{Path, PathBuf};
 
-use crate::Scene;
 use crate::storage::{Error, Unread, whole};
+use crate::{RocsLog, Scene, Trajectory};
 
 pub use crate::followed::Followed;
 
@@ -52,6 +53,9 @@ struct Story {
     source: String,
     sections: Vec<Section>,
     unread: Vec<Unread>,
+    /// The world at the start, as far as known.
+    scene: Scene,
+    trajectory: Trajectory,
 }
 
 #[derive(Debug, Default)]
@@ -154,8 +158,16 @@ pub fn usual_folder(path: &Path) -> PathBuf {
 /// # Errors
 /// When something can't be read or is damaged, or `out` can't be written.
 pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
+    write_beside(path, known, &[], out)
+}
+
+/// Writes the page of [`write`] with the published logs of runs beside the run: their pictures, and how they used the routes.
+///
+/// # Errors
+/// As [`write`].
+pub fn write_beside(path: &Path, known: &Known, logs: &[RocsLog], out: &Path) -> Result<Page, Error> {
     let recording = recording_of(path)?;
-    let story = match (is_folder(path), recording) {
+    let mut story = match (is_folder(path), recording) {
         // A run that was cut off has left no figures.
         (true, Some(file)) if !path.join("summary.json").exists() => {
             recording::Recording::read(&file, known)?.tell(known)?
@@ -164,6 +176,13 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
         (false, Some(file)) => recording::Recording::read(&file, known)?.tell(known)?,
         (false, None) => Story::default(),
     };
+    if !logs.is_empty() {
+        let section = beside::section(&story.title, &story.scene, &story.trajectory, logs)?;
+        // Behind the ways of the run.
+        let place =
+            story.sections.iter().position(|section| section.heading == "Ways").map_or(0, |ways| ways + 1);
+        story.sections.insert(place, section);
+    }
     let is_new = !out.exists();
     std::fs::create_dir_all(out).map_err(|source| Error::Write { path: out.into(), source })?;
     let files = put_all(&story, path, out).inspect_err(|_| {

@@ -24,8 +24,8 @@ pub(super) const HOLLOW: u32 = 2;
 pub(super) enum Mark {
     /// The route changed to one of this colour.
     Square(RGBColor),
-    /// Another action of a route of this colour began.
-    Dot(RGBColor),
+    /// An action of a route of this colour began; its kind has that shape. Radius in pixels.
+    Dot(RGBColor, DotShape, i32),
     Start,
     End,
     Goal,
@@ -33,6 +33,44 @@ pub(super) enum Mark {
     Line(RGBColor, u32),
     /// A sample of a line that is bright inside.
     Hollow(RGBColor, u32),
+}
+
+/// Shapes of the dots of actions, one for each kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum DotShape {
+    Disc,
+    Triangle,
+    Diamond,
+    Bar,
+    Wedge,
+    Column,
+}
+
+impl DotShape {
+    /// Returns the shape of a kind by its number; many kinds share shapes.
+    pub fn of(kind: usize) -> Self {
+        const ALL: [DotShape; 6] = [
+            DotShape::Disc,
+            DotShape::Triangle,
+            DotShape::Diamond,
+            DotShape::Bar,
+            DotShape::Wedge,
+            DotShape::Column,
+        ];
+        ALL[kind % ALL.len()]
+    }
+
+    /// Corners around a centre, in eighths of the radius; none of a disc.
+    fn corners(self) -> &'static [Pixel] {
+        match self {
+            DotShape::Disc => &[],
+            DotShape::Triangle => &[(0, -10), (9, 7), (-9, 7)],
+            DotShape::Diamond => &[(0, -10), (8, 0), (0, 10), (-8, 0)],
+            DotShape::Bar => &[(-10, -4), (10, -4), (10, 4), (-10, 4)],
+            DotShape::Wedge => &[(0, 10), (9, -7), (-9, -7)],
+            DotShape::Column => &[(-4, -10), (4, -10), (4, 10), (-4, 10)],
+        }
+    }
 }
 
 /// Draws in pixels on an SVG image with white background.
@@ -118,7 +156,7 @@ impl Canvas<'_> {
                 self.rectangle(corners(9 * PIXEL), INK.filled())?;
                 self.rectangle(corners(8 * PIXEL), color.filled())
             }
-            Mark::Dot(color) => self.circle(at, 5 * PIXEL, color.filled()),
+            Mark::Dot(color, shape, radius) => self.dot(at, color, shape, radius * PIXEL),
             Mark::Start => {
                 self.circle(at, 10 * PIXEL, WHITE.filled())?;
                 self.circle(at, 10 * PIXEL, stroke(INK, 3))
@@ -136,6 +174,20 @@ impl Canvas<'_> {
                 self.mark(Mark::Line(WHITE, HOLLOW), at)
             }
         }
+    }
+
+    /// A dot with an edge that sets it off from the line of its colour.
+    fn dot(&self, at: Pixel, color: RGBColor, shape: DotShape, radius: i32) -> Result<(), Error> {
+        let corners = shape.corners();
+        if corners.is_empty() {
+            self.circle(at, radius, color.filled())?;
+            return self.circle(at, radius, stroke(WHITE, 1));
+        }
+        let corner = |(x, y): &Pixel| (at.0 + x * radius / 8, at.1 + y * radius / 8);
+        let mut corners: Vec<Pixel> = corners.iter().map(corner).collect();
+        self.polygon(&corners, color)?;
+        corners.push(corners[0]);
+        self.line(&corners, WHITE, 1)
     }
 
     /// A column of marks with what they mean.

@@ -3,8 +3,8 @@
 use super::{
     Drawing, axis_label,
     canvas::{
-        Canvas, FAINT, GRID, HOLLOW, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed, font, image,
-        stroke,
+        Canvas, DotShape, FAINT, GRID, HOLLOW, INK, LEGEND_LINE, Mark, PIXEL, Pixel, TITLE_HEIGHT, failed,
+        font, image, stroke,
     },
     color, has_route,
     view::{View, goals, obstacles},
@@ -24,17 +24,68 @@ const EDGE: i32 = 16 * PIXEL;
 /// Room for each number of an axis.
 const LABEL_SPACE: usize = 80 * PIXEL as usize;
 const LEGEND: i32 = 320 * PIXEL;
+/// Radius of a dot, pixels, and the number of dots of a robot above which they are smaller.
+const DOT: i32 = 6;
+const CROWD: usize = 200;
+/// More kinds of actions have no line in the legend.
+const MOST_KINDS: usize = 12;
 
+/// The picture of one run.
 pub(crate) fn map(report: &Drawing) -> Result<String, Error> {
+    Ok(sized(report)?.0)
+}
+
+/// The pictures of several runs, side by side.
+pub(crate) fn beside(reports: &[Drawing]) -> Result<String, Error> {
+    let (mut pictures, mut size) = (String::new(), (0, 0));
+    for report in reports {
+        let (picture, (width, height)) = sized(report)?;
+        pictures += &picture.replacen("<svg ", &format!("<svg x=\"{}\" ", size.0), 1);
+        size = (size.0 + width, size.1.max(height));
+    }
+    let (width, height) = size;
+    Ok(format!(
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {width} {height}\" \
+         xmlns=\"http://www.w3.org/2000/svg\">\n{pictures}</svg>\n"
+    ))
+}
+
+/// The picture of one run, and its size in whole pixels.
+fn sized(report: &Drawing) -> Result<(String, Pixel), Error> {
     let places = report.trajectory.samples.iter().map(|sample| [sample.x, sample.y]);
     let (view, legend) = (View::of(report.scene, places, LEFT), legend(report));
     let legend_height = i32::try_from(legend.len()).unwrap_or(0) * LEGEND_LINE;
     let plot_height = if view.size.1 > legend_height { view.size.1 } else { legend_height };
     let size = (LEFT + view.size.0 + LEGEND, TITLE_HEIGHT + plot_height + BOTTOM);
-    image(size, |canvas| {
+    let picture = image(size, |canvas| {
         draw(canvas, report, &view)?;
         canvas.legend((LEFT + view.size.0 + 20 * PIXEL, TITLE_HEIGHT + 20 * PIXEL), &legend)
-    })
+    })?;
+    Ok((picture, (size.0 / PIXEL, size.1 / PIXEL)))
+}
+
+/// Kinds of the actions of the robots that are not scripted, in order of their first dot, each with its route.
+fn kinds<'a>(report: &'a Drawing) -> Vec<(&'a str, Option<Route>)> {
+    let mut kinds: Vec<(&str, Option<Route>)> = Vec::new();
+    for robot in report.trajectory.robots() {
+        if report.scene.scripted.iter().any(|name| name == robot) {
+            continue;
+        }
+        for sample in begun(&report.trajectory.of(robot)) {
+            if !kinds.iter().any(|(kind, _)| *kind == sample.kind()) {
+                kinds.push((sample.kind(), sample.route));
+            }
+        }
+    }
+    kinds
+}
+
+/// The samples in which another action runs than in the one before.
+fn begun<'a>(samples: &[&'a Sample]) -> impl Iterator<Item = &'a Sample> {
+    let pairs: Vec<_> =
+        samples.iter().zip(samples.iter().skip(1)).map(|(before, now)| (*before, *now)).collect();
+    let another = |(before, now): &(&Sample, &Sample)| now.action != before.action && !now.action.is_empty();
+    pairs.into_iter().filter(another).map(|(_, now)| now)
 }
 
 fn draw(canvas: &Canvas, report: &Drawing, view: &View) -> Result<(), Error> {
@@ -48,8 +99,9 @@ fn draw(canvas: &Canvas, report: &Drawing, view: &View) -> Result<(), Error> {
     for robot in &scripted {
         path(canvas, view, &report.trajectory.of(robot), BLACK, 2)?;
     }
+    let kinds = kinds(report);
     for (index, robot) in framework.iter().enumerate() {
-        routes(canvas, view, &report.trajectory.of(robot), index > 0)?;
+        routes(canvas, view, &report.trajectory.of(robot), &kinds, index > 0)?;
     }
     for robot in scripted.iter().chain(&framework) {
         ends(canvas, view, robot, &report.trajectory.of(robot))?;
@@ -90,24 +142,31 @@ fn path(canvas: &Canvas, view: &View, samples: &[&Sample], color: RGBColor, widt
 }
 
 /// The way of a robot in the colours of its routes; hollow lines tell the others from the first.
-fn routes(canvas: &Canvas, view: &View, samples: &[&Sample], is_hollow: bool) -> Result<(), Error> {
+fn routes(
+    canvas: &Canvas,
+    view: &View,
+    samples: &[&Sample],
+    kinds: &[(&str, Option<Route>)],
+    is_hollow: bool,
+) -> Result<(), Error> {
     for (route, samples) in parts(samples) {
         path(canvas, view, samples, color(route), 5)?;
     }
     if is_hollow {
         path(canvas, view, samples, WHITE, HOLLOW)?;
     }
-    for (before, sample) in samples.iter().zip(samples.iter().skip(1)) {
-        if sample.action != before.action
-            && !sample.action.is_empty()
-            && let Some(at) = view.pixel(sample.x, sample.y)
-        {
-            canvas.mark(Mark::Dot(color(sample.route)), at)?;
-        }
-    }
     for index in switches(samples) {
         if let Some(at) = view.pixel(samples[index].x, samples[index].y) {
             canvas.mark(Mark::Square(color(samples[index].route)), at)?;
+        }
+    }
+    // Many dots would hide the line.
+    let radius = if begun(samples).count() > CROWD { 3 } else { DOT };
+    for sample in begun(samples) {
+        if let Some(at) = view.pixel(sample.x, sample.y) {
+            let kind = kinds.iter().position(|(kind, _)| *kind == sample.kind());
+            canvas
+                .mark(Mark::Dot(color(sample.route), DotShape::of(kind.unwrap_or_default()), radius), at)?;
         }
     }
     Ok(())
@@ -148,7 +207,16 @@ fn legend(report: &Drawing) -> Vec<(Mark, String)> {
             entries.push((Mark::Line(color(None), 5), "no action".to_owned()));
         }
         entries.push((Mark::Square(color(Some(Route::Reactive))), "route changes".to_owned()));
-        entries.push((Mark::Dot(color(Some(Route::Deliberative))), "next action".to_owned()));
+        let kinds = kinds(report);
+        // Files of others have any number of kinds.
+        let dots = kinds.iter().take(MOST_KINDS).enumerate();
+        entries.extend(dots.map(|(number, (kind, route))| {
+            (Mark::Dot(color(*route), DotShape::of(number), DOT), format!("{kind} begins"))
+        }));
+        if kinds.len() > MOST_KINDS {
+            let rest = kinds.len() - MOST_KINDS;
+            entries.push((Mark::Dot(INK, DotShape::Disc, DOT), format!("and {rest} other kinds")));
+        }
     }
     if !report.trajectory.samples.is_empty() {
         entries.push((Mark::Start, "start".to_owned()));

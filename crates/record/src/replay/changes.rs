@@ -215,6 +215,25 @@ pub(super) fn concerns(
     modules.iter().any(names)
 }
 
+/// A change of the link of an input by whose name modules that run read, as changes of their own links.
+pub(super) fn of_readers(change: &Change, excerpt: &Excerpt) -> Vec<Change> {
+    let Change::Setting { path, value } = change else { return Vec::new() };
+    let Some(readers) =
+        link(path).filter(|(_, rest)| rest.is_empty()).and_then(|(to, _)| excerpt.aliases.get(to))
+    else {
+        return Vec::new();
+    };
+    let with = |field: &str| {
+        let value = value.as_ref()?;
+        Some(value.strip_suffix('"').map_or_else(|| value.clone(), |url| format!("{url}{field}\"")))
+    };
+    let own = |(to, field): &(String, String)| Change::Setting {
+        path: format!("links.\"{to}\""),
+        value: with(field),
+    };
+    readers.iter().map(own).collect()
+}
+
 /// The destination of the link that a setting is of, and what of it that is: nothing, an option, or a sender.
 fn link(path: &str) -> Option<(&str, &str)> {
     path.strip_prefix("links.\"")?.split_once('"')

@@ -94,12 +94,16 @@ impl Comparison {
     }
 }
 
-/// A difference says nothing of the run where the recording may be wrong.
+/// What is wrong says nothing of the run where the recording may be wrong.
 fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
+    let doubt = |found: &dyn std::fmt::Display| {
+        Verdict::NotCovered(format!(
+            "the recording was repaired, and no checksum says that {unchecked} of its messages are right: {found}"
+        ))
+    };
     match verdict {
-        Verdict::Different(difference) if unchecked > 0 => Verdict::NotCovered(format!(
-            "the recording was repaired, and no checksum says that {unchecked} of its messages are right: {difference}"
-        )),
+        Verdict::Different(difference) if unchecked > 0 => doubt(&difference),
+        Verdict::NotCovered(obstacle) if unchecked > 0 => doubt(&obstacle),
         verdict => verdict,
     }
 }

@@ -10,7 +10,7 @@ use slate_runtime::playback::{Excerpt, excerpt, interfaces};
 use slate_runtime::plugin::load;
 use slate_runtime::recording::{Change, configuration};
 
-use super::changes::{concerns, played};
+use super::changes::{concerns, of_readers, played};
 use super::coverage::some;
 use super::lacks::Lacks;
 use super::plan::{Plan, PlayError};
@@ -142,10 +142,14 @@ impl Opening<'_> {
                 Change::Other { what } if cycle > 0 => {
                     past.unrepeated.push(format!("at {:.3} s there was {what}", time as f64 * 1e-9));
                 }
-                change if concerns(&change, modules, &codes, &gates, excerpt) => {
-                    past.changes.push_back((if self.is_lockstep() { cycle } else { time }, change));
+                change => {
+                    let own = match concerns(&change, modules, &codes, &gates, excerpt) {
+                        true => vec![change],
+                        false => of_readers(&change, excerpt),
+                    };
+                    let after = if self.is_lockstep() { cycle } else { time };
+                    past.changes.extend(own.into_iter().map(|change| (after, change)));
                 }
-                _ => {}
             }
         }
         Ok(past)

@@ -13,6 +13,7 @@ pub fn summary(seed: u64) -> Summary {
         message: None,
         sim_time_s: 20.0,
         wall_time_s: 0.05,
+        time_to_goal_s: Some(20.0),
         path_length_m: Some(2.0),
         shortest_path_m: Some(2.0),
         collisions: 0,

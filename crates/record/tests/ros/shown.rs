@@ -56,6 +56,14 @@ fn what_is_there_for_the_layout_alone_is_not_shown() {
             "uint8 STATE_SUCCEEDED=1",
             "uint8 STATE_FAILED=2",
             "uint8 state",
+            "uint8 OUTCOME_OTHER=0",
+            "uint8 OUTCOME_GOAL_REACHED=1",
+            "uint8 OUTCOME_GOAL_LEFT=2",
+            "uint8 OUTCOME_GAP_KEPT=3",
+            "uint8 OUTCOME_GAP_LEFT=4",
+            "uint8 OUTCOME_COLLIDED=5",
+            "uint8 OUTCOME_TIMED_OUT=6",
+            "uint8 outcome",
             "string<=64 reason"
         ]
     );

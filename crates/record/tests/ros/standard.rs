@@ -239,7 +239,7 @@ fn bodies_distances_and_missions_have_messages_of_their_kind() {
         )
     );
     assert_eq!(of(&Clearance { distance: 0.75 }), "{ data = 0.75 }");
-    let verdict = |state| of(&Verdict { state, reason: "goal reached".into() });
+    let verdict = |state| of(&Verdict { state, reason: "goal reached".into(), ..Verdict::default() });
     let told = |level: u8| {
         format!(
             "{{ level = {level}, name = \"mission\", message = \"goal reached\", hardware_id = \"\", values = [] }}"
@@ -332,10 +332,13 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
     assert_eq!(named.len(), 25);
-    // Of contacts, bumpers, strokes on maps and facts ROS has none.
+    // Of contacts, bumpers, strokes on maps, facts and errors of sensors ROS has none.
     let without: Vec<_> =
         slate_interfaces::ALL.iter().filter(|own| own.ros.is_empty()).map(|own| own.name).collect();
-    assert_eq!(without, ["Bumper", "Contact", "Contacts", "FactHead", "FactTableHead", "MapStroke"]);
+    assert_eq!(
+        without,
+        ["Bumper", "Contact", "Contacts", "FactHead", "FactTableHead", "MapStroke", "SensorAccuracy"]
+    );
     for descriptor in named {
         if descriptor.fields.is_empty() {
             continue;

@@ -208,7 +208,9 @@ impl<'c> LinkEditor<'c> {
         let configuration = proposal.configuration();
         let url = path.to_string();
         let descriptor = property.descriptor;
-        let found = slate_composition::RemoteProperty { path: property.path.into(), descriptor, epoch: 0 };
+        // What writes it is only told when it is served.
+        let (path_there, part) = (property.path.into(), "?".into());
+        let found = slate_composition::RemoteProperty { path: path_there, descriptor, part, epoch: 0 };
         let target = self.agent.composition().target(|catalogue| drop(catalogue.remote.insert(path, found)));
         let survey = survey(configuration, &target.catalogue, &mut Complaints::new(configuration));
         if let Some(misfit) = survey.misfits.get(&to) {

@@ -21,6 +21,8 @@ pub struct Excerpt {
     pub silent: Vec<(String, &'static Descriptor, usize)>,
     /// What the modules read that is recorded or was never written: paths of properties and of their fields.
     pub reads: BTreeSet<String>,
+    /// Inputs of modules that do not stay by whose name others read, each with those that do, and the field that they read.
+    pub aliases: BTreeMap<String, Vec<(String, String)>>,
     /// Inboxes to which no module sends that stays: what they took is to be sent to them again.
     pub inboxes: BTreeSet<String>,
     /// What the modules send messages by, each with where to.
@@ -265,7 +267,10 @@ impl Cutter<'_> {
             // Messages end in their inbox.
             let fills = |link: &&Link| is_within(&path, &link.to.value) && self.ends(link).0 == link.to.value;
             let Some(next) = links.find(fills) else { break };
-            path = format!("{}{}", next.from.value.path_in(""), &path[next.to.value.len()..]);
+            let field = path[next.to.value.len()..].to_owned();
+            let readers = self.result.aliases.entry(next.to.value.clone()).or_default();
+            readers.push((to.to_owned(), field.clone()));
+            path = format!("{}{field}", next.from.value.path_in(""));
         }
         let sends = self.port(to).is_some_and(|(own, port)| own.ports[port].direction == Direction::Outbox);
         if sends {

@@ -1,7 +1,7 @@
 //! Links that need not be written, while modules of the same robot come and go.
 
 use slate_mapek::prelude::*;
-use slate_mapek::{analyze, monitor};
+use slate_mapek::{analyze, driver_sensors, monitor, sensor};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::Change;
@@ -10,6 +10,8 @@ use slate_runtime::{Agent, NewLink, Options, Rate};
 
 use crate::links::common::Number;
 use crate::links::support::{all, steps};
+
+driver_sensors! { Gauge("gauge", "Counts."): Number }
 
 #[ports]
 pub struct Sensors {
@@ -62,12 +64,13 @@ fn agent() -> Agent {
 }
 
 fn agent_and_database() -> (Agent, Database) {
-    let text = "time.source = \"counter\"\n[modules.counter]\n[robots.r2.modules]\nfront = {}\nback = {}\npassing = {}\n\
-                [robots.r2.links]\n\"front/number\" = \"/counter/number\"\n\"back/number\" = \"/counter/number\"\n";
+    let text = "time.source = \"counter\"\n[modules.counter]\n[robots.r2.modules]\ngauge = {}\nfront = {}\nback = {}\n\
+                passing = {}\n[robots.r2.links]\n\"gauge/source\" = \"/counter/number\"\n";
     let database = Database::from_text("test.toml", text, Reading::default()).unwrap();
     // Without it the start is refused, as both Monitors are there.
     database.set(&[("links.\"r2/passing/number\"", "false")]).unwrap();
-    let blocks = [monitor::<Front>(), monitor::<Back>(), analyze::<Passing>()].map(Plugin::from);
+    let blocks =
+        [sensor::<Gauge>(), monitor::<Front>(), monitor::<Back>(), analyze::<Passing>()].map(Plugin::from);
     let plugins: Vec<_> = all().into_iter().chain(blocks).collect();
     let options = Options { rate: Rate::Max, ..Options::default() };
     let agent = Agent::load_with(&database, &plugins, options).unwrap();

@@ -8,6 +8,7 @@
 )]
 
 use crate::common;
+mod blocks;
 mod conversion;
 mod inferred;
 mod lateness;

@@ -112,6 +112,7 @@ impl Export {
             path: property.path().into(),
             interface,
             doc: property.doc().into(),
+            part: property.part(),
             capacity: channel.shape().capacity as u64,
             depth: channel.depth() as u32,
             after,

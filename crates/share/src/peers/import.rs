@@ -124,6 +124,7 @@ impl Import {
             self.make(board, &offer.doc, descriptor, capacity, depth)?;
         }
         if let Some(mirror) = &mut self.mirror {
+            mirror.property.set_part(&offer.part);
             // Whether there is a writer at the origin shows even if it has written nothing new.
             mirror.left = 0;
             mirror.time = 0;

@@ -11,6 +11,8 @@ pub struct Offer {
     pub interface: Vec<u8>,
     /// What it is for.
     pub doc: String,
+    /// What writes it in an architecture, such as `monitor`.
+    pub part: String,
     /// Room in the tail.
     pub capacity: u64,
     /// How many values are kept.

@@ -10,7 +10,7 @@ use super::Options;
 use super::delivery::DeliveryStatus;
 
 /// The protocol's version; agents of different versions refuse each other.
-pub const VERSION: u8 = 4;
+pub const VERSION: u8 = 5;
 
 /// Values travel as they are in memory, so agents on machines of another byte order do not understand each other.
 const MAGIC: u8 = if cfg!(target_endian = "little") { b'S' } else { b's' };
@@ -251,6 +251,7 @@ pub(super) struct PortableOffer<'a> {
     #[serde(borrow)]
     pub interface: RawBytes<'a>,
     pub doc: &'a str,
+    pub part: &'a str,
     pub capacity: u64,
     pub depth: u32,
     pub after: u64,

@@ -9,7 +9,7 @@ use slate_module::Random;
 use slate_module::math::clamp;
 
 use crate::geometry::{Point, Pose};
-use crate::robot::{DriveDescription, DriveKind, NoiseDescription};
+use crate::robot::{DriveDescription, DriveKind, NoiseDescription, OdometryDescription};
 
 pub use differential::Differential;
 pub use skid_steer::{Mass, SkidSteer, Velocity};
@@ -82,6 +82,14 @@ impl Drive {
         match self {
             Self::Differential(drive) => drive.command(wheels.into()),
             Self::SkidSteer(drive) => drive.command(wheels),
+        }
+    }
+
+    /// Adds systematic errors of the odometry in this run.
+    pub fn set_odometry_bias(&mut self, bias: &OdometryDescription, random: Random) {
+        match self {
+            Self::Differential(drive) => drive.odometer.set_bias(bias, random),
+            Self::SkidSteer(drive) => drive.odometer.set_bias(bias, random),
         }
     }
 

@@ -3,7 +3,12 @@ use slate_module::Random;
 use slate_module::math::{cos, sin, wrap_angle};
 
 use crate::geometry::Pose;
-use crate::robot::NoiseDescription;
+use crate::robot::{NoiseDescription, OdometryDescription};
+
+/// Factors of an odometry without systematic errors of its own.
+fn exact() -> (f64, f64) {
+    (1.0, 1.0)
+}
 
 /// Dead reckoning from the encoders of both sides.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -14,6 +19,9 @@ pub(super) struct Odometer {
     /// Factors on the wheels' radii and on the track as odometry believes them.
     believed: (f64, f64, f64),
     white: f64,
+    /// Factors on distance and rotation by the profile of the odometry.
+    #[serde(default = "exact")]
+    scale: (f64, f64),
     random: Random,
     /// Where odometry believes to be, from the start.
     pub pose: Pose,
@@ -32,10 +40,17 @@ impl Odometer {
             track,
             believed,
             white: noise.wheel_speed,
+            scale: exact(),
             random,
             pose: Pose::default(),
             measured: (0.0, 0.0),
         }
+    }
+
+    /// Adds systematic errors of this run, drawn from a stream of their own.
+    pub fn set_bias(&mut self, bias: &OdometryDescription, mut random: Random) {
+        let mut factor = |deviation: f64| 1.0 + deviation * random.normal();
+        self.scale = (factor(bias.distance_bias), factor(bias.turn_bias));
     }
 
     /// Counts what the sides turned in `step` seconds at those speeds, radians per second.
@@ -45,7 +60,9 @@ impl Odometer {
         };
         let left = noisy(left, self.believed.0);
         let right = noisy(right, self.believed.1);
-        let (linear, angular) = ((left + right) / 2.0, (right - left) / (self.track * self.believed.2));
+        let (distance, turn) = self.scale;
+        let linear = distance * (left + right) / 2.0;
+        let angular = turn * (right - left) / (self.track * self.believed.2);
         self.measured = (linear, angular);
         let middle = self.pose.theta + angular * step / 2.0;
         self.pose.x += linear * step * cos(middle);

@@ -1,10 +1,10 @@
 use serde::{Deserialize, Serialize};
-use slate_interfaces::{Clearance, Contacts, MissionState, Pose2, Verdict};
+use slate_interfaces::{Clearance, Contacts, MissionOutcome, MissionState, Pose2, Verdict};
 use slate_module::prelude::*;
 use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
 
 use super::conduct::Conduct;
-use super::{unknown_robot, verdict};
+use super::{ended, running, unknown_robot};
 use crate::error::key;
 use crate::geometry::Point;
 use crate::scenario::Scenario;
@@ -13,12 +13,18 @@ use crate::shortest_path::shortest_path;
 /// Progress of a run.
 #[interface]
 pub struct Metrics {
-    /// The way of the robot until it reached its last goal.
+    /// The way of the robot until it reached its last goal; on a patrol, the whole way.
     #[unit("m")]
     pub path_length: f64,
-    /// Shortest path of a disc of the robot's half width among static bodies, from goal to goal.
+    /// Shortest path of a disc of the robot's half width among static bodies, from goal to goal; on a patrol, to the goals
+    /// reached so far.
     #[unit("m")]
     pub shortest_path: f64,
+    /// Goals reached, one after the other.
+    pub goals_reached: u64,
+    /// When it reached the last one, on a patrol for the first time; NaN before.
+    #[unit("s")]
+    pub time_to_goal: f64,
     /// The least distance to another body.
     #[unit("m")]
     pub minimum_clearance: f64,
@@ -31,20 +37,20 @@ pub struct Metrics {
 /// Whether the robot stays at its last goal.
 #[interface]
 pub struct Stay {
-    /// When it reached its last goal.
-    #[unit("s")]
-    pub time_to_goal: f64,
-    /// The share of the time since then in which it was near to the goal.
+    /// The share of the time since it reached its last goal in which it was near to it.
     pub held: f64,
 }
 
 #[ports]
 struct Io {
     /// Where the robot really is.
+    #[role("truth")]
     truth: Input<Pose2>,
     /// True clearance.
+    #[role("truth")]
     clearance: Input<Clearance>,
     /// All contacts.
+    #[role("truth")]
     contacts: Queue<Contacts>,
     /// How the mission stands.
     verdict: Output<Verdict>,
@@ -60,11 +66,11 @@ struct Params {
     robot: Text<28>,
     #[param(default = 0.1, range = 0.0..=10.0, unit = "m", doc = "distance from a goal at which it counts as reached")]
     goal_tolerance: f64,
-    #[param(default = 120.0, range = 0.0..=1e9, unit = "s", doc = "time limit to the last goal")]
+    #[param(default = 120.0, range = 0.0..=1e9, unit = "s", doc = "time limit to the last goal; the duration of a patrol")]
     time_limit: f64,
-    #[param(default = 1, range = 1..=1000000, doc = "laps of its goals")]
+    #[param(default = 1, range = 0..=1000000, doc = "laps of its goals; 0 for a patrol: as many as it makes in the time limit, one at least")]
     laps: u64,
-    #[param(default = 0.0, range = 0.0..=1e9, unit = "s", doc = "time to stay at the last goal")]
+    #[param(default = 0.0, range = 0.0..=1e9, unit = "s", doc = "time to stay at the last goal, if it is no patrol")]
     hold_time: f64,
     #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "distance from the goal that counts as staying")]
     hold_tolerance: f64,
@@ -76,8 +82,10 @@ struct Params {
 #[derive(Debug)]
 pub struct Referee {
     goals: Vec<Point>,
-    /// The shortest way from the start to the last goal, and once round all.
-    shortest: (f64, f64),
+    /// The shortest path from the start to the first goal, metres.
+    first_leg: f64,
+    /// The shortest path to each goal from the one before it, metres; to the first one from the last one.
+    legs: Vec<f64>,
     course: GoalProgress,
 }
 
@@ -86,7 +94,7 @@ struct GoalProgress {
     conduct: Conduct,
     /// Number of reached goals.
     reached: u64,
-    /// When it reached the last one, seconds.
+    /// When it had reached all, seconds.
     arrived: Option<f64>,
     /// Cycles since then, and those in which it was near.
     stay: (u64, u64),
@@ -126,12 +134,12 @@ impl Instance for Referee {
             let setting = format!("world.goals.{}", key(params.robot.as_str()));
             return Err(format!("{setting}: expected at least one goal, found none").into());
         };
-        let mut between = 0.0;
+        let mut legs = vec![way(*last, *first)?];
         for leg in goals.windows(2) {
-            between += way(leg[0], leg[1])?;
+            legs.push(way(leg[0], leg[1])?);
         }
-        let shortest = (way(robot.pose.point(), *first)? + between, way(*last, *first)? + between);
-        Ok(Self { goals, shortest, course: GoalProgress::default() })
+        let first_leg = way(robot.pose.point(), *first)?;
+        Ok(Self { goals, first_leg, legs, course: GoalProgress::default() })
     }
 
     fn tick(&mut self, ports: &mut PortCursor, params: &[u8], now: &Tick) -> Outcome {
@@ -150,56 +158,73 @@ impl Instance for Referee {
 }
 
 impl Referee {
+    /// Length of the shortest path to so many goals, one after the other, metres.
+    fn shortest_path(&self, goals: u64) -> f64 {
+        let Some(more) = goals.checked_sub(1) else { return 0.0 };
+        let (laps, rest) = (more / self.legs.len() as u64, more as usize % self.legs.len());
+        let lap: f64 = self.legs.iter().sum();
+        self.first_leg + laps as f64 * lap + self.legs[1..=rest].iter().sum::<f64>()
+    }
+
     fn judge(&mut self, io: &Io, params: &Params, now: &Tick) -> Outcome {
-        let Self { goals, shortest, course } = self;
-        if course.decided {
+        if self.course.decided {
             return Outcome::Ok;
         }
-        let late = course.arrived.is_none() && now.seconds() >= params.time_limit;
+        let is_patrol = params.laps == 0;
+        let time_is_up = now.seconds() >= params.time_limit;
         let (Some(truth), Some(clearance)) = (io.truth.fresh(), io.clearance.fresh()) else {
             // Without a truth there is nothing to judge, and no robot arrives anywhere.
-            if late {
-                course.decided = true;
-                io.verdict.set(verdict(MissionState::FAILED, "the robot was never seen to arrive in time"));
+            if time_is_up && (is_patrol || self.course.arrived.is_none()) {
+                self.course.decided = true;
+                let reason = "the robot was never seen to arrive in time";
+                io.verdict.set(ended(MissionOutcome::TIMED_OUT, reason, self.course.conduct.caused));
             }
             return Outcome::Degraded;
         };
-        let place = course.conduct.go_on(truth, course.arrived.is_none());
+        let course = &mut self.course;
+        let place = course.conduct.go_on(truth, is_patrol || course.arrived.is_none());
         course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
-        let all = params.laps.saturating_mul(goals.len() as u64);
-        let away = |number: u64| place.minus(goals[(number % goals.len() as u64) as usize]).norm();
-        if course.reached < all && away(course.reached) <= params.goal_tolerance {
+        let all = params.laps.max(1).saturating_mul(self.goals.len() as u64);
+        let away = |number: u64| place.minus(self.goals[(number % self.goals.len() as u64) as usize]).norm();
+        if (is_patrol || course.reached < all) && away(course.reached) <= params.goal_tolerance {
             course.reached += 1;
             if course.reached == all {
                 course.arrived = Some(now.seconds());
             }
         }
+        let caused = course.conduct.caused;
+        let end = |outcome, reason| ended(outcome, reason, caused);
         let verdict = match course.arrived {
-            Some(_) if params.hold_time <= 0.0 => verdict(MissionState::SUCCEEDED, "goal reached"),
+            _ if is_patrol && !time_is_up => running("on patrol"),
+            Some(_) if is_patrol => end(MissionOutcome::GOAL_REACHED, "patrol completed"),
+            Some(_) if params.hold_time <= 0.0 => end(MissionOutcome::GOAL_REACHED, "goal reached"),
             Some(arrived) => {
                 course.stay.0 += 1;
                 course.stay.1 += u64::from(away(all - 1) <= params.hold_tolerance);
                 let held = course.stay.1 as f64 / course.stay.0 as f64;
-                io.stay.set(Stay { time_to_goal: arrived, held });
+                io.stay.set(Stay { held });
                 match now.seconds() - arrived >= params.hold_time {
-                    false => verdict(MissionState::RUNNING, "at the goal"),
+                    false => running("at the goal"),
                     true if held >= params.hold_fraction => {
-                        verdict(MissionState::SUCCEEDED, "goal reached and held")
+                        end(MissionOutcome::GOAL_REACHED, "goal reached and held")
                     }
-                    true => verdict(MissionState::FAILED, "goal reached, and left for too long"),
+                    true => end(MissionOutcome::GOAL_LEFT, "goal reached, and left for too long"),
                 }
             }
-            None if late => verdict(MissionState::FAILED, "time is up"),
-            None => verdict(MissionState::RUNNING, "on the way"),
+            None if time_is_up => end(MissionOutcome::TIMED_OUT, "time is up"),
+            None => running("on the way"),
         };
         course.decided = verdict.state != MissionState::RUNNING;
         io.verdict.set(verdict);
+        let GoalProgress { conduct, reached, arrived, .. } = self.course;
         io.metrics.set(Metrics {
-            path_length: course.conduct.length,
-            shortest_path: shortest.0 + (params.laps - 1) as f64 * shortest.1,
-            minimum_clearance: course.conduct.clearance,
-            collisions: course.conduct.collisions,
-            collisions_caused: course.conduct.caused,
+            path_length: conduct.length,
+            shortest_path: self.shortest_path(if is_patrol { reached } else { all }),
+            goals_reached: reached,
+            time_to_goal: arrived.unwrap_or(f64::NAN),
+            minimum_clearance: conduct.clearance,
+            collisions: conduct.collisions,
+            collisions_caused: conduct.caused,
         });
         Outcome::Ok
     }

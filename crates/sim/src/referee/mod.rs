@@ -6,7 +6,9 @@ mod pursuit;
 
 pub use course::{Metrics, Referee, Stay};
 pub use pursuit::{Pursuit, PursuitReferee};
-use slate_interfaces::{MissionState, Verdict};
+use std::fmt::Write;
+
+use slate_interfaces::{MissionOutcome, MissionState, Verdict};
 use slate_module::{Refusal, Setup, Text};
 
 use crate::error::{key, unknown};
@@ -18,6 +20,24 @@ fn unknown_robot(setup: &Setup<'_>, robot: &str, scenario: &Scenario) -> Refusal
     Refusal(format!("modules.{}.params.robot: {}", key(setup.name), unknown("robot", robot, known)))
 }
 
-fn verdict(state: MissionState, reason: &str) -> Verdict {
-    Verdict { state, reason: Text::new(reason) }
+/// The verdict on a mission that goes on.
+fn running(reason: &str) -> Verdict {
+    Verdict { state: MissionState::RUNNING, reason: Text::new(reason), ..Verdict::default() }
+}
+
+/// The verdict at the end of a mission in which the robot caused so many collisions: with one it has failed.
+fn ended(outcome: MissionOutcome, reason: &str, caused: u64) -> Verdict {
+    let outcome = if caused > 0 { MissionOutcome::COLLIDED } else { outcome };
+    let state = match outcome {
+        MissionOutcome::GOAL_REACHED | MissionOutcome::GAP_KEPT => MissionState::SUCCEEDED,
+        _ => MissionState::FAILED,
+    };
+    let mut verdict = Verdict { state, outcome, reason: Text::new(reason) };
+    // Writing to a text in place can't fail.
+    let _ = match caused {
+        0 => Ok(()),
+        1 => write!(verdict.reason, ", with 1 collision caused"),
+        caused => write!(verdict.reason, ", with {caused} collisions caused"),
+    };
+    verdict
 }

@@ -1,10 +1,12 @@
+use std::fmt::Write;
+
 use serde::{Deserialize, Serialize};
-use slate_interfaces::{Clearance, Contacts, MissionState, Pose2, Verdict};
+use slate_interfaces::{Clearance, Contacts, MissionOutcome, MissionState, Pose2, Verdict};
 use slate_module::prelude::*;
 use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
 
 use super::conduct::Conduct;
-use super::{unknown_robot, verdict};
+use super::{ended, running, unknown_robot};
 use crate::scenario::Scenario;
 
 /// Performance of a following robot so far.
@@ -18,6 +20,9 @@ pub struct Pursuit {
     /// From the reference point of the one to that of the other, now.
     #[unit("m")]
     pub gap: f64,
+    /// Median since the first time within its limits, to 2 cm.
+    #[unit("m")]
+    pub median_gap: f64,
     /// The least gap.
     #[unit("m")]
     pub minimum_gap: f64,
@@ -39,12 +44,16 @@ pub struct Pursuit {
 #[ports]
 pub struct PursuitIo {
     /// Where the leader really is.
+    #[role("truth")]
     leader: Input<Pose2>,
     /// Where the follower really is.
+    #[role("truth")]
     follower: Input<Pose2>,
     /// True clearance of the follower.
+    #[role("truth")]
     clearance: Input<Clearance>,
     /// All contacts.
+    #[role("truth")]
     contacts: Queue<Contacts>,
     /// How the leader's course goes: its end is the end of this mission.
     course: Input<Verdict>,
@@ -66,6 +75,43 @@ pub struct PursuitParams {
     min_fraction: f64,
 }
 
+/// How often a gap was of which size, in steps of 2 cm.
+#[derive(Debug, Serialize, Deserialize)]
+struct GapCounts(Vec<u64>);
+
+impl GapCounts {
+    /// Size of a step, metres.
+    const STEP: f64 = 0.02;
+    /// Number of steps; what is greater counts in the last one.
+    const STEPS: usize = 512;
+
+    fn add(&mut self, gap: f64) {
+        let step = ((gap / Self::STEP) as usize).min(Self::STEPS - 1);
+        // A state of another edition may have fewer.
+        if let Some(count) = self.0.get_mut(step) {
+            *count += 1;
+        }
+    }
+
+    /// The middle of the step that has the median, metres; zero without any.
+    fn median(&self) -> f64 {
+        let all: u64 = self.0.iter().sum();
+        let mut seen = 0;
+        let reaches_half = |count: &u64| {
+            seen += count;
+            2 * seen >= all
+        };
+        let step = if all > 0 { self.0.iter().position(reaches_half) } else { None };
+        step.map_or(0.0, |step| (step as f64 + 0.5) * Self::STEP)
+    }
+}
+
+impl Default for GapCounts {
+    fn default() -> Self {
+        Self(vec![0; Self::STEPS])
+    }
+}
+
 /// State of the referee.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct PursuitCourse {
@@ -74,6 +120,8 @@ pub struct PursuitCourse {
     since: Option<f64>,
     /// Cycles since then, and those in which it was so.
     cycles: (u64, u64),
+    /// Cycles since then by gap.
+    gaps: GapCounts,
     /// The least and the greatest gap.
     extremes: Option<(f64, f64)>,
     decided: bool,
@@ -136,12 +184,10 @@ impl PursuitCourse {
             // An unseen robot is not judged, but an ended mission stays ended.
             if led.state != MissionState::RUNNING {
                 course.decided = true;
-                let reason = if led.state == MissionState::FAILED {
-                    led.reason.as_str()
-                } else {
-                    "the follower was not seen"
-                };
-                io.verdict.set(verdict(MissionState::FAILED, reason));
+                io.verdict.set(match led.state {
+                    MissionState::FAILED => course.with_leader(&led),
+                    _ => ended(MissionOutcome::OTHER, "the follower was not seen", course.conduct.caused),
+                });
             }
             return Outcome::Degraded;
         };
@@ -160,15 +206,19 @@ impl PursuitCourse {
         if course.since.is_some() {
             course.cycles.0 += 1;
             course.cycles.1 += u64::from(is_right);
+            course.gaps.add(gap);
         }
         let share = course.cycles.1 as f64 / math::max(course.cycles.0 as f64, 1.0);
+        let caused = course.conduct.caused;
         let verdict = match led.state {
-            MissionState::FAILED => led,
+            MissionState::FAILED => course.with_leader(&led),
             MissionState::SUCCEEDED if share >= params.min_fraction => {
-                verdict(MissionState::SUCCEEDED, "all goals reached, and followed")
+                ended(MissionOutcome::GAP_KEPT, "gap kept", caused)
             }
-            MissionState::SUCCEEDED => verdict(MissionState::FAILED, "too near or too far for too long"),
-            _ => verdict(MissionState::RUNNING, "on the way"),
+            MissionState::SUCCEEDED => {
+                ended(MissionOutcome::GAP_LEFT, "too near or too far for too long", caused)
+            }
+            _ => running("on the way"),
         };
         course.decided = verdict.state != MissionState::RUNNING;
         io.verdict.set(verdict);
@@ -176,6 +226,7 @@ impl PursuitCourse {
             gap_in_band: share,
             time_to_band: course.since.unwrap_or_default(),
             gap,
+            median_gap: course.gaps.median(),
             minimum_gap: least,
             maximum_gap: greatest,
             path_length: course.conduct.length,
@@ -184,5 +235,14 @@ impl PursuitCourse {
             collisions_caused: course.conduct.caused,
         });
         Outcome::Ok
+    }
+
+    /// The verdict when the leader has failed.
+    fn with_leader(&self, led: &Verdict) -> Verdict {
+        let mut reason = Text::<64>::new("leader: ");
+        // Writing to a text in place can't fail.
+        let _ = reason.write_str(led.reason.as_str());
+        let outcome = if self.conduct.caused > 0 { MissionOutcome::COLLIDED } else { led.outcome };
+        Verdict { state: MissionState::FAILED, outcome, reason }
     }
 }

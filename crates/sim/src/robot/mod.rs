@@ -2,6 +2,8 @@
 
 mod drive;
 mod laser;
+mod odometry;
+mod positioning;
 mod robot_sensor;
 mod sonar;
 
@@ -17,6 +19,8 @@ use crate::geometry::{Point, Polygon};
 
 pub use drive::{DriveDescription, DriveKind, Friction, WheelFriction};
 pub use laser::LaserDescription;
+pub use odometry::OdometryDescription;
+pub use positioning::PositioningDescription;
 pub use robot_sensor::RobotSensorDescription;
 pub use sonar::SonarDescription;
 
@@ -43,6 +47,12 @@ pub struct RobotDescription {
     /// Profiles of the sensor that sees other robots, by name.
     #[serde(default)]
     pub robot_sensor: BTreeMap<String, RobotSensorDescription>,
+    /// Profiles of its positioning system and compass, by name; exact without.
+    #[serde(default)]
+    pub positioning: BTreeMap<String, PositioningDescription>,
+    /// Profiles of its odometry, by name; without, its errors are those of `noise`.
+    #[serde(default)]
+    pub odometry: BTreeMap<String, OdometryDescription>,
     /// Its bumpers.
     #[serde(default)]
     pub bumper: Option<BumperDescription>,
@@ -68,10 +78,6 @@ pub struct NoiseDescription {
     pub track_bias: f64,
     /// Of the measured wheel speed, relative to it.
     pub wheel_speed: f64,
-    /// Of the position sensor, metres.
-    pub position: f64,
-    /// Of the orientation sensor, radians.
-    pub orientation: f64,
 }
 
 impl RobotDescription {
@@ -94,7 +100,7 @@ impl RobotDescription {
     /// # Errors
     /// Names the file, the line and what was expected.
     pub fn parse(source_name: &str, text: &str) -> Result<Self, DescriptionError> {
-        let mut robot: Self = DescriptionError::parse(source_name, text)?;
+        let mut robot: Self = DescriptionError::parse(source_name, text).map_err(with_new_place)?;
         let wrong = |path: &[DocumentStep<'_>], message: &str| {
             Err(DescriptionError::within(source_name, text, path, message))
         };
@@ -115,38 +121,16 @@ impl RobotDescription {
             let path: Vec<_> = std::iter::once("drive").chain(keys).map(DocumentStep::Key).collect();
             return wrong(&path, &message);
         }
-        let NoiseDescription { wheel_radius_bias, track_bias, wheel_speed, position, orientation } =
-            robot.noise;
-        let deviations = [wheel_radius_bias, track_bias, wheel_speed, position, orientation];
+        let NoiseDescription { wheel_radius_bias, track_bias, wheel_speed } = robot.noise;
+        let deviations = [wheel_radius_bias, track_bias, wheel_speed];
         if !deviations.iter().all(|value| value.is_finite() && *value >= 0.0) {
             return wrong(
                 &[DocumentStep::Key("noise")],
                 "expected standard deviations, which are not negative",
             );
         }
-        for (name, sonar) in &robot.sonar {
-            if let Some((key, message)) = sonar.mistake() {
-                return wrong(
-                    &[DocumentStep::Key("sonar"), DocumentStep::Key(name), DocumentStep::Key(key)],
-                    message,
-                );
-            }
-        }
-        for (name, sensor) in &robot.robot_sensor {
-            if let Some((key, message)) = sensor.mistake() {
-                return wrong(
-                    &[DocumentStep::Key("robot_sensor"), DocumentStep::Key(name), DocumentStep::Key(key)],
-                    message,
-                );
-            }
-        }
-        for (name, laser) in &robot.laser {
-            if let Some((key, message)) = laser.mistake() {
-                return wrong(
-                    &[DocumentStep::Key("laser"), DocumentStep::Key(name), DocumentStep::Key(key)],
-                    message,
-                );
-            }
+        if let Some((keys, message)) = robot.mistake_of_sensor() {
+            return wrong(&keys.map(DocumentStep::Key), message);
         }
         if let Some(BumperDescription { front, back }) = robot.bumper
             && !(front.is_finite() && back.is_finite() && back <= front)
@@ -154,6 +138,19 @@ impl RobotDescription {
             return wrong(&[DocumentStep::Key("bumper")], "expected a `front` that is not behind `back`");
         }
         Ok(robot)
+    }
+
+    /// Returns the keys of an invalid value of a sensor, and the expectation.
+    fn mistake_of_sensor(&self) -> Option<([&str; 3], &'static str)> {
+        let sonars = self.sonar.iter().map(|(name, it)| ("sonar", name, it.mistake()));
+        let sensors = self.robot_sensor.iter().map(|(name, it)| ("robot_sensor", name, it.mistake()));
+        let lasers = self.laser.iter().map(|(name, it)| ("laser", name, it.mistake()));
+        let positioning = self.positioning.iter().map(|(name, it)| ("positioning", name, it.mistake()));
+        let odometry = self.odometry.iter().map(|(name, it)| ("odometry", name, it.mistake()));
+        let mut all = sonars.chain(sensors).chain(lasers).chain(positioning).chain(odometry);
+        all.find_map(|(table, name, mistake)| {
+            mistake.map(|(key, message)| ([table, name.as_str(), key], message))
+        })
     }
 
     /// The body as robots know it of themselves.
@@ -173,6 +170,19 @@ impl RobotDescription {
     pub fn outline(&self) -> Polygon {
         Polygon { points: self.footprint.iter().map(|[x, y]| Point::new(*x, *y)).collect() }
     }
+}
+
+/// Says where a setting is that has moved.
+fn with_new_place(mut error: DescriptionError) -> DescriptionError {
+    for key in ["position", "orientation"] {
+        if error.message.starts_with(&format!("unknown field `{key}`")) {
+            error.message = format!(
+                "`{key}` is a setting of the positioning system: write `noise_{key}` in [positioning.NAME], which has \
+                 `noise_position`, `noise_orientation`, `dropout` and, if it is slower than the sweeps, `rate`"
+            );
+        }
+    }
+    error
 }
 
 fn is_probability(value: f64) -> bool {

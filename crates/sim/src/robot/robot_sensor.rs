@@ -22,6 +22,9 @@ pub struct RobotSensorDescription {
     pub noise_bearing: f64,
     /// Probability that a robot is overlooked.
     pub dropout: f64,
+    /// Probability that a whole measurement is missing.
+    #[serde(default)]
+    pub sweep_dropout: f64,
     /// Rate, Hz; each sweep by default.
     #[serde(default)]
     pub rate: Option<f64>,
@@ -54,6 +57,7 @@ impl RobotSensorDescription {
             ("noise_proportional", is_deviation(self.noise_proportional), deviation),
             ("noise_bearing", is_deviation(self.noise_bearing), deviation),
             ("dropout", is_probability(self.dropout), "expected a probability from 0 to 1"),
+            ("sweep_dropout", is_probability(self.sweep_dropout), "expected a probability from 0 to 1"),
             ("rate", self.rate.is_none_or(is_rate), "expected a positive number of hertz"),
         ];
         checks.into_iter().find(|(_, right, _)| !right).map(|(key, _, message)| (key, message))

@@ -3,6 +3,8 @@
 mod robot;
 mod sensing;
 
+use std::collections::BTreeMap;
+
 use rapier2d_f64::prelude::{ColliderBuilder, PhysicsWorld, Pose as BodyPose, RigidBodyBuilder, Vector};
 use serde::{Deserialize, Serialize};
 use slate_module::Random;
@@ -12,7 +14,8 @@ use crate::contact::{CAUSE_SPEED, Contact, Motion};
 use crate::drive::{Drive, FourWheels};
 use crate::fault::Display;
 use crate::geometry::{Gap, Point, Polygon, Pose};
-use crate::robot::{NoiseDescription, RobotDescription, RobotSensorDescription};
+use crate::positioning::{Fix, PositioningSystem};
+use crate::robot::{OdometryDescription, PositioningDescription, RobotDescription, RobotSensorDescription};
 use crate::robot_sensor::RobotSensor;
 use crate::script::{RandomWalk, Wanderer};
 use crate::sensors::Sensors;
@@ -28,7 +31,7 @@ pub struct Placement {
     /// Name.
     pub name: String,
     /// What it is. Of the profiles of the sensor that sees other robots it has that with the sonars' name, or else the
-    /// only one.
+    /// only one; of those of the positioning system and of the odometry the only one.
     pub description: RobotDescription,
     /// Which profile its sonars have; empty for none.
     pub sonar: String,
@@ -45,6 +48,21 @@ impl Placement {
         let only = profiles.values().next().filter(|_| profiles.len() == 1);
         profiles.get(&self.sonar).or(only)
     }
+
+    /// The profile of its positioning system; an exact one unless the description has one profile.
+    pub fn positioning(&self) -> PositioningDescription {
+        only(&self.description.positioning)
+    }
+
+    /// The profile of its odometry; no more errors than those of its wheels unless the description has one profile.
+    pub fn odometry(&self) -> OdometryDescription {
+        only(&self.description.odometry)
+    }
+}
+
+/// The only profile, or the exact one.
+fn only<T: Copy + Default>(profiles: &BTreeMap<String, T>) -> T {
+    profiles.values().next().filter(|_| profiles.len() == 1).copied().unwrap_or_default()
 }
 
 /// Robots among static bodies.
@@ -154,6 +172,9 @@ impl Simulation {
             .can_sleep(false);
         let (handle, _) = self.physics.insert(body, collider);
         let script = script.map(|walk| Wanderer::new(walk, ring, stream("script")));
+        let mut drive =
+            Drive::new(&description.drive, &description.noise, description.mass, center, stream("drive"));
+        drive.set_odometry_bias(&placement.odometry(), stream("odometry"));
         self.robots.push(SimulatedRobot {
             name: name.clone(),
             handle,
@@ -164,17 +185,10 @@ impl Simulation {
             velocity: Point::default(),
             turn: 0.0,
             motion: Motion { origin: pose.point(), ..Motion::default() },
-            drive: Drive::new(
-                &description.drive,
-                &description.noise,
-                description.mass,
-                center,
-                stream("drive"),
-            ),
+            drive,
             script: script.transpose().map_err(|message| wrong(format!("`{name}`: {message}")))?,
             bumper: description.bumper,
-            noise: description.noise,
-            random: stream("pose"),
+            positioning: PositioningSystem::new(placement.positioning(), stream("pose")),
         });
         self.sensors.push(Sensors {
             sonar: ring.map(|profile| SonarRing::new(profile, stream("sonar"))),
@@ -326,17 +340,10 @@ impl Simulation {
         self.robots[robot].pose
     }
 
-    /// Where the robot's position and orientation sensors say it is.
-    pub fn measured_pose(&mut self, robot: usize) -> Pose {
-        let robot = &mut self.robots[robot];
-        let NoiseDescription { position, orientation, .. } = robot.noise;
-        let mut pose = robot.pose;
-        if position > 0.0 || orientation > 0.0 {
-            pose.x += position * robot.random.normal();
-            pose.y += position * robot.random.normal();
-            pose.theta = wrap_angle(pose.theta + orientation * robot.random.normal());
-        }
-        pose
+    /// Measures with the robot's positioning system and compass, if it is time to.
+    pub fn fix(&mut self, robot: usize) -> Fix {
+        let SimulatedRobot { positioning, pose, .. } = &mut self.robots[robot];
+        positioning.measure(*pose, self.now)
     }
 
     /// Returns pose and twist (m/s, rad/s) by odometry.

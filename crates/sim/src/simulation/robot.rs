@@ -1,11 +1,11 @@
 use rapier2d_f64::prelude::RigidBodyHandle;
 use serde::{Deserialize, Serialize};
-use slate_module::Random;
 
 use crate::contact::Motion;
 use crate::drive::{Drive, Mass, Velocity};
 use crate::geometry::{Frame, Point, Pose};
-use crate::robot::{BumperDescription, NoiseDescription};
+use crate::positioning::PositioningSystem;
+use crate::robot::BumperDescription;
 use crate::script::Wanderer;
 use crate::sonar::Echo;
 use crate::touching::Felt;
@@ -29,9 +29,7 @@ pub(super) struct SimulatedRobot {
     pub drive: Drive,
     pub script: Option<Wanderer>,
     pub bumper: Option<BumperDescription>,
-    pub noise: NoiseDescription,
-    /// For the noise of position and orientation.
-    pub random: Random,
+    pub positioning: PositioningSystem,
 }
 
 impl SimulatedRobot {

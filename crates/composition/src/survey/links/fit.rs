@@ -12,6 +12,7 @@ use crate::complaints::Complaints;
 use crate::link::{FieldPlace, Filter, NoField, Program};
 use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
+use crate::survey::block::{Block, binds};
 use crate::survey::names::{join, split_module};
 use crate::survey::writers::writers;
 use crate::survey::{Absent, Implied, LinkConversion, LinkSource, ResolvedLink, Survey, Surveyed, Wire};
@@ -185,7 +186,12 @@ impl<'a, 's> BothEnds<'a, 's> {
         };
         let own = &self.surveyed().description.ports[port].role;
         let other = &self.survey.modules[module].description.ports[other].role;
-        if !self.sink.field.is_empty() || !self.from.is_empty() || own == other {
+        // A plain port of a block reads what the rules for blocks allow.
+        let is_free = !binds(own) && (!binds(other) || Block::of(&self.surveyed().description).is_some());
+        // A part of what a plain module reads is no traffic between blocks.
+        let is_whole = self.sink.field.is_empty() && self.from.is_empty();
+        let is_part = !binds(own) && !is_whole;
+        if is_free || is_part || own == other {
             return Ok(());
         }
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";

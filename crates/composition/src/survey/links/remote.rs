@@ -12,7 +12,7 @@ use crate::RemotePath;
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use crate::link::FieldPlace;
-use crate::survey::{LinkConversion, LinkSource, Misfit, Remote, ResolvedLink, Survey, Wire};
+use crate::survey::{LinkConversion, LinkSource, Misfit, Remote, ResolvedLink, Survey, Wire, rules};
 use slate_configuration::{Compression, Configuration, Link, Mistake, TEAM};
 
 /// The other agent that a link leads to, if it does.
@@ -175,7 +175,11 @@ impl<'a, 's> RemoteLink<'a, 's> {
         let before = complaints.diagnostics.len();
         let field = self.survey.remote[self.index].field().unwrap_or_default();
         if let Some(joint) = self.fitted(field, complaints) {
-            return (Some(joint), None);
+            return match self.against_rules(&joint) {
+                Some(misfit) if direction == Direction::Queue => (None, Some(misfit)),
+                Some(misfit) => (self.waiting(), Some(misfit)),
+                None => (Some(joint), None),
+            };
         }
         let said: Vec<_> = complaints.diagnostics.drain(before..).collect();
         let misfit = said.first().map(|diagnostic| Misfit {
@@ -183,6 +187,12 @@ impl<'a, 's> RemoteLink<'a, 's> {
             help: diagnostic.help_text().unwrap_or_default().to_owned(),
         });
         (if direction == Direction::Queue { None } else { self.waiting() }, misfit)
+    }
+
+    /// Why the link passes the architecture by, if it does.
+    fn against_rules(&self, joint: &ResolvedLink<'a>) -> Option<Misfit> {
+        let (_, message, help) = rules::refusal(self.configuration, self.survey, joint)?;
+        Some(Misfit { message: message.replace("`//", "`slate://"), help })
     }
 
     /// The link to a field of the property, if both ends fit.

@@ -10,7 +10,7 @@ use super::sinks::LinkSink;
 use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
-use crate::survey::{Absent, Host, Implied, LinkSource, Misfit, ResolvedLink, Survey, Surveyed, Wire};
+use crate::survey::{Absent, Host, Implied, LinkSource, Misfit, ResolvedLink, Survey, Surveyed, Wire, block};
 use slate_configuration::Mistake;
 use slate_configuration::{Configuration, Link, Span};
 
@@ -239,11 +239,16 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             sink.as_ref().is_some_and(|sink| (sink.module, sink.wire) == (module, wire))
         };
         let links: Vec<usize> = (0..self.sinks.len()).filter(|link| is_it(&self.sinks[*link])).collect();
+        // A fact is read from its origin; `previous` is about Knowledge alone.
+        let is_fact = matches!(wire, Wire::Port(port)
+            if block::is_fact(&self.modules()[module].description.ports[port]));
         let mut plain = None;
         for link in links {
             // Also to find circles of links to parts.
             match self.joint(link) {
-                Some(joint) if joint.is_plain() && !joint.link.previous && joint.filter.is_none() => {
+                Some(joint)
+                    if joint.is_plain() && (!joint.link.previous || is_fact) && joint.filter.is_none() =>
+                {
                     plain = Some(joint)
                 }
                 Some(_) => {}

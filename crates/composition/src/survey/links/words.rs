@@ -21,14 +21,21 @@ pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descript
 /// Message: two ports can't be attached, in terms of blocks.
 pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
     let what = match other {
+        "measurement" => "what a Sensor measures".to_owned(),
         "percept" => "what a Monitor tells".to_owned(),
         "change" => "what an Analyze tells".to_owned(),
         "plan" => "an Execute's inbox of plans".to_owned(),
         "reflex" => "an Execute's inbox of reflexes".to_owned(),
-        "" => "a plain value, such as a sensor's".to_owned(),
+        "" => "a plain value, such as a simulator's or a driver's".to_owned(),
         other => format!("a {other}"),
     };
     match own {
+        "measurement" => {
+            format!("Monitors and Knowledge read Sensors: `{to}` can't read `/{from}`, which is {what}")
+        }
+        "command" => format!(
+            "an Actuator takes what has passed the gate of its robot: `{to}` can't read `/{from}`, which is {what}"
+        ),
         "percept" => format!("an Analyze reads Monitors: `{to}` can't read `/{from}`, which is {what}"),
         "change" => format!("the Plan reads Analyzes: `{to}` can't read `/{from}`, which is {what}"),
         "plan" => {

@@ -4,7 +4,5 @@ use robot::*;
 use slate_mapek::Robot;
 
 fn main() {
-    let robot = Robot::new("r2");
-    let analyze = robot.analyze::<PassRange>("analyze");
-    analyze.attach(&analyze);
+    let _ = Robot::new("r2").analyze::<PassRange>("analyze").attach::<PassRange>("analyze");
 }

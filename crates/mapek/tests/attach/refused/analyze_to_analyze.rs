@@ -4,8 +4,5 @@ use robot::*;
 use slate_mapek::Robot;
 
 fn main() {
-    let robot = Robot::new("r2");
-    let analyze = robot.analyze::<PassRange>("analyze");
-    let other = robot.analyze::<PassRange>("other");
-    analyze.attach(&other);
+    let _ = Robot::new("r2").analyze::<PassRange>("analyze").attach::<PassRange>("other").analyze::<PassRange>("other");
 }

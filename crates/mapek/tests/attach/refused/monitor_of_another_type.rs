@@ -4,8 +4,5 @@ use robot::*;
 use slate_mapek::Robot;
 
 fn main() {
-    let robot = Robot::new("r2");
-    let monitor = robot.monitor::<OrientationMonitor>("monitor");
-    let analyze = robot.analyze::<PassRange>("analyze");
-    monitor.attach(&analyze);
+    let _ = Robot::new("r2").monitor::<OrientationMonitor>("monitor").attach::<PassRange>("analyze");
 }

@@ -4,8 +4,5 @@ use robot::*;
 use slate_mapek::Robot;
 
 fn main() {
-    let robot = Robot::new("r2");
-    let monitor = robot.monitor::<RangeMonitor>("monitor");
-    let plan = robot.plan::<Planner>("plan");
-    monitor.attach(&plan);
+    let _ = Robot::new("r2").monitor::<RangeMonitor>("monitor").attach::<Planner>("plan");
 }

@@ -4,8 +4,5 @@ use robot::*;
 use slate_mapek::Robot;
 
 fn main() {
-    let robot = Robot::new("r2");
-    let analyze = robot.analyze::<PassRange>("analyze");
-    let plan = robot.plan::<Planner>("plan");
-    plan.attach(&analyze);
+    let _ = Robot::new("r2").plan::<Planner>("plan").attach::<PassRange>("analyze");
 }

@@ -37,7 +37,8 @@ impl Recording {
         sections
             .extend(Some(distances).filter(|section| section.has_table() || self.texts.contains_key("run")));
         sections.extend(self.sections());
-        Ok(Story { title, source, sections, unread: self.unread })
+        let scene = known.scene.clone();
+        Ok(Story { title, source, sections, unread: self.unread, scene, trajectory })
     }
 
     /// Messages that can't be decoded.

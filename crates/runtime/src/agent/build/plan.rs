@@ -33,6 +33,16 @@ impl<'a, 's> BuildPlan<'a, 's> {
         &self.surveyed(module).description.ports[port]
     }
 
+    /// What writes the source of a link, for readers in other agents.
+    pub fn part(self, target: LinkSource) -> &'static str {
+        match target {
+            LinkSource::Port(module, port) => {
+                slate_composition::part(&self.surveyed(module).description, self.port(module, port))
+            }
+            _ => "",
+        }
+    }
+
     /// The path of a port.
     pub fn port_path(self, module: usize, port: usize) -> String {
         format!("{}/{}", self.name(module), self.port(module, port).name)

@@ -163,7 +163,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         path: &str,
         port: &PortDescription,
     ) -> Result<(), Failed> {
-        if self.builder.standing(m, path, port.descriptor)?.is_some() {
+        if let Some(standing) = self.builder.standing(m, path, port.descriptor)? {
+            standing.set_part(self.plan.part(target));
             return Ok(());
         }
         let (depth, budget) = self.plan.demand(target, path);
@@ -171,7 +172,8 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
         let memory = self.builder.isolation().memory(m, target);
         let board = &self.builder.resources.board;
         let added = board.add_channel_in(path, &port.doc, port.descriptor, store, Access::Output, memory);
-        self.builder.added(m, added).map(drop)
+        self.builder.added(m, added)?.set_part(self.plan.part(target));
+        Ok(())
     }
 
     fn mailbox(&mut self, m: usize, path: &str, port: &PortDescription) -> Result<(), Failed> {

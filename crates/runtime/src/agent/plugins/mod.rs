@@ -9,15 +9,15 @@ mod shadow;
 mod trial;
 mod version;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use slate_blackboard::nearest_names;
-use slate_module::Plugin;
+use slate_module::{ModuleKind, Plugin, Setup};
 
 use super::assembly::ModuleStates;
-use super::composition::Composition;
+use super::composition::{Composition, CompositionTarget};
 use super::handle::AgentHandle;
 use crate::recording::Change;
 use departure::Departure;
@@ -26,7 +26,7 @@ use gather::Gathered;
 pub(super) use gather::{catalogue, host_catalogue};
 pub(super) use reload::Reloader;
 pub(super) use shadow::ShadowRunner;
-use slate_composition::Catalogue;
+use slate_composition::{Catalogue, scope};
 use slate_configuration::Configuration;
 use slate_engine::plugin;
 use trial::ModuleTrials;
@@ -55,6 +55,20 @@ pub struct Reload {
     pub in_place: bool,
     /// What became of the old library's memory.
     pub old_library: &'static str,
+}
+
+/// What a robot has once that a kind of module is, such as its Plan; empty for others.
+fn unique_part(kind: &ModuleKind) -> String {
+    let setup = Setup { name: kind.name(), seed: 0, period: 20_000_000, section: None };
+    // A kind that refuses this is told of when its module is made.
+    kind.describe(&setup).map(|own| own.unique).unwrap_or_default()
+}
+
+/// The parts of the robot without a name that the configuration has.
+fn own_parts(target: &CompositionTarget) -> BTreeSet<String> {
+    let modules = target.configuration.modules().iter();
+    let own = modules.filter(|module| scope(&module.name.value).is_empty());
+    own.filter_map(|module| target.catalogue.kind(&module.kind.value)).map(unique_part).collect()
 }
 
 /// Loads and unloads plugins.
@@ -106,13 +120,18 @@ impl<'c> PluginLoader<'c> {
         gather(&mut gathered)?;
         let (catalogue, origins, came) = gathered.done();
         let mut target = composition.target(|known| *known = catalogue);
+        let mut parts = own_parts(&target);
         for (plugin, kind) in
             came.iter().flat_map(|plugin| plugin.kinds().iter().map(move |kind| (plugin, kind)))
         {
             let modules = target.configuration.modules();
             let wanted = modules.iter().any(|module| module.kind.value == kind.name());
             let taken = modules.iter().any(|module| module.name.value == kind.name());
-            if !wanted && !taken {
+            // A robot has one Plan, one Execute and one Knowledge: a second kind of them gets no module.
+            let part = unique_part(kind);
+            let fits = part.is_empty() || !parts.contains(&part);
+            if !wanted && !taken && fits {
+                parts.insert(part);
                 let origin = origins.get(plugin.name());
                 let origin = origin.map_or_else(
                     || plugin.name().into(),

@@ -74,7 +74,7 @@ impl Remotes {
         }
         self.epoch += 1;
         let (descriptor, epoch) = (found.descriptor(), self.epoch);
-        let found = RemoteProperty { path: property.into(), descriptor, epoch };
+        let found = RemoteProperty { path: property.into(), descriptor, part: found.part(), epoch };
         catalogue.remote.insert(path.clone(), found);
         true
     }

@@ -244,8 +244,32 @@ plugin!(
     AnalyzeBlock<Arrival>,
     PlanBlock<Planner>,
     ReactiveBlock<BackOff>,
-    ExecuteBlock<Actions>,
+    ExecuteBlock<Actions>;
+    robot = robot
 );
+
+/// The robot of PROJECT_NAME.toml as a program: slate run target/debug/libMODULE_KIND.so
+///
+/// Its simulated devices are part of the world.
+pub fn robot() -> Robot {
+    let target = Point2 { x: 1.5, y: 1.5 };
+    let wheels = Gate::new(WheelSpeeds::ZERO)
+        .limit("left", -12.3..=12.3)
+        .limit("right", -12.3..=12.3)
+        .time_to_live("100ms");
+    Robot::new("pioneer")
+        .monitor::<PoseMonitor>("pose_monitor")
+        .attach::<Arrival>("arrival")
+        .analyze::<Arrival>("arrival")
+        .input("target", target)
+        .attach::<Planner>("planner")
+        .plan::<Planner>("planner")
+        .input("target", target)
+        .reactive::<BackOff>("back_off")
+        .execute::<Actions>("execute")
+        .gate("wheels", wheels)
+        .world_of(include_str!("../PROJECT_NAME.toml"))
+}
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,45 @@
+//! How a recording that is played is reached over HTTP.
+
+#[cfg(feature = "console")]
+mod built_in {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use slate::console::{Console, Document, Settings};
+    use slate::control::ControlSurface;
+
+    use crate::recording::known;
+
+    /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and secrets is for
+    /// that run. The world is that of the recorded configuration, if it can still be read.
+    pub fn open_playback(surface: Arc<ControlSurface>, file: &Path) -> Option<Console> {
+        let scene = known(file).map(|known| serde_json::to_value(known.scene).unwrap_or_default());
+        let world =
+            scene.map(|scene| Document { name: "world".into(), read: Arc::new(move || scene.clone()) });
+        surface.add_documents(world);
+        match Console::start_on(surface, &Settings::default(), Vec::new()) {
+            Ok(console) => {
+                eprintln!("console: {}", console.link());
+                Some(console)
+            }
+            // It is played all the same.
+            Err(error) => {
+                eprintln!("{error}");
+                None
+            }
+        }
+    }
+}
+
+#[cfg(not(feature = "console"))]
+mod built_in {
+    use std::path::Path;
+
+    use slate::runtime::Agent;
+
+    pub fn open_playback(_: std::sync::Arc<slate::control::ControlSurface>, _: &Path) -> Option<()> {
+        None
+    }
+}
+
+pub use built_in::open_playback;

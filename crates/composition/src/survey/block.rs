@@ -1,0 +1,251 @@
+//! Blocks of MAPE-K, and who may read whom (RoCS, 4.2 and 5.1).
+//!
+//! A module is a block by the roles of its ports, in whatever language it is written: without them no block would read it.
+
+use slate_module::{Description, Direction, PortDescription};
+
+/// Role of ports with ground truth: those of a simulator, and of the referees that alone read them.
+pub const TRUTH: &str = "truth";
+
+/// Role of what a Sensor measures.
+pub const MEASUREMENT: &str = "measurement";
+
+/// Role of a driver's inputs that move a robot.
+pub const ACTUATION: &str = "actuation";
+
+/// Role of a fact: an input of Knowledge that all blocks read.
+const FACT: &str = "fact";
+
+/// Whether the outputs of modules that are no blocks count as Sensors' values, for Monitors, ReactiveModels, Execute and
+/// Knowledge. `false` once every robot has Sensors.
+const DRIVERS_ARE_SENSORS: bool = false;
+
+/// A block, as its ports show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Block {
+    /// Source of measurements.
+    Sensor,
+    /// Interprets sensors.
+    Monitor,
+    /// Notices changes.
+    Analyze,
+    /// Decides.
+    Plan,
+    /// Performs actions.
+    Execute,
+    /// What all blocks may know.
+    Knowledge,
+    /// Reflex.
+    Reactive,
+    /// Device that acts.
+    Actuator,
+}
+
+impl Block {
+    /// All that a module is: one block, or none, unless its ports contradict each other.
+    pub fn all(description: &Description) -> Vec<Self> {
+        let has = |direction, role: &str| {
+            description.ports.iter().any(|port| port.direction == direction && port.role == role)
+        };
+        let is = [
+            (Self::Monitor, has(Direction::Output, "percept")),
+            (Self::Analyze, has(Direction::Output, "change")),
+            (Self::Plan, has(Direction::Outbox, "plan")),
+            (Self::Execute, has(Direction::Inbox, "plan") || has(Direction::Inbox, "reflex")),
+            (Self::Reactive, has(Direction::Outbox, "reflex")),
+            (Self::Knowledge, description.unique == "knowledge" || has(Direction::Input, FACT)),
+            (Self::Sensor, has(Direction::Output, MEASUREMENT)),
+            (Self::Actuator, has(Direction::Input, "command")),
+        ];
+        is.into_iter().filter(|(_, is)| *is).map(|(block, _)| block).collect()
+    }
+
+    /// The block that a module is.
+    pub fn of(description: &Description) -> Option<Self> {
+        Self::all(description).first().copied()
+    }
+
+    /// Its name in text that other agents read.
+    pub fn part(self) -> &'static str {
+        match self {
+            Self::Sensor => "sensor",
+            Self::Monitor => "monitor",
+            Self::Analyze => "analyze",
+            Self::Plan => "plan",
+            Self::Execute => "execute",
+            Self::Knowledge => "knowledge",
+            Self::Reactive => "reactive",
+            Self::Actuator => "actuator",
+        }
+    }
+
+    /// The block of such a name.
+    fn of_part(part: &str) -> Option<Self> {
+        let all = [
+            Self::Sensor,
+            Self::Monitor,
+            Self::Analyze,
+            Self::Plan,
+            Self::Execute,
+            Self::Knowledge,
+            Self::Reactive,
+            Self::Actuator,
+        ];
+        all.into_iter().find(|block| block.part() == part)
+    }
+
+    /// With its article.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Sensor => "a Sensor",
+            Self::Monitor => "a Monitor",
+            Self::Analyze => "an Analyze",
+            Self::Plan => "a Plan",
+            Self::Execute => "Execute",
+            Self::Knowledge => "Knowledge",
+            Self::Reactive => "a ReactiveModel",
+            Self::Actuator => "an Actuator",
+        }
+    }
+
+    /// Whether it reads what is outside of its robot.
+    pub fn meets_the_world(self) -> bool {
+        self == Self::Sensor
+            || DRIVERS_ARE_SENSORS
+                && matches!(self, Self::Monitor | Self::Execute | Self::Knowledge | Self::Reactive)
+    }
+
+    /// What it may read, in words.
+    pub fn reads(self) -> &'static str {
+        match self {
+            Self::Sensor => "a Sensor reads devices and simulated measurements",
+            Self::Monitor => "a Monitor reads Sensors and Knowledge",
+            Self::Analyze => "an Analyze reads Monitors and Knowledge",
+            Self::Plan => "a Plan reads Analyzes, Knowledge and Execute's status",
+            Self::Execute => "Execute reads Plan, ReactiveModels, Sensors and Knowledge",
+            Self::Knowledge => {
+                "Knowledge learns from Sensors, Monitors, Analyzes, Plan, ReactiveModels, Execute and other robots' Knowledge"
+            }
+            Self::Reactive => "a ReactiveModel reads Sensors and Knowledge",
+            Self::Actuator => "an Actuator reads the command that passed the gate, and Knowledge",
+        }
+    }
+
+    /// Whether it may read a value from there.
+    pub fn may_read(self, origin: Provenance) -> bool {
+        use Block::{Actuator, Analyze, Execute, Knowledge, Monitor, Plan, Reactive, Sensor};
+        match (self, origin) {
+            (_, Provenance::Truth) => false,
+            (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Block(Knowledge)) => true,
+            (Monitor | Reactive | Execute | Knowledge, Provenance::Module) => DRIVERS_ARE_SENSORS,
+            (Monitor | Reactive | Execute | Knowledge, Provenance::Block(Sensor)) => true,
+            (Monitor | Knowledge, Provenance::Health) => true,
+            (Analyze | Knowledge, Provenance::Block(Monitor)) => true,
+            (Plan | Knowledge, Provenance::Block(Analyze | Execute)) => true,
+            (Execute | Knowledge, Provenance::Block(Plan | Reactive)) => true,
+            (Actuator, Provenance::Gate) => true,
+            _ => false,
+        }
+    }
+
+    /// What to do when it wants a value that it may not read.
+    pub fn way(self, origin: Provenance) -> &'static str {
+        match (self, origin) {
+            (Self::Monitor | Self::Reactive | Self::Execute | Self::Knowledge, Provenance::Module) => {
+                "give it a Sensor, which reads that"
+            }
+            (Self::Analyze, Provenance::Module | Provenance::Health) => {
+                "give it a Sensor and a Monitor, and observe that"
+            }
+            (Self::Analyze, Provenance::Block(Self::Sensor)) => "give it a Monitor, and observe that",
+            (Self::Analyze, Provenance::Block(Self::Analyze)) => {
+                "make it a fact of Knowledge, `fact: Known<T>`, and read that: in the same cycle, without a copy"
+            }
+            (Self::Plan, Provenance::Module | Provenance::Health) => {
+                "give it a Sensor, a Monitor and an Analyze"
+            }
+            (Self::Plan, Provenance::Block(Self::Sensor)) => "give it a Monitor and an Analyze",
+            (Self::Plan, Provenance::Block(Self::Monitor)) => "give it an Analyze",
+            (Self::Reactive, _) => {
+                "a reflex maps measurements to an action: what else it is to know belongs to Knowledge"
+            }
+            (Self::Actuator, _) => "link it to a gate: \"/robot/wheels/command\"",
+            _ => "let Knowledge have it, and read Knowledge",
+        }
+    }
+}
+
+/// What a value comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Provenance {
+    /// A block of any robot.
+    Block(Block),
+    /// A module that is no block.
+    Module,
+    /// Ground truth of a simulator.
+    Truth,
+    /// Condition of a module, of the main loop or of the log.
+    Health,
+    /// The command that an actuator's gate passed.
+    Gate,
+    /// Nobody but the configuration or a person: a parameter, or an input without a link.
+    Hand,
+    /// Something that is not known yet, or played from a recording.
+    Unknown,
+}
+
+impl Provenance {
+    /// The origin of a value that a port writes.
+    pub fn of_port(description: &Description, port: &PortDescription) -> Self {
+        if port.role == TRUTH {
+            Self::Truth
+        } else {
+            Block::of(description).map_or(Self::Module, Self::Block)
+        }
+    }
+
+    /// The text by which other agents know it; none for [`Provenance::Module`].
+    pub fn part(self) -> &'static str {
+        match self {
+            Self::Truth => TRUTH,
+            Self::Block(block) => block.part(),
+            _ => "",
+        }
+    }
+
+    /// The origin with such a text, in another agent.
+    pub fn of_part(part: &str) -> Self {
+        match part {
+            "" => Self::Module,
+            TRUTH => Self::Truth,
+            part => Block::of_part(part).map_or(Self::Unknown, Self::Block),
+        }
+    }
+
+    /// In words.
+    pub fn name(self) -> String {
+        match self {
+            Self::Block(block) => format!("of {}", block.name()),
+            Self::Module => "an output of a module that is no block, such as a simulator or a driver".into(),
+            Self::Truth => "ground truth".into(),
+            Self::Health => "the condition of a module or of the loop".into(),
+            Self::Gate => "a command that passed its gate".into(),
+            Self::Hand | Self::Unknown => "set by hand".into(),
+        }
+    }
+}
+
+/// Whether a port is a fact: reading it is reading Knowledge, wherever its link leads.
+pub fn is_fact(port: &PortDescription) -> bool {
+    port.direction == Direction::Input && port.role == FACT
+}
+
+/// Whether a role says which ports it may be linked to: that of a block's own traffic, or one that is not Slate's.
+pub fn binds(role: &str) -> bool {
+    !matches!(role, "" | TRUTH | ACTUATION | FACT | MEASUREMENT | "command")
+}
+
+/// Text by which other agents know what writes a port; empty for a module that is no block.
+pub fn part(description: &Description, port: &PortDescription) -> &'static str {
+    Provenance::of_port(description, port).part()
+}

@@ -1,0 +1,143 @@
+//! The RobotModel of a robot lists the Sensors that its Knowledge reads; other blocks find their sensors there (RoCS, 4.2).
+
+use slate_module::{Direction, PortDescription};
+
+use super::block::{Block, MEASUREMENT};
+use super::{LinkSource, Survey, Wire, scope};
+use crate::complaints::Complaints;
+use slate_configuration::{Configuration, Mistake};
+
+/// Complains of Monitors that lack a Sensor, and of ReactiveModels and Executes that read one that no RobotModel lists. Of a
+/// robot with `dormant` modules, whose plugins are not loaded, nothing is known.
+pub(super) fn check_robot_models<'a>(
+    configuration: &'a Configuration,
+    dormant: &[&str],
+    survey: &Survey<'a>,
+    complaints: &mut Complaints<'a>,
+) {
+    for module in 0..survey.modules.len() {
+        let robot = scope(&survey.modules[module].module.name.value);
+        if robot.is_empty() || dormant.iter().any(|name| scope(name) == robot) {
+            continue;
+        }
+        match Block::of(&survey.modules[module].description) {
+            Some(Block::Monitor) => check_wanted(configuration, survey, module, complaints),
+            Some(Block::Reactive | Block::Execute) => {
+                if let Some(model) = ListedSensors::of(survey, robot) {
+                    check_listed(configuration, survey, module, &model, complaints);
+                }
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The Knowledge of a robot, and the Sensors that its RobotModel lists.
+struct ListedSensors {
+    knowledge: usize,
+    /// The outputs of the Sensors.
+    sensors: Vec<(usize, usize)>,
+}
+
+impl ListedSensors {
+    /// Those of a robot whose Knowledge takes measurements.
+    fn of(survey: &Survey<'_>, robot: &str) -> Option<Self> {
+        let knowledge = survey.modules.iter().position(|surveyed| {
+            scope(&surveyed.module.name.value) == robot
+                && Block::of(&surveyed.description) == Some(Block::Knowledge)
+                && surveyed.description.ports.iter().any(takes_measurements)
+        })?;
+        Some(Self { knowledge, sensors: sensors_of(survey, knowledge).map(|(_, sensor)| sensor).collect() })
+    }
+
+    /// What it lists, in words.
+    fn list(&self, survey: &Survey<'_>) -> String {
+        let names = self.sensors.iter().map(|(sensor, port)| {
+            let surveyed = &survey.modules[*sensor];
+            let name = surveyed.module.name.value.rsplit('/').next().unwrap_or_default();
+            format!("`{name}` ({})", surveyed.description.ports[*port].descriptor.name)
+        });
+        let names: Vec<_> = names.collect();
+        if names.is_empty() { "no sensor".into() } else { names.join(", ") }
+    }
+}
+
+fn takes_measurements(port: &PortDescription) -> bool {
+    port.role == MEASUREMENT && matches!(port.direction, Direction::Input | Direction::Queue)
+}
+
+/// The ports of a module that read Sensors, with what they read.
+fn sensors_of<'s>(
+    survey: &'s Survey<'_>,
+    module: usize,
+) -> impl Iterator<Item = (usize, (usize, usize))> + 's {
+    survey.joints.iter().filter_map(move |joint| {
+        let ((reader, Wire::Port(port)), LinkSource::Port(sensor, output)) = (joint.port, joint.target)
+        else {
+            return None;
+        };
+        let is_sensor = survey.modules[sensor].description.ports[output].role == MEASUREMENT;
+        (reader == module && is_sensor).then_some((port, (sensor, output)))
+    })
+}
+
+/// A Monitor has each sensor that it wants.
+fn check_wanted<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    module: usize,
+    complaints: &mut Complaints<'a>,
+) {
+    let surveyed = &survey.modules[module];
+    let name = surveyed.module.name.value.as_str();
+    for (number, port) in surveyed.description.ports.iter().enumerate() {
+        let path = format!("{name}/{}", port.name);
+        let has_source = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(number)))
+            || surveyed.inputs.contains_key(&number)
+            || configuration.says_of_port(&path)
+            || configuration.is_left_out(&path);
+        if !takes_measurements(port) || has_source || !surveyed.module.enabled.value {
+            continue;
+        }
+        let robot = scope(name);
+        let wanted = port.descriptor.name;
+        let lists = match ListedSensors::of(survey, robot) {
+            Some(model) => format!("the RobotModel of `{robot}` lists {}", model.list(survey)),
+            None => format!("robot `{robot}` has none"),
+        };
+        let message = format!("Monitor `{name}` wants a sensor of {wanted} for `{}`, and {lists}", port.name);
+        let help = format!(
+            "add a Sensor of {wanted} to the robot, such as a simulated one, remove the Monitor, or write \"/{path}\" = false"
+        );
+        complaints.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
+    }
+}
+
+/// A ReactiveModel or Execute reads only Sensors that the RobotModel lists.
+fn check_listed<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    module: usize,
+    model: &ListedSensors,
+    complaints: &mut Complaints<'a>,
+) {
+    let surveyed = &survey.modules[module];
+    if !surveyed.module.enabled.value {
+        return;
+    }
+    for (port, sensor) in sensors_of(survey, module) {
+        if model.sensors.contains(&sensor) {
+            continue;
+        }
+        let name = &surveyed.module.name.value;
+        let port = &surveyed.description.ports[port].name;
+        let read = survey.path(configuration, LinkSource::Port(sensor.0, sensor.1));
+        let knowledge = &survey.modules[model.knowledge].module.name.value;
+        let message = format!(
+            "`{name}/{port}` reads `/{read}`, a sensor that the RobotModel of `{knowledge}` does not list; it lists {}",
+            model.list(survey)
+        );
+        let help = format!("link an input of `{knowledge}` to that sensor, or read one that it lists");
+        complaints.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
+    }
+}

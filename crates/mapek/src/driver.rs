@@ -1,0 +1,92 @@
+//! Sensors and Actuators in front of a driver or a simulator, which is one module for all devices of a robot.
+
+use slate_module::{Input, Interface, ports};
+
+use crate::in_place::InPlace;
+use crate::port::Measurement;
+
+/// Ports of a Sensor whose measurements a driver or a simulator publishes as they are.
+#[ports]
+pub struct DriverPorts<T: Interface + ?Sized> {
+    /// Output of the driver or the simulator.
+    source: Input<T>,
+    /// Measurement of the sensor.
+    value: Measurement<T>,
+}
+
+impl<T: Interface + ?Sized> DriverPorts<T> {
+    /// Hands on a new value of the driver, with one copy.
+    pub fn hand_on(&self) -> Option<InPlace<T>> {
+        self.source.is_new().then(|| self.value.copy(&self.source))
+    }
+}
+
+/// Makes [`Sensor`](crate::Sensor)s that hand on what a driver or a simulator publishes:
+/// `driver_sensors! { SimulatedSonar("simulated_sonar", "Sonars of the simulator."): SonarScan }`.
+#[macro_export]
+macro_rules! driver_sensors {
+    ($($name:ident($kind:literal, $doc:literal): $value:ty),+ $(,)?) => {$(
+        #[doc = $doc]
+        #[derive(Debug)]
+        pub struct $name;
+
+        impl $crate::Sensor for $name {
+            const NAME: &'static str = $kind;
+            const DOC: &'static str = $doc;
+            type Io = $crate::DriverPorts<$value>;
+            type Params = ();
+            type State = ();
+            type Value = $crate::InPlace<$value>;
+
+            fn get_data(
+                (): &mut (),
+                io: &$crate::DriverPorts<$value>,
+                (): &(),
+                _: &slate_module::Tick,
+            ) -> Option<$crate::InPlace<$value>> {
+                io.hand_on()
+            }
+        }
+    )+};
+}
+
+/// Makes an [`Actuator`](crate::Actuator) that hands the commands from the gate to a driver or a simulator:
+/// `driver_actuator!(SimulatedWheels("simulated_wheels", "Wheels of the simulator."), WheelPorts { wheels: WheelSpeeds })`,
+/// where `wheels` is its output.
+#[macro_export]
+macro_rules! driver_actuator {
+    ($name:ident($kind:literal, $doc:literal), $ports:ident { $port:ident: $command:ty }) => {
+        #[doc = concat!("Ports of [`", stringify!($name), "`].")]
+        #[slate_module::ports]
+        pub struct $ports {
+            /// Command for the driver or the simulator.
+            #[safe(<$command>::ZERO)]
+            $port: Output<$command>,
+        }
+
+        #[doc = $doc]
+        #[derive(Debug)]
+        pub struct $name;
+
+        impl $crate::Actuator for $name {
+            const NAME: &'static str = $kind;
+            const DOC: &'static str = $doc;
+            type Io = $ports;
+            type Params = ();
+            type State = ();
+            type Command = $command;
+            const SAFE: $command = <$command>::ZERO;
+
+            fn apply(
+                (): &mut (),
+                command: &$command,
+                io: &$ports,
+                (): &(),
+                _: &slate_module::Tick,
+            ) -> slate_module::Outcome {
+                io.$port.set(*command);
+                slate_module::Outcome::Ok
+            }
+        }
+    };
+}

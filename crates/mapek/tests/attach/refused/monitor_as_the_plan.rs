@@ -1,0 +1,8 @@
+#[path = "../robot.rs"]
+mod robot;
+use robot::*;
+use slate_mapek::Robot;
+
+fn main() {
+    let _ = Robot::new("r2").plan::<RangeMonitor>("plan");
+}

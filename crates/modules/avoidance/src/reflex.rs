@@ -1,0 +1,349 @@
+//! Memoryless avoidance: the newest measurements and rules give a turn on the spot and a straight drive.
+
+use serde::{Deserialize, Serialize};
+use slate_interfaces::SonarScan;
+use slate_module::{Sequence, Text, interface, math};
+
+use crate::footprint::Footprint;
+
+/// Name of the ring of sonars in a robot model.
+pub const SONAR: &str = "sonar";
+/// Name of the sensor that detects robots in a robot model.
+pub const ROBOT_SENSOR: &str = "robot_sensor";
+/// Greatest distance of a rule, metres.
+pub const MAX_DISTANCE: f64 = 10.0;
+
+/// Threshold of a sensor.
+#[interface]
+#[derive(PartialEq)]
+pub struct SensorRule {
+    /// Distance ahead of the robot's front below which it reacts.
+    #[unit("m")]
+    pub distance: f64,
+    /// Name of the sensor in the robot model.
+    pub sensor: Text<28>,
+}
+
+/// Rules of the reflex that avoids obstacles.
+#[interface]
+#[derive(PartialEq)]
+pub struct ReflexRules {
+    /// Additional distance per speed.
+    #[unit("s")]
+    pub reaction_time: f64,
+    /// Clearance on both sides of the strip ahead that must be free.
+    #[unit("m")]
+    pub side_clearance: f64,
+    /// Distance of any echo from the outline below which it reacts.
+    #[unit("m")]
+    pub min_clearance: f64,
+    /// Free length of a heading that it turns to.
+    #[unit("m")]
+    pub free_distance: f64,
+    /// Additional clearance on both sides of such a heading.
+    #[unit("m")]
+    pub turn_clearance: f64,
+    /// Length of the drive after the turn.
+    #[unit("m")]
+    pub drive_distance: f64,
+    /// Linear velocity of that drive.
+    #[unit("m/s")]
+    pub linear_velocity: f64,
+    /// Thresholds of the sensors; a sensor without one causes no reflex.
+    pub sensors: Sequence<SensorRule, 4>,
+}
+
+impl ReflexRules {
+    /// Returns the threshold of a sensor, metres.
+    pub fn distance(&self, sensor: &str) -> Option<f64> {
+        self.sensors.iter().find(|rule| rule.sensor.as_str() == sensor).map(|rule| rule.distance)
+    }
+
+    /// Checks the thresholds of a robot whose model lists these sensors.
+    ///
+    /// # Errors
+    /// Number and sensor of the first rule with a distance out of its range or a sensor that the robot lacks.
+    pub fn check(&self, listed: &[&str]) -> Result<(), RuleError> {
+        for (index, rule) in self.sensors.iter().enumerate() {
+            let (number, sensor) = (index + 1, rule.sensor);
+            if !(0.0..=MAX_DISTANCE).contains(&rule.distance) {
+                return Err(RuleError::Distance { number, sensor, distance: rule.distance });
+            }
+            if !listed.contains(&sensor.as_str()) {
+                return Err(RuleError::Sensor { number, sensor });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Why a rule is refused.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum RuleError {
+    /// The distance is out of its range.
+    Distance {
+        /// Number of the rule, from 1.
+        number: usize,
+        /// Its sensor.
+        sensor: Text<28>,
+        /// Its distance, metres.
+        distance: f64,
+    },
+    /// The robot model does not list the sensor.
+    Sensor {
+        /// Number of the rule, from 1.
+        number: usize,
+        /// Its sensor.
+        sensor: Text<28>,
+    },
+}
+
+impl std::fmt::Display for RuleError {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Distance { number, sensor, distance } => write!(
+                formatter,
+                "rule {number}, of the sensor `{sensor}`: expected a distance from 0 to {MAX_DISTANCE} m, found {distance}"
+            ),
+            Self::Sensor { number, sensor } => {
+                write!(formatter, "rule {number}: the robot model lists no sensor `{sensor}`")
+            }
+        }
+    }
+}
+
+impl std::error::Error for RuleError {}
+
+/// Turn on the spot, and a straight drive.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Maneuver {
+    /// Turn, radians, counter-clockwise.
+    pub angle: f64,
+    /// Linear velocity of the drive, m/s; negative backward.
+    pub linear: f64,
+    /// Duration of the drive, seconds.
+    pub duration: f64,
+}
+
+impl Maneuver {
+    /// Stands, for a moment.
+    pub const STOP: Self = Self { angle: 0.0, linear: 0.0, duration: STAND };
+}
+
+/// Detected robot as a disc in the robot's frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Disc {
+    /// x, metres.
+    pub x: f64,
+    /// y, metres.
+    pub y: f64,
+    /// Radius, metres.
+    pub radius: f64,
+}
+
+/// Duration of a stop unless it is renewed, seconds.
+const STAND: f64 = 0.2;
+/// Tolerance of an echo from a detected robot, metres.
+const SPREAD: f64 = 0.1;
+/// Points on the arc of an echo.
+const ARC: usize = 5;
+/// Maximum number of points: those of 16 sonars.
+const POINTS: usize = 16 * ARC;
+/// Maximum number of robots.
+const ROBOTS: usize = 8;
+/// Distance beyond which a clearance makes no difference, metres.
+const REACH: f64 = 0.3;
+/// Step between headings, radians.
+const STEP: f64 = 0.12;
+/// Cost of a missing clearance, rad/m.
+const GAIN: f64 = 10.0;
+/// Costs of a short drive and of backing, radians.
+const SHORT: f64 = 1.0;
+const BACKWARD: f64 = 1.5;
+/// Short drives as a part of the whole one.
+const PART: f64 = 0.4;
+/// Advantage of a turn to the left, radians: of two equal turns the same is chosen again.
+const LEFT: f64 = 0.05;
+/// Clearance beyond the minimum at which a drive should end, metres.
+const AWAY: f64 = 0.05;
+/// Clearance that a motion may take from what is too near already, metres.
+const SLACK: f64 = 0.003;
+
+/// One set of measurements, in the robot's frame.
+#[derive(Clone, Copy, Debug)]
+pub struct ReflexInput {
+    points: [(f64, f64); POINTS],
+    count: usize,
+    robots: [Disc; ROBOTS],
+    seen: usize,
+    speed: f64,
+}
+
+impl ReflexInput {
+    /// Takes echoes as points on their arcs, and detected robots, whose echoes are left out; `speed` in m/s.
+    ///
+    /// An echo without a range counts as near: at the minimum range.
+    pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, speed: f64) -> Self {
+        let mut measured = Self {
+            points: [(0.0, 0.0); POINTS],
+            count: 0,
+            robots: [Disc::default(); ROBOTS],
+            seen: 0,
+            speed: if speed.is_finite() { speed.abs() } else { 0.0 },
+        };
+        for robot in robots.filter(|robot| (robot.x + robot.y).is_finite()).take(ROBOTS) {
+            measured.robots[measured.seen] = robot;
+            measured.seen += 1;
+        }
+        let half = 0.5 * scan.field_of_view;
+        for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
+            let range = if echo.range.is_finite() { echo.range } else { scan.range_min };
+            if !echo.heard.get()
+                || measured.is_echo_of_robot([placement.x, placement.y, placement.theta], range, half)
+            {
+                continue;
+            }
+            for step in 0..ARC {
+                let angle = placement.theta + half * (2.0 * step as f64 / (ARC - 1) as f64 - 1.0);
+                let (x, y) = (placement.x + range * math::cos(angle), placement.y + range * math::sin(angle));
+                if !is_disproved(scan, x, y) && measured.count < POINTS {
+                    measured.points[measured.count] = (x, y);
+                    measured.count += 1;
+                }
+            }
+        }
+        measured
+    }
+
+    fn is_echo_of_robot(&self, [x, y, theta]: [f64; 3], range: f64, half: f64) -> bool {
+        self.robots[..self.seen].iter().any(|robot| {
+            let (dx, dy) = (robot.x - x, robot.y - y);
+            let distance = math::hypot(dx, dy);
+            let aside = math::angle_between(theta, math::atan2(dy, dx)).abs();
+            let wide = math::atan2(robot.radius, distance) + half;
+            aside <= wide && (range - distance).abs() <= robot.radius + SPREAD
+        })
+    }
+
+    fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+        self.points[..self.count].iter().copied()
+    }
+
+    /// Returns the least distance of robots: of those in the strip ahead from the front, and of any from the outline.
+    fn robot_distances(&self, footprint: &Footprint, half_width: f64) -> (f64, f64) {
+        let front = footprint.front();
+        self.robots[..self.seen].iter().fold((f64::INFINITY, f64::INFINITY), |(ahead, near), robot| {
+            let Disc { x, y, radius } = *robot;
+            let side = math::max(0.0, y.abs() - half_width);
+            let is_ahead = x > 0.0 && side < radius;
+            let along = x - math::max(0.0, radius * radius - side * side).sqrt() - front;
+            (
+                if is_ahead { math::min(ahead, along) } else { ahead },
+                math::min(near, footprint.distance(x, y) - radius),
+            )
+        })
+    }
+
+    /// Returns the least distance of the echoes from the outline after a turn (rad) and a drive (m).
+    fn clearance(&self, footprint: &Footprint, angle: f64, way: f64) -> f64 {
+        let (sine, cosine) = (math::sin(angle), math::cos(angle));
+        self.points().fold(REACH, |least, (x, y)| {
+            let (along, across) = (cosine * x + sine * y - way, cosine * y - sine * x);
+            math::min(least, footprint.distance_within(along, across, REACH))
+        })
+    }
+
+    /// Returns how far the robot can drive along a heading with this clearance at its sides.
+    fn free_length(&self, footprint: &Footprint, angle: f64, clearance: f64) -> f64 {
+        let (sine, cosine) = (math::sin(angle), math::cos(angle));
+        let half_width = footprint.half_width() + clearance;
+        self.points().fold(f64::INFINITY, |least, (x, y)| {
+            let (along, across) = (cosine * x + sine * y, cosine * y - sine * x);
+            if along <= 0.0 || across.abs() >= half_width {
+                return least;
+            }
+            let inside = math::max(0.0, across.abs() - clearance);
+            math::min(least, along - footprint.front_at(inside))
+        })
+    }
+}
+
+/// Returns whether another sonar hears farther through a point.
+fn is_disproved(scan: &SonarScan, x: f64, y: f64) -> bool {
+    let edge = 0.5 * scan.field_of_view - 0.02;
+    scan.placements.iter().zip(scan.echoes.iter()).any(|(placement, echo)| {
+        let (dx, dy) = (x - placement.x, y - placement.y);
+        let range = if echo.heard.get() { echo.range } else { scan.range_max };
+        math::hypot(dx, dy) < range - 0.04
+            && math::angle_between(placement.theta, math::atan2(dy, dx)).abs() < edge
+    })
+}
+
+/// Maps measurements to a maneuver by rules; `None` while nothing is near.
+///
+/// It reacts to an echo in the strip that the robot covers when it drives straight on, nearer than the sonars' threshold,
+/// and to any echo that almost touches. Then it chooses, of the turns on the spot that touch nothing, the least one to a free
+/// heading. It stops for other robots, which move on, and where no maneuver is safe.
+pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput) -> Option<Maneuver> {
+    let half_width = footprint.half_width() + rules.side_clearance;
+    if let Some(distance) = rules.distance(ROBOT_SENSOR) {
+        let (ahead, near) = measured.robot_distances(footprint, half_width);
+        if ahead < distance || near < rules.min_clearance {
+            return Some(Maneuver::STOP);
+        }
+    }
+    let distance = rules.distance(SONAR)? + measured.speed * rules.reaction_time;
+    let near = measured.clearance(footprint, 0.0, 0.0);
+    if measured.free_length(footprint, 0.0, rules.side_clearance) >= distance && near >= rules.min_clearance {
+        return None;
+    }
+    let mut best = (f64::INFINITY, Maneuver::STOP);
+    for side in [1.0, -1.0] {
+        // How near anything is during the turn so far.
+        let mut least = near;
+        for number in 0..=(std::f64::consts::PI / STEP) as u32 {
+            let angle = side * f64::from(number) * STEP;
+            least = math::min(least, measured.clearance(footprint, angle, 0.0));
+            if least < math::min(0.5 * rules.min_clearance, near - SLACK) {
+                break;
+            }
+            for part in [1.0, PART, -PART] {
+                let Some(cost) = drive_cost(rules, footprint, measured, angle, part, near) else { continue };
+                let cost = cost + angle.abs() - if side > 0.0 { LEFT } else { 0.0 };
+                if cost < best.0 {
+                    let linear = part.signum() * rules.linear_velocity;
+                    let duration = part.abs() * rules.drive_distance / rules.linear_velocity;
+                    best = (cost, Maneuver { angle, linear, duration });
+                }
+            }
+        }
+    }
+    Some(best.1)
+}
+
+/// Returns the cost of a part of the drive after a turn (negative: backward); `None` if it is not safe.
+fn drive_cost(
+    rules: &ReflexRules,
+    footprint: &Footprint,
+    measured: &ReflexInput,
+    angle: f64,
+    part: f64,
+    near: f64,
+) -> Option<f64> {
+    let wide = rules.side_clearance + rules.turn_clearance;
+    if part > 0.0 && measured.free_length(footprint, angle, wide) < part * rules.free_distance {
+        return None;
+    }
+    let way = part * rules.drive_distance;
+    let mut end = REACH;
+    for share in [0.25, 0.5, 0.75, 1.0] {
+        end = measured.clearance(footprint, angle, share * way);
+        if end < math::min(rules.min_clearance, near - SLACK) {
+            return None;
+        }
+    }
+    let missing = math::max(0.0, rules.min_clearance + AWAY - end);
+    let short = if part < 1.0 { SHORT } else { 0.0 };
+    let backward = if part < 0.0 { BACKWARD } else { 0.0 };
+    Some(GAIN * missing + short + backward)
+}

@@ -1,0 +1,148 @@
+//! Plan: to the goal, round the obstacles of a local map.
+
+use serde::{Deserialize, Serialize};
+use slate_avoidance::{Avoider, Decision, Footprint, Other, Parameters};
+use slate_plugin::interfaces::{Twist2, WheelSpeeds};
+use slate_plugin::prelude::*;
+
+use crate::actions::{SetWheelSpeed, Speeds};
+use crate::go_to_origin::{GoToOriginParams, GoToOriginState, Noticing};
+use crate::knowledge::WheeledModel;
+use crate::local_map::LocalObstacles;
+
+/// Obstacles and knowledge that a [`GoToOriginPlanner`] does not have.
+#[ports]
+pub struct LocalNoticing {
+    obstacles: Noticed<LocalObstacles>,
+    /// Robot model, from Knowledge.
+    robot: Input<WheeledModel>,
+}
+
+/// Parameters of [`LocalPlanner`].
+#[params]
+pub struct LocalPlannerParams {
+    #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in free space")]
+    max_linear_velocity: f64,
+    #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in crowded space or near another robot")]
+    careful_linear_velocity: f64,
+    #[param(default = 1.2, range = 0.1..=5.0, unit = "rad/s", doc = "maximum angular velocity")]
+    max_angular_velocity: f64,
+    #[param(default = 0.05, range = 0.001..=1.0, unit = "m", doc = "distance from the goal at which it counts as reached")]
+    goal_tolerance: f64,
+    #[param(default = 0.15, range = 0.001..=10.0, unit = "m", doc = "distance from the goal that triggers a new plan (hysteresis)")]
+    replan_distance: f64,
+    #[param(default = 0.025, range = 0.0..=1.0, unit = "m", doc = "minimum clearance from static obstacles")]
+    min_clearance: f64,
+    #[param(default = 4.0, range = 0.0..=1e6, unit = "s", doc = "time without progress after which it accepts less clearance")]
+    progress_timeout: f64,
+    #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "half the side of a known square room about the origin")]
+    room_half_width: f64,
+}
+
+/// State of [`LocalPlanner`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct LocalPlannerState {
+    go: GoToOriginState,
+    avoider: Option<Avoider>,
+    /// Newest wheel speeds round an obstacle (rad/s), and their time (s); `None` on the straight path.
+    round: Option<([f64; 2], f64)>,
+    /// Time of the newest map, seconds.
+    mapped: Option<f64>,
+}
+
+/// Duration of wheel speeds unless they are renewed, seconds.
+const HOLD: f64 = 0.2;
+/// Age at which they are renewed, seconds.
+const RENEWAL: f64 = 0.1;
+/// Age of the map above which the robot stops, seconds.
+const MAP_TIMEOUT: f64 = 0.3;
+
+/// Sends the robot to its goal, straight where that is free, and round obstacles elsewhere.
+pub struct LocalPlanner;
+
+impl Plan for LocalPlanner {
+    const NAME: &'static str = "local_planner";
+    const DOC: &'static str = "Sends the robot to its goal round the obstacles of a local map.";
+    type Noticed = (Noticing, LocalNoticing);
+    type Params = LocalPlannerParams;
+    type State = LocalPlannerState;
+
+    fn run(
+        memory: &mut LocalPlannerState,
+        (noticed, local): &Self::Noticed,
+        situation: &Situation<'_>,
+        params: &LocalPlannerParams,
+        now: &Tick,
+        plan: &mut Agenda<'_>,
+    ) {
+        let (Some(goal), Some(robot)) = (noticed.goal.fresh(), local.robot.fresh()) else { return };
+        let decision = local.obstacles.newest().and_then(|obstacles| {
+            let avoider = match &mut memory.avoider {
+                Some(avoider) => avoider,
+                none => none.insert(Avoider::new(Footprint::of(&robot.chassis.outline).ok()?)),
+            };
+            let marks = obstacles.obstacles.iter().map(|mark| (mark.x, mark.y, mark.since));
+            avoider.take(marks, now.seconds());
+            if obstacles.sees_robots.get() {
+                let others = obstacles.robots.iter().map(|robot| Other {
+                    x: robot.x,
+                    y: robot.y,
+                    radius: robot.radius,
+                    velocity: [robot.velocity_x, robot.velocity_y],
+                });
+                avoider.see(others, now.seconds());
+            }
+            let parameters = parameters(params, robot);
+            memory.mapped = Some(now.seconds());
+            Some(avoider.guard(obstacles.pose, obstacles.twist, *goal, None, &parameters, now.seconds()))
+        });
+        let lost = memory.mapped.is_none_or(|mapped| now.seconds() - mapped > MAP_TIMEOUT);
+        let was_round = memory.round;
+        match decision.or(lost.then_some(Decision::Avoid(Twist2::ZERO))) {
+            Some(Decision::Avoid(Twist2 { linear, angular })) => {
+                let WheelSpeeds { left, right } = robot.wheels_for(linear, angular);
+                let speeds = [left, right];
+                let lasts =
+                    was_round.is_some_and(|(last, at)| last == speeds && now.seconds() - at < RENEWAL);
+                if !lasts {
+                    memory.round = Some((speeds, now.seconds()));
+                    plan.replace(SetWheelSpeed::request(Speeds { left, right, duration: HOLD }));
+                }
+            }
+            Some(Decision::Clear) => memory.round = None,
+            None => {}
+        }
+        let begins = was_round.is_some() && memory.round.is_none();
+        let go = GoToOriginParams {
+            max_linear_velocity: params.max_linear_velocity,
+            careful_linear_velocity: params.careful_linear_velocity,
+            goal_tolerance: params.goal_tolerance,
+            replan_distance: params.replan_distance,
+        };
+        if memory.round.is_some() {
+            memory.go.notice(noticed);
+        } else {
+            let goes = memory.go.run(noticed, situation, &go, begins, plan);
+            if begins && !goes {
+                plan.clear();
+            }
+        }
+    }
+}
+
+fn parameters(params: &LocalPlannerParams, robot: &WheeledModel) -> Parameters {
+    let usual = Parameters::default();
+    let deceleration = robot.deceleration();
+    Parameters {
+        max_linear_velocity: params.max_linear_velocity,
+        max_angular_velocity: params.max_angular_velocity,
+        min_clearance: params.min_clearance,
+        progress_timeout: params.progress_timeout,
+        // The present motion of a robot that stops at once makes no difference.
+        sides: robot.sides().filter(|sides| sides.acceleration < usual.deceleration),
+        room_half_width: (params.room_half_width < 1e6).then_some(params.room_half_width),
+        deceleration,
+        angular_deceleration: math::min(usual.angular_deceleration, 2.0 * deceleration / robot.chassis.track),
+        ..usual
+    }
+}

@@ -1,0 +1,214 @@
+//! The reflex that avoids obstacles: a turn and a drive by the newest measurements and the rules.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+use slate::interfaces::{
+    Echo, Orientation, Position, Sighting, Sightings, SonarPlacement, SonarScan, WheelSpeeds,
+};
+use slate::mapek::{ActionKind, ExecuteBlock, ExecuteStatus, KnowledgeBlock, ReactiveBlock, Reflex};
+use slate::module::testing::Fixture;
+use slate::module::{Bool, Sequence, Text};
+use slate::sim::robot::RobotDescription;
+use slate_avoidance::{ReflexRules, SensorRule};
+use slate_wheeled::actions::{AvoidObstacle, Evasion};
+use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
+use slate_wheeled::differential::DifferentialActions;
+use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
+
+fn pioneer() -> WheeledModel {
+    let chassis = RobotDescription::named("pioneer_p3dx").unwrap().unwrap().chassis();
+    WheeledModel { chassis, ..WheeledModel::default() }
+}
+
+fn rule(sensor: &str, distance: f64) -> SensorRule {
+    SensorRule { distance, sensor: Text::new(sensor) }
+}
+
+fn rules(sensors: &[SensorRule]) -> ReflexRules {
+    ReflexRules {
+        reaction_time: 0.3,
+        side_clearance: 0.03,
+        min_clearance: 0.03,
+        free_distance: 0.6,
+        turn_clearance: 0.02,
+        drive_distance: 0.2,
+        linear_velocity: 0.3,
+        sensors: Sequence::new(sensors),
+    }
+}
+
+/// The sonars of a Pioneer, of which these hear something at that range.
+fn scan(heard: &[(usize, f64)]) -> SonarScan {
+    let robot = RobotDescription::named("pioneer_p3dx").unwrap().unwrap();
+    let placements: Vec<_> = robot.sonar["vrep"]
+        .placements
+        .iter()
+        .map(|[x, y, degrees]| SonarPlacement { x: *x, y: *y, theta: degrees.to_radians() })
+        .collect();
+    let mut echoes = [Echo { range: 1.0, ..Echo::default() }; 16];
+    for (sonar, range) in heard {
+        echoes[*sonar] = Echo { range: *range, heard: Bool::from(true) };
+    }
+    SonarScan {
+        field_of_view: std::f64::consts::FRAC_PI_6,
+        range_min: 0.0,
+        range_max: 1.0,
+        placements: Sequence::new(&placements),
+        echoes: Sequence::new(&echoes),
+    }
+}
+
+/// Angle and wheels of the reflex, if there is one.
+fn react(scan: SonarScan, rules: ReflexRules, robots: Option<Sightings>) -> Option<[f64; 3]> {
+    let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    model.set("robot", pioneer());
+    model.set("rules", rules);
+    model.set("sonar", scan);
+    if let Some(robots) = robots {
+        model.set("robots", robots);
+    }
+    model.tick();
+    let sent = model.sent::<Reflex>("reflex");
+    let arguments = sent.last()?.action.arguments;
+    Some([arguments[0], arguments[1], arguments[2]])
+}
+
+const SONAR: &str = "sonar";
+
+#[test]
+fn it_turns_away_from_the_side_that_hears_and_drives_on() {
+    let only_sonar = rules(&[rule(SONAR, 0.1)]);
+    // The sonars at 10 and 30 degrees to the left, and the same on the right.
+    let [right, left_wheel, right_wheel] = react(scan(&[(2, 0.1), (3, 0.09)]), only_sonar, None).unwrap();
+    assert!(right < -0.1 && left_wheel > 0.0 && left_wheel == right_wheel, "{right} {left_wheel}");
+    let [left, ..] = react(scan(&[(4, 0.09), (5, 0.1)]), only_sonar, None).unwrap();
+    assert!(left > 0.1, "{left}");
+    assert_eq!(react(scan(&[(2, 0.4), (3, 0.4)]), only_sonar, None), None, "that is far away");
+    let farther = rules(&[rule(SONAR, 0.45)]);
+    assert!(react(scan(&[(2, 0.4), (3, 0.4)]), farther, None).is_some(), "by the rule it is near");
+    assert_eq!(react(scan(&[(3, 0.09)]), rules(&[]), None), None, "no rule, no reflex");
+}
+
+#[test]
+fn without_memory_the_same_measurements_give_the_same_reflex() {
+    let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    let mut answers = Vec::new();
+    for near in [true, false, true] {
+        model.set("robot", pioneer());
+        model.set("rules", rules(&[rule(SONAR, 0.1)]));
+        model.set("sonar", scan(if near { &[(2, 0.1), (3, 0.09)] } else { &[] }));
+        model.advance(20_000_000);
+        model.tick();
+        answers.push(model.sent::<Reflex>("reflex").last().map(|reflex| reflex.action));
+    }
+    assert!(answers[0].is_some() && answers[0] == answers[2], "{answers:?}");
+    assert_eq!(answers[1], None, "what was heard before is forgotten");
+}
+
+#[test]
+fn a_sensor_that_stops_counts_as_near() {
+    let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    model.set("robot", pioneer());
+    model.set("rules", rules(&[rule(SONAR, 0.1)]));
+    model.set("sonar", scan(&[]));
+    model.tick();
+    assert!(model.sent::<Reflex>("reflex").is_empty(), "nothing is near");
+    model.expire("sonar");
+    model.tick();
+    let stop = model.sent::<Reflex>("reflex").last().unwrap().action;
+    assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0], "it stands");
+    let both = rules(&[rule(SONAR, 0.1), rule("robot_sensor", 0.4)]);
+    assert_eq!(react(scan(&[]), both, None), Some([0.0; 3]), "no robot sensor, no motion");
+    assert_eq!(react(scan(&[]), both, Some(Sightings::default())), None);
+}
+
+#[test]
+fn it_stops_for_a_robot_ahead() {
+    let both = rules(&[rule(SONAR, 0.1), rule("robot_sensor", 0.4)]);
+    let sees = |range, bearing| {
+        let seen = Sighting { range, bearing, name: Text::new("r1") };
+        react(scan(&[]), both, Some(Sightings { list: Sequence::new(&[seen]) }))
+    };
+    assert_eq!(sees(0.8, 0.0), Some([0.0; 3]));
+    assert_eq!(sees(0.8, 1.6), None, "that is beside");
+    assert_eq!(sees(1.5, 0.0), None, "that is far away");
+    assert_eq!(sees(f64::NAN, 0.0), None);
+}
+
+#[test]
+fn a_rule_for_a_missing_sensor_or_a_wrong_distance_is_refused() {
+    let with = |rules: &[SensorRule]| {
+        let params = WheeledKnowledgeParams {
+            robot: Text::new("pioneer_p3dx"),
+            sensor_rules: Sequence::new(rules),
+            ..WheeledKnowledgeParams::default()
+        };
+        Fixture::<KnowledgeBlock<WheeledKnowledge>>::with(params)
+    };
+    let refusal = with(&[rule(SONAR, 0.1), rule("robot_sensor", -1.0)]).err().unwrap();
+    let text = refusal.to_string();
+    assert!(
+        text.contains("sensor_rules") && text.contains("rule 2") && text.contains("`robot_sensor`"),
+        "{text}"
+    );
+    let text = with(&[rule("whiskers", 0.1)]).err().unwrap().to_string();
+    assert!(text.contains("rule 1") && text.contains("`whiskers`") && text.contains("sonar"), "{text}");
+    let mut knowledge = with(&[rule(SONAR, 0.1)]).unwrap();
+    let mut known = |sensor: &str, distance| {
+        knowledge.params().sensor_rules = Sequence::new(&[rule(sensor, distance)]);
+        knowledge.set("position", Position::default());
+        knowledge.set("orientation", Orientation::default());
+        knowledge.advance(20_000_000);
+        knowledge.tick();
+        knowledge.output::<ReflexRules>("rules").map(|rules| rules.sensors[0].distance)
+    };
+    assert_eq!(known(SONAR, 0.2), Some(0.2), "rules may change while it runs");
+    assert_eq!(known(SONAR, 11.0), None, "the rules that hold stay");
+    assert_eq!(known("whiskers", 0.1), None);
+}
+
+/// An Execute that is told to turn by that angle and to drive then.
+fn execute(angle: f64) -> Fixture<ExecuteBlock<DifferentialActions>> {
+    let mut execute = Fixture::new();
+    send(&mut execute, angle, 0.0);
+    execute
+}
+
+/// Sends the reflex at a heading; returns the tree of actions and the wheels.
+fn send(
+    execute: &mut Fixture<ExecuteBlock<DifferentialActions>>,
+    angle: f64,
+    theta: f64,
+) -> (String, WheelSpeeds) {
+    let action = AvoidObstacle::request(Evasion { angle, left: 3.0, right: 3.0, duration: 0.5 });
+    execute.push("reflexes", Reflex { action, rank: 0 });
+    step(execute, theta)
+}
+
+fn step(execute: &mut Fixture<ExecuteBlock<DifferentialActions>>, theta: f64) -> (String, WheelSpeeds) {
+    let mut model = pioneer();
+    model.robot.pose.theta = theta;
+    execute.set("robot", model);
+    execute.advance(20_000_000);
+    execute.tick();
+    let tree = execute.output::<ExecuteStatus>("status").map(|status| status.tree.as_str().to_owned());
+    (tree.unwrap_or_default(), execute.output::<WheelSpeeds>("wheels").unwrap_or_default())
+}
+
+#[test]
+fn avoiding_decomposes_into_a_turn_and_a_drive() {
+    let mut execute = execute(0.6);
+    let (_, turns) = step(&mut execute, 0.2);
+    assert!(turns.left < 0.0 && turns.right == -turns.left, "{turns:?}");
+    let (tree, drives) = step(&mut execute, 0.6);
+    assert_eq!(tree, "AvoidObstacle > SetWheelSpeed");
+    assert_eq!((drives.left, drives.right), (3.0, 3.0));
+}
+
+#[test]
+fn a_turn_is_finished_before_one_to_the_other_side() {
+    let mut execute = execute(0.6);
+    let (_, wheels) = send(&mut execute, -0.4, 0.1);
+    assert!(wheels.right > 0.0, "still to the left: {wheels:?}");
+    let (_, wheels) = send(&mut execute, 0.0, 0.1);
+    assert_eq!((wheels.left, wheels.right), (3.0, 3.0), "a reflex without a turn ends it");
+}

@@ -1,0 +1,115 @@
+//! What a wheeled robot knows of its own body and devices.
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+
+use slate::interfaces::{Chassis, Odometry, Orientation, Pose2, Position, Sightings, SonarScan, Twist2};
+use slate::mapek::{DeviceHealth, KnowledgeBlock, SensorBlock, Steering};
+use slate::module::Text;
+use slate::module::testing::Fixture;
+use slate::sim::robot::RobotDescription;
+use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
+use slate_wheeled::odometry_pose::{OdometryOrientation, OdometryPosition, OdometryStart};
+
+type Knowing = Fixture<KnowledgeBlock<WheeledKnowledge>>;
+
+fn params(robot: &str, profile: &str) -> WheeledKnowledgeParams {
+    WheeledKnowledgeParams {
+        robot: Text::new(robot),
+        profile: Text::new(profile),
+        ..WheeledKnowledgeParams::default()
+    }
+}
+
+/// The model of a robot at (1, 2), facing 0.5 rad.
+fn model(knowledge: &mut Knowing) -> WheeledModel {
+    knowledge.set("position", Position { x: 1.0, y: 2.0, z: 0.0 });
+    knowledge.set("orientation", Orientation { theta: 0.5 });
+    knowledge.tick();
+    knowledge.output("robot").unwrap()
+}
+
+#[test]
+fn the_robot_model_is_that_of_the_description() {
+    for (name, steering) in [("pioneer_p3dx", Steering::DIFFERENTIAL), ("summit_xl", Steering::SKID_STEER)] {
+        let described = RobotDescription::named(name).unwrap().unwrap();
+        let mut knowledge = Knowing::with(params(name, "vrep")).unwrap();
+        let WheeledModel { robot, chassis, .. } = model(&mut knowledge);
+        let expected: Chassis = described.chassis();
+        assert_eq!(chassis, expected, "{name}");
+        assert_eq!((robot.drive.steering, robot.drive.track), (steering, expected.track));
+        assert_eq!(robot.pose, Pose2 { x: 1.0, y: 2.0, theta: 0.5 });
+        let wheels = robot.actuator("wheels").unwrap();
+        assert_eq!(
+            (wheels.minimum, wheels.maximum),
+            (-expected.maximum_wheel_speed, expected.maximum_wheel_speed)
+        );
+        let twist = Twist2 { linear: 0.3, angular: 0.2 };
+        let back = robot.drive.twist_of(robot.drive.wheels_for(twist));
+        assert!((back.linear - 0.3).abs() < 1e-12 && (back.angular - 0.2).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn sensors_that_are_there_are_listed_with_mount_limits_and_rate() {
+    let mut knowledge = Knowing::with(params("summit_xl", "real")).unwrap();
+    let names = |model: &WheeledModel| -> Vec<String> {
+        model.robot.sensors.iter().map(|sensor| sensor.name.as_str().to_owned()).collect()
+    };
+    assert_eq!(names(&model(&mut knowledge)), ["position", "orientation"]);
+    knowledge.set("robots", Sightings::default());
+    knowledge.set("sonar", SonarScan { range_min: 0.1, range_max: 4.0, ..SonarScan::default() });
+    let model = model(&mut knowledge);
+    assert_eq!(names(&model), ["position", "orientation", "sonar", "robot_sensor"]);
+    let robots = model.robot.sensor("robot_sensor").unwrap();
+    assert_eq!((robots.mount.x, robots.maximum, robots.rate), (0.2, 8.0, 10.0));
+    let sonar = model.robot.sensor("sonar").unwrap();
+    assert_eq!((sonar.minimum, sonar.maximum, sonar.health), (0.1, 4.0, DeviceHealth::FRESH));
+    knowledge.expire("sonar");
+    knowledge.tick();
+    let model = knowledge.output::<WheeledModel>("robot").unwrap();
+    assert!(model.robot.is_silent("sonar") && !model.robot.is_silent("robot_sensor"));
+}
+
+#[test]
+fn an_unknown_robot_is_refused_with_the_known_ones() {
+    for robot in ["pionier", "nowhere.toml"] {
+        let refusal = Knowing::with(params(robot, "vrep")).err().unwrap().0;
+        assert!(refusal.contains("pioneer_p3dx, summit_xl") && refusal.contains("`robot`"), "{refusal}");
+    }
+}
+
+#[test]
+fn a_robot_without_a_description_has_no_model() {
+    let mut knowledge = Knowing::new();
+    knowledge.set("position", Position::default());
+    knowledge.set("orientation", Orientation::default());
+    knowledge.tick();
+    assert!(!knowledge.wrote("robot"));
+}
+
+#[test]
+fn another_robot_is_known_from_the_next_tick_on() {
+    let mut knowledge = Knowing::with(params("pioneer_p3dx", "vrep")).unwrap();
+    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "pioneer_p3dx");
+    knowledge.params().robot = Text::new("summit_xl");
+    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "summit_xl");
+    let state = knowledge.save().unwrap();
+    knowledge.restore(&state).unwrap();
+    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "summit_xl");
+}
+
+#[test]
+fn odometry_is_a_position_and_a_heading_from_where_the_robot_began() {
+    let start = OdometryStart { start_x: 1.0, start_y: 2.0, start_theta: std::f64::consts::FRAC_PI_2 };
+    let pose = Pose2 { x: 0.5, y: 0.0, theta: 0.25 };
+    let odometry = Odometry { pose, ..Odometry::default() };
+    let mut position = Fixture::<SensorBlock<OdometryPosition>>::with(start).unwrap();
+    position.set("source", odometry);
+    position.tick();
+    let at = position.output::<Position>("value").unwrap();
+    assert!((at.x - 1.0).abs() < 1e-12 && (at.y - 2.5).abs() < 1e-12, "{at:?}");
+    let mut orientation = Fixture::<SensorBlock<OdometryOrientation>>::with(start).unwrap();
+    orientation.set("source", odometry);
+    orientation.tick();
+    let heading = orientation.output::<Orientation>("value").unwrap().theta;
+    assert!((heading - std::f64::consts::FRAC_PI_2 - 0.25).abs() < 1e-12, "{heading}");
+}

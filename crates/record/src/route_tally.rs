@@ -1,0 +1,53 @@
+use serde::{Deserialize, Serialize};
+
+use crate::Route;
+
+/// Time for which a route must hold for its change to last, nanoseconds.
+const LASTING: u64 = 200_000_000;
+
+/// Lasting route changes of a robot, and the share of its way on the reactive route.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RouteTally {
+    place: Option<[f64; 2]>,
+    /// Metres.
+    length: f64,
+    /// Metres on the reactive route.
+    reactive: f64,
+    /// The route of the newest lasting change.
+    lasting: Option<Route>,
+    /// The present route, and the time of its begin, nanoseconds.
+    present: Option<(Route, u64)>,
+    changes: u64,
+}
+
+impl RouteTally {
+    /// Adds place (metres) and route at a time in nanoseconds, which rises from call to call.
+    ///
+    /// Without a route no action runs: a pause between two actions of one route is no change.
+    pub fn add(&mut self, time: u64, place: [f64; 2], route: Option<Route>) {
+        let [x, y] = self.place.replace(place).unwrap_or(place);
+        let step = libm::hypot(place[0] - x, place[1] - y);
+        self.length += step;
+        let Some(route) = route.or(self.present.map(|(route, _)| route)) else { return };
+        if route == Route::Reactive {
+            self.reactive += step;
+        }
+        let (_, since) = *self.present.get_or_insert((route, time));
+        if self.present.is_some_and(|(present, _)| present != route) {
+            self.present = Some((route, time));
+        } else if self.lasting != Some(route) && time.saturating_sub(since) >= LASTING {
+            self.changes += u64::from(self.lasting.is_some());
+            self.lasting = Some(route);
+        }
+    }
+
+    /// Returns the number of changes after which the new route held for 0.2 s.
+    pub fn lasting_changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// Returns the share of the way that was driven on the reactive route; `None` for a robot that has not moved.
+    pub fn reactive_share(&self) -> Option<f64> {
+        (self.length > 0.0).then(|| self.reactive / self.length)
+    }
+}

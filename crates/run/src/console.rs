@@ -1,0 +1,157 @@
+//! How a run is reached over HTTP.
+
+use std::process::{Command, Stdio};
+
+use slate_runtime::configuration::Configuration;
+
+use crate::RunError;
+use crate::mission::MissionRun;
+
+#[cfg(feature = "console")]
+mod built_in {
+    use std::sync::{Arc, OnceLock};
+
+    use serde_json::json;
+    use slate_console::{Console, Document, Settings};
+    use slate_control::ControlSurface;
+
+    use super::{Configuration, MissionRun, RunError};
+    use crate::trails::Trails;
+
+    /// A run is reached as long as this lives.
+    pub struct Opened {
+        console: Console,
+        _trails: Trails,
+        over: Arc<OnceLock<String>>,
+    }
+
+    impl Opened {
+        /// Returns the link that a browser opens.
+        pub fn link(&self) -> &str {
+            self.console.link()
+        }
+
+        /// Whether a browser shows the page.
+        pub fn has_browser(&self) -> bool {
+            self.console.browsers() > 0
+        }
+
+        /// Tells those who look that the run is over, and how it ended.
+        pub fn tell_over(&self, how: &str) {
+            // It ends once.
+            let _ = self.over.set(how.to_owned());
+        }
+    }
+
+    /// Console settings of a configuration.
+    pub struct Wish {
+        settings: Settings,
+        is_named: bool,
+    }
+
+    impl Wish {
+        pub fn of(configuration: &Configuration) -> Result<Self, RunError> {
+            let is_named = configuration.value(slate_console::TABLE).is_some();
+            Ok(Self { settings: Settings::of(configuration)?, is_named })
+        }
+
+        /// Begins, in a run that somebody watches or whose configuration asks for it.
+        pub fn open(
+            &self,
+            mission: &MissionRun,
+            surface: Arc<ControlSurface>,
+            is_watched: bool,
+        ) -> Result<Option<Opened>, RunError> {
+            if !self.settings.enabled.unwrap_or(is_watched || self.is_named) {
+                return Ok(None);
+            }
+            let scene = serde_json::to_value(mission.scene()).unwrap_or_default();
+            let world = Document { name: "world".into(), read: Arc::new(move || scene.clone()) };
+            let trails = Trails::follow(Arc::clone(&mission.observation), mission.agent.clock());
+            let trail = Document { name: "trails".into(), read: trails.reader() };
+            let over = Arc::<OnceLock<String>>::default();
+            let told = Arc::clone(&over);
+            let run = Document { name: "run".into(), read: Arc::new(move || json!({ "over": told.get() })) };
+            surface.add_documents([world, trail, run]);
+            match Console::start_on(surface, &self.settings, Vec::new()) {
+                Ok(console) => {
+                    eprintln!("console: {}", console.link());
+                    Ok(Some(Opened { console, _trails: trails, over }))
+                }
+                Err(error) if self.is_named => Err(error.into()),
+                // A run that nobody has asked it of goes on without.
+                Err(error) => {
+                    eprintln!("{error}");
+                    Ok(None)
+                }
+            }
+        }
+    }
+}
+
+#[cfg(not(feature = "console"))]
+mod built_in {
+    use std::sync::Arc;
+
+    use slate_control::ControlSurface;
+
+    use super::{Configuration, MissionRun, RunError};
+
+    /// There is none.
+    pub enum Opened {}
+
+    impl Opened {
+        pub fn link(&self) -> &str {
+            match *self {}
+        }
+
+        pub fn has_browser(&self) -> bool {
+            match *self {}
+        }
+
+        pub fn tell_over(&self, _: &str) {
+            match *self {}
+        }
+    }
+
+    pub struct Wish;
+
+    impl Wish {
+        pub fn of(configuration: &Configuration) -> Result<Self, RunError> {
+            let Some(table) = configuration.value("console") else { return Ok(Self) };
+            let help = "build it with the feature `console`, or take the table away";
+            let message = "this program is built without a console";
+            Err(RunError::Configuration(
+                configuration.diagnostic(table.span, message, Some(help.into())).into(),
+            ))
+        }
+
+        pub fn open(
+            &self,
+            _: &MissionRun,
+            _: Arc<ControlSurface>,
+            _: bool,
+        ) -> Result<Option<Opened>, RunError> {
+            Ok(None)
+        }
+    }
+}
+
+pub use built_in::{Opened, Wish};
+
+/// Has the system open a link.
+///
+/// # Errors
+/// If the program for it can't be started.
+pub fn open_browser(link: &str) -> Result<(), RunError> {
+    let usual = if cfg!(target_os = "macos") { "open" } else { "xdg-open" };
+    let program = std::env::var("BROWSER").ok().filter(|name| !name.is_empty());
+    let program = program.unwrap_or_else(|| usual.into());
+    let started = Command::new(&program)
+        .arg(link)
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    started.map(drop).map_err(|source| RunError::File { path: program.into(), source })
+}

@@ -1,0 +1,124 @@
+use std::path::PathBuf;
+
+use miette::Diagnostic;
+use slate_control::OpenError;
+use slate_mapek::RobotErrors;
+use slate_runtime::configuration::Report;
+use slate_runtime::memory::MemoryError;
+use slate_runtime::snapshot::SnapshotError;
+use slate_runtime::{Mistake, StartError};
+
+use crate::PrintedError;
+
+/// Reason why a run fails.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The configuration is invalid.
+    #[error("{0}")]
+    Configuration(#[from] Report),
+    /// The robot of a program is invalid.
+    #[error("{0}")]
+    Robot(#[from] RobotErrors),
+    /// The agent can't start.
+    #[error("{0}")]
+    Start(StartError),
+    /// The report can't be written.
+    #[error("{0}")]
+    Report(#[from] slate_record::Error),
+    /// The recording is incomplete.
+    #[error("{0}")]
+    Record(#[from] slate_record::RecordError),
+    /// The web console can't start.
+    #[cfg(feature = "console")]
+    #[error("{0}")]
+    Console(#[from] slate_console::StartError),
+    /// The world is invalid.
+    #[error("{0}")]
+    World(String),
+    /// The pace is that of a simulator, and none drives the clock.
+    #[error("`--rate` needs a simulator: this agent runs on the wall clock")]
+    WallClock,
+    /// Tools can't reach the agent.
+    #[error("{0}")]
+    Unreachable(OpenError),
+    /// The snapshot can't be restored.
+    #[error("{0}")]
+    Snapshot(SnapshotError),
+    /// The memory of modules can't be written.
+    #[error("{0}")]
+    Memory(#[from] MemoryError),
+    /// Another run writes into the folder of the report.
+    #[error("another run is writing its report into {}", slate_runtime::printable(.path))]
+    FolderInUse {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file or folder can't be used.
+    #[error("`{path}` can't be used: {source}")]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+}
+
+impl From<StartError> for RunError {
+    fn from(error: StartError) -> Self {
+        match error {
+            StartError::Configuration(report) => Self::Configuration(report),
+            other => Self::Start(other),
+        }
+    }
+}
+
+impl From<SnapshotError> for RunError {
+    fn from(error: SnapshotError) -> Self {
+        match error {
+            SnapshotError::Configuration(report) => Self::Configuration(report),
+            other => Self::Snapshot(other),
+        }
+    }
+}
+
+impl RunError {
+    /// Exit code of a run that fails.
+    pub const EXIT: u8 = 2;
+
+    /// Returns what to do, if there is advice.
+    pub fn help(&self) -> Option<String> {
+        Some(match self {
+            Self::Start(error) => error.help()?.to_string(),
+            Self::Snapshot(error) => error.help()?.to_string(),
+            Self::Memory(error) => error.help()?.to_string(),
+            Self::Unreachable(error) => error.help()?.to_string(),
+            #[cfg(feature = "console")]
+            Self::Console(error) => error.help()?.to_string(),
+            Self::WallClock => {
+                "omit `--rate`, or give the configuration a time source (`time.source`)".into()
+            }
+            Self::FolderInUse { .. } => {
+                "choose another folder with --out, or wait until that run has ended".into()
+            }
+            _ => return None,
+        })
+    }
+
+    /// Returns the kind of mistake that `slate explain` describes, if it has one.
+    pub fn mistake(&self) -> Option<Mistake> {
+        match self {
+            Self::Configuration(report) => report.mistake(),
+            _ => None,
+        }
+    }
+
+    /// Prints to stderr what is wrong, where, and what to do.
+    pub fn print(&self) {
+        let report = match self {
+            Self::Configuration(report) => Some(report),
+            _ => None,
+        };
+        let (message, help, mistake) = (self.to_string(), self.help(), self.mistake());
+        PrintedError { message, help, mistake, exit: Self::EXIT, report }.print();
+    }
+}

@@ -1,0 +1,36 @@
+//! Findings about a configuration, as JSON shows them.
+
+use serde::Serialize;
+use slate_runtime::Mistake;
+use slate_runtime::configuration::Diagnostic;
+
+/// An error or a warning about a configuration.
+#[derive(Debug, Serialize)]
+pub struct ConfigurationFinding {
+    /// `error` or `warning`.
+    pub severity: &'static str,
+    /// Code that `slate explain` describes; empty for none.
+    pub code: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What to do.
+    pub help: Option<String>,
+    /// File of the setting.
+    pub file: Option<String>,
+    /// Line in the file, from 1.
+    pub line: Option<usize>,
+}
+
+impl ConfigurationFinding {
+    /// Returns a diagnostic as a finding of that severity.
+    pub fn new(severity: &'static str, diagnostic: &Diagnostic) -> Self {
+        Self {
+            severity,
+            code: diagnostic.mistake().map_or("", Mistake::code),
+            message: diagnostic.message().into(),
+            help: diagnostic.help_text().map(String::from),
+            file: diagnostic.source_name().map(String::from),
+            line: diagnostic.line(),
+        }
+    }
+}

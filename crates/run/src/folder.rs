@@ -1,0 +1,77 @@
+//! The folder of a run's report, which one run writes at a time.
+
+use std::fs::{File, TryLockError};
+use std::path::{Path, PathBuf};
+
+use crate::RunError;
+use crate::options::RunOptions;
+
+/// Where a run keeps what stays of it.
+pub struct ReportFolder {
+    path: PathBuf,
+    /// Nothing while nothing is kept.
+    folder: Option<Folder>,
+}
+
+impl ReportFolder {
+    /// The folder of a run, which is made now if the run `keeps` a report, or the user names it; else when something is kept.
+    pub fn of(options: &RunOptions, name: &str, seed: u64, keeps: bool) -> Result<Self, RunError> {
+        let usual = PathBuf::from("runs").join(format!("{name}-{seed}"));
+        let folder = match &options.out {
+            Some(out) => Folder::take(out)?,
+            None if !keeps => return Ok(Self { path: usual, folder: None }),
+            None => Folder::take_next(&usual)?,
+        };
+        if options.out.is_none() && folder.path != usual {
+            let [usual, own] = [&usual, &folder.path].map(|path| slate_runtime::printable(path));
+            eprintln!("another run is writing its report into {usual}: this one uses {own}");
+        }
+        Ok(Self { path: folder.path.clone(), folder: Some(folder) })
+    }
+
+    /// The folder, whether it is there or not.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the run keeps anything.
+    pub fn is_there(&self) -> bool {
+        self.folder.is_some() || self.path.is_dir()
+    }
+}
+
+/// Keeps other runs out of a folder as long as it is there. The system ends that with the process, however that ends.
+pub struct Folder {
+    pub path: PathBuf,
+    /// Nothing where a file system has no locks.
+    _lock: Option<File>,
+}
+
+impl Folder {
+    /// Makes a folder if it is missing, and takes it.
+    pub fn take(path: &Path) -> Result<Self, RunError> {
+        let failed = |source| RunError::File { path: path.into(), source };
+        std::fs::create_dir_all(path).map_err(failed)?;
+        // The folder itself is locked, so that no file is left behind.
+        let folder = File::open(path).map_err(failed)?;
+        let lock = match folder.try_lock() {
+            Ok(()) => Some(folder),
+            Err(TryLockError::WouldBlock) => return Err(RunError::FolderInUse { path: path.into() }),
+            Err(TryLockError::Error(_)) => None,
+        };
+        Ok(Self { path: path.into(), _lock: lock })
+    }
+
+    /// As [`take`](Folder::take), or the next one with a number that no run writes.
+    pub fn take_next(path: &Path) -> Result<Self, RunError> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let numbered = (2..).map(|number| path.with_file_name(format!("{name}-{number}")));
+        for path in std::iter::once(path.to_owned()).chain(numbered) {
+            match Self::take(&path) {
+                Err(RunError::FolderInUse { .. }) => {}
+                taken => return taken,
+            }
+        }
+        Err(RunError::FolderInUse { path: path.into() })
+    }
+}

@@ -1,0 +1,70 @@
+//! One run of an application, from its options to its report and exit code: what `slate run` does, for the command and
+//! for programs that are robots.
+
+#[macro_use]
+mod complain;
+
+pub mod clock;
+mod console;
+mod display;
+mod error;
+mod finding;
+mod folder;
+mod mission;
+pub mod number;
+mod observation;
+mod options;
+pub mod output;
+mod printed_error;
+mod robot;
+mod run;
+mod run_history;
+pub mod scene;
+mod stay;
+mod stopped_sensors;
+#[cfg(feature = "console")]
+mod trails;
+mod unfed;
+mod variants;
+
+use std::sync::Arc;
+
+pub use console::open_browser;
+pub use error::RunError;
+pub use finding::ConfigurationFinding;
+pub use mission::{Finished, How, MissionRun};
+pub use observation::Observation;
+pub use options::{ApplicationOptions, MAXIMUM_SEED, ModeName, RunOptions, parse_rate};
+pub use printed_error::PrintedError;
+pub use robot::RunRobot;
+pub use run::{RunContext, Supervision, run};
+pub use run_history::RunHistory;
+use slate_module::Plugin;
+use slate_runtime::configuration::{Configuration, Database};
+pub use stay::DEBOUNCE;
+pub use variants::chosen_settings;
+
+/// Names at the top of a configuration that belong to applications.
+pub const EXTRA_TABLES: [&str; 6] = ["world", "report", "console", "controller", "pace", "planner"];
+
+/// Settings of applications that may be paths.
+pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];
+
+/// An application to run.
+pub struct Application {
+    /// Name of the run.
+    pub name: String,
+    /// Configuration at the start.
+    pub configuration: Arc<Configuration>,
+    /// Holds the configuration while it changes.
+    pub database: Database,
+    /// Kinds of modules.
+    pub plugins: Vec<Plugin>,
+}
+
+impl Application {
+    /// An application with the configuration that a database has now.
+    pub fn new(name: &str, database: Database, plugins: Vec<Plugin>) -> Self {
+        Self { name: name.into(), configuration: database.current(), database, plugins }
+    }
+}

@@ -1,0 +1,319 @@
+//! One run of an application from start to verdict.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use slate_blackboard::interface::Value;
+use slate_module::Level;
+use slate_record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory, TrajectoryStream};
+use slate_runtime::log::LogTarget;
+use slate_runtime::memory::MemoryError;
+use slate_runtime::snapshot::Snapshot;
+use slate_runtime::{Agent, Control, Cycle, End, Options, Rate};
+use slate_share::agent::AgentSharing;
+
+use crate::Application;
+use crate::RunError;
+use crate::observation::{JudgeMetrics, Observation};
+use crate::options::ModeName;
+use crate::run_history::{self, RunHistory};
+use crate::scene;
+use crate::stopped_sensors;
+use crate::unfed::UnfedInputs;
+
+/// Figures of every judge, which are fields of the summary.
+const STANDARD: [&str; 6] =
+    ["time_to_goal", "path_length", "shortest_path", "minimum_clearance", "collisions", "collisions_caused"];
+
+/// Result of a run.
+pub struct Finished {
+    /// The agent, which makes no more cycles.
+    pub agent: Agent,
+    /// Outcome and figures.
+    pub summary: Summary,
+    /// The world at the start.
+    pub scene: Scene,
+    /// Poses of the robots over time.
+    pub trajectory: Trajectory,
+    /// Whether what modules remember of it was written.
+    pub remembered: Result<(), MemoryError>,
+    /// The recording, if any.
+    pub recorded: Option<Result<Recorded, RecordError>>,
+}
+
+/// Returns fingerprints of the modules' memory files, which are conditions of the run.
+fn memories(agent: &Agent) -> BTreeMap<String, String> {
+    let text = |began: Option<u64>| began.map_or_else(|| "none".into(), |hash| format!("{hash:016x}"));
+    agent.memories().map(|(module, began)| (format!("memory of {module}"), text(began))).collect()
+}
+
+/// How a run is made.
+pub struct How {
+    /// How modules are scheduled.
+    pub mode: ModeName,
+    /// Speed of simulated time.
+    pub rate: Rate,
+    /// Number of worker threads.
+    pub workers: usize,
+    /// Targets of the log beside those of the configuration.
+    pub log: Vec<Box<dyn LogTarget>>,
+    /// Whether the report needs every robot's way, or only the figures.
+    pub trajectory: bool,
+    /// Whether tools and other agents reach it, and it takes over files that are edited.
+    pub follows: bool,
+    /// Whether the actuators wait for a person even in a simulator.
+    pub disarmed: bool,
+}
+
+/// The file of what libraries were when they were loaded last, in the folder for what programs of this user keep.
+fn known_libraries() -> Option<PathBuf> {
+    let folder = |name: &str| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
+    let kept = folder("XDG_STATE_HOME").or_else(|| Some(folder("HOME")?.join(".local/state")))?;
+    Some(kept.join("slate/libraries.json"))
+}
+
+/// A run that is ready to start.
+pub struct MissionRun {
+    /// The agent, which is loaded.
+    pub agent: Agent,
+    /// What the report follows.
+    pub observation: Arc<Observation>,
+    application: Application,
+    scene: Scene,
+    course: RunHistory,
+    mode: ModeName,
+    wants_trajectory: bool,
+    recorder: Option<Recorder>,
+    /// Writes the trajectory while the run goes.
+    stream: Option<TrajectoryStream>,
+}
+
+impl MissionRun {
+    /// Loads an application; nothing is started when anything does not fit.
+    pub fn load(application: Application, how: How) -> Result<Self, RunError> {
+        let configuration = &application.configuration;
+        let recorder = how.follows.then(|| Recorder::on_demand(configuration.record()));
+        let log = how.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).collect();
+        let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
+        let options = Options {
+            mode: how.mode.mode(),
+            rate: how.rate,
+            workers: how.workers,
+            log,
+            recording: recorder.clone().map(|recorder| Arc::new(recorder) as _),
+            // Many runs at once would be several agents of one name.
+            sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
+            // Many runs at once would all begin with the same memory, and only one could write it.
+            keeps_memory: how.follows,
+            follows_files: how.follows,
+            known_libraries: known_libraries(),
+            // Robots in the embedded simulator arm themselves; real ones wait for a person.
+            armed: !how.disarmed && is_simulated,
+            ..Options::default()
+        };
+        let agent = Agent::load_with(&application.database, &application.plugins, options)?;
+        let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
+        let scene = scene::of(&application.configuration)?;
+        let course = RunHistory::new(&application.name, memories(&agent));
+        agent.composer().keep(run_history::NAME, Arc::new(course.clone()));
+        Ok(Self {
+            agent,
+            observation,
+            application,
+            scene,
+            course,
+            mode: how.mode,
+            wants_trajectory: how.trajectory,
+            recorder,
+            stream: None,
+        })
+    }
+
+    /// Begins to record, if the configuration says so, and lets tools do it; what has no file of its own goes into that
+    /// folder.
+    pub fn record(&self, folder: &Path) {
+        if let Some(recorder) = &self.recorder {
+            recorder.accompany(scene::files(&self.application.configuration));
+            recorder.attach(&self.agent, folder);
+        }
+    }
+
+    /// Writes the trajectory into a folder while the run goes, so that a run that is killed leaves it too.
+    pub fn stream_trajectory(&mut self, folder: &Path) {
+        match self.course.stream_into(folder) {
+            Ok(stream) => self.stream = Some(stream),
+            Err(error) => {
+                let text = format!(
+                    "the trajectory is written at the end of the run only, as a thread can't be started: {error}"
+                );
+                self.agent.logger().log(self.agent.now(), Level::Warn, &text);
+            }
+        }
+    }
+
+    /// Whether the run leaves a report, though no tool records anything: it has a mission, robots to follow or a recording.
+    pub fn keeps_report(&self) -> bool {
+        let configuration = &self.application.configuration;
+        let record = configuration.record();
+        configuration.mission().is_some() || !self.observation.robots.is_empty() || record.enabled
+    }
+
+    /// Whether the agent may stay when its run is over: the drivers of real actuators end with the run.
+    pub fn can_stay(&self) -> bool {
+        let configuration = &self.application.configuration;
+        let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
+        is_simulated || configuration.actuators().is_empty()
+    }
+
+    /// The actuators that pass no command on before a person arms them.
+    pub fn disarmed(&self) -> Vec<&str> {
+        if self.agent.begins_armed() {
+            return Vec::new();
+        }
+        let actuators = self.application.configuration.actuators().iter();
+        actuators.map(|actuator| actuator.name.value.as_str()).collect()
+    }
+
+    /// Returns the world at the start.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Resumes from a snapshot, with the settings that the application was loaded with.
+    pub fn resume(&self, snapshot: &Snapshot) -> Result<(), RunError> {
+        Ok(self.agent.restore_under_own_settings(snapshot)?)
+    }
+
+    /// Adds the use of the routes to the figures of the `first` robot and of the others.
+    fn add_routes(
+        &self,
+        first: &str,
+        figures: &mut BTreeMap<String, f64>,
+        robots: &mut BTreeMap<String, BTreeMap<String, f64>>,
+    ) {
+        for (robot, routes) in self.course.routes() {
+            let of_first = robot == first || first.is_empty();
+            let own = if of_first { Some(&mut *figures) } else { robots.get_mut(&robot) };
+            let Some(own) = own else { continue };
+            own.insert("lasting_route_changes".into(), routes.lasting_changes() as f64);
+            own.extend(routes.reactive_share().map(|share| ("reactive_share".to_owned(), share)));
+        }
+    }
+
+    /// Runs until the verdict.
+    #[allow(clippy::disallowed_methods, reason = "a summary tells how long the run took on the wall clock")]
+    pub fn run(mut self) -> Result<Finished, RunError> {
+        let start = Instant::now();
+        let observer = {
+            let (observation, course) = (Arc::clone(&self.observation), self.course.clone());
+            let wanted = self.wants_trajectory;
+            let mut unfed = UnfedInputs::new(&self.agent);
+            move |cycle: &Cycle<'_>| {
+                unfed.note(cycle.now);
+                let running = observation.is_running();
+                course.note(cycle, &observation, (running, wanted));
+                if running { Control::Continue } else { Control::Stop }
+            }
+        };
+        let end = self.agent.run(Box::new(observer))?;
+        let wall_time = start.elapsed();
+        let (cycles, now) = self.course.cycles();
+        let recorded = self.recorder.as_ref().and_then(|recorder| recorder.finish(&mut self.agent));
+        let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
+        let judged = self.observation.metrics();
+        let (outcome, message) = self.judge(&end, &judged);
+        let stopped = stopped_sensors::describe(self.agent.board());
+        let message = [message, stopped]
+            .into_iter()
+            .flatten()
+            .reduce(|message, stopped| format!("{message}; {stopped}"));
+        let mut judged = judged.into_iter();
+        let JudgeMetrics { robot: first, mut figures, mut units } = judged.next().unwrap_or_default();
+        let standard = STANDARD.map(|name| figures.remove(name));
+        let [time_to_goal, path_length, shortest_path, minimum_clearance, collisions, collisions_caused] =
+            standard;
+        let count = |figure: Option<f64>| figure.map_or(0, |figure| figure as u64);
+        let mut robots: BTreeMap<_, BTreeMap<_, _>> = BTreeMap::new();
+        for metrics in judged {
+            // What another judge measures of the same robot is one more figure of it.
+            match metrics.robot == first {
+                true => figures.extend(metrics.figures),
+                false => robots.entry(metrics.robot).or_default().extend(metrics.figures),
+            }
+            units.extend(metrics.units);
+        }
+        self.add_routes(&first, &mut figures, &mut robots);
+        let is_shown =
+            |name: &String| figures.contains_key(name) || robots.values().any(|own| own.contains_key(name));
+        units.retain(|name, _| is_shown(name));
+        let status = self.status_counts();
+        let mut conditions = scene::conditions(&self.application.configuration);
+        conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
+        conditions.extend(self.course.memories());
+        let summary = Summary {
+            example: self.application.name.clone(),
+            seed: self.application.configuration.seed().value,
+            mode: self.mode.name().into(),
+            conditions,
+            outcome,
+            message,
+            sim_time_s: now as f64 * 1e-9,
+            wall_time_s: wall_time.as_secs_f64(),
+            time_to_goal_s: time_to_goal,
+            path_length_m: path_length,
+            shortest_path_m: shortest_path,
+            collisions: count(collisions),
+            collisions_caused: count(collisions_caused),
+            min_clearance_m: minimum_clearance,
+            route_switches: status.0,
+            reflexes: status.1,
+            figures,
+            robots,
+            units,
+            ticks: cycles,
+            digest,
+        };
+        drop(self.stream.take());
+        let trajectory = self.course.take_trajectory();
+        let remembered = self.agent.remember();
+        Ok(Finished { agent: self.agent, summary, scene: self.scene, trajectory, remembered, recorded })
+    }
+
+    fn judge(&self, end: &End, judged: &[JudgeMetrics]) -> (Outcome, Option<String>) {
+        match end {
+            End::Hung { module } => {
+                return (Outcome::Failed, Some(format!("{module} hangs in its tick")));
+            }
+            End::TooManyHung { modules } => {
+                return (Outcome::Failed, Some(format!("hang in their ticks: {}", modules.join(", "))));
+            }
+            End::Stopped => {}
+        }
+        let Some(verdict) = self.observation.verdict().filter(|verdict| verdict.state != "RUNNING") else {
+            return (Outcome::Stopped, None);
+        };
+        let has_collided = |metrics: &JudgeMetrics| {
+            metrics.figures.get("collisions_caused").is_some_and(|collisions| *collisions > 0.0)
+        };
+        let outcome = match verdict.outcome() {
+            // A judge of one's own may leave collisions to the figures.
+            outcome if outcome.is_success() && judged.first().is_some_and(has_collided) => Outcome::Collided,
+            outcome => outcome,
+        };
+        (outcome, Some(verdict.reason))
+    }
+
+    /// Route switches and reflexes of all robots.
+    fn status_counts(&self) -> (u64, u64) {
+        let mut counts = (0, 0);
+        for robot in &self.observation.robots {
+            let Some(status) = robot.status() else { continue };
+            let count = |name: &str| status.get(name).and_then(Value::as_integer).unwrap_or(0) as u64;
+            counts.0 += count("route_switches");
+            counts.1 += count("reflexes");
+        }
+        counts
+    }
+}

@@ -1,0 +1,356 @@
+//! What a run shows of itself: robots, routes, actions, clearance; read from the blackboard at the URLs that the
+//! configuration's `[report]` names.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use slate_blackboard::interface::{Field, Value, View};
+use slate_blackboard::{Board, Property, is_within};
+use slate_record::{Outcome, Route, Sample};
+use slate_runtime::configuration::{Configuration, Diagnostic, Spanned, Table, Value as Setting};
+use slate_runtime::{Message, Mistake};
+
+use crate::RunError;
+
+/// A robot that the report follows.
+pub struct ObservedRobot {
+    pub name: String,
+    pose: Arc<Property>,
+    /// Field of the property that has the pose; empty for the whole.
+    pose_field: String,
+    status: Option<Arc<Property>>,
+    clearance: Option<Arc<Property>>,
+    goal: Option<Arc<Property>>,
+    waiting: Option<Arc<Property>>,
+}
+
+/// Everything that the report follows.
+pub struct Observation {
+    /// Robots of the report.
+    pub robots: Vec<ObservedRobot>,
+    judged: Vec<Judged>,
+    verdict: Option<Arc<Property>>,
+    speed: Option<(Arc<Property>, &'static Field)>,
+}
+
+/// A robot of which a judge measures something.
+struct Judged {
+    metrics: Arc<Property>,
+    /// The judge's parameter that says which robot it is.
+    robot: Option<Arc<Property>>,
+    /// Name of the judge.
+    judge: String,
+}
+
+/// Figures that a judge has measured.
+#[derive(Default)]
+pub struct JudgeMetrics {
+    /// The name of the robot, or that of the judge if it does not say whom it judges.
+    pub robot: String,
+    /// By the names of the judge's interface.
+    pub figures: BTreeMap<String, f64>,
+    /// Units of the figures.
+    pub units: BTreeMap<String, String>,
+}
+
+/// A judge's verdict.
+pub struct JudgeVerdict {
+    /// `RUNNING`, `SUCCEEDED` or `FAILED`.
+    pub state: String,
+    /// Such as `GOAL_REACHED`; empty or `OTHER` if the judge names none.
+    outcome: String,
+    pub reason: String,
+}
+
+impl JudgeVerdict {
+    /// Returns the outcome of a mission that has ended.
+    pub fn outcome(&self) -> Outcome {
+        match self.outcome.as_str() {
+            "GOAL_REACHED" => Outcome::GoalReached,
+            "GOAL_LEFT" => Outcome::GoalLeft,
+            "GAP_KEPT" => Outcome::GapKept,
+            "GAP_LEFT" => Outcome::GapLeft,
+            "COLLIDED" => Outcome::Collided,
+            "TIMED_OUT" => Outcome::TimedOut,
+            _ if self.state == "SUCCEEDED" => Outcome::GoalReached,
+            _ => Outcome::Failed,
+        }
+    }
+}
+
+/// How a robot is now.
+#[derive(Clone, Debug, Default)]
+pub struct RobotNow {
+    pub x: f64,
+    pub y: f64,
+    pub theta: f64,
+    pub route: Option<Route>,
+    pub action: String,
+    pub tree: String,
+    pub clearance: Option<f64>,
+}
+
+/// Returns errors for unknown keys in `[report]`.
+fn unknown_keys(configuration: &Configuration) -> Vec<Diagnostic> {
+    let mut complaints = Vec::new();
+    let mut check = |place: &str, table: &Table, known: &[&str]| {
+        for (name, entry) in table.iter().filter(|(name, _)| !known.contains(name)) {
+            let message = Mistake::Key.of(format!("unknown key `{name}` in [{place}]"));
+            let help = format!("known are {}", known.join(", "));
+            complaints.push(configuration.diagnostic(entry.key, message, Some(help)));
+        }
+    };
+    let Some(report) = configuration.table("report") else { return complaints };
+    check("report", report, &["bodies", "robots", "metrics", "speed"]);
+    let robots = report.get("robots").and_then(|robots| robots.as_table());
+    for (name, entry) in robots.into_iter().flat_map(Table::iter) {
+        if let Some(robot) = entry.value.as_table() {
+            check(&format!("report.robots.{name}"), robot, &["pose", "status", "clearance"]);
+        }
+    }
+    complaints
+}
+
+impl Observation {
+    /// Finds the properties that the configuration names.
+    pub fn new(configuration: &Configuration, board: &Board) -> Result<Self, RunError> {
+        let mut complaints = unknown_keys(configuration);
+        let mut robots = Vec::new();
+        let mut find_at = |spanned: &Spanned<Setting>| {
+            let text = spanned.value.as_str().unwrap_or_default();
+            if text.starts_with("slate://") {
+                // What another agent has is in the report of that one.
+                return None;
+            }
+            match board.find(text.trim_start_matches('/')) {
+                Ok(found) => Some(found),
+                Err(error) => {
+                    complaints.push(configuration.diagnostic(spanned.span, Message::from(&error), None));
+                    None
+                }
+            }
+        };
+        let judged = match configuration.value("report.metrics") {
+            Some(Spanned { value: Setting::List(list), .. }) => list.iter().collect(),
+            one => Vec::from_iter(one),
+        };
+        let judged =
+            judged.into_iter().filter_map(&mut find_at).map(|(metrics, _)| Judged::new(metrics, board));
+        let judged = judged.collect();
+        let mut find_field = |path: &str| find_at(configuration.value(path)?);
+        let names: Vec<String> = configuration
+            .value("report.robots")
+            .and_then(|robots| robots.value.as_table())
+            .map(|table| table.iter().map(|(name, _)| name.to_owned()).collect())
+            .unwrap_or_default();
+        for name in names {
+            let pose = find_field(&format!("report.robots.{name}.pose"));
+            let mut find = |path: &str| find_field(path).map(|(property, _)| property);
+            let status = find(&format!("report.robots.{name}.status"));
+            let clearance = find(&format!("report.robots.{name}.clearance"));
+            if let Some((pose, field)) = pose {
+                let pose_field = field.to_owned();
+                let waiting = status.as_ref().and_then(|status| waiting_of(status.path(), board));
+                let goal = status.as_ref().and_then(|status| goal_of(status.path(), board));
+                robots.push(ObservedRobot { name, pose, pose_field, status, clearance, goal, waiting });
+            }
+        }
+        let verdict = find_field("mission.outcome").map(|(property, _)| property);
+        let speed = configuration.value("report.speed").and_then(|spanned| {
+            let text = spanned.value.as_str().unwrap_or_default();
+            if text.starts_with("slate://") {
+                return None;
+            }
+            let field = board.find(text.trim_start_matches('/')).ok().and_then(|(property, name)| {
+                let field = property.descriptor().fields.iter().find(|field| field.name == name)?;
+                Some((property, field))
+            });
+            if field.is_none() {
+                let message = Mistake::Name.of(format!("unknown field `{text}`"));
+                let help = "name a field of parameters, such as \"/planner/params/max_linear_velocity\"";
+                complaints.push(configuration.diagnostic(spanned.span, message, Some(help.into())));
+            }
+            field
+        });
+        if complaints.is_empty() {
+            Ok(Self { robots, judged, verdict, speed })
+        } else {
+            Err(RunError::Configuration(complaints.into()))
+        }
+    }
+
+    /// Returns the judges' figures in the order of the report.
+    pub fn metrics(&self) -> Vec<JudgeMetrics> {
+        self.judged.iter().filter_map(Judged::metrics).collect()
+    }
+
+    /// Returns the judge's verdict.
+    pub fn verdict(&self) -> Option<JudgeVerdict> {
+        let verdict = value(self.verdict.as_ref()?)?;
+        let text = |name: &str| verdict.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
+        Some(JudgeVerdict { state: text("state"), outcome: text("outcome"), reason: text("reason") })
+    }
+
+    /// The speed that the robots are set to, with its unit.
+    pub fn speed(&self) -> Option<String> {
+        let (property, field) = self.speed.as_ref()?;
+        let number = value(property)?.get(field.name)?.as_f64()?;
+        Some(format!("{number} {}", field.unit).trim_end().to_owned())
+    }
+
+    /// Whether the mission is still going on.
+    pub fn is_running(&self) -> bool {
+        self.verdict().is_none_or(|verdict| verdict.state == "RUNNING")
+    }
+}
+
+/// Names of properties that are the goal of a robot.
+const GOALS: [&str; 2] = ["goal", "target"];
+
+/// Interfaces of goals.
+const GOAL_INTERFACES: [&str; 2] = ["Point2", "Pose2"];
+
+/// Finds the goal of the robot whose Execute has its status at a path: that of its Knowledge, else of another module.
+fn goal_of(status: &str, board: &Board) -> Option<Arc<Property>> {
+    let (robot, _) = status.trim_start_matches('/').split_once('/')?;
+    let is_goal = |property: &Arc<Property>| {
+        let path = property.path().trim_start_matches('/');
+        let name = path.rsplit_once('/').map(|(_, name)| name);
+        is_within(path, robot)
+            && name.is_some_and(|name| GOALS.contains(&name))
+            && GOAL_INTERFACES.contains(&property.descriptor().name)
+    };
+    let mut goals: Vec<_> = board.properties().into_iter().filter(is_goal).collect();
+    goals.sort_by_key(|goal| (!goal.path().contains("knowledge"), goal.path().to_owned()));
+    goals.into_iter().next()
+}
+
+/// A waiting action in words, such as `TurnAngle(1.57) reflex of rank 2, 0.1 s`.
+fn waiting_text(waiting: &Value, time: u64) -> Option<String> {
+    let action = waiting.get("action")?;
+    let arguments = match action.get("arguments") {
+        Some(Value::List(arguments)) => arguments.iter().filter_map(Value::as_f64).collect(),
+        _ => Vec::new(),
+    };
+    let arguments: Vec<_> = arguments.iter().map(|argument: &f64| format!("{argument:.2}")).collect();
+    let origin = match waiting.get("route").and_then(Value::as_str) {
+        Some("REACTIVE") => format!("reflex of rank {}", waiting.get("rank").and_then(Value::as_integer)?),
+        _ => format!("plan {}", waiting.get("ticket").and_then(Value::as_integer)?),
+    };
+    let queued = waiting.get("queued").and_then(Value::as_integer)? as u64;
+    let age = time.saturating_sub(queued) as f64 * 1e-9;
+    Some(format!("{}({}) {origin}, {age:.1} s", action.get("kind")?.as_str()?, arguments.join(", ")))
+}
+
+/// Finds the waiting actions of the Execute that has its status at a path.
+fn waiting_of(status: &str, board: &Board) -> Option<Arc<Property>> {
+    let execute = status.trim_start_matches('/').strip_suffix("/status")?;
+    board.get(&format!("{execute}/waiting")).map(|(property, _)| property)
+}
+
+impl Judged {
+    fn new(metrics: Arc<Property>, board: &Board) -> Self {
+        let judge = metrics.path();
+        let judge = judge.rsplit_once('/').map_or(judge, |(judge, _)| judge).to_owned();
+        let robot = board.get(&format!("{judge}/params/robot")).filter(|(_, field)| field == "robot");
+        Self { metrics, robot: robot.map(|(params, _)| params), judge }
+    }
+
+    fn metrics(&self) -> Option<JudgeMetrics> {
+        let measured = value(&self.metrics)?;
+        let robot = self.robot.as_ref().and_then(value);
+        let robot = robot.as_ref().and_then(|params| params.get("robot")?.as_str()).unwrap_or(&self.judge);
+        let mut metrics =
+            JudgeMetrics { robot: robot.to_owned(), figures: BTreeMap::new(), units: BTreeMap::new() };
+        for Field { name, unit, .. } in self.metrics.descriptor().fields {
+            // What does not apply is no number.
+            let number = measured.get(name).and_then(Value::as_f64).filter(|number| number.is_finite());
+            let Some(number) = number else { continue };
+            metrics.figures.insert((*name).to_owned(), number);
+            if !unit.is_empty() {
+                metrics.units.insert((*name).to_owned(), (*unit).to_owned());
+            }
+        }
+        Some(metrics)
+    }
+}
+
+impl ObservedRobot {
+    /// How the robot is now; nothing before its first pose.
+    pub fn now(&self) -> Option<RobotNow> {
+        let whole = value(&self.pose)?;
+        let mut fields = self.pose_field.split('/').filter(|field| !field.is_empty());
+        let pose = fields.try_fold(&whole, |value, field| value.get(field))?;
+        let number = |value: &Value, name: &str| value.get(name).and_then(Value::as_f64).unwrap_or_default();
+        let mut now = RobotNow {
+            x: number(pose, "x"),
+            y: number(pose, "y"),
+            theta: number(pose, "theta"),
+            ..RobotNow::default()
+        };
+        if let Some(status) = self.status() {
+            let text = |name: &str| status.get(name).and_then(Value::as_str).unwrap_or_default().to_owned();
+            now.route = route_of(&text("route"));
+            now.action = text("running");
+            now.tree = text("tree");
+        }
+        now.clearance =
+            self.clearance.as_ref().and_then(value).map(|clearance| number(&clearance, "distance"));
+        Some(now)
+    }
+
+    /// Returns the position (metres), and the route of the running action; nothing of a robot without Execute.
+    pub fn place_and_route(&self) -> Option<([f64; 2], Option<Route>)> {
+        let field = |property: &Arc<Property>, name: &str| {
+            let (bytes, items, _) = property.newest().ok()??;
+            let path = slate_blackboard::interface::find(property.descriptor(), name).ok()?;
+            View::new(property.descriptor(), &bytes, items)?.at(&path)
+        };
+        let route = field(self.status.as_ref()?, "route")?;
+        let coordinate = |name: &str| field(&self.pose, name)?.as_f64();
+        Some(([coordinate("x")?, coordinate("y")?], route_of(route.as_str().unwrap_or_default())))
+    }
+
+    /// Returns where the robot is to go, if it has a goal.
+    pub fn goal(&self) -> Option<[f64; 2]> {
+        let goal = value(self.goal.as_ref()?)?;
+        Some([goal.get("x")?.as_f64()?, goal.get("y")?.as_f64()?])
+    }
+
+    /// Returns the actions that wait at a time, nanoseconds, in the order of their turns: kind, arguments, origin, age.
+    pub fn waiting(&self, time: u64) -> Vec<String> {
+        let Some(Value::List(actions)) =
+            self.waiting.as_ref().and_then(value).and_then(|waiting| waiting.get("actions").cloned())
+        else {
+            return Vec::new();
+        };
+        actions.iter().filter_map(|waiting| waiting_text(waiting, time)).collect()
+    }
+
+    /// Returns the status of the robot's Execute.
+    pub fn status(&self) -> Option<Value> {
+        value(self.status.as_ref()?)
+    }
+
+    /// The robot now, as a row of the trajectory.
+    pub fn sample(&self, time: u64) -> Option<Sample> {
+        let now = self.now()?;
+        let RobotNow { x, y, theta, route, action, .. } = now;
+        Some(Sample { time, robot: self.name.clone(), x, y, theta, route, action })
+    }
+}
+
+/// The route of a status; none if no action runs.
+fn route_of(name: &str) -> Option<Route> {
+    match name {
+        "DELIBERATIVE" => Some(Route::Deliberative),
+        "REACTIVE" => Some(Route::Reactive),
+        _ => None,
+    }
+}
+
+/// The newest value of a property. Tools read by copying, so that they hold nothing while they look.
+pub fn value(property: &Arc<Property>) -> Option<Value> {
+    let (bytes, items, _) = property.newest().ok()??;
+    Some(View::new(property.descriptor(), &bytes, items)?.value())
+}

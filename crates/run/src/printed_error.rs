@@ -1,0 +1,58 @@
+//! Errors on stderr, for people and for programs.
+
+use std::io::IsTerminal;
+
+use serde_json::{Value, json};
+use slate_runtime::Mistake;
+use slate_runtime::configuration::Report;
+
+use crate::finding::ConfigurationFinding;
+use crate::output;
+
+/// Error as it is printed: message, advice, code and exit code.
+pub struct PrintedError<'a> {
+    /// What is wrong.
+    pub message: String,
+    /// What to do; may be empty.
+    pub help: Option<String>,
+    /// Kind of mistake, which `slate explain` describes.
+    pub mistake: Option<Mistake>,
+    /// Exit code of the program.
+    pub exit: u8,
+    /// Errors of a configuration, which are printed in place of the message.
+    pub report: Option<&'a Report>,
+}
+
+impl PrintedError<'_> {
+    /// Prints to stderr what is wrong, where, and what to do.
+    pub fn print(&self) {
+        if output::is_json() {
+            return eprintln!("{}", self.document());
+        }
+        if let Some(report) = self.report {
+            return eprint!("{}", report.render(output::has_colour(&std::io::stderr())));
+        }
+        eprintln!("error: {}", output::harmless(&self.message));
+        if let Some(help) = self.help.as_ref().filter(|help| !help.is_empty()) {
+            eprintln!("  help: {}", output::harmless(help));
+        }
+        if let Some(mistake) = self.mistake.filter(|_| std::io::stderr().is_terminal()) {
+            eprintln!("  more: slate explain {}", mistake.code());
+        }
+    }
+
+    /// Returns the error as a JSON document.
+    fn document(&self) -> Value {
+        let diagnostics = self.report.map(Report::diagnostics).unwrap_or_default();
+        let findings: Vec<_> =
+            diagnostics.iter().map(|one| ConfigurationFinding::new("error", one)).collect();
+        let help = match self.report {
+            Some(_) => findings.iter().find_map(|one| one.help.clone()),
+            None => self.help.clone(),
+        };
+        json!({
+            "schema": "slate.error/1", "code": self.mistake.map(Mistake::code), "message": self.message,
+            "help": help.filter(|help| !help.is_empty()), "exit": self.exit, "findings": findings,
+        })
+    }
+}

@@ -1,0 +1,118 @@
+//! History of a run; snapshots contain it, so that the report of a resumed run is complete.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::{Deserialize, Serialize};
+use slate_record::{RouteTally, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};
+use slate_runtime::Cycle;
+use slate_runtime::snapshot::{Keepsake, Snapshot};
+
+use crate::observation::Observation;
+
+/// The name under which a snapshot has it.
+pub const NAME: &str = "run";
+
+/// Clones are handles of the same.
+#[derive(Clone, Debug)]
+pub struct RunHistory(Arc<Mutex<RunState>>);
+
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct RunState {
+    /// Name of the run.
+    name: String,
+    /// Memories that the modules began with; a resumed run keeps those of the first.
+    #[serde(default)]
+    memories: BTreeMap<String, String>,
+    /// Cycles made, and the time of the last one.
+    cycles: u64,
+    now: u64,
+    /// Use of the routes by robots that have them.
+    #[serde(default)]
+    routes: BTreeMap<String, RouteTally>,
+    #[serde(flatten)]
+    trajectory: ThinnedTrajectory,
+}
+
+impl RunHistory {
+    /// At the start of a run of that name, with what its modules remember.
+    pub fn new(name: &str, memories: BTreeMap<String, String>) -> Self {
+        let state = RunState { name: name.into(), memories, ..RunState::default() };
+        Self(Arc::new(Mutex::new(state)))
+    }
+
+    /// Returns the memories that the modules began with.
+    pub fn memories(&self) -> BTreeMap<String, String> {
+        self.state().memories.clone()
+    }
+
+    /// Returns the name of the run in a snapshot.
+    pub fn name_in(snapshot: &Snapshot) -> Option<String> {
+        serde_json::from_slice::<RunState>(snapshot.kept(NAME)?).ok().map(|state| state.name)
+    }
+
+    fn state(&self) -> MutexGuard<'_, RunState> {
+        // What stays intact when another thread panicked while it held the lock.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// At the end of a cycle; with rows for the trajectory if those are wanted.
+    pub fn note(&self, cycle: &Cycle<'_>, observation: &Observation, (running, wanted): (bool, bool)) {
+        let mut state = self.state();
+        (state.cycles, state.now) = (cycle.number, cycle.now);
+        for robot in &observation.robots {
+            let Some((place, route)) = robot.place_and_route() else { continue };
+            match state.routes.get_mut(&robot.name) {
+                Some(routes) => routes.add(cycle.now, place, route),
+                None => state.routes.entry(robot.name.clone()).or_default().add(cycle.now, place, route),
+            }
+        }
+        if wanted {
+            let samples = observation.robots.iter().filter_map(|robot| robot.sample(cycle.now));
+            state.trajectory.add(cycle.now, !running, samples);
+        }
+    }
+
+    /// Cycles made, and the time of the last one in nanoseconds.
+    pub fn cycles(&self) -> (u64, u64) {
+        let state = self.state();
+        (state.cycles, state.now)
+    }
+
+    /// Returns the use of the routes, by robot.
+    pub fn routes(&self) -> BTreeMap<String, RouteTally> {
+        self.state().routes.clone()
+    }
+
+    /// Takes the trajectory out.
+    pub fn take_trajectory(&self) -> Trajectory {
+        Trajectory { samples: self.state().trajectory.take() }
+    }
+
+    /// Writes the trajectory into a folder while it grows: as `trajectory.csv.partial`, which the report replaces at the end of
+    /// the run.
+    pub fn stream_into(&self, folder: &Path) -> std::io::Result<TrajectoryStream> {
+        let own = self.clone();
+        let read = move |position: &mut TrajectoryPosition| own.state().trajectory.read(position).to_vec();
+        TrajectoryStream::start(&folder.join("trajectory.csv.partial"), read)
+    }
+}
+
+impl Keepsake for RunHistory {
+    fn save(&self) -> Vec<u8> {
+        // Numbers and text can be written.
+        serde_json::to_vec(&*self.state()).unwrap_or_default()
+    }
+
+    fn restore(&self, saved: &[u8]) -> Result<Box<dyn FnOnce() + Send>, String> {
+        let state: RunState = serde_json::from_slice(saved).map_err(|error| error.to_string())?;
+        let own = self.clone();
+        Ok(Box::new(move || {
+            let mut own = own.state();
+            let mut trajectory = std::mem::take(&mut own.trajectory);
+            trajectory.replace(state.trajectory);
+            *own = RunState { trajectory, ..state };
+        }))
+    }
+}

@@ -1,0 +1,94 @@
+//! Ctrl-C in a run, and what a run does when its mission has ended: it stays while a browser shows it, or until it is interrupted.
+
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use slate_runtime::Stopper;
+
+use crate::clock::now;
+use crate::console::Opened;
+
+/// Signals that follow each other within this time count as one.
+///
+/// Programs such as `timeout` signal a process and its process group. A person who wants to kill has waited for longer.
+pub const DEBOUNCE: Duration = Duration::from_millis(300);
+
+/// How often the run looks for browsers.
+const PERIOD: Duration = Duration::from_millis(200);
+
+/// How long no browser may be connected before the run ends; a page that is loaded anew is away for less.
+const GRACE: Duration = Duration::from_secs(3);
+
+/// Whether a person has interrupted the run. Clones are handles of the same.
+#[derive(Clone, Default)]
+pub struct Interrupt(Arc<(Mutex<bool>, Condvar)>);
+
+impl Interrupt {
+    /// The first Ctrl-C ends the run with its report, the second one the process.
+    /// `end_later` of a supervised run ends the process if it still runs some time later.
+    pub fn handle(stopper: Stopper, end_later: Option<fn()>) -> Self {
+        let interrupt = Self::default();
+        let own = interrupt.clone();
+        let mut asked: Option<Instant> = None;
+        let handled = ctrlc::set_handler(move || {
+            match asked {
+                // The end of each thread of the supervisor may be another signal; its second Ctrl-C is none that is caught.
+                Some(_) if end_later.is_some() => {}
+                Some(first) if first.elapsed() < DEBOUNCE => {}
+                Some(_) => std::process::exit(130),
+                None => {
+                    asked = Some(now());
+                    own.set();
+                    stopper.stop();
+                    if let Some(end_later) = end_later {
+                        // The supervisor may be gone, and then nobody else ends what hangs.
+                        end_later();
+                    }
+                }
+            }
+        });
+        if let Err(error) = handled {
+            eprintln!("Ctrl-C will end the run without a report: {error}");
+        }
+        interrupt
+    }
+
+    fn state(&self) -> MutexGuard<'_, bool> {
+        self.0.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn set(&self) {
+        *self.state() = true;
+        self.0.1.notify_all();
+    }
+
+    /// Whether the run was interrupted.
+    pub fn is_set(&self) -> bool {
+        *self.state()
+    }
+
+    /// Waits for an interrupt, but not longer than a duration; returns whether there was one.
+    fn wait(&self, duration: Duration) -> bool {
+        let waited = self.0.1.wait_timeout_while(self.state(), duration, |is_set| !*is_set);
+        *waited.unwrap_or_else(PoisonError::into_inner).0
+    }
+}
+
+/// Stays after the end of a mission: as long as a browser is connected, or until an interrupt where the user `wishes` it.
+pub fn stay(interrupt: &Interrupt, console: Option<&Opened>, wishes: bool) {
+    let has_browser = || console.is_some_and(Opened::has_browser);
+    if interrupt.is_set() || !(wishes || has_browser()) {
+        return;
+    }
+    let link = console.map(|console| format!(" at {}", console.link())).unwrap_or_default();
+    let until = if wishes { "until Ctrl-C" } else { "while its browser is connected, or until Ctrl-C" };
+    eprintln!("the run is over; the agent stays{link} {until}");
+    let mut seen = now();
+    while !interrupt.wait(PERIOD) {
+        if wishes || has_browser() {
+            seen = now();
+        } else if seen.elapsed() >= GRACE {
+            return;
+        }
+    }
+}

@@ -1,0 +1,27 @@
+//! The simulator's robots as their blocks see them: Sensors and Actuators.
+
+use slate_interfaces::{
+    Bumper, FourWheelSpeeds, LaserScan, Odometry, Orientation, Position, SensorAccuracy, Sightings,
+    SonarScan, WheelSpeeds,
+};
+use slate_mapek::{driver_actuator, driver_sensors};
+use slate_module::Output;
+
+driver_sensors! {
+    SimulatedSonar("simulated_sonar", "Sonars of a simulated robot."): SonarScan,
+    SimulatedPosition("simulated_position", "Positioning system of a simulated robot."): Position,
+    SimulatedOrientation("simulated_orientation", "Compass of a simulated robot."): Orientation,
+    SimulatedOdometry("simulated_odometry", "Wheel encoders of a simulated robot."): Odometry,
+    SimulatedLaser("simulated_laser", "Laser scanner of a simulated robot."): LaserScan,
+    SimulatedBumper("simulated_bumper", "Bumpers of a simulated robot."): Bumper,
+    SimulatedAccuracy("simulated_accuracy", "What the maker of a simulated robot's sensors tells of their errors."): SensorAccuracy,
+    SimulatedRobotSensor("simulated_robot_sensor", "Sensor of a simulated robot that sees other robots."): Sightings,
+}
+driver_actuator!(
+    SimulatedWheels("simulated_wheels", "Two wheels of a simulated robot."),
+    TwoWheelPorts { wheels: WheelSpeeds }
+);
+driver_actuator!(
+    SimulatedSkidSteerWheels("simulated_skid_steer_wheels", "Four wheels of a simulated robot."),
+    FourWheelPorts { wheels: FourWheelSpeeds }
+);

@@ -1,0 +1,88 @@
+//! The SUAVE exemplar (kas-lab/suave): an underwater vehicle searches for a pipeline and inspects it, while the visibility of
+//! the water changes and a thruster fails. The vehicle and its functions are plain modules ([`managed`]); four managers
+//! ([`manager`]) adapt them in the same simulator.
+
+pub mod interfaces;
+pub mod managed;
+pub mod manager;
+pub mod referee;
+pub mod simulator;
+pub mod statistics;
+pub mod vehicle;
+
+use slate_plugin::mapek::{AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, SensorBlock};
+use slate_plugin::prelude::*;
+
+/// Name of the example.
+pub const NAME: &str = "suave";
+/// Summary of the example.
+pub const ABOUT: &str = "SUAVE: an underwater vehicle adapts itself while it searches for a pipeline";
+/// Its configuration.
+pub const CONFIGURATION: &str = include_str!("../suave.toml");
+
+/// Variants of the example by the value of `controller`: who manages the vehicle, and the settings that make it.
+pub const CONTROLLERS: [(&str, &[&str]); 5] = [
+    ("slate", &[]),
+    (
+        "slate-published",
+        &[
+            // The visibility that the published designs ask for, as metacontrol has it.
+            "robots.manager.modules.knowledge.params.knows_pipeline=false",
+            "modules.referee.params.high_visibility=3.25",
+            "modules.referee.params.medium_visibility=2.25",
+        ],
+    ),
+    (
+        "metacontrol",
+        &[
+            "robots.manager.modules.planner.enabled=false",
+            "modules.metacontrol.enabled=true",
+            "modules.referee.params.high_visibility=3.25",
+            "modules.referee.params.medium_visibility=2.25",
+        ],
+    ),
+    (
+        "random",
+        &[
+            "robots.manager.modules.planner.enabled=false",
+            "modules.random.enabled=true",
+            "modules.referee.params.high_visibility=3.25",
+            "modules.referee.params.medium_visibility=2.25",
+        ],
+    ),
+    (
+        "none",
+        &[
+            "robots.manager.modules.planner.enabled=false",
+            "modules.unmanaged.enabled=true",
+            "modules.referee.params.high_visibility=3.25",
+            "modules.referee.params.medium_visibility=2.25",
+        ],
+    ),
+];
+
+plugin!(
+    simulator::SuaveSimulator,
+    referee::SuaveReferee,
+    managed::autopilot::Autopilot,
+    managed::mission::PipelineMission,
+    managed::spiral_search::SpiralSearch,
+    managed::follow_pipeline::FollowPipeline,
+    managed::recover_thrusters::RecoverThrusters,
+    manager::unmanaged::UnmanagedMission,
+    manager::random::RandomManager,
+    manager::metacontrol::Metacontrol,
+    SensorBlock<manager::health::VisibilitySensor>,
+    SensorBlock<manager::health::ThrusterSensor>,
+    SensorBlock<manager::health::MissionSensor>,
+    SensorBlock<manager::health::FunctionSensor>,
+    MonitorBlock<manager::health::VisibilityMonitor>,
+    MonitorBlock<manager::health::ThrusterMonitor>,
+    MonitorBlock<manager::health::MissionMonitor>,
+    AnalyzeBlock<manager::outlook::SearchOutlook>,
+    AnalyzeBlock<manager::outlook::TellThrusters>,
+    AnalyzeBlock<manager::outlook::TellTask>,
+    PlanBlock<manager::plan::ManagerPlan>,
+    ExecuteBlock<manager::actions::ManagerActions>,
+    KnowledgeBlock<manager::knowledge::ManagerKnowledge>,
+);

@@ -1,0 +1,24 @@
+//! The vehicle and its functions, which a manager turns on, off and tunes.
+
+pub mod autopilot;
+pub mod follow_pipeline;
+pub mod mission;
+pub mod recover_thrusters;
+pub mod spiral_search;
+
+use slate_plugin::prelude::*;
+
+use crate::interfaces::{Navigation, Setpoint};
+
+/// Longest time between two ticks of a function that stays active, seconds.
+const PAUSE: f64 = 0.15;
+
+/// Returns whether a function is active anew: a manager has turned it on since its last tick.
+fn is_activated(now: &Tick) -> bool {
+    now.number() == 1 || now.elapsed() > PAUSE
+}
+
+/// Returns whether the vehicle is within a tolerance of a setpoint along each horizontal axis, metres.
+fn is_near(navigation: &Navigation, setpoint: &Setpoint, tolerance: f64) -> bool {
+    (navigation.x - setpoint.x).abs() <= tolerance && (navigation.y - setpoint.y).abs() <= tolerance
+}

@@ -1,0 +1,197 @@
+//! What a robot's description says of its body, drive, sensors and actuators.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::Deserialize;
+
+use crate::ROBOTS;
+
+/// Body, drive, sensors and actuators of a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RobotDevices {
+    /// Name of the robot model.
+    pub name: String,
+    /// Corners of the body, metres.
+    pub footprint: Vec<[f64; 2]>,
+    /// Drive.
+    pub drive: Drive,
+    /// Sensors.
+    pub sensors: Vec<DeviceDescription>,
+    /// Actuators.
+    pub actuators: Vec<DeviceDescription>,
+}
+
+/// Drive of a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    /// Whether it has four wheels that steer by skidding; else two on one axle.
+    pub is_skid_steer: bool,
+    /// Radius of the wheels, metres.
+    pub wheel_radius: f64,
+    /// Effective track: that of a differential drive that turns as fast, metres.
+    pub track: f64,
+    /// Radians per second.
+    pub maximum_wheel_speed: f64,
+    /// Radians per second squared.
+    pub maximum_wheel_acceleration: f64,
+}
+
+/// Sensor or actuator of a robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceDescription {
+    /// Name.
+    pub name: &'static str,
+    /// x and y in metres and heading in radians, in the robot's frame.
+    pub mount: [f64; 3],
+    /// Least value of what it measures or does.
+    pub minimum: f64,
+    /// Greatest value; zero, as the least one, without limits.
+    pub maximum: f64,
+    /// Rate, Hz; zero for each cycle.
+    pub rate: f64,
+}
+
+/// Why a description can't be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DescriptionProblem(String);
+
+impl fmt::Display for DescriptionProblem {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for DescriptionProblem {}
+
+/// Keys of a description that devices are made of; `slate-sim` checks the others.
+#[derive(Deserialize)]
+struct Document {
+    name: String,
+    footprint: Vec<[f64; 2]>,
+    drive: DriveTable,
+    #[serde(default)]
+    sonar: BTreeMap<String, RangeTable>,
+    #[serde(default)]
+    laser: BTreeMap<String, RangeTable>,
+    #[serde(default)]
+    robot_sensor: BTreeMap<String, RangeTable>,
+    #[serde(default)]
+    positioning: BTreeMap<String, RateTable>,
+    bumper: Option<BumperTable>,
+}
+
+#[derive(Deserialize)]
+struct DriveTable {
+    #[serde(default)]
+    kind: DriveKind,
+    wheel_radius: f64,
+    track: f64,
+    odometry_track: Option<f64>,
+    maximum_wheel_speed: f64,
+    maximum_wheel_acceleration: f64,
+}
+
+#[derive(Default, Deserialize, PartialEq)]
+#[serde(rename_all = "snake_case")]
+enum DriveKind {
+    #[default]
+    Differential,
+    SkidSteer,
+}
+
+/// A profile of a sensor that measures ranges.
+#[derive(Deserialize)]
+struct RangeTable {
+    /// Metres, metres, degrees.
+    #[serde(default)]
+    mount: [f64; 3],
+    #[serde(default)]
+    range_min: f64,
+    range_max: f64,
+    rate: Option<f64>,
+}
+
+/// A profile of the positioning system and the compass.
+#[derive(Deserialize)]
+struct RateTable {
+    rate: Option<f64>,
+}
+
+#[derive(Deserialize)]
+struct BumperTable {}
+
+impl RangeTable {
+    fn device(&self, name: &'static str) -> DeviceDescription {
+        let [x, y, degrees] = self.mount;
+        DeviceDescription {
+            mount: [x, y, degrees.to_radians()],
+            minimum: self.range_min,
+            maximum: self.range_max,
+            rate: self.rate.unwrap_or(0.0),
+            ..plain(name)
+        }
+    }
+}
+
+/// A device in the middle of the robot, without limits.
+fn plain(name: &'static str) -> DeviceDescription {
+    DeviceDescription { name, mount: [0.0; 3], minimum: 0.0, maximum: 0.0, rate: 0.0 }
+}
+
+/// The profile of that name, or else the first one.
+fn choose<'a, T>(profiles: &'a BTreeMap<String, T>, profile: &str) -> Option<&'a T> {
+    profiles.get(profile).or_else(|| profiles.values().next())
+}
+
+impl RobotDevices {
+    /// Reads the description of a robot by name, or from a file by its path; a device has the named profile, or else its first.
+    ///
+    /// # Errors
+    /// The name is unknown, or the description is invalid.
+    pub fn load(robot: &str, profile: &str) -> Result<Self, DescriptionProblem> {
+        if let Some((_, text)) = ROBOTS.iter().find(|(name, _)| *name == robot) {
+            return Self::parse(robot, text, profile);
+        }
+        let known = ROBOTS.map(|(name, _)| name).join(", ");
+        let expected =
+            format!("expected one of {known}, or the path of a description such as `my_robot.toml`");
+        if !robot.ends_with(".toml") {
+            return Err(DescriptionProblem(format!("no description of a robot `{robot}`; {expected}")));
+        }
+        let text = std::fs::read_to_string(robot)
+            .map_err(|error| DescriptionProblem(format!("can't read `{robot}`: {error}; {expected}")))?;
+        Self::parse(robot, &text, profile)
+    }
+
+    /// Reads a description.
+    fn parse(source: &str, text: &str, profile: &str) -> Result<Self, DescriptionProblem> {
+        let document: Document = toml_edit::de::from_str(text)
+            .map_err(|error| DescriptionProblem(format!("{source}: {}", error.to_string().trim_end())))?;
+        let ranges = [
+            choose(&document.sonar, profile).map(|sonar| sonar.device("sonar")),
+            choose(&document.robot_sensor, profile).map(|sensor| sensor.device("robot_sensor")),
+            choose(&document.laser, profile).map(|laser| laser.device("laser")),
+            document.bumper.as_ref().map(|_| plain("bumper")),
+        ];
+        let rate =
+            choose(&document.positioning, profile).and_then(|positioning| positioning.rate).unwrap_or(0.0);
+        let sensors = ["position", "orientation"].map(|name| DeviceDescription { rate, ..plain(name) });
+        let sensors = sensors.into_iter().chain([plain("odometry")]);
+        let drive = &document.drive;
+        let limit = drive.maximum_wheel_speed;
+        Ok(Self {
+            drive: Drive {
+                is_skid_steer: drive.kind == DriveKind::SkidSteer,
+                wheel_radius: drive.wheel_radius,
+                track: drive.odometry_track.unwrap_or(drive.track),
+                maximum_wheel_speed: limit,
+                maximum_wheel_acceleration: drive.maximum_wheel_acceleration,
+            },
+            sensors: sensors.chain(ranges.into_iter().flatten()).collect(),
+            actuators: vec![DeviceDescription { minimum: -limit, maximum: limit, ..plain("wheels") }],
+            name: document.name,
+            footprint: document.footprint,
+        })
+    }
+}
