@@ -67,7 +67,7 @@ pub struct RunOptions {
     #[arg(long, value_name = "FILE")]
     pub resume: Option<PathBuf>,
 
-    /// Folder of the report; of several agents, each has a subfolder [default: runs/<name>-<seed>]
+    /// Folder of the report; of several agents, each has a subfolder [default: runs/NAME-SEED]
     #[arg(long)]
     pub out: Option<PathBuf>,
 

@@ -10,7 +10,7 @@ use crate::go_to_origin::{GoToOriginParams, GoToOriginState, Noticing};
 use crate::knowledge::WheeledModel;
 use crate::local_map::LocalObstacles;
 
-/// Obstacles and knowledge that a [`GoToOriginPlanner`] does not have.
+/// Obstacles and knowledge that a [`GoToOriginPlanner`](crate::go_to_origin::GoToOriginPlanner) does not have.
 #[ports]
 pub struct LocalNoticing {
     obstacles: Noticed<LocalObstacles>,
