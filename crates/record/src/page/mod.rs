@@ -161,10 +161,10 @@ pub fn write(path: &Path, known: &Known, out: &Path) -> Result<Page, Error> {
     write_beside(path, known, &[], out)
 }
 
-/// Writes the page of [`write`] with the published logs of runs beside the run: their pictures, and how they used the routes.
+/// Writes the page of [`write`](fn@write) with the published logs of runs beside the run: their pictures, and how they used the routes.
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write`](fn@write).
 pub fn write_beside(path: &Path, known: &Known, logs: &[RocsLog], out: &Path) -> Result<Page, Error> {
     let recording = recording_of(path)?;
     let mut story = match (is_folder(path), recording) {
