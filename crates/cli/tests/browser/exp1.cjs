@@ -217,8 +217,8 @@ visit(async () => {
   await browser.view(page, "mapek");
   await away(-1.6, -1.6);
   await until("the route", async () => /reactive|deliberative/i.test(await page.innerText(".robot > header")));
-  assert((await page.locator(".stage.monitor .block").count()) === 3, "three Monitors");
-  assert((await page.locator(".stage.analyze .block").count()) === 3, "three Analyzes");
+  assert((await page.locator(".stage.monitor .block").count()) === 4, "four Monitors");
+  assert((await page.locator(".stage.analyze .block").count()) === 5, "five Analyzes");
   const execute = page.locator(".stage.execute .block");
   await until("how old what Execute says is", async () => /\d (ms|s)$/.test((await execute.locator("header").innerText()).trim()));
   for (const text of await execute.locator("button.output").allInnerTexts()) assert(/\d (ms|s)$|none yet$/.test(text.trim()), `no age: ${text}`);
@@ -261,11 +261,11 @@ visit(async () => {
   await until("the input is chosen", async () => (await page.locator(".links label select").inputValue()) === "referee/clearance");
   await until("it is said why it does not fit", async () => (await page.innerText(".relink .trouble")).includes("/r2/pass_position/change"));
   // What goes over a link.
-  const line = page.locator(".edge[data-edge='simulator r2/range_monitor']");
+  const line = page.locator(".edge[data-edge='simulator r2/sonar']");
   await line.locator(".near").dispatchEvent("click");
   await until("how often and how old", async () => /Rate\s+\d+ Hz\s+Age\s+\d+ ms\s+Latency\s+0 ns/.test(await page.innerText(".links")));
   // What comes back from behind is of the cycle before.
-  const back = page.locator(".edge[data-edge='r2/wheels simulator']");
+  const back = page.locator(".edge[data-edge='r2/motors simulator']");
   await back.locator(".near").dispatchEvent("click");
   await until("the latency of a loop", async () => /Latency\s+20\.0 ms/.test(await page.innerText(".links")));
   await line.locator(".near").dispatchEvent("click");

@@ -30,7 +30,7 @@ visit(async () => {
   // Each robot's modules are in its box, no line lies behind a module, and those that close a loop come from behind.
   await browser.view(page, "graph");
   // It is drawn anew as modules, links, gates and properties arrive.
-  for (const edge of ["r2/execute r2/planner", "r2/wheels simulator"]) await page.waitForSelector(`.edge[data-edge='${edge}'][data-back=true]`);
+  for (const edge of ["r2/execute r2/planner", "r2/motors simulator"]) await page.waitForSelector(`.edge[data-edge='${edge}'][data-back=true]`);
   const drawing = await page.evaluate(() => {
     const within = (point, { x, y, width, height }) => point.x > x && point.x < x + width && point.y > y && point.y < y + height;
     const box = (element) => element.querySelector(".body, rect").getBoundingClientRect();
@@ -53,7 +53,7 @@ visit(async () => {
   assert(drawing.boxes.join() === "r2,r3", `boxes are ${drawing.boxes}`);
   assert(drawing.astray.length === 0, `not in the box of their robot: ${drawing.astray.map(({ name }) => name)}`);
   assert(drawing.hidden.length === 0, `lines lie behind modules: ${drawing.hidden}`);
-  for (const edge of ["r2/execute r2/planner", "r2/wheels simulator"]) assert(drawing.back.includes(edge), `${edge} is not drawn as a line that goes back`);
+  for (const edge of ["r2/execute r2/planner", "r2/motors simulator"]) assert(drawing.back.includes(edge), `${edge} is not drawn as a line that goes back`);
   // Gates are drawn as such and are no modules, and it is seen at once how often each writes.
   const counted = page.locator(".bar-of-tools .muted");
   assert((await counted.innerText()).startsWith("23 modules, 2 gates, "), `it says: ${await counted.innerText()}`);

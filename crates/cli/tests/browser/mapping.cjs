@@ -3,8 +3,8 @@
 const { Visit, api, assert, link, until, value, visit } = require("./page.cjs");
 
 const AGENT = process.argv[5];
-const grid = () => value(`${AGENT}/r2/occupancy_mapper/map`);
-const estimate = () => value(`${AGENT}/r2/pose_estimator/estimate`);
+const grid = () => value(`${AGENT}/r2/occupancy_mapper/change`);
+const estimate = () => value(`${AGENT}/r2/pose_estimator/change`);
 
 /** What a grid map says of a place. */
 const at = ({ origin, resolution, width, data }, x, y) => data[Math.floor((y - origin.y) / resolution) * width + Math.floor((x - origin.x) / resolution)];

@@ -9,8 +9,8 @@ visit(async () => {
   const page = await browser.tab();
   await page.goto(link);
   await page.waitForSelector(".map canvas");
-  const occupied = async () => (await value(`${AGENT}/r2/occupancy_mapper/map`)).data.filter((cell) => cell === 100).length;
-  await until("a map", async () => (await value(`${AGENT}/r2/occupancy_mapper/map`))?.width > 0);
+  const occupied = async () => (await value(`${AGENT}/r2/occupancy_mapper/change`)).data.filter((cell) => cell === 100).length;
+  await until("a map", async () => (await value(`${AGENT}/r2/occupancy_mapper/change`))?.width > 0);
   // How many pixels are as those of occupied cells.
   const dark = () => page.evaluate(() => {
     const text = getComputedStyle(document.documentElement).getPropertyValue("--occupied").trim();
@@ -41,7 +41,7 @@ visit(async () => {
     await page.waitForTimeout(600);
     assert((await note.count()) === 0, `of now is ${await note.allInnerTexts()}`);
   } else {
-    await until("it is said that the map is of now", async () => (await note.count()) === 1 && (await note.innerText()).startsWith("Current values: r2/occupancy_mapper/map"));
+    await until("it is said that the map is of now", async () => (await note.count()) === 1 && (await note.innerText()).startsWith("Current values: r2/occupancy_mapper/change"));
   }
   await browser.accessible(page, "a map that is looked back at");
   await browser.picture(page, isKept ? "past-map" : "past-map-of-now");
