@@ -56,7 +56,7 @@ visit(async () => {
   for (const edge of ["r2/execute r2/planner", "r2/motors simulator"]) assert(drawing.back.includes(edge), `${edge} is not drawn as a line that goes back`);
   // Gates are drawn as such and are no modules, and it is seen at once how often each writes.
   const counted = page.locator(".bar-of-tools .muted");
-  assert((await counted.innerText()).startsWith("23 modules, 2 gates, "), `it says: ${await counted.innerText()}`);
+  assert((await counted.innerText()).startsWith("45 modules, 2 gates, "), `it says: ${await counted.innerText()}`);
   const gates = page.locator(".node:has(path.body)");
   assert((await gates.evaluateAll((all) => all.map((one) => one.dataset.name))).join() === "r2/wheels,r3/wheels", "gates are no gates");
   const pace = (name) => page.locator(`.node[data-name='${name}'] .pace`).textContent();
