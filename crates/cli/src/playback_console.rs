@@ -10,8 +10,8 @@ mod built_in {
 
     use crate::recording::known;
 
-    /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and secrets is for
-    /// that run. The world is that of the recorded configuration, if it can still be read.
+    /// Begins for a recording that is played, at this computer alone: what the recorded run says of addresses and
+    /// secrets is for that run. The world is that of the recorded configuration, if it can still be read.
     pub fn open_playback(surface: Arc<ControlSurface>, file: &Path) -> Option<Console> {
         let scene = known(file).map(|known| serde_json::to_value(known.scene).unwrap_or_default());
         let world =
@@ -34,10 +34,11 @@ mod built_in {
 #[cfg(not(feature = "console"))]
 mod built_in {
     use std::path::Path;
+    use std::sync::Arc;
 
-    use slate::runtime::Agent;
+    use slate::control::ControlSurface;
 
-    pub fn open_playback(_: std::sync::Arc<slate::control::ControlSurface>, _: &Path) -> Option<()> {
+    pub fn open_playback(_: Arc<ControlSurface>, _: &Path) -> Option<()> {
         None
     }
 }
