@@ -1,4 +1,4 @@
-//! What a robot's description says of its body, drive, sensors and actuators.
+//! Body, drive, sensors and actuators of a robot, from its description.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -145,7 +145,9 @@ fn choose<'a, T>(profiles: &'a BTreeMap<String, T>, profile: &str) -> Option<&'a
 }
 
 impl RobotDevices {
-    /// Reads the description of a robot by name, or from a file by its path; a device has the named profile, or else its first.
+    /// Reads the description of a robot, by its name or by the path of a file.
+    ///
+    /// Each device has the named profile, or else its first one.
     ///
     /// # Errors
     /// The name is unknown, or the description is invalid.

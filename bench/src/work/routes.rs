@@ -51,6 +51,7 @@ impl Module for RangeSensor {
 /// The ports of the driver.
 #[ports]
 pub struct DriverIo {
+    #[role("actuation")]
     command: Input<WheelSpeeds>,
 }
 

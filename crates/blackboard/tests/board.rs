@@ -1,6 +1,6 @@
 //! The address space: what can be read and set by URL, down to fields.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::sample;
 

@@ -1,6 +1,6 @@
 //! Properties, writers and readers that come and go while a board is in use.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::sample;
 

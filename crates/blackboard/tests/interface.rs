@@ -1,6 +1,6 @@
 //! What any tool may do with values whose type it learns from a descriptor.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::sample;
 

@@ -1,6 +1,6 @@
 //! A channel that most use with a reader or two, and some with many: what these need comes with them, while the writer writes.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::collections::VecDeque;
 

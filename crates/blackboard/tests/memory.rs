@@ -1,6 +1,6 @@
 //! Values in memory that is given, and memory that is spent.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(unsafe_code, reason = "a draft is written through a pointer")]
 
 use crate::arena;

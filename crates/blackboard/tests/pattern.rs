@@ -1,6 +1,6 @@
 //! Which paths a pattern means.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use proptest::prelude::*;
 use slate_blackboard::Pattern;

@@ -1,6 +1,6 @@
 //! Values that never came, which a writer counts.
 #![cfg(not(any(loom, feature = "shuttle")))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::sync::Arc;
 

@@ -14,7 +14,7 @@ use clap::Args;
 use clap_complete::ArgValueCompleter;
 use slate::record::{Batch, Outcome, Summary};
 use slate::runtime::Rate;
-use slate_run::{ApplicationOptions, How, MAXIMUM_SEED, MissionRun, ModeName};
+use slate_run::{ApplicationOptions, MAXIMUM_SEED, MissionOptions, MissionRun, ModeName};
 
 use crate::complete;
 use crate::examples;
@@ -157,7 +157,7 @@ impl SeedQueue<'_> {
         if application.configuration.time_source().is_none() {
             return Err(Failure::BatchOnWallClock { name: name.clone() });
         }
-        let how = How {
+        let options = MissionOptions {
             mode: common.mode,
             rate,
             workers: common.workers.into(),
@@ -166,7 +166,7 @@ impl SeedQueue<'_> {
             follows: false,
             disarmed: false,
         };
-        let mission = MissionRun::load(application, how)?;
+        let mission = MissionRun::load(application, options)?;
         self.ending.watch(seed, mission.agent.stopper());
         let finished = mission.run();
         self.ending.forget(seed);

@@ -1,11 +1,10 @@
 use std::path::{Path, PathBuf};
 
 use slate::blackboard::nearest_names;
-use slate::mapek::{Variant, VariantChoice};
 use slate::module::Plugin;
-use slate::runtime::configuration::{Configuration, Database, Options, parse_change};
+use slate::runtime::configuration::{ChosenVariant, Configuration, Database, Options, parse_change};
 use slate::runtime::snapshot::Snapshot;
-use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory, chosen_settings};
+use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
 
 use crate::failure::Failure;
 use crate::output;
@@ -15,35 +14,13 @@ struct Example {
     name: &'static str,
     about: &'static str,
     configuration: &'static str,
-    /// Values of `controller`, `pace` and `planner`.
-    choices: [&'static [Variant]; CHOICES.len()],
 }
 
 const EXAMPLES: [Example; 4] = [
-    Example {
-        name: slate_exp1::NAME,
-        about: slate_exp1::ABOUT,
-        configuration: slate_exp1::CONFIGURATION,
-        choices: [&slate_exp1::CONTROLLERS, &slate_exp1::PACES, &slate_exp1::PLANNERS],
-    },
-    Example {
-        name: slate_exp2::NAME,
-        about: slate_exp2::ABOUT,
-        configuration: slate_exp2::CONFIGURATION,
-        choices: [&slate_exp2::CONTROLLERS, &slate_exp2::PACES, &slate_exp2::PLANNERS],
-    },
-    Example {
-        name: slate_exp3::NAME,
-        about: slate_exp3::ABOUT,
-        configuration: slate_exp3::CONFIGURATION,
-        choices: [&slate_exp3::CONTROLLERS, &slate_exp3::PACES, &slate_exp3::PLANNERS],
-    },
-    Example {
-        name: slate_suave::NAME,
-        about: slate_suave::ABOUT,
-        configuration: slate_suave::CONFIGURATION,
-        choices: [&slate_suave::CONTROLLERS, &[], &[]],
-    },
+    Example { name: slate_exp1::NAME, about: slate_exp1::ABOUT, configuration: slate_exp1::CONFIGURATION },
+    Example { name: slate_exp2::NAME, about: slate_exp2::ABOUT, configuration: slate_exp2::CONFIGURATION },
+    Example { name: slate_exp3::NAME, about: slate_exp3::ABOUT, configuration: slate_exp3::CONFIGURATION },
+    Example { name: slate_suave::NAME, about: slate_suave::ABOUT, configuration: slate_suave::CONFIGURATION },
 ];
 
 /// An example that is configuration, in the folder `examples` of Slate's sources.
@@ -106,21 +83,6 @@ fn file_of(name: &str) -> PathBuf {
     let own = Path::new(name);
     let example = FILE_EXAMPLES.iter().find(|example| example.name == name).filter(|_| !own.is_file());
     example.and_then(FileExample::path).unwrap_or_else(|| own.to_owned())
-}
-
-/// The settings that choose among variants; a later one goes over an earlier.
-const CHOICES: [&str; 3] = ["controller", "pace", "planner"];
-
-impl Example {
-    fn read(&self, options: Options) -> Result<Database, Failure> {
-        Ok(Database::from_text(&format!("{}.toml", self.name), self.configuration, options)?)
-    }
-
-    /// Returns the settings of the variants that are chosen.
-    fn variants(&self, configuration: &Configuration) -> Result<Vec<String>, Failure> {
-        let choices: Vec<VariantChoice> = CHOICES.into_iter().zip(self.choices).collect();
-        Ok(chosen_settings(configuration, &choices)?)
-    }
 }
 
 /// An application with the modules that are linked into the command.
@@ -192,10 +154,8 @@ pub fn find(
         paths: PATHS.map(Into::into).to_vec(),
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
-        let variants = example.variants(&example.read(options(sets.clone()))?.current())?;
-        // What the user sets goes over what the variants set.
-        let sets = variants.into_iter().chain(sets).collect();
-        return Ok(application(name, example.read(options(sets))?));
+        let file = format!("{name}.toml");
+        return Ok(application(name, Database::from_text(&file, example.configuration, options(sets))?));
     }
     let path = file_of(name);
     let path = path.as_path();
@@ -231,14 +191,18 @@ pub fn find(
 
 /// The application that a snapshot was taken of, with its configuration as it was then; `sets` go over it.
 pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure> {
-    // What can't be read is said with all else.
-    let is_variant =
-        |set: &&String| parse_change(set).is_ok_and(|(path, _)| CHOICES.contains(&path.as_str()));
-    if let Some(set) = sets.iter().find(is_variant) {
-        return Err(Failure::OtherVariant { set: set.clone() });
-    }
     let name = RunHistory::name_in(snapshot).unwrap_or_else(|| snapshot.agent().into());
-    Ok(application(&name, snapshot.configuration(sets)?))
+    let database = snapshot.configuration(sets.clone())?;
+    let configuration = database.current();
+    // What can't be read is said with all else.
+    let is_variant = |set: &String| {
+        let path = parse_change(set).map(|(path, _)| path).unwrap_or_default();
+        ChosenVariant::all(&configuration).any(|variant| variant.choice == path)
+    };
+    if let Some(set) = sets.into_iter().find(is_variant) {
+        return Err(Failure::OtherVariant { set });
+    }
+    Ok(application(&name, database))
 }
 
 /// Returns the names of the examples.

@@ -76,6 +76,61 @@ fn all_mistakes_are_told_at_once_with_their_places() {
 }
 
 #[test]
+fn rules_of_reflexes_are_told_of_in_their_lines() {
+    let running = Running::new("check-rules");
+    let both = "sensor_rules = [{ sensor = \"sonar\", distance = 0.3 }, { sensor = \"robot_sensor\", distance = 0.25 }]";
+    assert_eq!(EXP3.matches(both).count(), 1);
+    let file = running.folder().join("rules.toml");
+    let found = |rules: &str, words: &[&str], line: &str| {
+        let text = EXP3.replacen(both, rules, 1);
+        std::fs::write(&file, &text).unwrap();
+        let checked = findings(&running, 7, &["check", "rules.toml"]);
+        let found = checked["findings"].as_array().unwrap();
+        assert_eq!(found.len(), 1, "{checked}");
+        let message = found[0]["message"].as_str().unwrap();
+        assert!(words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+        let place = found[0]["line"].as_u64().unwrap() as usize;
+        let told = text.lines().nth(place - 1).unwrap();
+        assert!(told.contains(line) && found[0]["file"] == "rules.toml", "{told}: {checked}");
+    };
+    let with =
+        |second: &str| format!("sensor_rules = [\n{{ sensor = \"sonar\", distance = 0.3 }},\n{second}\n]");
+    // Knowledge has an input for it, and the robot no such Sensor.
+    let bumper = "{ sensor = \"bumper\", distance = 0.3 }";
+    found(&with(bumper), &["`sensor_rules` of `r3/knowledge`", "`bumper`", "lists"], bumper);
+    let twice = "{ sensor = \"sonar\", distance = 0.2 }";
+    found(
+        &with(twice),
+        &["`r3/knowledge`", "params.sensor_rules.1", "rule 1 is of the sensor `sonar`"],
+        twice,
+    );
+    let far = "{ sensor = \"robot_sensor\", distance = 30.0 }";
+    found(&with(far), &["from 0 to 10 m", "found 30"], far);
+    found("sensor_rules = []", &["expected a rule such as", "found none"], "sensor_rules = []");
+    // Another parameter of Knowledge.
+    let text = EXP3.replacen("robot = \"summit_xl\"", "robot = \"summit\"", 1);
+    std::fs::write(&file, &text).unwrap();
+    let checked = findings(&running, 7, &["check", "rules.toml"]);
+    let place = checked["findings"][0]["line"].as_u64().unwrap() as usize;
+    assert_eq!(text.lines().nth(place - 1).unwrap(), "robot = \"summit\"", "{checked}");
+}
+
+#[test]
+fn a_robot_without_modules_is_warned_of() {
+    let running = Running::new("check-empty");
+    std::fs::write(running.folder().join("empty.toml"), format!("{EXP1}\n[robots.r9]\n")).unwrap();
+    let checked = findings(&running, 0, &["check", "empty.toml"]);
+    let found = checked["findings"].as_array().unwrap();
+    assert_eq!(found.len(), 1, "{checked}");
+    assert_eq!(
+        (&found[0]["message"], &found[0]["severity"]),
+        (&"robot `r9` has no modules".into(), &"warning".into())
+    );
+    assert_eq!(found[0]["line"], EXP1.lines().count() + 2, "{checked}");
+    findings(&running, 7, &["check", "empty.toml", "--strict"]);
+}
+
+#[test]
 fn a_plugin_that_nobody_knows_hides_no_wrong_link() {
     let running = Running::new("check-round");
     let wrong = with_links("\"pass_range/rang\" = \"range_monitor/percept\"")

@@ -212,11 +212,15 @@ fn what_is_wrong_is_said_with_its_place_and_its_mend() {
         &["run", "exp1", "--set", "modules.simulator.kind=simulater"],
         &["simulater", "simulator"],
     );
-    refused("controller", &["run", "exp1", "--set", "controller=best"], &["best", "slate, rocs, rocs-fixed"]);
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/exp1/exp1.toml");
+    for example in ["exp1", file.to_str().unwrap()] {
+        let unknown = ["best", "rocs, rocs-fixed, slate"];
+        refused("controller", &["run", example, "--set", "controller=best"], &unknown);
+    }
     refused(
         "pace",
         &["run", "exp1", "--set", "pace=hasty"],
-        &["no pace `hasty`", "default, authors, robots"],
+        &["`pace` chooses `hasty`", "authors, default, robots"],
     );
     refused("layout", &["run", "exp1", "--set", "world.layout=none"], &["none", "authors", "random"]);
     refused(

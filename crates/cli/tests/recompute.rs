@@ -32,7 +32,7 @@ fn options() -> Options {
 }
 
 fn layers(sets: &[&str]) -> Layers {
-    let tables = ["world", "report", "console", "controller", "pace", "planner"];
+    let tables = ["world", "report", "console"];
     Layers {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: tables.map(str::to_owned).to_vec(),

@@ -129,7 +129,7 @@ fn what_can_be_set_is_told_apart_from_what_is_linked_and_a_link_says_what_it_con
     assert!(links.lines().any(|line| line.starts_with(input) && line.ends_with(" old")), "{links}");
     let said = running.done(&["link", input, "/r2/estimate_pose/change", "--dry-run"]);
     assert!(said.contains("dry run") && said.contains("Point2 of Pose2, field by field"), "{said}");
-    let refused = ["link", "r2/knowledge/located", "/r2/estimate_pose/change", "--dry-run"];
+    let refused = ["link", "r2/position/source", "/r2/estimate_pose/change", "--dry-run"];
     running.fails(5, &refused, &["Pose2 has no field `z`, which Position has"]);
 
     // What says the same as the file, or as the default, is no difference.
@@ -264,4 +264,25 @@ fn an_agent_that_hangs_holds_up_nobody_who_asks_for_another_one() {
     assert!(text(&listed.stdout).contains("no answer"), "{listed:?}");
     assert_eq!(text(&read.stdout).trim(), "0.1", "{read:?}");
     assert!(took < std::time::Duration::from_secs(4), "{took:?}");
+}
+
+#[test]
+fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
+    let mut running = Running::new("set-rules");
+    running.start("exp1", &EXP1);
+    let rules = "/r2/knowledge/params/sensor_rules";
+    let set = |code: i32, list: &str, words: &[&str]| {
+        running.fails(code, &["set", rules, list], words);
+    };
+    set(
+        4,
+        "[{ sensor = \"bumper\", distance = 0.1 }]",
+        &["a rule for the sensor `bumper`", "add a Sensor of Bumper"],
+    );
+    set(5, "[{ sensor = \"sonar\", distance = 11.0 }]", &["params.sensor_rules.0", "from 0 to 10 m"]);
+    set(5, "[]", &["expected a rule such as", "found none"]);
+    running.done(&["set", rules, "[{ sensor = \"sonar\", distance = 0.15 }]"]);
+    running.done(&["wait", "/r2/knowledge/rules/sensors/0/distance", "== 0.15", "--timeout", "20s"]);
+    // A link that the rule needs is not removed.
+    running.fails(5, &["unlink", "r2/knowledge/sonar"], &["a rule for the sensor `sonar`"]);
 }

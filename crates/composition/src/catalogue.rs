@@ -57,7 +57,7 @@ pub struct RemoteProperty {
     pub path: String,
     /// Its interface.
     pub descriptor: &'static Descriptor,
-    /// What writes it, as [`part`](crate::part) says.
+    /// Part of the architecture that writes it, such as `monitor`; empty for none.
     pub part: String,
     /// Number of the time that it was put on the board.
     pub epoch: u64,

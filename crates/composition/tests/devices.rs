@@ -1,7 +1,7 @@
 //! Sensors, Actuators and the RobotModel of a robot: what is linked without being written, and what is refused.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired};
+use slate_composition::{Catalogue, Wired, loose};
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
@@ -31,6 +31,7 @@ pub struct DriverIo {
     moves: Input<Twist2>,
 }
 
+/// A driver that has not said that its input moves the robot.
 pub struct Driver;
 
 #[module(stage = SensorAcquire)]
@@ -92,19 +93,40 @@ impl ReactiveModel for Dodge {
     }
 }
 
+/// Threshold of a sensor.
+#[interface]
+pub struct Threshold {
+    /// Metres.
+    pub distance: f64,
+    /// Name of the sensor.
+    pub sensor: Text<28>,
+}
+
+#[params]
+pub struct Rules {
+    #[param(default = Sequence::new(&[Threshold { distance: 0.1, sensor: Text::new("warm") }]), doc = "rules")]
+    rules: Sequence<Threshold, 4>,
+}
+
+#[ports]
+pub struct BothSensors {
+    near: Sensed<Near>,
+    warmth: Sensed<Warm>,
+}
+
 pub struct Knows;
 
 impl Knowledge for Knows {
     const NAME: &'static str = "knows";
-    type Models = NearSensor;
-    type Params = ();
+    type Models = BothSensors;
+    type Params = Rules;
     type State = ();
 
-    fn update((): &mut (), _: &NearSensor, (): &(), _: &Tick) {}
+    fn update((): &mut (), _: &BothSensors, _: &Rules, _: &Tick) {}
 }
 
 const ROBOT: &str = "[robots.r2.modules]\ndriver = {}\ngauge = {}\nmotor = {}\nnear_monitor = {}\n\
-                     knowledge = { kind = \"knows\" }\ndodge = {}\nexecute = {}\n\
+                     knowledge.kind = \"knows\"\ndodge = {}\nexecute = {}\n\
                      [robots.r2.actuators]\nwheels = { command = \"execute/wheels\" }\n\
                      [links]\n\"r2/driver/moves\" = \"r2/motor/moves\"\n\"r2/dodge/warm\" = false\n";
 
@@ -169,7 +191,9 @@ fn an_actuator_takes_nothing_past_the_gate() {
 fn a_robot_model_without_a_wanted_sensor_is_refused() {
     let warm = "[robots.r2.modules.warm_monitor]\n";
     let refusal = wired(warm, &[]).unwrap_err();
-    for words in ["`r2/warm_monitor` wants a sensor of Warm", "RobotModel of `r2` lists `gauge` (Near)"] {
+    for words in
+        ["`r2/warm_monitor` needs a sensor of Warm", "RobotModel of `r2` lists `near` (Near of `gauge`)"]
+    {
         assert!(refusal.contains(words), "{words}: {refusal}");
     }
     assert!(wired(warm, &["links.\"r2/warm_monitor/warm\"=false"]).is_ok());
@@ -179,10 +203,74 @@ fn a_robot_model_without_a_wanted_sensor_is_refused() {
 
 #[test]
 fn a_reflex_reads_only_sensors_that_the_robot_model_lists() {
-    // The Knowledge has no input for temperatures.
-    let sets = ["links.\"r2/dodge/warm\"=r2/thermometer/value"];
+    // The Knowledge does not read it.
+    let sets = ["links.\"r2/dodge/warm\"=r2/thermometer/value", "links.\"r2/knowledge/warmth\"=false"];
     let refusal = wired("[robots.r2.modules.thermometer]\n", &sets).unwrap_err();
-    for words in ["`r2/dodge/warm` reads `/r2/thermometer/value`", "does not list", "`gauge` (Near)"] {
+    for words in
+        ["`r2/dodge/warm` reads `/r2/thermometer/value`", "does not list", "`near` (Near of `gauge`)"]
+    {
         assert!(refusal.contains(words), "{words}: {refusal}");
+    }
+}
+
+#[test]
+fn a_driver_whose_input_lacks_the_role_is_warned_of() {
+    let configuration = Configuration::from_text("robot.toml", ROBOT, &Options::default()).unwrap();
+    let catalogue = catalogue();
+    let wired = Wired::new(&configuration, &catalogue, &|_| false);
+    let survey = wired.check(&catalogue).unwrap();
+    let found: Vec<_> = loose(wired.configuration(), &survey)
+        .iter()
+        .filter(|one| one.message().contains("actuation"))
+        .map(|one| (one.line(), one.message().to_owned(), one.help_text().unwrap().to_owned()))
+        .collect();
+    let message = "`r2/driver/moves` is moved by `r2/motor` and lacks the role `actuation`: anything could be linked to it past the gate";
+    let help = "write #[role(\"actuation\")] above `moves` in the ports of `driver`";
+    assert_eq!(found, [(Some(2), message.to_owned(), help.to_owned())]);
+}
+
+#[test]
+fn a_rule_for_a_sensor_that_is_not_there_is_refused_in_its_line() {
+    let rules = |list: &str| format!("[robots.r2.modules.knowledge.params]\nrules = [\n{list}\n]\n");
+    let near = "{ sensor = \"near\", distance = 0.2 },";
+    assert!(wired(&rules(near), &[]).is_ok());
+    // The first item of the list is in line 16.
+    let refusal =
+        wired(&rules(&format!("{near}\n{{ sensor = \"warmth\", distance = 1.0 }},")), &[]).unwrap_err();
+    for words in [
+        "robot.toml:17:",
+        "`rules` of `r2/knowledge` has a rule for the sensor `warmth`",
+        "the RobotModel of `r2` lists `near` (Near of `gauge`)",
+        "add a Sensor of Warm to the robot, which `r2/knowledge/warmth` reads",
+    ] {
+        assert!(refusal.contains(words), "{words}: {refusal}");
+    }
+    let refusal = wired(&rules("{ sensor = \"gauge\", distance = 0.2 }"), &[]).unwrap_err();
+    assert!(
+        refusal.contains("robot.toml:16:") && refusal.contains("name a sensor of the RobotModel"),
+        "{refusal}"
+    );
+    let both = rules(&format!("{near}\n{{ sensor = \"warmth\", distance = 1.0 }},"));
+    assert!(wired(&format!("{both}[robots.r2.modules.thermometer]\n"), &[]).is_ok());
+    // What was there goes away.
+    let refusal = wired(&rules(near), &["links.\"r2/knowledge/near\"=false"]).unwrap_err();
+    assert!(refusal.contains("a rule for the sensor `near`"), "{refusal}");
+}
+
+#[test]
+fn a_robot_without_modules_is_warned_of_in_its_line() {
+    for table in ["[robots.r3]\n", "[robots.r3.modules]\n", "[robots]\nr3 = {}\n"] {
+        let text = format!("[modules.driver]\n{table}");
+        let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
+        let catalogue = catalogue();
+        let wired = Wired::new(&configuration, &catalogue, &|_| false);
+        let survey = wired.check(&catalogue).unwrap();
+        let found: Vec<_> = loose(wired.configuration(), &survey)
+            .iter()
+            .map(|one| (one.line(), one.message().to_owned(), one.help_text().unwrap().to_owned()))
+            .collect();
+        let line = 2 + usize::from(table.starts_with("[robots]"));
+        let help = "add its blocks in [robots.r3.modules], or remove [robots.r3]";
+        assert_eq!(found, [(Some(line), "robot `r3` has no modules".to_owned(), help.to_owned())], "{table}");
     }
 }

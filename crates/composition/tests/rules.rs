@@ -1,7 +1,8 @@
-//! Who may read whom, by links of every kind.
+//! Rules of attachment, for links of every kind.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, RemotePath, RemoteProperty, Wired};
+use slate_blackboard::interface::Descriptor;
+use slate_composition::{Catalogue, RemotePath, RemoteProperty, Wired, loose};
 use slate_configuration::{Configuration, Options};
 use slate_interfaces::Twist2;
 use slate_mapek::prelude::*;
@@ -38,6 +39,9 @@ impl Module for World {
 pub struct JudgeIo {
     #[role("truth")]
     truth: Input<Near>,
+    other: Input<Near>,
+    opinion: Output<Near>,
+    tell: Outbox<Near>,
 }
 
 pub struct Judge;
@@ -68,6 +72,7 @@ pub struct PlainIo {
     say: Outbox<Near>,
     hear: Inbox<Near>,
     wheels: Command<Twist2>,
+    speed: Input<Twist2>,
 }
 
 pub struct Plain;
@@ -86,6 +91,7 @@ impl Module for Plain {
 #[ports]
 pub struct Range {
     near: Input<Near>,
+    more: Inbox<Near>,
 }
 
 pub struct Distance;
@@ -107,6 +113,7 @@ pub struct Facts {
     fact: Known<Near>,
     learn: Input<Near>,
     rule: Output<Near>,
+    advice: Output<Twist2>,
 }
 
 pub struct Atlas;
@@ -163,6 +170,26 @@ impl Analyze for Compare {
     }
 }
 
+/// A Monitor of a Sensor alone.
+#[ports]
+pub struct Listening {
+    near: Sensed<Near>,
+}
+
+pub struct Listen;
+
+impl Monitor for Listen {
+    const NAME: &'static str = "listen";
+    type Sensors = Listening;
+    type Params = ();
+    type State = ();
+    type Value = Near;
+
+    fn interpret((): &mut (), _: &Listening, (): &(), _: &Tick) -> Option<Near> {
+        None
+    }
+}
+
 pub struct Motor;
 
 impl Actuator for Motor {
@@ -181,6 +208,7 @@ impl Actuator for Motor {
 #[ports]
 pub struct Drive {
     moved: Output<Twist2>,
+    felt: Output<Near>,
 }
 
 const SCENE: &str = r#"
@@ -191,6 +219,7 @@ plain = {}
 [robots.r2.modules]
 sonar = { kind = "distance" }
 front = {}
+listen = {}
 compare = {}
 knowledge = { kind = "atlas" }
 planner = { kind = "rover" }
@@ -206,19 +235,22 @@ wheels = { command = "execute/wheels" }
 "sonar/near" = "/simulator/near"
 "front/range" = "sonar/value"
 "avoid/range" = "sonar/value"
+"compare/range" = "front/percept"
 "compare/other" = false
 "planner/aim" = false
 "planner/past" = false
 "knowledge/learn" = false
+"listen/near" = "sonar/value"
 [robots.r3.links]
 "front/range" = "/r2/sonar/value"
 "#;
 
 fn catalogue() -> Catalogue {
     let mut catalogue = Catalogue { shares: true, ..Catalogue::default() };
-    let blocks: [ModuleKind; 9] = [
+    let blocks: [ModuleKind; 10] = [
         sensor::<Distance>(),
         monitor::<Front>(),
+        monitor::<Listen>(),
         analyze::<Compare>(),
         analyze::<WayIsFree>(),
         plan::<Rover>(),
@@ -423,6 +455,17 @@ fn execute_alone_reaches_actuators() {
 }
 
 #[test]
+fn an_actuator_with_a_guarded_driver_is_not_warned_of() {
+    let sets =
+        [r#"links."/simulator/wheels"="/r2/motors/moved""#, r#"links."/plain/input"="/r2/motors/felt""#];
+    let (configuration, catalogue) = (read(&sets), catalogue());
+    let wired = Wired::new(&configuration, &catalogue, &|_| false);
+    let survey = wired.check(&catalogue).unwrap();
+    let found = loose(wired.configuration(), &survey);
+    assert!(found.iter().all(|one| !one.message().contains("actuation")), "{found:?}");
+}
+
+#[test]
 fn nothing_against_the_rules_is_inferred() {
     let free = [
         r#"links."/r2/knowledge/fact"="/r3/way/change""#,
@@ -433,7 +476,6 @@ fn nothing_against_the_rules_is_inferred() {
     let inferred: Vec<_> =
         found.iter().filter(|line| line.ends_with(" inferred")).map(String::as_str).collect();
     let expected = [
-        "r2/compare/range <- /r2/front/percept inferred",
         "r2/execute/plan <- /r2/planner/plan inferred",
         "r2/execute/reflexes <- /r2/avoid/reflex inferred",
         "r2/motors/command <- /r2/wheels/command inferred",
@@ -446,14 +488,18 @@ fn nothing_against_the_rules_is_inferred() {
 
 /// A link to another agent, whose property is written by such a part.
 fn from_other(to: &str, part: &str) -> Option<String> {
+    misfit(to, part, <Near as Interface>::DESCRIPTOR)
+}
+
+/// An Actuator that takes its command from there.
+fn commanded_by_other(part: &str) -> Option<String> {
+    misfit("/r2/motors/command", part, <Twist2 as Interface>::DESCRIPTOR)
+}
+
+fn misfit(to: &str, part: &str, descriptor: &'static Descriptor) -> Option<String> {
     let link = format!(r#"links."{to}"="slate://other/x/value""#);
     let mut catalogue = catalogue();
-    let found = RemoteProperty {
-        path: "x/value".into(),
-        descriptor: <Near as Interface>::DESCRIPTOR,
-        part: part.into(),
-        epoch: 1,
-    };
+    let found = RemoteProperty { path: "x/value".into(), descriptor, part: part.into(), epoch: 1 };
     catalogue.remote.insert(RemotePath { agent: "other".into(), path: "x/value".into() }, found);
     let configuration = read(&[&link]);
     let wired = Wired::new(&configuration, &catalogue, &|_| false);
@@ -475,4 +521,139 @@ fn links_to_other_agents_wait_when_they_are_against_the_rules() {
     assert_eq!(from_other("/judge/truth", "truth"), None);
     assert!(from_other("/plain/input", "truth").unwrap().contains("only ports of referees"));
     assert_eq!(from_other("/plain/input", "monitor"), None);
+}
+
+/// The scene with more in it; the complaint has all those parts.
+#[track_caller]
+fn refused_scene(sets: &[&str], parts: &[&str]) {
+    let complaint = check(sets, &catalogue()).err().unwrap_or_else(|| panic!("{sets:?} should be refused"));
+    for part in parts {
+        assert!(complaint.contains(part), "no `{part}` for {sets:?} in\n{complaint}");
+    }
+}
+
+#[test]
+fn execute_takes_the_actions_of_one_plan() {
+    // Of no robot, and so one that no other rule speaks of.
+    let both = [
+        r#"modules.pilot.kind="rover""#,
+        r#"links."/pilot/past"=false"#,
+        r#"links."/r2/execute/plan"=["/r2/planner/plan","/pilot/plan"]"#,
+    ];
+    let says = [
+        "a robot has one Plan",
+        "`/r2/execute/plan` can't take the actions of both `/pilot/plan` and `/r2/planner/plan`",
+        "remove one of the two senders",
+    ];
+    refused_scene(&both, &says);
+    let one = [both[0], both[1], r#"links."/r2/execute/plan"=["/pilot/plan",false]"#];
+    check(&one, &catalogue()).unwrap();
+}
+
+#[test]
+fn blocks_act_through_the_execute_of_their_own_robot() {
+    let reflex = [
+        r#"robots.r3.modules.avoid.kind="avoid""#,
+        r#"links."/r3/avoid/range"="/r2/sonar/value""#,
+        r#"links."/r2/execute/reflexes"=["/r3/avoid/reflex"]"#,
+    ];
+    let says = [
+        "a ReactiveModel acts through the Execute of its own robot",
+        "`/r3/avoid/reflex` of robot `r3` can't send to `/r2/execute/reflexes` of robot `r2`",
+        "send to the Execute of `r3`",
+    ];
+    refused_scene(&reflex, &says);
+    let plan = [
+        r#"robots.r3.modules.scout.kind="rover""#,
+        r#"links."/r2/execute/plan"=["/r3/scout/plan"]"#,
+        r#"links."/r2/planner/plan"=false"#,
+    ];
+    refused_scene(&plan, &["a Plan acts through the Execute of its own robot", "`/r3/scout/plan`"]);
+    // Also in another agent.
+    let other = [r#"links."slate://other/r3/execute/reflexes"="/r2/avoid/reflex""#];
+    refused_scene(
+        &other,
+        &["a ReactiveModel acts through", "slate://other/r3/execute/reflexes` of robot `r3`"],
+    );
+    check(&[r#"links."slate://other/r2/execute/reflexes"="/r2/avoid/reflex""#], &catalogue()).unwrap();
+    let command = r#"robots.r3.actuators.legs.command="/r2/execute/wheels""#;
+    refused_scene(
+        &[reflex[0], reflex[1], command],
+        &["its own Execute alone commands a robot with blocks", "`/r2/execute/wheels`", "`r3/legs`"],
+    );
+}
+
+#[test]
+fn sensor_reads_devices_and_no_block_of_its_own_robot() {
+    for from in ["/simulator/near", "/plain/output", "/r2/motors/felt", "/r3/front/percept"] {
+        allowed(&format!(r#"links."/r2/sonar/near"="{from}""#));
+    }
+    let second = [
+        r#"robots.r2.modules.filter.kind="distance""#,
+        r#"links."/r2/filter/near"="/r2/sonar/value""#,
+        r#"links."/r2/front/range"="/r2/filter/value""#,
+        r#"links."/r2/avoid/range"="/r2/sonar/value""#,
+    ];
+    check(&second, &catalogue()).unwrap();
+    let rule = "a Sensor reads devices, other Sensors and what Actuators report: `/r2/sonar/near` can't read";
+    for (from, of) in [
+        ("/r2/planner/goal", "of a Plan"),
+        ("/r2/knowledge/rule", "of Knowledge"),
+        ("/r2/knowledge/fact", "of Knowledge"),
+        ("/r2/front/percept", "of a Monitor"),
+        ("/r2/compare/change", "of an Analyze"),
+    ] {
+        let parts = [rule, &format!("`{from}`, {of}"), "link it to a driver, a simulator"];
+        refused(&format!(r#"links."/r2/sonar/near"="{from}""#), &parts);
+        refused(&format!(r#"links."/r2/sonar/near/distance"="{from}/distance""#), &[of]);
+    }
+    // Also by messages, and through the input of a module that hides it.
+    refused(r#"links."/r2/sonar/more"="/r2/planner/call""#, &["a Sensor reads devices", "can't send to"]);
+    let hop = [r#"links."/plain/input"="/r2/planner/goal""#, r#"links."/r2/sonar/near"="/plain/input""#];
+    refused_scene(&hop, &[rule, "of a Plan"]);
+}
+
+#[test]
+fn what_a_referee_writes_is_ground_truth() {
+    for to in ["/plain/input", "/r2/sonar/near", "/r2/front/range", "/r2/planner/aim", "/r2/knowledge/fact"] {
+        let parts =
+            ["only ports of referees read ground truth", "`/judge/opinion`, which a referee makes of it"];
+        refused(&format!(r#"links."{to}"="/judge/opinion""#), &parts);
+    }
+    refused(r#"links."/r2/sonar/more"="/judge/tell""#, &["`/judge/tell`, of a referee", "can't send to"]);
+    let second = [r#"modules.second.kind="judge""#, r#"links."/second/other"="/judge/opinion""#];
+    check(&second, &catalogue()).unwrap();
+    assert!(from_other("/plain/input", "truth").is_some());
+}
+
+#[test]
+fn a_command_comes_from_a_gate_alone() {
+    let says = ["an Actuator reads the command that passed the gate", "link it to a gate"];
+    // Knowledge is for all blocks, and what a person sets is for most ports; a command is neither.
+    refused(r#"links."/r2/motors/command"="/r2/knowledge/advice""#, &says);
+    refused(r#"links."/r2/motors/command"="/plain/speed""#, &says);
+    allowed(r#"links."/r2/motors/command"="/r2/wheels/command""#);
+}
+
+#[test]
+fn a_sensed_port_reads_a_sensor_alone() {
+    allowed(r#"links."/r2/listen/near"="/r3/sonar/value""#.replace("r3", "r2").as_str());
+    let says = ["a Monitor reads Sensors and Knowledge: `/r2/listen/near`", "make it an `Input`"];
+    refused(r#"links."/r2/listen/near"="/r2/knowledge/rule""#, &says);
+    refused(r#"links."/r2/listen/near"="/plain/input""#, &says);
+    refused(r#"links."/r2/listen/near"="/simulator/near""#, &["give it a Sensor"]);
+}
+
+#[test]
+fn roles_of_ports_bind_links_to_other_agents() {
+    assert_eq!(from_other("/r2/listen/near", "sensor"), None);
+    for part in ["", "knowledge", "gate"] {
+        let misfit = from_other("/r2/listen/near", part).unwrap_or_else(|| panic!("{part} is no Sensor"));
+        assert!(misfit.contains("a Monitor reads Sensors and Knowledge"), "{misfit}");
+    }
+    assert_eq!(commanded_by_other("gate"), None);
+    for part in ["", "knowledge", "execute", "sensor"] {
+        let misfit = commanded_by_other(part).unwrap_or_else(|| panic!("{part} is no gate"));
+        assert!(misfit.contains("an Actuator reads the command that passed the gate"), "{misfit}");
+    }
 }

@@ -1,6 +1,7 @@
 use std::cmp::Ordering;
 use std::path::Path;
 
+use super::choices::CHOICES;
 use super::model::{Agent, Link, Mission, Module};
 use super::path::absolute;
 use super::problems::Problems;
@@ -17,10 +18,42 @@ pub(super) struct Build<'a> {
 
 impl Build<'_> {
     pub(super) fn top(&mut self, root: &Table, extra: &[String]) {
-        let mut known = vec!["agent", "loop", "time", "mission", "log", "share", "snapshot", "record"];
+        let mut known =
+            vec!["agent", "loop", "time", "mission", "log", "share", "snapshot", "record", CHOICES];
         known.extend(["plugins", "modules", "links", "actuators", "robots"]);
-        known.extend(extra.iter().map(String::as_str));
+        let choices = self.choices(root, &known);
+        known.extend(extra.iter().map(String::as_str).chain(choices));
         self.problems.unknown_keys(root, "at the top", &known);
+    }
+
+    /// Names of the settings that choose; what can't be chosen is reported.
+    fn choices<'a>(&mut self, root: &'a Table, sections: &[&str]) -> Vec<&'a str> {
+        let Some(choices) = self.problems.table(root, CHOICES) else { return Vec::new() };
+        for (name, entry) in choices.iter() {
+            if sections.contains(&name) {
+                let message = Mistake::Key.of(format!("`{name}` is a section and chooses no variant"));
+                self.problems.add(entry.key, message, "give the choice another name");
+                continue;
+            }
+            let variants = self.problems.as_table(&format!("{CHOICES}.{name}"), entry);
+            let known: Vec<_> = variants.into_iter().flat_map(Table::iter).map(|(known, _)| known).collect();
+            let expected = format!("expected one of {}", known.join(", "));
+            match root.get(name) {
+                Some(chosen) if chosen.as_str().is_some_and(|chosen| known.contains(&chosen)) => {}
+                Some(chosen) => {
+                    let found =
+                        chosen.as_str().map_or_else(|| chosen.describe().into(), |name| format!("`{name}`"));
+                    let message = Mistake::Value.of(format!("`{name}` chooses {found}, which is no variant"));
+                    self.problems.add(chosen.span, message, expected);
+                }
+                None => {
+                    let message = Mistake::Value.of(format!("no variant of `{name}` is chosen"));
+                    let help = format!("write {name} = \"...\" at the top; {expected}");
+                    self.problems.add(entry.key, message, help);
+                }
+            }
+        }
+        choices.iter().map(|(name, _)| name).collect()
     }
 
     /// None only after a problem was added: the built-in defaults hold all that has no other default.

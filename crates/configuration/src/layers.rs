@@ -193,7 +193,7 @@ impl Layers {
             return;
         }
         let Some(wanted) = self.agents.chosen() else { return };
-        let part = self.part(text);
+        let part = self.part(text, vec!["agents".into(), wanted.clone()], true);
         let document = self.sources.0[text].document.as_ref();
         let own = document
             .and_then(|document| document.get("agents")?.as_table_like()?.get(&wanted)?.as_table_like());
@@ -258,7 +258,7 @@ impl Layers {
 
     fn push(&mut self, name: String, kind: SourceKind, path: Option<&Path>, text: Arc<str>) -> usize {
         let (path, id) = (path.map(Path::to_owned), self.sources.0.len());
-        let place = TextPlace { root: self.root.unwrap_or(id), part_of: None, own: self.own };
+        let place = TextPlace { root: self.root.unwrap_or(id), own: self.own, ..TextPlace::default() };
         self.sources.0.push(SettingSource {
             name,
             kind,
@@ -271,10 +271,10 @@ impl Layers {
         id
     }
 
-    /// A source of the part of a text that is the wanted agent's.
-    pub(super) fn part(&mut self, text: usize) -> usize {
+    /// A source of what stands in a table of a text; `own` if it is the wanted agent's alone.
+    pub(super) fn part(&mut self, text: usize, table: Vec<String>, own: bool) -> usize {
         let SettingSource { name, kind, path, text: whole, place, .. } = &self.sources.0[text];
-        let place = TextPlace { part_of: Some(text), own: true, ..*place };
+        let place = TextPlace { root: place.root, part_of: Some(text), table, own };
         let (name, path, text) = (name.clone(), path.clone(), Arc::clone(whole));
         self.sources.0.push(SettingSource {
             name,
@@ -288,7 +288,7 @@ impl Layers {
         self.sources.0.len() - 1
     }
 
-    fn rank(&mut self, id: usize) {
+    pub(super) fn rank(&mut self, id: usize) {
         self.sources.0[id].rank = self.ranks;
         self.ranks += 1;
     }

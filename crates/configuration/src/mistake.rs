@@ -38,7 +38,7 @@ pub enum Mistake {
     Library,
     /// A value does not fit.
     Value,
-    /// A link passes the architecture by.
+    /// A link bypasses the architecture.
     Attachment,
     /// No agent is reached.
     NoAgent,

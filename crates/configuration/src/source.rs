@@ -65,13 +65,15 @@ pub struct SettingSource {
     pub(super) document: Option<toml_edit::Document<Arc<str>>>,
 }
 
-/// Where a text stands in a file that describes several agents.
-#[derive(Clone, Copy, Debug, Default)]
+/// Where a text stands in a file that describes several agents or variants.
+#[derive(Clone, Debug, Default)]
 pub(super) struct TextPlace {
     /// The file that this one was included by in the end; what its table of an agent says goes over all of them.
     pub(super) root: usize,
-    /// The text that this is a part of: the table of the agent that is read.
+    /// The text that this is a part of: the table of the agent that is read, or a variant that is chosen.
     pub(super) part_of: Option<usize>,
+    /// The path of that table.
+    pub(super) table: Vec<String>,
     /// Whether the table of that agent includes it.
     pub(super) own: bool,
 }

@@ -1,4 +1,4 @@
-//! Whose turn it is to change an agent.
+//! Turns of changes of an agent.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;

@@ -1,4 +1,4 @@
-//! What all requests to an agent share.
+//! State of an agent that all requests share.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -40,8 +40,9 @@ impl std::fmt::Debug for Document {
     }
 }
 
-/// What can be seen and changed of one agent, whichever way requests come: the socket and the console share it, so that one
-/// change is made at a time, and a lease is the same lease on both.
+/// Control surface of an agent: all that tools can read and change.
+///
+/// Socket and console share it, so that one change is made at a time, and a lease is the same on both.
 pub struct ControlSurface {
     /// The agent.
     pub agent: AgentControl,
@@ -59,11 +60,11 @@ pub struct ControlSurface {
     operable: Mutex<Vec<Pattern>>,
     /// Controls that are had over plain requests.
     pub(crate) leases: Leases,
-    /// Whose turn it is to change something.
+    /// Turns of changes.
     pub(crate) changes: Arc<ChangeTurns>,
     /// Which requests were logged a moment ago.
     pub(crate) repeats: Repeats,
-    /// Held by who changes something under a condition.
+    /// Held during a change under a condition.
     condition: Mutex<()>,
 }
 
@@ -94,7 +95,7 @@ impl ControlSurface {
         })
     }
 
-    /// Adds what the program tells beside the blackboard; a document takes the place of one of the same name.
+    /// Adds documents of the program; a document replaces one of the same name.
     pub fn add_documents(&self, documents: impl IntoIterator<Item = Document>) {
         let mut known = locked(&self.documents);
         for document in documents {

@@ -15,8 +15,8 @@ pub struct DriverPorts<T: Interface + ?Sized> {
 }
 
 impl<T: Interface + ?Sized> DriverPorts<T> {
-    /// Hands on a new value of the driver, with one copy.
-    pub fn hand_on(&self) -> Option<InPlace<T>> {
+    /// Forwards a new value of the driver, with one copy.
+    pub fn forward(&self) -> Option<InPlace<T>> {
         self.source.is_new().then(|| self.value.copy(&self.source))
     }
 }
@@ -42,26 +42,26 @@ macro_rules! driver_sensors {
                 (): &mut (),
                 io: &$crate::DriverPorts<$value>,
                 (): &(),
-                _: &slate_module::Tick,
+                _: &$crate::slate_module::Tick,
             ) -> Option<$crate::InPlace<$value>> {
-                io.hand_on()
+                io.forward()
             }
         }
     )+};
 }
 
 /// Makes an [`Actuator`](crate::Actuator) that hands the commands from the gate to a driver or a simulator:
-/// `driver_actuator!(SimulatedWheels("simulated_wheels", "Wheels of the simulator."), WheelPorts { wheels: WheelSpeeds })`,
-/// where `wheels` is its output.
+/// `driver_actuator!(SimulatedWheels("simulated_wheels", "Wheels of the simulator."),
+/// TwoWheelPorts { wheels: WheelSpeeds })`, where `wheels` is its output.
 #[macro_export]
 macro_rules! driver_actuator {
     ($name:ident($kind:literal, $doc:literal), $ports:ident { $port:ident: $command:ty }) => {
         #[doc = concat!("Ports of [`", stringify!($name), "`].")]
-        #[slate_module::ports]
+        #[$crate::slate_module::ports]
         pub struct $ports {
             /// Command for the driver or the simulator.
             #[safe(<$command>::ZERO)]
-            $port: Output<$command>,
+            $port: $crate::slate_module::Output<$command>,
         }
 
         #[doc = $doc]
@@ -82,10 +82,10 @@ macro_rules! driver_actuator {
                 command: &$command,
                 io: &$ports,
                 (): &(),
-                _: &slate_module::Tick,
-            ) -> slate_module::Outcome {
+                _: &$crate::slate_module::Tick,
+            ) -> $crate::slate_module::Outcome {
                 io.$port.set(*command);
-                slate_module::Outcome::Ok
+                $crate::slate_module::Outcome::Ok
             }
         }
     };

@@ -5,7 +5,7 @@ use slate_module::{Interface, Outcome, Tick};
 /// A value of any size that a block has written in place.
 #[derive(Debug)]
 pub struct InPlace<T: ?Sized> {
-    /// Items, and for how many the port has room, if it was not written.
+    /// Number of items and capacity of the port, if the value was not written.
     refused: Option<(usize, usize)>,
     interface: PhantomData<fn() -> Box<T>>,
 }
@@ -22,7 +22,7 @@ impl<T: Interface + ?Sized> InPlace<T> {
                 "`{port}` has room for {capacity} items and not for {items}: give it a `#[capacity({items})]`"
             ));
         } else {
-            now.error(format_args!("`{port}`: the input that it is to copy has no value yet"));
+            now.error(format_args!("`{port}`: the copied input has no value yet"));
         }
         Outcome::Failed
     }

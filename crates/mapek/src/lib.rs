@@ -1,9 +1,9 @@
 //! Monitor, Analyze, Plan, Execute around Knowledge: the architecture of a robot (RoCS).
 //!
-//! A robot has two routes. On the deliberative one a [`Monitor`] interprets sensors, an [`Analyze`] tells what changed,
+//! A robot has two routes. On the deliberative one a [`Monitor`] interprets sensors, an [`Analyze`] reports changes,
 //! the [`Plan`] decides and [`ExecuteBlock`] performs its actions. On the reactive one a [`ReactiveModel`] is woken by
-//! its sensors and sends a reflex straight to Execute, where it comes before all that is planned. [`Knowledge`] is what
-//! all of them may read. Every block is a module, and all that flows between them are properties and messages.
+//! its sensors and sends a reflex straight to Execute, where it precedes all planned actions. All blocks
+//! may read [`Knowledge`]. Every block is a module, and all that flows between them are properties and messages.
 //!
 //! ```
 //! use serde::{Deserialize, Serialize};
@@ -41,6 +41,10 @@
 //!         let ranges = scan.echoes.iter().map(|echo| echo.range);
 //!         Some(Nearest { distance: ranges.fold(scan.range_max, math::min) })
 //!     }
+//! }
+//!
+//! slate_mapek::driver_sensors! {
+//!     Localizer("localizer", "Pose that a localizer outside of the robot publishes."): Pose2,
 //! }
 //!
 //! #[ports]
@@ -305,8 +309,10 @@
 //! let robot = Robot::new("r2")
 //!     .sensor::<Sonar>("sonar")
 //!     .link("scan", "/simulator/r2/sonar")
+//!     .sensor::<Localizer>("localizer")
+//!     .link("source", "/localizer/pose")
 //!     .monitor::<PoseMonitor>("pose_monitor")
-//!     .link("pose", "/localizer/pose")
+//!     .sense::<Localizer>("localizer")
 //!     .attach::<Arrival>("arrival")
 //!     .analyze::<Arrival>("arrival")
 //!     .attach::<GoToOriginPlanner>("planner")
@@ -315,7 +321,7 @@
 //!     .params(|params| params.distance = 0.3)
 //!     .sense::<Sonar>("sonar")
 //!     .execute::<Actions>("execute")
-//!     .link("pose", "/localizer/pose")
+//!     .link("pose", "localizer/value")
 //!     .gate("wheels", Gate::new(Twist2::ZERO).limit("linear", -0.5..=0.5))
 //!     .actuator::<Wheels>("wheels_driver")
 //!     .link("command", "wheels/command");
@@ -382,13 +388,11 @@ pub use port::{
 pub use published::{AnalyzePorts, MonitorPorts, Published, SensorPorts};
 pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};
 pub use repertoire::{Repertoire, RequestError, read_arguments};
-pub use robot::{
-    Gate, Notices, Observes, Robot, RobotError, RobotErrors, RobotProblem, Senses, Variant, VariantChoice,
-};
+pub use robot::{Gate, Notices, Observes, Robot, RobotError, RobotErrors, RobotProblem, Senses};
 pub use sensor::{Sensor, SensorBlock};
-#[doc(hidden)]
-pub use serde;
 pub use status::{Ended, Ending, ExecuteStatus, Route, WaitingAction, WaitingActions};
+#[doc(hidden)]
+pub use {serde, slate_module};
 
 /// Imports of a robot's file, beside the preludes of slate-module and slate-interfaces.
 ///

@@ -9,14 +9,14 @@ use crate::{ActionRequest, PlanStep, Route};
 pub struct QueuedAction {
     /// The action.
     pub action: ActionRequest,
-    /// Whose it is.
+    /// Origin.
     pub origin: Origin,
     /// When it was queued or renewed, nanoseconds.
     #[serde(default)]
     pub queued: u64,
 }
 
-/// Whose an action is.
+/// Origin of an action.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Origin {
     /// The Plan's message of that number.

@@ -26,6 +26,8 @@ pub mod role {
     pub const REFLEX: &str = "reflex";
     /// Commands that have passed the gate, for Actuators.
     pub const COMMAND: &str = "command";
+    /// Inputs of a driver or a simulator that move a robot, for Actuators and gates.
+    pub const ACTUATION: &str = "actuation";
     /// Facts of Knowledge, for all blocks.
     pub const FACT: &str = "fact";
     /// Ground truth of a simulator, for referees.
@@ -149,8 +151,8 @@ carrying!(
     /// Fact of the WorldModel, of any size, at Knowledge.
     ///
     /// Its link is its single origin, such as an Analyze's change. Every block may read it at Knowledge's URL, such as
-    /// `knowledge/map`: it then reads the origin's value, in the same cycle and without a copy. A fact without a link holds a value
-    /// that the configuration or a person sets.
+    /// `knowledge/map`: it then reads the origin's value, in the same cycle and without a copy. A fact without a link
+    /// holds a value that the configuration or a person sets.
     Known,
     Input,
     role::FACT

@@ -3,7 +3,7 @@ use slate_module::{Direction, Interface, Outcome, Ports, Refusal, Tick, ports};
 use crate::in_place::InPlace;
 use crate::port::{Change, Measurement, Percept, role};
 
-/// What a Sensor, a Monitor or an Analyze publishes.
+/// Value that a Sensor, a Monitor or an Analyze publishes.
 ///
 /// A small value is returned, as `Option<T>`. A value of any size, such as a scan or a map, is written in place: the block
 /// has the port itself, `value: Measurement<T>`, `percept: Percept<T>` or `change: Change<T>`, and returns the

@@ -151,7 +151,7 @@ fn a_second_plan_is_refused_with_both_lines() {
     assert_eq!(
         error.to_string(),
         format!(
-            "{file}:{line}: robot `r2`: it has one Plan, and `planner` in line {first} is it already; remove `another`"
+            "{file}:{line}: robot `r2`: a robot has one Plan, and `planner` in line {first} is it; remove `another`"
         )
     );
 }
@@ -213,9 +213,7 @@ fn parameters_out_of_range_are_refused() {
         let found = errors(&robot);
         assert_eq!(
             found,
-            [format!(
-                "the parameter `speed` of `cruiser` is {speed:?}, which is out of its range from 0.0 to 2.0"
-            )]
+            [format!("the parameter `speed` of `cruiser` must be from 0.0 to 2.0, found {speed:?}")]
         );
     }
 }
@@ -230,7 +228,7 @@ fn names_that_are_not_there_are_refused_with_similar_ones() {
     let robot = Robot::new("r2").monitor::<NearMonitor>("near").link("range", "sonar/value");
     assert_eq!(errors(&robot), ["it has no module `sonar`; did you mean `near`?"]);
     let robot = Robot::new("r2").monitor::<NearMonitor>("near").attach::<WayIsFree>("near");
-    assert_eq!(errors(&robot), ["`near` is a `near_monitor`, and not a `way_is_free`"]);
+    assert_eq!(errors(&robot), ["`near` has the kind `near_monitor`, expected `way_is_free`"]);
     let robot = Robot::new("my robot");
     assert!(errors(&robot)[0].starts_with("`my robot` is no name"));
 }
@@ -257,7 +255,7 @@ fn gates_without_a_commander_or_with_bad_limits_are_refused() {
 #[test]
 fn inputs_of_another_interface_are_refused() {
     let robot = Robot::new("r2").module::<Cruiser>("cruiser").input("goal", Rank { rank: 1 });
-    assert_eq!(errors(&robot), ["the input `cruiser/goal` takes Twist2, and not Rank"]);
+    assert_eq!(errors(&robot), ["the input `cruiser/goal` expects Twist2, found Rank"]);
 }
 
 /// A kind with the name of another one.

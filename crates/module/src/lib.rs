@@ -135,8 +135,8 @@ pub mod prelude {
 /// (`crate-type = ["cdylib"]`) the crate can be loaded by an agent that runs; what it offers and needs stands in the
 /// section `.slate` of the file, where it is read before the library is opened.
 ///
-/// With `plugin!(Follower; robot = rover)` the library also brings the robot that the function `rover` builds, and `slate run` runs the
-/// library.
+/// With `plugin!(Follower; robot = rover)` the library also brings the robot that the function `rover` builds, and
+/// `slate run` runs the library.
 #[macro_export]
 macro_rules! plugin {
     ($($module:ty),+ $(,)? $(; depends = [$($depends:literal),* $(,)?])? $(; robot = $robot:path)?) => {

@@ -104,7 +104,7 @@ pub struct ModuleTable {
     pub destroy: unsafe extern "C" fn(instance: *mut (), sink: *const Sink) -> i32,
 }
 
-/// What a library may export as `slate_robot_<crate>`: writes the configuration of a robot in TOML, or what is wrong with it.
+/// Call that a library may export as `slate_robot_<crate>`: writes a robot's configuration in TOML, or its errors.
 pub type RobotCall = unsafe extern "C" fn(sink: *const Sink) -> i32;
 
 // SAFETY: a table is constant; its texts are read only.

@@ -41,7 +41,7 @@ pub struct Batch {
     #[serde(flatten)]
     pub collisions: Collisions,
     /// Success weighted by path length: the mean over all runs of 0 for a failure and else the shortest way divided by
-    /// the way that was gone, at most 1.
+    /// the way that was gone, at most 1. `None` if no run knows a shortest way.
     pub spl: Option<f64>,
     /// Seeds of the runs that did not do their task or caused a collision, ascending.
     pub failed_seeds: Vec<u64>,
@@ -100,7 +100,8 @@ pub struct Companion {
 
 impl Collisions {
     fn of(lengths: impl Iterator<Item = f64>, collisions: u64, collisions_caused: u64) -> Self {
-        let kilometres = sum(lengths) / 1000.0;
+        // The sum of nothing is -0.0.
+        let kilometres = sum(lengths) / 1000.0 + 0.0;
         let per_km = |count: f64| (kilometres > 0.0).then(|| count / kilometres);
         Self {
             kilometres,
@@ -208,7 +209,12 @@ impl Batch {
                 total(|summary| summary.collisions),
                 total(|summary| summary.collisions_caused),
             ),
-            spl: per_run(sum(summaries.iter().map(weighted_success))),
+            // A mission without a shortest way has nothing to weight by.
+            spl: summaries
+                .iter()
+                .any(|summary| summary.shortest_path_m.is_some())
+                .then(|| per_run(sum(summaries.iter().map(weighted_success))))
+                .flatten(),
             failed_seeds: failed.iter().map(|summary| summary.seed).collect(),
             failures,
             sim_time_s: spread(|summary| summary.sim_time_s),

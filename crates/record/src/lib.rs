@@ -2,8 +2,8 @@
 //! ([`logs`]); values as ROS 2 messages ([`ros`]); reports of runs and batches.
 //!
 //! A [`Report`] of one run is a folder with `scene.svg`, `scene.json`, `trajectory.csv`, `trajectory.svg`,
-//! `timeline.svg`, `animation.svg` and `summary.json`; a [`TrajectoryStream`] writes the trajectory while the run goes. A [`Batch`] has the
-//! statistics of the summaries of many runs.
+//! `timeline.svg`, `animation.svg` and `summary.json`; a [`TrajectoryStream`] writes the trajectory while the run goes.
+//! A [`Batch`] has the statistics of the summaries of many runs.
 //!
 //! The same data give the same bytes. Only [`Summary::wall_time_s`] differs between two runs of the same configuration and
 //! seed.
@@ -21,7 +21,6 @@ pub mod replay;
 mod report;
 mod rocs_log;
 pub mod ros;
-mod route_tally;
 mod scene;
 mod statistics;
 mod storage;
@@ -33,9 +32,8 @@ pub use error::Error;
 pub use recorder::{CONFIGURATION, Misspelt, RecordError, RecordState, Recorded, Recorder, misspelt};
 pub use report::Report;
 pub use rocs_log::RocsLog;
-pub use route_tally::RouteTally;
 pub use scene::{Bounds, Circle, Cone, Goal, Polygon, Robot, Scene};
 pub use summary::{Outcome, Summary};
 pub use trajectory::{
-    Route, RouteUse, Sample, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream,
+    Route, RouteTally, RouteUse, Sample, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream,
 };

@@ -35,7 +35,8 @@ impl Report<'_> {
 
     /// The plot of the way of each robot: scripted robots in black, the others red where the deliberative route
     /// commands them and blue where the reactive route does, with a square where the route changes and a dot where
-    /// another action begins, whose shape is that of its kind. Samples that are not finite or further than 1000 km from the origin are left out.
+    /// another action begins, whose shape is that of its kind. Samples that are not finite or further than 1000 km from
+    /// the origin are left out.
     ///
     /// # Errors
     /// If the plot cannot be drawn.
@@ -61,8 +62,9 @@ impl Report<'_> {
         plot::animation(&self.drawing(self.summary.title()))
     }
 
-    /// Writes `scene.svg`, `scene.json`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and `summary.json`. The directory is made if it is
-    /// missing; files of an earlier run are replaced once all the new ones are on the disk.
+    /// Writes `scene.svg`, `scene.json`, `trajectory.csv`, `trajectory.svg`, `timeline.svg`, `animation.svg` and
+    /// `summary.json`. The directory is made if it is missing; files of an earlier run are replaced once all the new
+    /// ones are on the disk.
     ///
     /// # Errors
     /// If a plot cannot be drawn, or if the directory or a file cannot be written.

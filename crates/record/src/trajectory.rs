@@ -1,3 +1,4 @@
+mod route_tally;
 mod routes;
 mod stream;
 mod thinned;
@@ -5,6 +6,7 @@ mod thinned;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 
+pub use route_tally::RouteTally;
 pub use routes::RouteUse;
 pub use stream::TrajectoryStream;
 pub use thinned::{ThinnedTrajectory, TrajectoryPosition};

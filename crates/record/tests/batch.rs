@@ -51,6 +51,20 @@ fn success_is_weighted_by_path_length() {
 }
 
 #[test]
+fn missions_without_a_shortest_way_have_no_spl() {
+    let run = |way: Option<f64>| Summary {
+        outcome: Outcome::GoalReached,
+        path_length_m: way,
+        shortest_path_m: way,
+        ..summary(1)
+    };
+    let batch = Batch::of(&[run(None), run(None)]);
+    assert_eq!((batch.spl, batch.collisions.kilometres.to_string()), (None, "0".to_owned()));
+    assert!(!batch.to_string().contains("SPL") && !batch.to_string().contains("way of all runs"), "{batch}");
+    assert!(Batch::of(&[run(None), run(Some(2.0))]).to_string().contains("SPL"));
+}
+
+#[test]
 fn collisions_are_counted_per_kilometre_of_way() {
     let run = |collisions, collisions_caused, length| Summary {
         collisions,

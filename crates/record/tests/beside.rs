@@ -1,5 +1,5 @@
 //! Logs as RoCS's authors publish them, the use of the routes, and both runs side by side.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use crate::common;
 
@@ -98,7 +98,7 @@ fn wrong_logs_are_refused_with_the_line() {
 fn use_of_routes_counts_changes_that_hold_and_distance() {
     let log = log("use");
     let used = RouteUse::of(&log.trajectory.of("p3dx"));
-    assert_eq!((used.changes, used.held_changes), (4, 2), "one line of a reflex is too short");
+    assert_eq!((used.changes, used.lasting_changes), (4, 2), "one line of a reflex is too short");
     assert!((used.distance - 0.15).abs() < 1e-9 && (used.duration - 0.85).abs() < 1e-9, "{used:?}");
     assert!((used.reactive_samples - 5.0 / 16.0).abs() < 1e-9, "{used:?}");
     assert!((used.reactive_distance - 0.05 / 0.15).abs() < 1e-9, "{used:?}");
@@ -111,7 +111,7 @@ fn use_of_routes_counts_changes_that_hold_and_distance() {
         .map(|(route, step)| sample(u64::from(step) * 200_000_000, "R2", f64::from(step), 0.0, *route, ""))
         .collect();
     let used = RouteUse::of(&samples.iter().collect::<Vec<_>>());
-    assert_eq!((used.changes, used.held_changes), (2, 1), "the last route has no time to hold");
+    assert_eq!((used.changes, used.lasting_changes), (2, 1), "the last route has no time to hold");
 }
 
 /// The folder that a run leaves.

@@ -1,5 +1,5 @@
 //! `scene.svg`, `trajectory.svg`, `timeline.svg` and `animation.svg`.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::common;
 

@@ -1,5 +1,5 @@
 //! The report of a run on the disk, and its summary.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::common;
 

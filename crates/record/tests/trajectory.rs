@@ -1,5 +1,5 @@
 //! `trajectory.csv`.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::common;
 

@@ -19,13 +19,13 @@ mod built_in {
     use crate::trails::Trails;
 
     /// A run is reached as long as this lives.
-    pub struct Opened {
+    pub struct RunConsole {
         console: Console,
         _trails: Trails,
         over: Arc<OnceLock<String>>,
     }
 
-    impl Opened {
+    impl RunConsole {
         /// Returns the link that a browser opens.
         pub fn link(&self) -> &str {
             self.console.link()
@@ -37,19 +37,19 @@ mod built_in {
         }
 
         /// Tells those who look that the run is over, and how it ended.
-        pub fn tell_over(&self, how: &str) {
+        pub fn announce_end(&self, how: &str) {
             // It ends once.
             let _ = self.over.set(how.to_owned());
         }
     }
 
     /// Console settings of a configuration.
-    pub struct Wish {
+    pub struct ConsoleOptions {
         settings: Settings,
         is_named: bool,
     }
 
-    impl Wish {
+    impl ConsoleOptions {
         pub fn of(configuration: &Configuration) -> Result<Self, RunError> {
             let is_named = configuration.value(slate_console::TABLE).is_some();
             Ok(Self { settings: Settings::of(configuration)?, is_named })
@@ -61,7 +61,7 @@ mod built_in {
             mission: &MissionRun,
             surface: Arc<ControlSurface>,
             is_watched: bool,
-        ) -> Result<Option<Opened>, RunError> {
+        ) -> Result<Option<RunConsole>, RunError> {
             if !self.settings.enabled.unwrap_or(is_watched || self.is_named) {
                 return Ok(None);
             }
@@ -76,7 +76,7 @@ mod built_in {
             match Console::start_on(surface, &self.settings, Vec::new()) {
                 Ok(console) => {
                     eprintln!("console: {}", console.link());
-                    Ok(Some(Opened { console, _trails: trails, over }))
+                    Ok(Some(RunConsole { console, _trails: trails, over }))
                 }
                 Err(error) if self.is_named => Err(error.into()),
                 // A run that nobody has asked it of goes on without.
@@ -98,9 +98,9 @@ mod built_in {
     use super::{Configuration, MissionRun, RunError};
 
     /// There is none.
-    pub enum Opened {}
+    pub enum RunConsole {}
 
-    impl Opened {
+    impl RunConsole {
         pub fn link(&self) -> &str {
             match *self {}
         }
@@ -109,14 +109,14 @@ mod built_in {
             match *self {}
         }
 
-        pub fn tell_over(&self, _: &str) {
+        pub fn announce_end(&self, _: &str) {
             match *self {}
         }
     }
 
-    pub struct Wish;
+    pub struct ConsoleOptions;
 
-    impl Wish {
+    impl ConsoleOptions {
         pub fn of(configuration: &Configuration) -> Result<Self, RunError> {
             let Some(table) = configuration.value("console") else { return Ok(Self) };
             let help = "build it with the feature `console`, or take the table away";
@@ -131,13 +131,13 @@ mod built_in {
             _: &MissionRun,
             _: Arc<ControlSurface>,
             _: bool,
-        ) -> Result<Option<Opened>, RunError> {
+        ) -> Result<Option<RunConsole>, RunError> {
             Ok(None)
         }
     }
 }
 
-pub use built_in::{Opened, Wish};
+pub use built_in::{ConsoleOptions, RunConsole};
 
 /// Has the system open a link.
 ///

@@ -25,14 +25,13 @@ mod stopped_sensors;
 #[cfg(feature = "console")]
 mod trails;
 mod unfed;
-mod variants;
 
 use std::sync::Arc;
 
 pub use console::open_browser;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;
-pub use mission::{Finished, How, MissionRun};
+pub use mission::{Finished, MissionOptions, MissionRun};
 pub use observation::Observation;
 pub use options::{ApplicationOptions, MAXIMUM_SEED, ModeName, RunOptions, parse_rate};
 pub use printed_error::PrintedError;
@@ -42,10 +41,9 @@ pub use run_history::RunHistory;
 use slate_module::Plugin;
 use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;
-pub use variants::chosen_settings;
 
 /// Names at the top of a configuration that belong to applications.
-pub const EXTRA_TABLES: [&str; 6] = ["world", "report", "console", "controller", "pace", "planner"];
+pub const EXTRA_TABLES: [&str; 3] = ["world", "report", "console"];
 
 /// Settings of applications that may be paths.
 pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];

@@ -49,8 +49,8 @@ fn memories(agent: &Agent) -> BTreeMap<String, String> {
     agent.memories().map(|(module, began)| (format!("memory of {module}"), text(began))).collect()
 }
 
-/// How a run is made.
-pub struct How {
+/// Options of a mission.
+pub struct MissionOptions {
     /// How modules are scheduled.
     pub mode: ModeName,
     /// Speed of simulated time.
@@ -92,25 +92,25 @@ pub struct MissionRun {
 
 impl MissionRun {
     /// Loads an application; nothing is started when anything does not fit.
-    pub fn load(application: Application, how: How) -> Result<Self, RunError> {
+    pub fn load(application: Application, mission: MissionOptions) -> Result<Self, RunError> {
         let configuration = &application.configuration;
-        let recorder = how.follows.then(|| Recorder::on_demand(configuration.record()));
-        let log = how.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).collect();
+        let recorder = mission.follows.then(|| Recorder::on_demand(configuration.record()));
+        let log = mission.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).collect();
         let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
         let options = Options {
-            mode: how.mode.mode(),
-            rate: how.rate,
-            workers: how.workers,
+            mode: mission.mode.mode(),
+            rate: mission.rate,
+            workers: mission.workers,
             log,
             recording: recorder.clone().map(|recorder| Arc::new(recorder) as _),
             // Many runs at once would be several agents of one name.
-            sharing: how.follows.then(|| Box::new(AgentSharing::default()) as _),
+            sharing: mission.follows.then(|| Box::new(AgentSharing::default()) as _),
             // Many runs at once would all begin with the same memory, and only one could write it.
-            keeps_memory: how.follows,
-            follows_files: how.follows,
+            keeps_memory: mission.follows,
+            follows_files: mission.follows,
             known_libraries: known_libraries(),
             // Robots in the embedded simulator arm themselves; real ones wait for a person.
-            armed: !how.disarmed && is_simulated,
+            armed: !mission.disarmed && is_simulated,
             ..Options::default()
         };
         let agent = Agent::load_with(&application.database, &application.plugins, options)?;
@@ -124,8 +124,8 @@ impl MissionRun {
             application,
             scene,
             course,
-            mode: how.mode,
-            wants_trajectory: how.trajectory,
+            mode: mission.mode,
+            wants_trajectory: mission.trajectory,
             recorder,
             stream: None,
         })

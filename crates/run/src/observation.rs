@@ -301,14 +301,11 @@ impl ObservedRobot {
 
     /// Returns the position (metres), and the route of the running action; nothing of a robot without Execute.
     pub fn place_and_route(&self) -> Option<([f64; 2], Option<Route>)> {
-        let field = |property: &Arc<Property>, name: &str| {
-            let (bytes, items, _) = property.newest().ok()??;
-            let path = slate_blackboard::interface::find(property.descriptor(), name).ok()?;
-            View::new(property.descriptor(), &bytes, items)?.at(&path)
-        };
-        let route = field(self.status.as_ref()?, "route")?;
-        let coordinate = |name: &str| field(&self.pose, name)?.as_f64();
-        Some(([coordinate("x")?, coordinate("y")?], route_of(route.as_str().unwrap_or_default())))
+        let [route] = fields(self.status.as_ref()?, ["route".to_owned()])?;
+        let within = |name: &str| format!("{}/{name}", self.pose_field).trim_start_matches('/').to_owned();
+        // Both of one write.
+        let [x, y] = fields(&self.pose, ["x", "y"].map(within))?;
+        Some(([x.as_f64()?, y.as_f64()?], route_of(route.as_str().unwrap_or_default())))
     }
 
     /// Returns where the robot is to go, if it has a goal.
@@ -347,6 +344,16 @@ fn route_of(name: &str) -> Option<Route> {
         "REACTIVE" => Some(Route::Reactive),
         _ => None,
     }
+}
+
+/// Fields of the newest value of a property, all of one write.
+fn fields<const COUNT: usize>(property: &Property, paths: [String; COUNT]) -> Option<[Value; COUNT]> {
+    let (bytes, items, _) = property.newest().ok()??;
+    let view = View::new(property.descriptor(), &bytes, items)?;
+    let field =
+        |path: &String| view.at(&slate_blackboard::interface::find(property.descriptor(), path).ok()?);
+    let found: Vec<Value> = paths.iter().map_while(field).collect();
+    found.try_into().ok()
 }
 
 /// The newest value of a property. Tools read by copying, so that they hold nothing while they look.

@@ -9,11 +9,9 @@ use slate_runtime::configuration::{Database, Options};
 use slate_runtime::isolation;
 use slate_runtime::snapshot::Snapshot;
 
-use crate::{
-    Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, chosen_settings, output, run,
-};
+use crate::{Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, output, run};
 
-/// ProgramArguments of a robot's program.
+/// Arguments of a robot's program.
 #[derive(Debug, Parser)]
 struct ProgramArguments {
     #[command(flatten)]
@@ -24,7 +22,7 @@ struct ProgramArguments {
     toml: bool,
 }
 
-/// What the program of a robot does with it.
+/// Runs a robot as a program.
 pub trait RunRobot {
     /// Runs the robot, with options, display, web console, report and exit code of `slate run`.
     ///
@@ -88,17 +86,10 @@ fn run_program<B>(robot: &Robot<B>) -> Result<u8, RunError> {
 }
 
 fn application<B>(robot: &Robot<B>, layers: Options) -> Result<Application, RunError> {
-    let own = robot.choices().iter().map(|(setting, _)| *setting);
-    let extra_tables = EXTRA_TABLES.into_iter().chain(own).map(Into::into).collect();
+    let extra_tables = EXTRA_TABLES.map(Into::into).to_vec();
     let layers = Options { extra_tables, paths: PATHS.map(Into::into).to_vec(), ..layers };
     let (file, text) = (format!("{}.toml", robot.name()), robot.to_toml_with_places()?);
-    let mut database = Database::from_text(&file, &text, layers.clone())?;
-    let variants = chosen_settings(&database.current(), robot.choices())?;
-    if !variants.is_empty() {
-        // What the user sets goes over what the variants set.
-        let sets = [variants, layers.sets.clone()].concat();
-        database = Database::from_text(&file, &text, Options { sets, ..layers })?;
-    }
+    let database = Database::from_text(&file, &text, layers)?;
     let name = database.current().agent_name().to_owned();
     Ok(Application::new(&name, database, plugins(robot)))
 }

@@ -9,11 +9,11 @@ use slate_runtime::Rate;
 use slate_runtime::log::LogTarget;
 use slate_runtime::snapshot::Snapshot;
 
-use crate::console::{Wish, open_browser};
+use crate::console::{ConsoleOptions, open_browser};
 use crate::display::{DisplayLog, LiveDisplay, RunTitle};
 use crate::folder::ReportFolder;
 use crate::stay::{Interrupt, stay};
-use crate::{Application, Finished, How, MissionRun, ModeName, RunError, RunOptions, output};
+use crate::{Application, Finished, MissionOptions, MissionRun, ModeName, RunError, RunOptions, output};
 
 /// What surrounds a run beside its options.
 #[derive(Default)]
@@ -45,11 +45,12 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let RunContext { snapshot, has_team, is_watched, supervision } = context;
     // A live display owns the terminal, so it shows the log too; the report contains a copy.
     let log = DisplayLog::default();
-    let how = how(options, &application, has_team, options.owns_terminal().then(|| log.clone()))?;
+    let load_options =
+        mission_options(options, &application, has_team, options.owns_terminal().then(|| log.clone()))?;
     let title = RunTitle { name: application.name.clone(), seed: application.configuration.seed().value };
     let judge = application.configuration.mission().map(|mission| mission.outcome.agent().map(str::to_owned));
-    let wish = Wish::of(&application.configuration)?;
-    let mut mission = MissionRun::load(application, how)?;
+    let console_options = ConsoleOptions::of(&application.configuration)?;
+    let mut mission = MissionRun::load(application, load_options)?;
     for end in mission.agent.composer().loose_ends() {
         eprintln!("warning: {}", slate_runtime::configuration::Report::from(vec![end]));
     }
@@ -76,7 +77,8 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
         mission.stream_trajectory(folder.path());
     }
     announce(judge, &server, &mission, is_supervised);
-    let console = wish.open(&mission, surface, !options.headless || options.open || is_watched)?;
+    let is_watched = !options.headless || options.open || is_watched;
+    let console = console_options.open(&mission, surface, is_watched)?;
     if options.open {
         match &console {
             Some(console) => open_browser(console.link())?,
@@ -89,15 +91,15 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     drop(display);
     let mut finished = finished?;
     if let Some(console) = &console {
-        console.tell_over(&finished.summary.headline());
+        console.announce_end(&finished.summary.headline());
     }
     let (is_lost, written) = conclude(&mut finished, &log, &folder, options.common.json);
     if can_stay {
         stay(&interrupt, console.as_ref(), options.stay);
     } else if options.stay {
         eprintln!(
-            "--stay has no effect without [time]: on the system's clock, actuators count as real, and their drivers end with \
-             the run"
+            "warning: --stay has no effect without [time]: actuators on the system's clock count as real, and their drivers \
+             end with the run"
         );
     }
     drop((server, console));
@@ -108,12 +110,12 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
 }
 
 /// Decides how the application is run; `has_team` says whether it is one of several agents.
-fn how(
+fn mission_options(
     options: &RunOptions,
     application: &Application,
     has_team: bool,
     log: Option<DisplayLog>,
-) -> Result<How, RunError> {
+) -> Result<MissionOptions, RunError> {
     let is_driven = application.configuration.time_source().is_some();
     if !is_driven && options.rate.is_some_and(|rate| rate != Rate::REALTIME) {
         return Err(RunError::WallClock);
@@ -122,7 +124,7 @@ fn how(
     let is_threaded = options.common.mode == ModeName::Threaded;
     let needs_wall_clock = !options.headless || is_threaded || !is_driven || has_team;
     let default = if needs_wall_clock { Rate::REALTIME } else { Rate::Max };
-    Ok(How {
+    Ok(MissionOptions {
         mode: options.common.mode,
         rate: options.rate.unwrap_or(default),
         workers: options.common.workers.into(),
@@ -133,9 +135,9 @@ fn how(
     })
 }
 
-/// Prints until when the agent runs, whether its actuators are disarmed, and by which name it is reached, where that is not
-/// obvious. The `judge` is the agent
-/// that judges the mission, if there is one, or this agent.
+/// Prints how long the agent runs, which actuators are disarmed, and its name for tools where that is not obvious.
+///
+/// `judge` is the agent that judges the mission; its inner value is empty for this agent.
 fn announce(judge: Option<Option<String>>, server: &Server, mission: &MissionRun, is_supervised: bool) {
     match judge {
         None => eprintln!("the configuration has no [mission]: the agent runs until Ctrl-C"),

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use slate_blackboard::interface::Value;
 use slate_module::math;
 use slate_record::{Bounds, Cone, Goal, Polygon, Robot, Scene};
-use slate_runtime::configuration::{Configuration, Value as Setting};
+use slate_runtime::configuration::{ChosenVariant, Configuration, Value as Setting};
 use slate_sim::geometry::Point;
 use slate_sim::robot::{DriveDescription, RobotDescription};
 use slate_sim::{Placement, Scenario};
@@ -158,11 +158,8 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
             conditions.insert("robot_sensor".into(), profile);
         }
     }
-    for (choice, usual) in [("controller", "slate"), ("pace", "default"), ("planner", "straight")] {
-        if let Some(other) = text(choice).filter(|chosen| chosen != usual) {
-            conditions.insert(choice.into(), other);
-        }
-    }
+    let others = ChosenVariant::all(configuration).filter(|variant| variant.is_other);
+    conditions.extend(others.map(|variant| (variant.choice.into(), variant.name.into())));
     conditions
 }
 

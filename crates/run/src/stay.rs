@@ -6,11 +6,11 @@ use std::time::{Duration, Instant};
 use slate_runtime::Stopper;
 
 use crate::clock::now;
-use crate::console::Opened;
+use crate::console::RunConsole;
 
 /// Signals that follow each other within this time count as one.
 ///
-/// Programs such as `timeout` signal a process and its process group. A person who wants to kill has waited for longer.
+/// Programs such as `timeout` signal a process and its process group at the same time; a second Ctrl-C of a person comes later.
 pub const DEBOUNCE: Duration = Duration::from_millis(300);
 
 /// How often the run looks for browsers.
@@ -75,8 +75,8 @@ impl Interrupt {
 }
 
 /// Stays after the end of a mission: as long as a browser is connected, or until an interrupt where the user `wishes` it.
-pub fn stay(interrupt: &Interrupt, console: Option<&Opened>, wishes: bool) {
-    let has_browser = || console.is_some_and(Opened::has_browser);
+pub fn stay(interrupt: &Interrupt, console: Option<&RunConsole>, wishes: bool) {
+    let has_browser = || console.is_some_and(RunConsole::has_browser);
     if interrupt.is_set() || !(wishes || has_browser()) {
         return;
     }

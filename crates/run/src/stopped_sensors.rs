@@ -1,7 +1,8 @@
-//! Sensors that have stopped, as the RobotModels of a run list them.
+//! Stopped sensors, as the RobotModels of a run list them.
 
 use slate_blackboard::Board;
-use slate_blackboard::interface::{Descriptor, Kind, Value};
+use slate_blackboard::interface::{Descriptor, Interface, Kind, Value};
+use slate_mapek::RobotModel;
 
 use crate::observation::value;
 
@@ -28,10 +29,10 @@ pub fn describe(board: &Board) -> Option<String> {
 
 /// The field of an interface that is a RobotModel; empty for a RobotModel itself.
 fn robot_model_of(descriptor: &Descriptor) -> Option<&'static str> {
-    const NAME: &str = "RobotModel";
-    if descriptor.name == NAME {
+    let model = RobotModel::DESCRIPTOR.hash;
+    if descriptor.hash == model {
         return Some("");
     }
-    let is_model = |kind: &Kind| matches!(kind, Kind::Nested(nested) if nested.name == NAME);
+    let is_model = |kind: &Kind| matches!(kind, Kind::Nested(nested) if nested.hash == model);
     descriptor.fields.iter().find(|field| is_model(&field.kind)).map(|field| field.name)
 }

@@ -1,6 +1,6 @@
 //! What certificates prove, and what is refused.
 #![cfg(feature = "tls")]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "certificates go by the calendar")]
 
 use crate::agents;

@@ -1,5 +1,5 @@
 //! The times of values whose agents have clocks of their own.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;
 

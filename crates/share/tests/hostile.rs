@@ -1,5 +1,5 @@
 //! Whatever bytes come, an agent goes on, its memory stays bounded, and afterwards all is as it should be.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(unsafe_code, reason = "memory is counted where it is allocated")]
 
 mod agents;

@@ -10,6 +10,7 @@ use agents::{Folder, wait_for};
 use slate_blackboard::Board;
 use slate_blackboard::interface::Value;
 use slate_control::{Client, ClientError, Server};
+use slate_mapek::{Actuator, actuator};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{Configuration, Database, Options as Reading};
@@ -153,6 +154,51 @@ impl Module for Judge {
     }
 }
 
+/// Ports of [`Helm`].
+#[ports]
+pub struct HelmIo {
+    #[safe(Number { value: 0.0 })]
+    course: Command<Number>,
+}
+
+/// Commands an actuator.
+pub struct Helm;
+
+#[module(stage = Act)]
+impl Module for Helm {
+    type Io = HelmIo;
+    type Params = ();
+    type State = ();
+
+    fn tick((): &mut (), io: &HelmIo, (): &(), _: &Tick) -> Outcome {
+        io.course.send(Number { value: 5.0 }, Priority::Plan);
+        Outcome::Ok
+    }
+}
+
+/// Ports of [`Rudder`].
+#[ports]
+pub struct RudderIo {
+    moved: Output<Number>,
+}
+
+/// Shows the last command that it has applied.
+pub struct Rudder;
+
+impl Actuator for Rudder {
+    const NAME: &'static str = "rudder";
+    type Io = RudderIo;
+    type Params = ();
+    type State = ();
+    type Command = Number;
+    const SAFE: Number = Number { value: -1.0 };
+
+    fn apply((): &mut (), command: &Number, io: &RudderIo, (): &(), _: &Tick) -> Outcome {
+        io.moved.set(*command);
+        Outcome::Ok
+    }
+}
+
 /// An agent that runs until this is dropped.
 struct Running {
     board: Arc<Board>,
@@ -172,6 +218,8 @@ fn try_load(name: &str, text: &str, mode: Mode) -> Result<Agent, StartError> {
         Plugin::linked::<Reader>(),
         Plugin::linked::<Witness>(),
         Plugin::linked::<Judge>(),
+        Plugin::linked::<Helm>(),
+        actuator::<Rudder>().into(),
     ];
     let mut sharing = AgentSharing::default();
     sharing.limits = agents::limits();
@@ -295,6 +343,33 @@ fn ground_truth_of_another_agent_is_for_referees() {
     });
     assert_eq!(reader.number("reader/fresh"), 0.0);
     assert_eq!(reader.trouble("judge/truth"), None);
+}
+
+#[test]
+fn an_actuator_takes_commands_of_another_agent_from_its_gate_alone() {
+    let folder = Folder::new();
+    let modules =
+        "[modules.helm]\n[actuators.rudder]\ncommand = \"helm/course\"\nlimits = { value = [-2.0, 2.0] }\n";
+    let base = load("base", &(base(&folder) + modules), Mode::Staged);
+    assert!(base.arm());
+    let _base = Running::run(base);
+    let text = |source: &str| {
+        let links = format!("\"steer/command\" = \"slate://base/{source}\"\n");
+        reading(&folder, &links).replace("[links]", "[modules.steer]\nkind = \"rudder\"\n[links]")
+    };
+    let arm = Running::start("arm", &text("rudder/command"), Mode::Staged);
+    wait_for("the command within its limits", || arm.number("steer/moved") == 2.0);
+    assert_eq!(arm.trouble("steer/command"), None);
+    drop(arm);
+    // The value of a module that is no gate.
+    let arm = Running::start("arm", &text("counter/number"), Mode::Staged);
+    wait_for("the rule", || {
+        arm.trouble("steer/command").is_some_and(|trouble| {
+            trouble.contains("an Actuator reads the command that passed the gate")
+                && trouble.contains("slate://base/counter/number")
+        })
+    });
+    assert_eq!(arm.number("steer/moved"), -1.0, "it is safe");
 }
 
 #[test]

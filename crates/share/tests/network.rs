@@ -1,6 +1,6 @@
 //! Cables that are cut, and agents that fall silent without a word.
 #![cfg(all(feature = "tls", feature = "zenoh"))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "what real agents do takes real time")]
 
 use crate::agents;

@@ -1,5 +1,5 @@
 //! How subscriptions are served: when values are sent, how large ones travel, and how they are made smaller.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;
 

@@ -1,5 +1,5 @@
 //! Agents that share over the carrier of one machine, as their users see them.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;
 #[path = "exchange/mod.rs"]

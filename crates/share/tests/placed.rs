@@ -1,5 +1,5 @@
 //! Large values of agents on one machine: they are read where their origin has put them.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 mod agents;
 

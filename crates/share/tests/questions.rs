@@ -1,5 +1,5 @@
 //! Questions and messages whose answers come late, never, or too often.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;
 

@@ -1,6 +1,6 @@
 //! Datagrams that come late, twice, out of order, or not at all: a relay between two agents sees to that.
 #![cfg(all(feature = "tls", feature = "zenoh"))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "what real networks do takes real time")]
 
 use crate::agents;

@@ -1,5 +1,5 @@
 //! What agents may do, when it is said.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;
 

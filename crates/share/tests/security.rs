@@ -1,5 +1,5 @@
 //! What `[share.security]` refuses when an agent starts, with the place where it is written.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use crate::agents;
 

@@ -1,6 +1,6 @@
 //! Agents in a network that loses, doubles, delays and is cut, with clocks hours apart; some are started again. All
 //! time is virtual and all chance comes from a seed, so what is found can be found again.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

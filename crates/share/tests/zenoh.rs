@@ -1,6 +1,6 @@
 //! Agents that share over the transports of Zenoh.
 #![cfg(all(feature = "tls", feature = "zenoh"))]
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(clippy::duplicate_mod, reason = "each protocol has to do the same")]
 
 use crate::agents;

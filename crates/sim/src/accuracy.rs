@@ -1,4 +1,4 @@
-//! What a robot knows of the errors of its sensors.
+//! Errors of a robot's sensors, by its description and profile.
 
 use slate_interfaces::SensorAccuracy;
 use slate_module::math::{hypot, max};

@@ -5,7 +5,6 @@ use slate_interfaces::{
     SonarScan, WheelSpeeds,
 };
 use slate_mapek::{driver_actuator, driver_sensors};
-use slate_module::Output;
 
 driver_sensors! {
     SimulatedSonar("simulated_sonar", "Sonars of a simulated robot."): SonarScan,
@@ -14,8 +13,8 @@ driver_sensors! {
     SimulatedOdometry("simulated_odometry", "Wheel encoders of a simulated robot."): Odometry,
     SimulatedLaser("simulated_laser", "Laser scanner of a simulated robot."): LaserScan,
     SimulatedBumper("simulated_bumper", "Bumpers of a simulated robot."): Bumper,
-    SimulatedAccuracy("simulated_accuracy", "What the maker of a simulated robot's sensors tells of their errors."): SensorAccuracy,
-    SimulatedRobotSensor("simulated_robot_sensor", "Sensor of a simulated robot that sees other robots."): Sightings,
+    SimulatedAccuracy("simulated_accuracy", "Errors of a simulated robot's sensors."): SensorAccuracy,
+    SimulatedRobotSensor("simulated_robot_sensor", "Robot detector of a simulated robot."): Sightings,
 }
 driver_actuator!(
     SimulatedWheels("simulated_wheels", "Two wheels of a simulated robot."),

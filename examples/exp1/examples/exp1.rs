@@ -14,8 +14,7 @@ use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::go_to_origin::GoToOriginPlanner;
 use slate_wheeled::knowledge::WheeledKnowledge;
 use slate_wheeled::local_map::MapObstacles;
-use slate_wheeled::localize::OdometryMonitor;
-use slate_wheeled::monitors::{OrientationMonitor, PositionMonitor, RangeMonitor};
+use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 
 fn main() -> ExitCode {
     robot().run()
@@ -61,9 +60,6 @@ pub fn robot() -> Robot {
         .execute::<DifferentialActions>("execute")
         .gate("wheels", wheels())
         .world_of(slate_exp1::CONFIGURATION)
-        .choice("controller", &slate_exp1::CONTROLLERS)
-        .choice("pace", &slate_exp1::PACES)
-        .choice("planner", &slate_exp1::PLANNERS)
 }
 
 /// Both wheels of a Pioneer P3-DX, radians per second.

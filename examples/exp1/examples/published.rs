@@ -124,7 +124,7 @@ fn scenario(trial: &Trial, seed: u64) -> Result<Scenario, String> {
     let sets = ["world.layout=authors"].iter().chain(trial.sets).map(|set| (*set).to_owned());
     let options = configuration::Options {
         sets: sets.collect(),
-        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp1.toml", slate_exp1::CONFIGURATION, &options)

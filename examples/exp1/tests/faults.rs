@@ -173,7 +173,7 @@ fn agent_in((mode, rate): (Mode, Rate), sets: &[&str]) -> Agent {
         slate_exp1::CONFIGURATION.replacen("[links]\n", &format!("[modules.trouble]\n[links]\n{links}"), 1);
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp1.toml", &text, &options).unwrap();

@@ -15,7 +15,7 @@ use slate_arcos_controller::Controller;
 fn configuration(text: &str, sets: &[String]) -> Configuration {
     let options = configuration::Options {
         sets: sets.to_vec(),
-        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     Configuration::from_text("pioneer.toml", text, &options).unwrap()

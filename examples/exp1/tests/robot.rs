@@ -1,8 +1,8 @@
-//! EXP1's robot keeps its nerve when sensors fail.
+//! EXP1's robot with sensors that fail.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use slate::blackboard::interface::Value;
-use slate::interfaces::{Chassis, Pose2, SonarScan, WheelSpeeds};
+use slate::interfaces::{Pose2, SonarScan, WheelSpeeds};
 use slate::mapek::{self, ExecuteBlock, Planned, ReactiveBlock};
 use slate::module::math;
 use slate::module::testing::Fixture;
@@ -17,7 +17,7 @@ use slate_wheeled::knowledge::WheeledModel;
 fn read(text: &str, sets: &[&str]) -> Configuration {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     Configuration::from_text("exp1.toml", text, &options).unwrap()
@@ -37,17 +37,11 @@ fn number(agent: &Agent, path: &str) -> f64 {
     agent.board().read(path).unwrap().and_then(|(value, _)| value.as_f64()).unwrap()
 }
 
-/// The body that the simulator tells of.
-fn chassis() -> Chassis {
-    let described = slate::sim::robot::RobotDescription::named("pioneer_p3dx").unwrap().unwrap();
-    described.chassis()
-}
-
 /// The model of a robot at (1, 0), which looks that way.
 fn looking(theta: f64) -> WheeledModel {
-    let pose = Pose2 { x: 1.0, y: 0.0, theta };
-    let robot = mapek::RobotModel { pose, ..mapek::RobotModel::default() };
-    WheeledModel { robot, chassis: chassis(), ..WheeledModel::default() }
+    let mut model = WheeledModel::load("pioneer_p3dx", "vrep").unwrap();
+    model.robot.pose = Pose2 { x: 1.0, y: 0.0, theta };
+    model
 }
 
 /// An Execute that is told to go to the origin from (1, 0), looking away from it.
@@ -106,7 +100,7 @@ fn a_nan_scan_neither_starts_nor_ends_a_reflex() {
     scan.placements = slate::module::Sequence::new(&[slate::interfaces::SonarPlacement::default(); 16]);
     avoid.set("sonar", scan);
     avoid.set("rules", rules);
-    avoid.set("robot", WheeledModel { chassis: chassis(), ..WheeledModel::default() });
+    avoid.set("robot", WheeledModel::load("pioneer_p3dx", "vrep").unwrap());
     avoid.tick();
     for reflex in avoid.sent::<mapek::Reflex>("reflex") {
         assert!(reflex.action.arguments.iter().all(|argument| argument.is_finite()), "{reflex:?}");

@@ -4,10 +4,12 @@
 use std::path::PathBuf;
 use std::process::{Command, ExitCode, Output};
 
+use slate::module::Sequence;
 use slate::prelude::*;
-use slate::run::{Application, EXTRA_TABLES, How, MissionRun, ModeName};
+use slate::run::{Application, EXTRA_TABLES, MissionOptions, MissionRun, ModeName};
 use slate::runtime::Rate;
 use slate::runtime::configuration::{Database, Options};
+use slate_wheeled::knowledge::WheeledKnowledge;
 
 #[allow(dead_code, reason = "this file has a main function of its own")]
 #[path = "../examples/exp1.rs"]
@@ -23,10 +25,21 @@ fn unfit() -> (Robot, u32) {
     (program::robot().with(ear), line)
 }
 
+/// EXP1 with a Knowledge without a rule for its reflexes, and its line.
+fn without_rules() -> (Robot, u32) {
+    let (knows, line) = (Robot::new("r9").knowledge::<WheeledKnowledge>("knowledge"), line!());
+    let knows = knows.params(|params| {
+        params.robot = "pioneer_p3dx".into();
+        params.sensor_rules = Sequence::new(&[]);
+    });
+    (program::robot().with(knows), line)
+}
+
 fn main() -> ExitCode {
     match std::env::var(ROBOT).as_deref() {
         Ok("exp1") => return program::robot().run(),
         Ok("unfit") => return unfit().0.run(),
+        Ok("without_rules") => return without_rules().0.run(),
         _ => {}
     }
     const TESTS: [(&str, fn()); 4] = [
@@ -65,7 +78,7 @@ fn shipped_digest(seed: u64) -> String {
     };
     let database = Database::from_text("exp1.toml", slate_exp1::CONFIGURATION, options).unwrap();
     let plugins = vec![slate::sim::plugin(), slate_wheeled::plugin()];
-    let how = How {
+    let options = MissionOptions {
         mode: ModeName::Staged,
         rate: Rate::Max,
         workers: 0,
@@ -74,7 +87,7 @@ fn shipped_digest(seed: u64) -> String {
         follows: false,
         disarmed: false,
     };
-    let run = MissionRun::load(Application::new("exp1", database, plugins), how).unwrap();
+    let run = MissionRun::load(Application::new("exp1", database, plugins), options).unwrap();
     run.run().unwrap().summary.digest
 }
 
@@ -90,7 +103,7 @@ fn runs_as_slate_run_does() {
         assert!(folder.join("runs/exp1-3").join(file).is_file(), "{file} of the report");
     }
     let (output, _) = call("exp1", "variant", &["--headless", "--set", "controller=other"]);
-    assert!(text(&output.stderr).contains("there are slate, rocs, rocs-fixed"), "{output:?}");
+    assert!(text(&output.stderr).contains("expected one of rocs, rocs-fixed, slate"), "{output:?}");
     let late = "modules.referee.params.time_limit=1.0";
     let (output, _) = call("exp1", "late", &["--headless", "--set", late]);
     assert_eq!(output.status.code(), Some(1), "{output:?}");
@@ -110,6 +123,12 @@ fn names_the_line() {
     assert!(said.contains("snoar"), "{said}");
     assert!(said.contains(&format!("# {}:{}", file!(), unfit().1)), "{said}");
     assert!(!folder.join("runs").exists(), "nothing ran");
+    let (output, _) = call("without_rules", "without_rules", &["--headless"]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    let said = text(&output.stderr);
+    assert!(said.contains("`r9/knowledge`") && said.contains("expected a rule such as"), "{said}");
+    assert!(said.contains("sensor_rules = []"), "{said}");
+    assert!(said.contains(&format!("# {}:{}", file!(), without_rules().1)), "{said}");
 }
 
 fn refuses_unknown_options() {

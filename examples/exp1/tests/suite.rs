@@ -2,6 +2,5 @@
 
 mod faults;
 mod pioneer;
-mod program;
 mod published;
 mod robot;

@@ -16,9 +16,8 @@ use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::go_to_origin::GoToOriginPlanner;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::local_map::MapObstacles;
-use slate_wheeled::localize::OdometryMonitor;
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
-use slate_wheeled::monitors::{OrientationMonitor, PositionMonitor, RangeMonitor};
+use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 use slate_wheeled::skid_steer::SkidSteerActions;
 
 fn main() -> ExitCode {
@@ -74,9 +73,6 @@ pub fn robot() -> Robot {
         .execute::<SkidSteerActions>("execute")
         .gate("wheels", wheels())
         .world_of(slate_exp2::CONFIGURATION)
-        .choice("controller", &slate_exp2::CONTROLLERS)
-        .choice("pace", &slate_exp2::PACES)
-        .choice("planner", &slate_exp2::PLANNERS)
 }
 
 /// A Summit XL, its goal and the rules of its reflex.

@@ -3,15 +3,14 @@
 
 use slate::blackboard::interface::Value;
 use slate::interfaces::{
-    Chassis, Echo, FourWheelSpeeds, Orientation, Point2, Pose2, Position, Sighting, Sightings,
-    SonarPlacement, SonarScan,
+    Echo, FourWheelSpeeds, Orientation, Point2, Pose2, Position, Sighting, Sightings, SonarPlacement,
+    SonarScan,
 };
-use slate::mapek::{self, ActionKind, ExecuteBlock, Planned, ReactiveBlock, RobotModel};
+use slate::mapek::{self, ActionKind, ExecuteBlock, Planned, ReactiveBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
-use slate::sim::robot::RobotDescription;
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::knowledge::WheeledModel;
@@ -20,7 +19,7 @@ use slate_wheeled::skid_steer::SkidSteerActions;
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp2.toml", slate_exp2::CONFIGURATION, &options).unwrap();
@@ -50,8 +49,7 @@ fn verdict(agent: &mut Agent) -> String {
 }
 
 fn model() -> WheeledModel {
-    let chassis: Chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
-    WheeledModel { chassis, ..WheeledModel::default() }
+    WheeledModel::load("summit_xl", "vrep").unwrap()
 }
 
 #[test]
@@ -79,8 +77,9 @@ fn who_leaves_the_place_has_not_held_it() {
 #[test]
 fn the_actions_of_two_wheels_turn_four() {
     let mut execute = Fixture::<ExecuteBlock<SkidSteerActions>>::new();
-    let robot = RobotModel { pose: Pose2 { x: 1.0, y: 0.0, theta: 0.0 }, ..RobotModel::default() };
-    execute.set("robot", WheeledModel { robot, ..model() });
+    let mut robot = model();
+    robot.robot.pose = Pose2 { x: 1.0, y: 0.0, theta: 0.0 };
+    execute.set("robot", robot);
     let action = GoToOrigin::request(Leg { x: 0.0, y: 0.0, speed: 0.4, tolerance: 0.05 });
     execute.push("plan", Planned { ticket: 1, action, ..Planned::default() });
     execute.tick();

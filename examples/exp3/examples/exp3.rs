@@ -17,9 +17,8 @@ use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
-use slate_wheeled::localize::OdometryMonitor;
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
-use slate_wheeled::monitors::{OrientationMonitor, PositionMonitor, RangeMonitor};
+use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 use slate_wheeled::skid_steer::SkidSteerActions;
 
 fn main() -> ExitCode {
@@ -28,11 +27,7 @@ fn main() -> ExitCode {
 
 /// R2 and R3 in the world of EXP3.
 pub fn robots() -> Robot {
-    r2().with(r3())
-        .world_of(slate_exp3::CONFIGURATION)
-        .choice("controller", &slate_exp3::CONTROLLERS)
-        .choice("pace", &slate_exp3::PACES)
-        .choice("planner", &slate_exp3::PLANNERS)
+    r2().with(r3()).world_of(slate_exp3::CONFIGURATION)
 }
 
 /// R2 visits the corners.

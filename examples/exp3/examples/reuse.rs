@@ -102,7 +102,7 @@ and became the library that they are. Counted once, with `diff`, when EXP2 and E
 | `monitors.rs` | 56 | 56 | 56 |
 
 The actions had to turn two sides of any body in the place of two wheels, `knowledge.rs` to tell of that body, `avoid_obstacle.rs` to regard robots that are seen, how a heavy body moves
-already, and what a Plan is about to do. EXP1 links none of that.
+already. EXP1 links none of that.
 ";
 
 /// A file of blocks.
@@ -184,6 +184,15 @@ fn blocks(text: &str) -> BTreeSet<String> {
         if line.starts_with('[') {
             in_modules = line.starts_with("[robots.") && line.ends_with(".modules]");
         } else if let (true, Some((name, rest))) = (in_modules, line.split_once(" = ")) {
+            // A module's kind may be a table's entry or a dotted key.
+            let (name, key) = name.split_once('.').unwrap_or((name, ""));
+            if key == "kind" {
+                blocks.insert(rest.trim_matches('"').to_owned());
+                continue;
+            }
+            if !key.is_empty() {
+                continue;
+            }
             let plugin = rest.split("kind = \"").nth(1).and_then(|rest| rest.split('"').next());
             blocks.insert(plugin.unwrap_or(name).to_owned());
         }

@@ -1,25 +1,43 @@
-//! EXP3 as a program is EXP3 as a configuration.
+//! The programs of EXP1 to EXP3 are their shipped configurations.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
-use slate::run::{Application, RunRobot};
+use slate::mapek::Robot;
+use slate::module::Plugin;
+use slate::run::{Application, EXTRA_TABLES, RunRobot};
 use slate::runtime::configuration::{Configuration, Options};
 use slate::runtime::{self, Agent, Rate};
 
 #[allow(dead_code, reason = "a test has a main function of its own")]
+#[path = "../../exp1/examples/exp1.rs"]
+mod exp1;
+#[allow(dead_code, reason = "a test has a main function of its own")]
+#[path = "../../exp2/examples/exp2.rs"]
+mod exp2;
+#[allow(dead_code, reason = "a test has a main function of its own")]
 #[path = "../examples/exp3.rs"]
-mod experiment;
+mod exp3;
+
+/// Makes the robots of an experiment.
+type Program = fn() -> Robot;
+
+/// Each experiment's program, and its configuration.
+const EXPERIMENTS: [(Program, &str); 3] = [
+    (exp1::robot, slate_exp1::CONFIGURATION),
+    (exp2::robot, slate_exp2::CONFIGURATION),
+    (exp3::robots, slate_exp3::CONFIGURATION),
+];
 
 fn read(text: &str, seed: u64) -> Configuration {
     let options = Options {
         sets: vec![format!("agent.seed={seed}")],
-        extra_tables: slate::run::EXTRA_TABLES.map(Into::into).to_vec(),
+        extra_tables: EXTRA_TABLES.map(Into::into).to_vec(),
         ..Options::default()
     };
-    Configuration::from_text("exp3.toml", text, &options).unwrap()
+    Configuration::from_text("experiment.toml", text, &options).unwrap()
 }
 
 /// The digest of ten seconds.
-fn digest(configuration: &Configuration, plugins: &[slate::module::Plugin]) -> u64 {
+fn digest(configuration: &Configuration, plugins: &[Plugin]) -> u64 {
     let options = runtime::Options { rate: Rate::Max, armed: true, ..runtime::Options::default() };
     let mut agent = Agent::load(configuration, plugins, options).unwrap();
     for _ in 0..500 {
@@ -29,25 +47,26 @@ fn digest(configuration: &Configuration, plugins: &[slate::module::Plugin]) -> u
 }
 
 #[test]
-fn program_of_exp3_prints_the_shipped_configuration() {
+fn programs_of_the_experiments_print_the_shipped_configurations() {
     let settings = |text: &str| -> Vec<(String, String)> {
         let settings = read(text, 0).settings("").unwrap();
         settings.into_iter().map(|setting| (setting.path, setting.value.to_string())).collect()
     };
-    let printed = experiment::robots().to_toml().unwrap();
-    assert_eq!(
-        settings(&printed),
-        settings(slate_exp3::CONFIGURATION),
-        "parameters with their default are left out"
-    );
+    for (robot, shipped) in EXPERIMENTS {
+        let printed = robot().to_toml().unwrap();
+        assert_eq!(settings(&printed), settings(shipped), "parameters with their default are left out");
+    }
 }
 
 #[test]
-fn program_of_exp3_runs_as_the_shipped_configuration() {
-    for seed in 1..=2 {
-        let Application { configuration, plugins, .. } =
-            experiment::robots().application(&[&format!("agent.seed={seed}")]).unwrap();
-        let shipped = read(slate_exp3::CONFIGURATION, seed);
-        assert_eq!(digest(&configuration, &plugins), digest(&shipped, &plugins), "seed {seed}");
+fn programs_of_the_experiments_run_as_the_shipped_configurations() {
+    for (robot, shipped) in EXPERIMENTS {
+        for seed in 1..=2 {
+            let set = format!("agent.seed={seed}");
+            let Application { configuration, plugins, .. } = robot().application(&[&set]).unwrap();
+            let name = configuration.value("agent.name").map(|name| name.value.to_string());
+            let shipped = read(shipped, seed);
+            assert_eq!(digest(&configuration, &plugins), digest(&shipped, &plugins), "{name:?}, seed {seed}");
+        }
     }
 }

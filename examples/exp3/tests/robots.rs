@@ -8,7 +8,6 @@ use slate::module::Bool;
 use slate::module::testing::Fixture;
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
-use slate::sim::robot::RobotDescription;
 use slate_exp3::follow::FollowPlanner;
 use slate_exp3::patrol::PatrolPlanner;
 use slate_wheeled::knowledge::WheeledModel;
@@ -17,7 +16,7 @@ use slate_wheeled::locate_robot::Located;
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp3.toml", slate_exp3::CONFIGURATION, &options).unwrap();
@@ -50,15 +49,15 @@ fn verdict(agent: &mut Agent) -> [String; 3] {
 
 #[test]
 fn corners_come_in_order_again_and_again_and_the_follower_stays_near() {
-    let (_, memoryless) = slate_exp3::CONTROLLERS[2];
-    let pace = [
+    let sets = [
+        "controller=rocs-fixed",
         "agent.seed=6",
         "robots.r2.modules.planner.params.max_linear_velocity=0.4",
         "robots.r2.modules.planner.params.careful_linear_velocity=0.3",
         "robots.r3.modules.planner.params.max_linear_velocity=0.9",
         "modules.referee.params.time_limit=120.0",
     ];
-    let mut agent = agent(&[memoryless, &pace].concat());
+    let mut agent = agent(&sets);
     let mut goals = Vec::new();
     while goals.len() < 5 {
         agent.step();
@@ -121,9 +120,8 @@ fn caused_collision_fails_a_kept_gap_and_ends_no_run() {
 
 /// A follower that stands there.
 fn follower() -> Fixture<PlanBlock<FollowPlanner>> {
-    let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
     let mut planner = Fixture::<PlanBlock<FollowPlanner>>::new();
-    planner.set("robot", WheeledModel { chassis, ..WheeledModel::default() });
+    planner.set("robot", WheeledModel::load("summit_xl", "vrep").unwrap());
     planner
 }
 

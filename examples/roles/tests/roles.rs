@@ -30,9 +30,9 @@ fn attackers(agent: &Agent) -> [bool; 2] {
 /// Roles in a run.
 #[derive(Default)]
 struct Roles {
-    /// Who took the role of the attacker, in order: 0 for R2, 1 for R3.
+    /// Robots that took the role of the attacker, in order: 0 for R2, 1 for R3.
     taken: Vec<usize>,
-    /// Who was the only attacker, in order.
+    /// Robots that were the only attacker, in order.
     alone: Vec<usize>,
     /// Most cycles in which both were attackers, without a break.
     most_both: usize,

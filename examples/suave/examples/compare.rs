@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 
 use slate::blackboard::interface::Value;
-use slate::runtime::configuration::{Database, Options as ConfigurationOptions};
+use slate::runtime::configuration::{Database, Options as ConfigurationOptions, Table};
 use slate::runtime::{Agent, Options, Rate};
 use slate_suave::statistics::mann_whitney_less;
 
@@ -26,16 +26,15 @@ const METRICS: [(&str, bool); 7] = [
 /// Values of each metric, in the order of the seeds; what does not apply to a run is left out.
 type Figures = [Vec<f64>; METRICS.len()];
 
+fn database(sets: Vec<String>) -> Result<Database, String> {
+    let options = ConfigurationOptions { sets, extra_tables: vec!["report".into()], ..Default::default() };
+    Database::from_text("suave.toml", slate_suave::CONFIGURATION, options).map_err(|error| error.to_string())
+}
+
 /// Runs a seed to its end; returns its metrics.
-fn run(controller: &[&str], settings: &[String], seed: u64) -> Result<[f64; METRICS.len()], String> {
-    let sets = controller.iter().map(|set| (*set).to_owned()).chain(settings.iter().cloned());
-    let options = ConfigurationOptions {
-        sets: sets.chain([format!("agent.seed={seed}")]).collect(),
-        extra_tables: ["report", "controller"].map(Into::into).to_vec(),
-        ..ConfigurationOptions::default()
-    };
-    let database = Database::from_text("suave.toml", slate_suave::CONFIGURATION, options)
-        .map_err(|error| error.to_string())?;
+fn run(controller: &str, settings: &[String], seed: u64) -> Result<[f64; METRICS.len()], String> {
+    let own = [format!("controller={controller}"), format!("agent.seed={seed}")];
+    let database = database([own.as_slice(), settings].concat())?;
     let options = Options { rate: Rate::Max, armed: true, follows_files: false, ..Options::default() };
     let mut agent = Agent::load_with(&database, &[slate_suave::plugin()], options)
         .map_err(|error| format!("{error:?}"))?;
@@ -59,7 +58,7 @@ fn run(controller: &[&str], settings: &[String], seed: u64) -> Result<[f64; METR
 }
 
 /// Runs all seeds of a controller on all cores.
-fn runs(controller: &[&str], settings: &[String], count: usize) -> Result<Figures, String> {
+fn runs(controller: &str, settings: &[String], count: usize) -> Result<Figures, String> {
     let (next, results) = (AtomicUsize::new(0), Mutex::new(vec![None; count]));
     thread::scope(|scope| {
         for _ in 0..thread::available_parallelism().map_or(1, std::num::NonZero::get) {
@@ -97,16 +96,16 @@ fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
 }
 
 fn compare(count: usize, only: Option<&str>, settings: &[String]) -> Result<(), String> {
-    let controllers = &slate_suave::CONTROLLERS;
-    let chosen: Vec<_> =
-        controllers.iter().filter(|(name, _)| only.is_none_or(|only| only == *name)).collect();
-    if chosen.is_empty() {
-        let known: Vec<_> = controllers.iter().map(|(name, _)| *name).collect();
-        return Err(format!("unknown controller; known are {}", known.join(", ")));
-    }
+    let configuration = database(Vec::new())?.current();
+    let controllers = configuration.value("choices.controller").and_then(|all| all.value.as_table());
+    let known: Vec<_> = controllers.into_iter().flat_map(Table::iter).map(|(name, _)| name).collect();
+    let chosen = known.iter().filter(|name| only.is_none_or(|only| only == **name));
     let mut all = Vec::new();
-    for (name, controller) in chosen {
-        all.push((*name, runs(controller, settings, count)?));
+    for &name in chosen {
+        all.push((name, runs(name, settings, count)?));
+    }
+    if all.is_empty() {
+        return Err(format!("unknown controller; known are {}", known.join(", ")));
     }
     for (at, (metric, is_less_better)) in METRICS.iter().enumerate() {
         println!("\n{metric}, seeds 1 to {count}");

@@ -20,47 +20,6 @@ pub const ABOUT: &str = "SUAVE: an underwater vehicle adapts itself while it sea
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../suave.toml");
 
-/// Variants of the example by the value of `controller`: who manages the vehicle, and the settings that make it.
-pub const CONTROLLERS: [(&str, &[&str]); 5] = [
-    ("slate", &[]),
-    (
-        "slate-published",
-        &[
-            // The visibility that the published designs ask for, as metacontrol has it.
-            "robots.manager.modules.knowledge.params.knows_pipeline=false",
-            "modules.referee.params.high_visibility=3.25",
-            "modules.referee.params.medium_visibility=2.25",
-        ],
-    ),
-    (
-        "metacontrol",
-        &[
-            "robots.manager.modules.planner.enabled=false",
-            "modules.metacontrol.enabled=true",
-            "modules.referee.params.high_visibility=3.25",
-            "modules.referee.params.medium_visibility=2.25",
-        ],
-    ),
-    (
-        "random",
-        &[
-            "robots.manager.modules.planner.enabled=false",
-            "modules.random.enabled=true",
-            "modules.referee.params.high_visibility=3.25",
-            "modules.referee.params.medium_visibility=2.25",
-        ],
-    ),
-    (
-        "none",
-        &[
-            "robots.manager.modules.planner.enabled=false",
-            "modules.unmanaged.enabled=true",
-            "modules.referee.params.high_visibility=3.25",
-            "modules.referee.params.medium_visibility=2.25",
-        ],
-    ),
-];
-
 plugin!(
     simulator::SuaveSimulator,
     referee::SuaveReferee,

@@ -16,6 +16,7 @@ use crate::vehicle::Vehicle;
 #[ports]
 pub struct WaterIo {
     /// Forces that passed the gate.
+    #[role("actuation")]
     thrust: Input<ThrusterForces>,
     /// Thrusters to restart.
     repairs: Inbox<ThrusterRestart>,
@@ -32,6 +33,7 @@ pub struct WaterIo {
     /// Course of the pipeline, as the chart has it.
     chart: Output<PipelineCourse>,
     /// True pose; for referees and reports, not for the vehicle.
+    #[role("truth")]
     truth: Output<Pose2>,
 }
 

@@ -19,12 +19,11 @@ impl Dive {
     }
 
     fn of(text: &str, controller: &str, seed: u32, more: &[&str]) -> Self {
-        let (_, variant) = slate_suave::CONTROLLERS.iter().find(|(name, _)| *name == controller).unwrap();
-        let seed = format!("agent.seed={seed}");
-        let sets = variant.iter().copied().chain([&*seed]).chain(more.iter().copied());
+        let sets = [format!("controller={controller}"), format!("agent.seed={seed}")];
+        let sets = sets.iter().map(String::as_str).chain(more.iter().copied());
         let options = configuration::Options {
             sets: sets.map(str::to_owned).collect(),
-            extra_tables: ["report", "controller"].map(Into::into).to_vec(),
+            extra_tables: ["report"].map(Into::into).to_vec(),
             ..configuration::Options::default()
         };
         let database = Database::from_text("suave.toml", text, options).unwrap();

@@ -15,7 +15,7 @@ use crate::wake::Wake;
 pub struct Property {
     source: Arc<EventSource>,
     doc: String,
-    /// What writes it in an architecture, for readers in other agents.
+    /// Part of the architecture that writes it, such as `monitor`; empty for none.
     part: Mutex<String>,
     descriptor: &'static Descriptor,
     access: Access,
@@ -78,12 +78,12 @@ impl Property {
         }
     }
 
-    /// What writes it in an architecture, such as `monitor`; empty for a module that is no part of one.
+    /// Part of the architecture that writes it, such as `monitor`; empty for none.
     pub fn part(&self) -> String {
         locked(&self.part).clone()
     }
 
-    /// Says what writes it in an architecture.
+    /// Sets the part of the architecture that writes it.
     pub fn set_part(&self, part: &str) {
         part.clone_into(&mut *locked(&self.part));
     }

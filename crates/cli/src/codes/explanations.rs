@@ -115,12 +115,13 @@ pub const EXPLANATIONS: [Explanation; 24] = [
     },
     Explanation {
         mistake: Mistake::Attachment,
-        title: "a link passes the architecture by",
-        text: "Sensor -> Monitor -> Analyze -> Plan -> Execute -> gate -> Actuator, and all read Knowledge: the \
-               message says what this block reads and what to put between. A reflex reads Sensors and Knowledge \
-               alone. An Analyze reads another one as a fact of Knowledge, `fact: Known<T>`. Ground truth of a \
-               simulator is for ports of referees, those with the role `truth`. A person may set any port that \
-               has no link. Robots of plain modules are free.",
+        title: "a link violates the architecture",
+        text: "Sensor -> Monitor -> Analyze -> Plan -> Execute -> gate -> Actuator, and all but Sensors read \
+               Knowledge: the message says what this block reads and what to put between. A reflex reads Sensors \
+               and Knowledge alone. An Analyze reads another one as a fact of Knowledge, `fact: Known<T>`. Blocks \
+               act through the Execute of their own robot. Ground truth of a simulator, and what a referee makes \
+               of it, is for ports of referees, those with the role `truth`. A person may set any port that has no \
+               link. The rules do not apply to robots of plain modules.",
     },
     Explanation {
         mistake: Mistake::NoAgent,

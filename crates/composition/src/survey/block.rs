@@ -1,6 +1,6 @@
-//! Blocks of MAPE-K, and who may read whom (RoCS, 4.2 and 5.1).
+//! Blocks of MAPE-K and the rules of reading among them (RoCS, 4.2 and 5.1).
 //!
-//! A module is a block by the roles of its ports, in whatever language it is written: without them no block would read it.
+//! The roles of its ports make a module a block, in any language: no block reads a module without them.
 
 use slate_module::{Description, Direction, PortDescription};
 
@@ -13,12 +13,20 @@ pub const MEASUREMENT: &str = "measurement";
 /// Role of a driver's inputs that move a robot.
 pub const ACTUATION: &str = "actuation";
 
+/// Role of messages from a Plan to Execute.
+pub const PLAN: &str = "plan";
+
+/// Role of messages from a ReactiveModel to Execute.
+pub const REFLEX: &str = "reflex";
+
 /// Role of a fact: an input of Knowledge that all blocks read.
 const FACT: &str = "fact";
 
-/// Whether the outputs of modules that are no blocks count as Sensors' values, for Monitors, ReactiveModels, Execute and
-/// Knowledge. `false` once every robot has Sensors.
-const DRIVERS_ARE_SENSORS: bool = false;
+/// Part of the architecture that writes what has passed a gate.
+pub const GATE: &str = "gate";
+
+/// Role of commands that have passed the gate.
+pub const COMMAND: &str = "command";
 
 /// A block, as its ports show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,7 +41,7 @@ pub enum Block {
     Plan,
     /// Performs actions.
     Execute,
-    /// What all blocks may know.
+    /// World, robot and strategy models, which all blocks may read.
     Knowledge,
     /// Reflex.
     Reactive,
@@ -42,7 +50,18 @@ pub enum Block {
 }
 
 impl Block {
-    /// All that a module is: one block, or none, unless its ports contradict each other.
+    const ALL: [Self; 8] = [
+        Self::Sensor,
+        Self::Monitor,
+        Self::Analyze,
+        Self::Plan,
+        Self::Execute,
+        Self::Knowledge,
+        Self::Reactive,
+        Self::Actuator,
+    ];
+
+    /// Blocks that the ports of a module indicate: at most one, unless they contradict each other.
     pub fn all(description: &Description) -> Vec<Self> {
         let has = |direction, role: &str| {
             description.ports.iter().any(|port| port.direction == direction && port.role == role)
@@ -50,12 +69,12 @@ impl Block {
         let is = [
             (Self::Monitor, has(Direction::Output, "percept")),
             (Self::Analyze, has(Direction::Output, "change")),
-            (Self::Plan, has(Direction::Outbox, "plan")),
-            (Self::Execute, has(Direction::Inbox, "plan") || has(Direction::Inbox, "reflex")),
-            (Self::Reactive, has(Direction::Outbox, "reflex")),
+            (Self::Plan, has(Direction::Outbox, PLAN)),
+            (Self::Execute, has(Direction::Inbox, PLAN) || has(Direction::Inbox, REFLEX)),
+            (Self::Reactive, has(Direction::Outbox, REFLEX)),
             (Self::Knowledge, description.unique == "knowledge" || has(Direction::Input, FACT)),
             (Self::Sensor, has(Direction::Output, MEASUREMENT)),
-            (Self::Actuator, has(Direction::Input, "command")),
+            (Self::Actuator, has(Direction::Input, COMMAND)),
         ];
         is.into_iter().filter(|(_, is)| *is).map(|(block, _)| block).collect()
     }
@@ -81,17 +100,7 @@ impl Block {
 
     /// The block of such a name.
     fn of_part(part: &str) -> Option<Self> {
-        let all = [
-            Self::Sensor,
-            Self::Monitor,
-            Self::Analyze,
-            Self::Plan,
-            Self::Execute,
-            Self::Knowledge,
-            Self::Reactive,
-            Self::Actuator,
-        ];
-        all.into_iter().find(|block| block.part() == part)
+        Self::ALL.into_iter().find(|block| block.part() == part)
     }
 
     /// With its article.
@@ -108,17 +117,10 @@ impl Block {
         }
     }
 
-    /// Whether it reads what is outside of its robot.
-    pub fn meets_the_world(self) -> bool {
-        self == Self::Sensor
-            || DRIVERS_ARE_SENSORS
-                && matches!(self, Self::Monitor | Self::Execute | Self::Knowledge | Self::Reactive)
-    }
-
-    /// What it may read, in words.
+    /// Permitted sources of the block, for messages.
     pub fn reads(self) -> &'static str {
         match self {
-            Self::Sensor => "a Sensor reads devices and simulated measurements",
+            Self::Sensor => "a Sensor reads devices, other Sensors and what Actuators report",
             Self::Monitor => "a Monitor reads Sensors and Knowledge",
             Self::Analyze => "an Analyze reads Monitors and Knowledge",
             Self::Plan => "a Plan reads Analyzes, Knowledge and Execute's status",
@@ -131,13 +133,14 @@ impl Block {
         }
     }
 
-    /// Whether it may read a value from there.
-    pub fn may_read(self, origin: Provenance) -> bool {
+    /// Whether it may read a value from there, of a module of its own robot (`is_own`) or from elsewhere.
+    pub fn may_read(self, origin: Provenance, is_own: bool) -> bool {
         use Block::{Actuator, Analyze, Execute, Knowledge, Monitor, Plan, Reactive, Sensor};
         match (self, origin) {
             (_, Provenance::Truth) => false,
+            // What its own robot believes or decides is no measurement; another robot is part of the world.
+            (Sensor, Provenance::Block(block)) => !is_own || matches!(block, Sensor | Actuator),
             (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Block(Knowledge)) => true,
-            (Monitor | Reactive | Execute | Knowledge, Provenance::Module) => DRIVERS_ARE_SENSORS,
             (Monitor | Reactive | Execute | Knowledge, Provenance::Block(Sensor)) => true,
             (Monitor | Knowledge, Provenance::Health) => true,
             (Analyze | Knowledge, Provenance::Block(Monitor)) => true,
@@ -148,9 +151,12 @@ impl Block {
         }
     }
 
-    /// What to do when it wants a value that it may not read.
-    pub fn way(self, origin: Provenance) -> &'static str {
+    /// Advice for a value that the block may not read.
+    pub fn advice(self, origin: Provenance) -> &'static str {
         match (self, origin) {
+            (Self::Sensor, _) => {
+                "link it to a driver, a simulator, another Sensor or an Actuator; other blocks read the robot's own blocks"
+            }
             (Self::Monitor | Self::Reactive | Self::Execute | Self::Knowledge, Provenance::Module) => {
                 "give it a Sensor, which reads that"
             }
@@ -167,7 +173,7 @@ impl Block {
             (Self::Plan, Provenance::Block(Self::Sensor)) => "give it a Monitor and an Analyze",
             (Self::Plan, Provenance::Block(Self::Monitor)) => "give it an Analyze",
             (Self::Reactive, _) => {
-                "a reflex maps measurements to an action: what else it is to know belongs to Knowledge"
+                "a reflex maps measurements to an action: other knowledge belongs to Knowledge"
             }
             (Self::Actuator, _) => "link it to a gate: \"/robot/wheels/command\"",
             _ => "let Knowledge have it, and read Knowledge",
@@ -175,7 +181,7 @@ impl Block {
     }
 }
 
-/// What a value comes from.
+/// Origin of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Provenance {
     /// A block of any robot.
@@ -188,19 +194,22 @@ pub enum Provenance {
     Health,
     /// The command that an actuator's gate passed.
     Gate,
-    /// Nobody but the configuration or a person: a parameter, or an input without a link.
+    /// The configuration or a person: a parameter, or an input without a link.
     Hand,
-    /// Something that is not known yet, or played from a recording.
+    /// Unknown until the source is loaded, or played from a recording.
     Unknown,
 }
 
 impl Provenance {
-    /// The origin of a value that a port writes.
+    /// The origin of a value that a port writes. All that a referee writes comes from the truth that it reads.
     pub fn of_port(description: &Description, port: &PortDescription) -> Self {
         if port.role == TRUTH {
-            Self::Truth
-        } else {
-            Block::of(description).map_or(Self::Module, Self::Block)
+            return Self::Truth;
+        }
+        match Block::of(description) {
+            Some(block) => Self::Block(block),
+            None if is_referee(description) => Self::Truth,
+            None => Self::Module,
         }
     }
 
@@ -208,6 +217,7 @@ impl Provenance {
     pub fn part(self) -> &'static str {
         match self {
             Self::Truth => TRUTH,
+            Self::Gate => GATE,
             Self::Block(block) => block.part(),
             _ => "",
         }
@@ -218,6 +228,7 @@ impl Provenance {
         match part {
             "" => Self::Module,
             TRUTH => Self::Truth,
+            GATE => Self::Gate,
             part => Block::of_part(part).map_or(Self::Unknown, Self::Block),
         }
     }
@@ -235,14 +246,31 @@ impl Provenance {
     }
 }
 
+/// Whether a module is no block and reads ground truth.
+pub fn is_referee(description: &Description) -> bool {
+    let reads_truth = |port: &PortDescription| {
+        matches!(port.direction, Direction::Input | Direction::Queue | Direction::Inbox) && port.role == TRUTH
+    };
+    description.ports.iter().any(reads_truth) && Block::of(description).is_none()
+}
+
 /// Whether a port is a fact: reading it is reading Knowledge, wherever its link leads.
 pub fn is_fact(port: &PortDescription) -> bool {
     port.direction == Direction::Input && port.role == FACT
 }
 
+/// Whether a port of a role may read a value from there, whatever its block may read.
+pub fn role_permits(role: &str, origin: Provenance) -> bool {
+    match role {
+        COMMAND => matches!(origin, Provenance::Gate | Provenance::Unknown),
+        MEASUREMENT => matches!(origin, Provenance::Block(Block::Sensor) | Provenance::Unknown),
+        _ => true,
+    }
+}
+
 /// Whether a role says which ports it may be linked to: that of a block's own traffic, or one that is not Slate's.
 pub fn binds(role: &str) -> bool {
-    !matches!(role, "" | TRUTH | ACTUATION | FACT | MEASUREMENT | "command")
+    !matches!(role, "" | TRUTH | ACTUATION | FACT | MEASUREMENT | COMMAND)
 }
 
 /// Text by which other agents know what writes a port; empty for a module that is no block.

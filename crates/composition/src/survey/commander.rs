@@ -2,7 +2,8 @@
 
 use slate_module::Direction;
 
-use super::Survey;
+use super::block::Block;
+use super::{Survey, scope};
 use slate_configuration::Configuration;
 
 /// Whether an actuator takes its command from that port.
@@ -16,4 +17,15 @@ pub fn commands_actuator(configuration: &Configuration, survey: &Survey<'_>, mod
     let surveyed = &survey.modules[module];
     let mut ports = surveyed.description.ports.iter().filter(|port| port.direction == Direction::Command);
     ports.any(|port| is_of_actuator(configuration, &format!("{}/{}", surveyed.module.name.value, port.name)))
+}
+
+/// Whether a robot has blocks that decide about its motion.
+pub fn decides(survey: &Survey<'_>, robot: &str) -> bool {
+    survey.modules.iter().any(|surveyed| {
+        scope(&surveyed.module.name.value) == robot
+            && matches!(
+                Block::of(&surveyed.description),
+                Some(Block::Plan | Block::Execute | Block::Reactive)
+            )
+    })
 }

@@ -6,13 +6,13 @@
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{Block, MEASUREMENT, Provenance, TRUTH, binds, is_fact};
+use super::block::{Block, COMMAND, MEASUREMENT, Provenance, TRUTH, binds, is_fact};
 use super::{Surveyed, module, scope};
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Link, Mistake};
 
-/// What keeps the links that it has, also when that is none.
+/// Modules and ports that keep their links, also the absence of one.
 pub struct LinkKeeping<'s> {
     /// Whether a module is there already.
     pub stays: &'s dyn Fn(&str) -> bool,
@@ -120,14 +120,14 @@ fn candidates(
     }
     let own = surveyed.module.name.value.as_str();
     let robot = scope(own);
-    if block == Block::Actuator && port.role == "command" {
+    if block == Block::Actuator && port.role == COMMAND {
         return commands(configuration, modules, robot, port);
     }
     let mut found: Vec<LinkCandidate> = Vec::new();
     for other in modules.iter().filter(|other| other.module.name.value != own) {
         let name = other.module.name.value.as_str();
         let is_own = scope(name) == robot;
-        let is_outside = block.meets_the_world() && scope(name).is_empty();
+        let is_outside = block == Block::Sensor && scope(name).is_empty();
         if !is_own && !is_outside {
             continue;
         }
@@ -140,7 +140,7 @@ fn candidates(
             // Outside of a robot, what is named after it.
             let is_named = || offered.name.strip_prefix(robot).is_some_and(|rest| rest.starts_with('/'));
             let fits = if reads {
-                readable(configuration, &path, block, port, other, offered)
+                readable(configuration, (&path, is_own), block, port, other, offered)
             } else {
                 takes(port, offered)
             };
@@ -183,14 +183,14 @@ struct LinkCandidate {
 /// Whether a port is one of those that an input of a block looks for.
 fn readable(
     configuration: &Configuration,
-    path: &str,
+    (path, is_own): (&str, bool),
     block: Block,
     port: &PortDescription,
     other: &Surveyed<'_>,
     offered: &PortDescription,
 ) -> bool {
     if is_fact(offered) {
-        // One that somebody tells.
+        // A fact with an origin.
         return !binds(&port.role) && block != Block::Knowledge && configuration.says_of_port(path);
     }
     offered.direction == Direction::Output
@@ -198,7 +198,7 @@ fn readable(
             offered.role == port.role
         } else {
             matches!(offered.role.as_str(), "" | MEASUREMENT)
-                && block.may_read(Provenance::of_port(&other.description, offered))
+                && block.may_read(Provenance::of_port(&other.description, offered), is_own)
         }
 }
 

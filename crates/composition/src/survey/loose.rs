@@ -1,12 +1,14 @@
 //! Ports that should lead somewhere and do not: the agent runs, and its robot stands still.
 
+use std::collections::BTreeMap;
+
 use slate_module::{Direction, PortDescription};
 
-use super::block::{Block, MEASUREMENT, binds};
-use super::commander::{commands_actuator, is_of_actuator};
+use super::block::{ACTUATION, Block, COMMAND, MEASUREMENT, binds};
+use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
 use super::{LinkSource, Survey, Wire, scope};
-use slate_configuration::{Configuration, Diagnostic};
+use slate_configuration::{Configuration, Diagnostic, empty_robots};
 
 /// Warnings of ports and actuators that lead nowhere.
 pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
@@ -21,6 +23,12 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
         }
     }
     found.extend(crossing(configuration, survey));
+    found.extend(unguarded(configuration, survey));
+    found.extend(empty_robots(configuration).into_iter().map(|robot| {
+        let message = format!("robot `{}` has no modules", robot.value);
+        let help = format!("add its blocks in [robots.{0}.modules], or remove [robots.{0}]", robot.value);
+        configuration.diagnostic(robot.span, message, Some(help))
+    }));
     // Another agent may read it.
     if configuration.share().is_none() {
         found.extend(loose_gates(configuration, survey));
@@ -189,9 +197,9 @@ fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: 
 }
 
 /// Whether a module does nothing without it: it is required, an Analyze is without a Monitor, or a Plan notices nothing at all.
-/// Which sensors a Monitor wants is checked at load, and Knowledge knows also robots with fewer sensors.
+/// Which sensors a Monitor needs is checked at load, and Knowledge knows also robots with fewer sensors.
 fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool {
-    if port.role == MEASUREMENT || port.role == "command" {
+    if port.role == MEASUREMENT || port.role == COMMAND {
         return port.required;
     }
     let notices = || {
@@ -202,7 +210,7 @@ fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool
         };
         survey.joints.iter().any(alike)
     };
-    let is_traffic = binds(&port.role) || port.role == "command";
+    let is_traffic = binds(&port.role);
     port.required || is_traffic && (port.direction == Direction::Input || !notices())
 }
 
@@ -266,6 +274,51 @@ fn unread_output(
         None => format!("link the input of its driver to it: \"driver/input\" = \"/{path}\""),
     };
     Some((format!("`{path}` reaches nothing: no link reads it"), help))
+}
+
+/// Drivers that a robot's Actuators and gates move by inputs that anything else could be linked to as well.
+fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    // By Actuator, of which some outputs may report, or by gate.
+    let mut readers: BTreeMap<String, Vec<(usize, usize)>> = BTreeMap::new();
+    for joint in &survey.joints {
+        let Wire::Port(port) = joint.port.1 else { continue };
+        let moves = match joint.target {
+            LinkSource::Port(module, _) => {
+                let surveyed = &survey.modules[module];
+                let is_actuator = Block::of(&surveyed.description) == Some(Block::Actuator);
+                is_actuator.then(|| surveyed.module.name.value.clone())
+            }
+            LinkSource::Command(actuator) => {
+                let gate = &configuration.actuators()[actuator].name.value;
+                decides(survey, scope(gate)).then(|| gate.clone())
+            }
+            _ => None,
+        };
+        if let Some(moves) = moves {
+            readers.entry(moves).or_default().push((joint.port.0, port));
+        }
+    }
+    let mut found = Vec::new();
+    for (actuator, readers) in readers {
+        let description = |module: usize| &survey.modules[module].description;
+        let is_guarded = |(module, port): &(usize, usize)| {
+            description(*module).ports[*port].role == ACTUATION || Block::of(description(*module)).is_some()
+        };
+        let Some((module, port)) = readers.first().filter(|_| !readers.iter().any(is_guarded)) else {
+            continue;
+        };
+        let input = survey.path(configuration, LinkSource::Port(*module, *port));
+        let message = format!(
+            "`{input}` is moved by `{actuator}` and lacks the role `{ACTUATION}`: anything could be linked to it past the gate"
+        );
+        let help = format!(
+            "write #[role(\"{ACTUATION}\")] above `{}` in the ports of `{}`",
+            description(*module).ports[*port].name,
+            survey.modules[*module].module.kind.value
+        );
+        found.push(configuration.diagnostic(survey.modules[*module].module.name.span, message, Some(help)));
+    }
+    found
 }
 
 /// An input without a link that takes such commands and is called like the actuator, or the only one.

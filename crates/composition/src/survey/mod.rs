@@ -32,7 +32,7 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
-pub use block::part;
+pub use block::{GATE, part};
 pub use infer::{LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;

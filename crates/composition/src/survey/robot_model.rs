@@ -1,4 +1,5 @@
-//! The RobotModel of a robot lists the Sensors that its Knowledge reads; other blocks find their sensors there (RoCS, 4.2).
+//! The RobotModel of a robot lists the Sensors that its Knowledge reads; other blocks find their sensors there
+//! (RoCS, 4.2).
 
 use slate_module::{Direction, PortDescription};
 
@@ -7,8 +8,9 @@ use super::{LinkSource, Survey, Wire, scope};
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Mistake};
 
-/// Complains of Monitors that lack a Sensor, and of ReactiveModels and Executes that read one that no RobotModel lists. Of a
-/// robot with `dormant` modules, whose plugins are not loaded, nothing is known.
+/// Reports Monitors without a sensor that they need, and ReactiveModels and Executes that read an unlisted one.
+///
+/// Robots with modules whose plugins are not loaded (`dormant`) are skipped.
 pub(super) fn check_robot_models<'a>(
     configuration: &'a Configuration,
     dormant: &[&str],
@@ -21,7 +23,8 @@ pub(super) fn check_robot_models<'a>(
             continue;
         }
         match Block::of(&survey.modules[module].description) {
-            Some(Block::Monitor) => check_wanted(configuration, survey, module, complaints),
+            Some(Block::Monitor) => check_required_sensors(configuration, survey, module, complaints),
+            Some(Block::Knowledge) => check_named_sensors(survey, module, complaints),
             Some(Block::Reactive | Block::Execute) => {
                 if let Some(model) = ListedSensors::of(survey, robot) {
                     check_listed(configuration, survey, module, &model, complaints);
@@ -35,8 +38,8 @@ pub(super) fn check_robot_models<'a>(
 /// The Knowledge of a robot, and the Sensors that its RobotModel lists.
 struct ListedSensors {
     knowledge: usize,
-    /// The outputs of the Sensors.
-    sensors: Vec<(usize, usize)>,
+    /// The inputs of the Knowledge, whose names are those of the sensors, and the outputs that they read.
+    sensors: Vec<(usize, (usize, usize))>,
 }
 
 impl ListedSensors {
@@ -47,15 +50,25 @@ impl ListedSensors {
                 && Block::of(&surveyed.description) == Some(Block::Knowledge)
                 && surveyed.description.ports.iter().any(takes_measurements)
         })?;
-        Some(Self { knowledge, sensors: sensors_of(survey, knowledge).map(|(_, sensor)| sensor).collect() })
+        Some(Self { knowledge, sensors: sensors_of(survey, knowledge).collect() })
+    }
+
+    fn lists(&self, sensor: (usize, usize)) -> bool {
+        self.sensors.iter().any(|(_, listed)| *listed == sensor)
     }
 
     /// What it lists, in words.
     fn list(&self, survey: &Survey<'_>) -> String {
-        let names = self.sensors.iter().map(|(sensor, port)| {
+        let names = self.sensors.iter().map(|(input, (sensor, port))| {
             let surveyed = &survey.modules[*sensor];
-            let name = surveyed.module.name.value.rsplit('/').next().unwrap_or_default();
-            format!("`{name}` ({})", surveyed.description.ports[*port].descriptor.name)
+            let interface = surveyed.description.ports[*port].descriptor.name;
+            let name = &survey.modules[self.knowledge].description.ports[*input].name;
+            let module = surveyed.module.name.value.rsplit('/').next().unwrap_or_default();
+            if module == name {
+                format!("`{name}` ({interface})")
+            } else {
+                format!("`{name}` ({interface} of `{module}`)")
+            }
         });
         let names: Vec<_> = names.collect();
         if names.is_empty() { "no sensor".into() } else { names.join(", ") }
@@ -64,6 +77,47 @@ impl ListedSensors {
 
 fn takes_measurements(port: &PortDescription) -> bool {
     port.role == MEASUREMENT && matches!(port.direction, Direction::Input | Direction::Queue)
+}
+
+/// Items of a Knowledge's parameters that name a `sensor`, such as the rules of a reflex, name one that its robot has.
+fn check_named_sensors<'a>(survey: &Survey<'a>, module: usize, complaints: &mut Complaints<'a>) {
+    let surveyed = &survey.modules[module];
+    let items = surveyed.module.params.iter().flat_map(|(name, entry)| {
+        let items = entry.value.as_list().unwrap_or_default().iter();
+        items.filter_map(move |item| Some((name, item.as_table()?.get("sensor")?)))
+    });
+    let inputs = || {
+        let ports = surveyed.description.ports.iter().enumerate();
+        ports.filter(|(_, port)| takes_measurements(port))
+    };
+    // Robots without a list of sensors have no rules for them either.
+    if inputs().next().is_none() {
+        return;
+    }
+    for (parameter, sensor) in items {
+        let Some(name) = sensor.as_str() else { continue };
+        let is_there = |(number, port): (usize, &PortDescription)| {
+            let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(number)));
+            port.name == name && (is_linked || surveyed.inputs.contains_key(&number))
+        };
+        if inputs().any(is_there) {
+            continue;
+        }
+        let knowledge = &surveyed.module.name.value;
+        let robot = scope(knowledge);
+        let list = ListedSensors::of(survey, robot).map_or_else(String::new, |model| model.list(survey));
+        let message = format!(
+            "`{parameter}` of `{knowledge}` has a rule for the sensor `{name}`, and the RobotModel of `{robot}` lists {list}"
+        );
+        let help = match inputs().find(|(_, port)| port.name == name) {
+            Some((_, port)) => format!(
+                "add a Sensor of {} to the robot, which `{knowledge}/{name}` reads, or remove the rule",
+                port.descriptor.name
+            ),
+            None => "name a sensor of the RobotModel, or remove the rule".into(),
+        };
+        complaints.add(sensor.span, Mistake::Name.of(message), help);
+    }
 }
 
 /// The ports of a module that read Sensors, with what they read.
@@ -81,8 +135,8 @@ fn sensors_of<'s>(
     })
 }
 
-/// A Monitor has each sensor that it wants.
-fn check_wanted<'a>(
+/// A Monitor has each sensor that it needs.
+fn check_required_sensors<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
     module: usize,
@@ -105,7 +159,7 @@ fn check_wanted<'a>(
             Some(model) => format!("the RobotModel of `{robot}` lists {}", model.list(survey)),
             None => format!("robot `{robot}` has none"),
         };
-        let message = format!("Monitor `{name}` wants a sensor of {wanted} for `{}`, and {lists}", port.name);
+        let message = format!("Monitor `{name}` needs a sensor of {wanted} for `{}`, and {lists}", port.name);
         let help = format!(
             "add a Sensor of {wanted} to the robot, such as a simulated one, remove the Monitor, or write \"/{path}\" = false"
         );
@@ -126,7 +180,7 @@ fn check_listed<'a>(
         return;
     }
     for (port, sensor) in sensors_of(survey, module) {
-        if model.sensors.contains(&sensor) {
+        if model.lists(sensor) {
             continue;
         }
         let name = &surveyed.module.name.value;

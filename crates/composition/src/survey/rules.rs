@@ -1,16 +1,19 @@
 //! The rules of attachment, for links of every kind: whole values and fields, queues and messages, parameters and switches.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use slate_configuration::{Configuration, Mistake, Span};
-use slate_module::Direction;
+use slate_module::{Direction, PortDescription};
 
-use super::block::{ACTUATION, Block, Provenance, TRUTH, is_fact};
+use super::block::{
+    ACTUATION, Block, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_fact, is_referee, role_permits,
+};
+use super::commander::decides;
 use super::names::{join, split_module, split_port};
 use super::{Implied, LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope};
 use crate::complaints::Complaints;
 
-/// Complains of each link that passes the architecture by.
+/// Reports each link that violates the architecture.
 pub(super) fn check_rules<'a>(
     configuration: &'a Configuration,
     survey: &Survey<'a>,
@@ -20,13 +23,14 @@ pub(super) fn check_rules<'a>(
         check_block(surveyed, complaints);
     }
     for joint in &survey.joints {
-        // What is wrong at the end in another agent makes a link wait.
+        // A violation at the end in another agent makes the link wait.
         if (!matches!(joint.target, LinkSource::Remote(_)) || sends(survey, joint))
             && let Some((span, message, help)) = refusal(configuration, survey, joint)
         {
-            complaints.add(span, Mistake::Attachment.of(message), help);
+            complaints.add(span, Mistake::Attachment.of(message.replace("`//", "`slate://")), help);
         }
     }
+    check_single_plan(configuration, survey, complaints);
     check_gates(configuration, survey, complaints);
 }
 
@@ -69,7 +73,7 @@ pub(super) fn refusal(
     };
     let path = join(&survey.wire_path(module, wire), &joint.field);
     if let Some(port) = port.filter(|port| port.direction == Direction::Outbox) {
-        return sent(configuration, survey, joint, (module, &port.role), &path);
+        return sent(configuration, survey, joint, (module, port), &path);
     }
     let span = joint.link.from.span;
     let name = target_name(configuration, survey, joint.target);
@@ -77,36 +81,59 @@ pub(super) fn refusal(
     let reader = Block::of(&own.description);
     let provenances = provenances(configuration, survey, joint);
     if let Some(block) = reader {
+        let robot = scope(&own.module.name.value);
+        let is_own = |writer: Option<usize>| {
+            writer.is_some_and(|writer| scope(&survey.modules[writer].module.name.value) == robot)
+        };
         let wrong = provenances.into_iter().find(|(origin, writer)| {
-            // Its own outputs tell it nothing new.
-            *writer != Some(module) && !block.may_read(*origin)
+            // A block may read its own outputs.
+            let may_read = block.may_read(*origin, is_own(*writer)) && role_permits(role, *origin);
+            *writer != Some(module) && !may_read
         });
-        let (origin, _) = wrong?;
+        let (origin, writer) = wrong?;
         return Some(match origin {
-            Provenance::Truth => truth(span, &path, &name),
+            Provenance::Truth => truth(survey, span, &path, (&name, writer)),
             _ => {
                 let (reads, what) = (block.reads(), origin.name());
                 let message = format!("{reads}: `/{path}` can't read `/{name}`, {what}");
-                (span, message, block.way(origin).into())
+                let help = match role {
+                    MEASUREMENT if block.may_read(origin, is_own(writer)) => {
+                        "link it to a Sensor, or make it an `Input`"
+                    }
+                    _ => block.advice(origin),
+                };
+                (span, message, help.into())
             }
         });
     }
-    let origin = |wanted: fn(Provenance) -> bool| provenances.iter().any(|(origin, _)| wanted(*origin));
-    if role != TRUTH && origin(|origin| origin == Provenance::Truth) {
-        return Some(truth(span, &path, &name));
+    let known = provenances.iter().find(|(origin, _)| *origin == Provenance::Truth);
+    if role != TRUTH
+        && !is_referee(&own.description)
+        && let Some((_, writer)) = known
+    {
+        return Some(truth(survey, span, &path, (&name, *writer)));
     }
     let passes_gate =
         |origin: Provenance| matches!(origin, Provenance::Block(block) if block != Block::Actuator);
-    (role == ACTUATION && origin(passes_gate)).then(|| {
+    let passes_by = provenances.iter().any(|(origin, _)| passes_gate(*origin));
+    (role == ACTUATION && passes_by).then(|| {
         let message =
             format!("only Execute reaches actuators, through their gates: `/{path}` can't read `/{name}`");
         (span, message, "link it to a gate, \"/robot/wheels/command\", or to an Actuator".into())
     })
 }
 
-fn truth(span: Span, path: &str, name: &str) -> (Span, String, String) {
+/// A link to ground truth, or to what a referee (`writer`) makes of it.
+fn truth(
+    survey: &Survey<'_>,
+    span: Span,
+    path: &str,
+    (name, writer): (&str, Option<usize>),
+) -> (Span, String, String) {
+    let relays = writer.is_some_and(|writer| is_referee(&survey.modules[writer].description));
+    let what = if relays { ", which a referee makes of it" } else { "" };
     let message = format!(
-        "only ports of referees read ground truth, those with the role `truth`: `/{path}` can't read `/{name}`"
+        "only ports of referees read ground truth, those with the role `truth`: `/{path}` can't read `/{name}`{what}"
     );
     let help =
         "a robot knows what its Sensors measure: link one, such as the positioning system or the odometry";
@@ -118,27 +145,49 @@ fn sent(
     configuration: &Configuration,
     survey: &Survey<'_>,
     joint: &ResolvedLink<'_>,
-    (module, role): (usize, &str),
+    (module, port): (usize, &PortDescription),
     path: &str,
 ) -> Option<(Span, String, String)> {
-    let sender = Block::of(&survey.modules[module].description);
-    let origin = sender.map_or(Provenance::Module, Provenance::Block);
+    let own = &survey.modules[module];
+    let sender = Block::of(&own.description);
+    let origin = Provenance::of_port(&own.description, port);
+    let name = target_name(configuration, survey, joint.target);
+    let span = joint.link.from.span;
+    let from = scope(&own.module.name.value);
+    let to = match joint.target {
+        LinkSource::Port(receiver, _) => scope(&survey.modules[receiver].module.name.value),
+        LinkSource::Remote(remote) => scope(scope(&survey.remote[remote].path.path)),
+        _ => return None,
+    };
+    if matches!(port.role.as_str(), PLAN | REFLEX) && !from.is_empty() && !to.is_empty() && from != to {
+        let block = sender.map_or("a module", Block::name);
+        let message = format!(
+            "{block} acts through the Execute of its own robot: `/{path}` of robot `{from}` can't send to `/{name}` of robot `{to}`"
+        );
+        let help = format!(
+            "send to the Execute of `{from}`, or make the block one of `{to}`; robots tell each other facts, through Knowledge"
+        );
+        return Some((span, message, help));
+    }
     let receiver = match joint.target {
         LinkSource::Port(receiver, _) => Block::of(&survey.modules[receiver].description),
         // Talking to other robots is an action, whatever listens there.
-        LinkSource::Remote(_) => None,
-        _ => return None,
+        _ => None,
     };
-    let name = target_name(configuration, survey, joint.target);
-    let span = joint.link.from.span;
     match receiver {
-        Some(block) if !block.may_read(origin) => {
+        // Actions may command a Sensor: to look elsewhere, or at another rate.
+        Some(Block::Sensor) if sender == Some(Block::Execute) => None,
+        Some(block) if origin == Provenance::Truth => {
+            let message = format!("{}: `/{path}`, of a referee, can't send to `/{name}`", block.reads());
+            Some((span, message, "what a referee knows is ground truth: only referees may have it".into()))
+        }
+        Some(block) if !block.may_read(origin, from == to) => {
             let message = format!("{}: `/{path}` can't send to `/{name}`", block.reads());
-            Some((span, message, block.way(origin).into()))
+            Some((span, message, block.advice(origin).into()))
         }
         Some(_) => None,
         // A role of its own says where it leads.
-        None if !role.is_empty() => None,
+        None if !port.role.is_empty() => None,
         None => {
             let passes_execute =
                 !matches!(sender, None | Some(Block::Execute | Block::Sensor | Block::Actuator));
@@ -153,7 +202,7 @@ fn sent(
     }
 }
 
-/// What a link's value comes from, each with the module that writes it.
+/// Origins of a link's value, each with the module that writes it.
 fn provenances(
     configuration: &Configuration,
     survey: &Survey<'_>,
@@ -244,7 +293,7 @@ fn meets(one: &str, other: &str) -> bool {
     slate_blackboard::is_within(one, other) || slate_blackboard::is_within(other, one) || other.is_empty()
 }
 
-/// What a property of another agent is.
+/// Provenance of a property of another agent.
 fn remote_origin(survey: &Survey<'_>, remote: usize) -> Provenance {
     let remote = &survey.remote[remote];
     if remote.path.agent == slate_configuration::TEAM {
@@ -253,27 +302,49 @@ fn remote_origin(survey: &Survey<'_>, remote: usize) -> Provenance {
     remote.property.as_ref().map_or(Provenance::Unknown, |property| Provenance::of_part(&property.part))
 }
 
+/// An Execute takes the actions of one Plan.
+fn check_single_plan<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    complaints: &mut Complaints<'a>,
+) {
+    let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
+    for joint in &survey.joints {
+        let LinkSource::Port(receiver, inbox) = joint.target else { continue };
+        if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, joint) {
+            continue;
+        }
+        let Some(first) = plans.insert((receiver, inbox), joint) else { continue };
+        let path = |joint: &ResolvedLink<'_>| survey.wire_path(joint.port.0, joint.port.1);
+        let message = Mistake::Second.of(format!(
+            "a robot has one Plan: `/{}` can't take the actions of both `/{}` and `/{}`",
+            survey.path(configuration, joint.target),
+            path(first),
+            path(joint)
+        ));
+        let help = "remove one of the two senders; one Plan chooses among several plans by a StrategyModel";
+        complaints.add(joint.link.from.span, message, help);
+    }
+}
+
 /// Execute alone commands the actuators of a robot that has blocks which decide.
 fn check_gates<'a>(configuration: &'a Configuration, survey: &Survey<'a>, complaints: &mut Complaints<'a>) {
-    let decides = |surveyed: &&Surveyed<'_>| {
-        matches!(Block::of(&surveyed.description), Some(Block::Plan | Block::Execute | Block::Reactive))
-    };
-    let deciding: BTreeSet<&str> =
-        survey.modules.iter().filter(decides).map(|surveyed| scope(&surveyed.module.name.value)).collect();
     for actuator in configuration.actuators() {
         let robot = scope(&actuator.name.value);
-        if !deciding.contains(robot) {
+        if !decides(survey, robot) {
             continue;
         }
         for command in &actuator.commands {
             let path = command.value.path_in("");
             let Some((module, _)) = split_module(&survey.modules, &path) else { continue };
-            if Block::of(&survey.modules[module].description) != Some(Block::Execute) {
+            let commander = &survey.modules[module];
+            let is_own = scope(&commander.module.name.value) == robot;
+            if !is_own || Block::of(&commander.description) != Some(Block::Execute) {
                 let name = &actuator.name.value;
                 let message = Mistake::Attachment.of(format!(
-                    "Execute alone commands a robot with blocks: `/{path}` can't command `{name}`"
+                    "its own Execute alone commands a robot with blocks: `/{path}` can't command `{name}`"
                 ));
-                let help = "name a port of its Execute; what else is to move the robot is a ReactiveModel, or a person";
+                let help = "name a port of its Execute; make any other source of motion a ReactiveModel, or use teleoperation";
                 complaints.add(command.span, message, help);
             }
         }

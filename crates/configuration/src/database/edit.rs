@@ -11,12 +11,12 @@ use super::location::{item_at, locate};
 use super::overwrite::{insert_inline, overwrite, overwrite_value};
 use super::senders;
 
-/// The table of a document in which settings are: all of it, or that of an agent, which is added if there is none.
-pub(super) fn part<'a>(document: &'a mut DocumentMut, agent: Option<&str>) -> &'a mut Item {
+/// The table of a document at a path, which is added if there is none; all of it at the empty path.
+pub(super) fn part<'a>(document: &'a mut DocumentMut, path: &[&str]) -> &'a mut Item {
     let mut item = document.as_item_mut();
-    for (key, depth) in agent.into_iter().flat_map(|agent| [("agents", 3), (agent, 2)]) {
+    for (at, key) in path.iter().enumerate() {
         let root = has_sections(item);
-        make_table(item, key, depth, root);
+        make_table(item, key, path.len() + 1 - at, root);
         item = &mut item[key];
     }
     item

@@ -23,12 +23,11 @@ pub(super) fn file(configuration: &Configuration, path: &Path) -> Option<usize> 
 }
 
 /// Where a setting is written.
-#[derive(Clone, Copy)]
 pub(super) struct SettingPlace<'a> {
     /// The source that is the whole text.
     pub(super) text: usize,
-    /// The agent in whose table it is.
-    pub(super) agent: Option<&'a str>,
+    /// The path of the table of that text in which it is.
+    pub(super) table: Vec<&'a str>,
     /// Whether it is the place that was asked for, and not one that goes over it.
     pub(super) stands: bool,
 }
@@ -43,10 +42,17 @@ pub(super) fn place(
     let agent = configuration.described_as();
     let source = &configuration.sources()[id];
     let alone = agent.is_none() || (source.place.own && !source.path().is_some_and(is_of_others));
+    let in_own_table = source.place.table.first().is_some_and(|first| first == "agents");
     match source.place.part_of {
-        Some(text) => SettingPlace { text, agent, stands: true },
-        None if alone => SettingPlace { text: id, agent: None, stands: true },
-        None => SettingPlace { text: source.place.root, agent, stands: false },
+        Some(text) if alone || in_own_table => {
+            let table = source.place.table.iter().map(String::as_str).collect();
+            SettingPlace { text, table, stands: true }
+        }
+        None if alone => SettingPlace { text: id, table: Vec::new(), stands: true },
+        _ => {
+            let table = agent.into_iter().flat_map(|agent| ["agents", agent]).collect();
+            SettingPlace { text: source.place.root, table, stands: false }
+        }
     }
 }
 

@@ -3,6 +3,7 @@ use std::path::PathBuf;
 
 use toml_edit::DocumentMut;
 
+use super::super::choices::CHOICES;
 use super::super::files;
 use super::super::path::render;
 use super::super::value::{Table, TableEntry};
@@ -109,8 +110,8 @@ impl Database {
                 (SaveTo::Host, None) => None,
             };
             let place = source.map(|id| home::place(configuration, id, is_of_others));
-            let Some((place, source)) =
-                place.and_then(|place| Some((place, configuration.sources().get(place.text)?)))
+            let Some((source, place)) =
+                place.and_then(|place| Some((configuration.sources().get(place.text)?, place)))
             else {
                 return Err(refusal(
                     "no file of this computer to save to",
@@ -124,7 +125,7 @@ impl Database {
                 ));
             };
             let document = documents.entry(place.text).or_insert_with(|| document.clone().into_mut());
-            edit::set(edit::part(document, place.agent), &path, value);
+            edit::set(edit::part(document, &place.table), &path, value);
         }
         // Last, as what is new takes over the comments.
         for path in gone {
@@ -135,7 +136,7 @@ impl Database {
                     configuration.sources().get(place.text).and_then(SettingSource::document)
             {
                 let document = documents.entry(place.text).or_insert_with(|| document.clone().into_mut());
-                let document = edit::part(document, place.agent);
+                let document = edit::part(document, &place.table);
                 let table = &path[..path.len() - 1];
                 let is_empty = |entry: &TableEntry| entry.value.as_table().is_some_and(Table::is_empty);
                 if configuration.merged.entry(table).is_some_and(is_empty) {
@@ -199,6 +200,8 @@ impl Database {
             read(&request, without.1).result_and_files()?
         };
         let lost = differences(&before.merged, &configuration.merged).into_iter().map(|(path, ..)| path);
+        // What was saved into a variant stands there and holds.
+        let lost = lost.filter(|path| path.first().is_none_or(|first| first != CHOICES));
         let unsaved = differences(&configuration.files, &configuration.merged)
             .into_iter()
             .filter(|(_, _, present)| present.is_some_and(|value| of_session(&configuration, value.span)));

@@ -3,6 +3,7 @@
 
 mod agents;
 mod changes;
+mod choices;
 mod division;
 mod files;
 mod handlers;

@@ -81,6 +81,39 @@ fn what_only_the_next_start_can_have_waits_and_holds_up_nothing_else() {
 }
 
 #[test]
+fn another_variant_is_chosen_whole_while_the_agent_runs_or_waits_whole() {
+    let path = file("variants");
+    let with = |pace: &str| {
+        format!(
+            "pace = '{pace}'\n{TEXT}\n[choices.pace]\nslow = {{}}\nfast.modules.teller.params.first = 8.0\n\
+             rare.modules.teller.params.first = 9.0\nrare.modules.relay.every = '50ms'\n"
+        )
+    };
+    std::fs::write(&path, with("slow")).unwrap();
+    let log = MemoryTarget::default();
+    let database = Database::open(&path, configuration::Options::default()).unwrap();
+    let agent = load(&database, log.clone());
+    let server = Server::open(&agent).unwrap();
+    let mut client = Client::connect(server.name()).unwrap();
+    let first = || number(&agent, "teller/params/first");
+    assert_eq!(first(), 2.0);
+    // Half of it would be no variant.
+    std::fs::write(&path, with("rare")).unwrap();
+    let said = |word: &str| log.lines().iter().any(|line| line.to_string().contains(word));
+    eventually(|| said("holds from the next start: ") && said("modules.relay.every"));
+    assert_eq!(first(), 2.0);
+    std::fs::write(&path, with("fast")).unwrap();
+    eventually(|| first() == 8.0);
+    client.set(&[change("pace", "slow")]).unwrap();
+    assert_eq!(first(), 2.0);
+    let refusal = client.set(&[change("pace", "rare")]).unwrap_err().to_string();
+    assert!(refusal.contains("modules.relay.every"), "{refusal}");
+    assert_eq!(first(), 2.0);
+    drop((server, agent));
+    std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
+}
+
+#[test]
 fn changes_are_saved_with_the_comments_of_the_file() {
     let path = file("saved");
     std::fs::write(&path, TEXT.replace("[modules.teller]", "[modules.teller] # it tells")).unwrap();

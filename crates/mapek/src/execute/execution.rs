@@ -22,8 +22,8 @@ pub struct Execution<R> {
     published: bool,
     /// Planned action with a logged failure, until one of its kind proceeds or completes: a Plan that retries in each cycle must not fill
     /// the log.
-    #[serde(default)]
-    told: Option<ActionRequest>,
+    #[serde(default, alias = "told")]
+    logged_failure: Option<ActionRequest>,
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ impl<R> Default for Execution<R> {
             endings: Endings::default(),
             last_route: Route::IDLE,
             published: false,
-            told: None,
+            logged_failure: None,
         }
     }
 }
@@ -208,11 +208,11 @@ impl<R: Repertoire> Execution<R> {
             let Some(action) = &mut self.action else { continue };
             let ending = match action.act(&Acting { body, priority: priority(&entry), now }) {
                 Step::Running => {
-                    self.works(&entry);
+                    self.note_success(&entry);
                     return;
                 }
                 Step::Done => {
-                    self.works(&entry);
+                    self.note_success(&entry);
                     Ending::COMPLETED
                 }
                 Step::Failed => Ending::FAILED,
@@ -221,8 +221,8 @@ impl<R: Repertoire> Execution<R> {
             self.pipeline.finish();
             note(&mut self.counts, &mut self.endings, entry, ending);
             if ending == Ending::FAILED && entry.route() == Route::DELIBERATIVE {
-                if !self.has_told(&entry) {
-                    self.told = Some(entry.action);
+                if !self.is_failure_logged(&entry) {
+                    self.logged_failure = Some(entry.action);
                     now.warn(format_args!("{} failed, the plan is given up", entry.action.kind));
                 }
                 let Self { pipeline, counts, endings, .. } = self;
@@ -232,14 +232,14 @@ impl<R: Repertoire> Execution<R> {
     }
 
     /// Returns whether the failure of this kind of action is logged.
-    fn has_told(&self, entry: &QueuedAction) -> bool {
-        self.told.is_some_and(|action| action.kind == entry.action.kind)
+    fn is_failure_logged(&self, entry: &QueuedAction) -> bool {
+        self.logged_failure.is_some_and(|action| action.kind == entry.action.kind)
     }
 
     /// Notes success of an action: the next failure of its kind is logged.
-    fn works(&mut self, entry: &QueuedAction) {
-        if self.has_told(entry) {
-            self.told = None;
+    fn note_success(&mut self, entry: &QueuedAction) {
+        if self.is_failure_logged(entry) {
+            self.logged_failure = None;
         }
     }
 

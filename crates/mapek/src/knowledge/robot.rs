@@ -6,7 +6,7 @@ use crate::port::Sensed;
 /// Health of a sensor or an actuator.
 #[interface]
 pub enum DeviceHealth {
-    /// It has not measured, or does not tell, as an actuator.
+    /// No measurement yet, or a device that reports none, such as an actuator.
     Unknown,
     /// It measures as expected.
     Fresh,
@@ -75,7 +75,7 @@ pub struct Kinematics {
     /// Radius of the wheels.
     #[unit("m")]
     pub wheel_radius: f64,
-    /// Distance of the wheels; of a skid-steer drive the effective track, which is that of a differential drive that turns as fast.
+    /// Distance of the wheels. For skid steer, the effective track: that of a differential drive that turns as fast.
     #[unit("m")]
     pub track: f64,
     /// How it steers.
@@ -163,7 +163,7 @@ impl RobotModel {
         self.actuators.iter().find(|device| device.name.as_str() == name)
     }
 
-    /// Returns whether the sensor of that name is there and has stopped.
+    /// Returns whether the robot has a sensor of that name that has stopped.
     pub fn is_silent(&self, name: &str) -> bool {
         self.sensor(name).is_some_and(|device| device.health == DeviceHealth::SILENT)
     }

@@ -1,4 +1,4 @@
-//! What can be wrong with a robot by itself; the rest is checked when it is loaded.
+//! Checks of a robot by itself; the loader checks the rest.
 
 use std::collections::BTreeMap;
 
@@ -211,8 +211,8 @@ impl<'a> FoundProblems<'a> {
         for entry in &self.robot.gates {
             self.name(&entry.name, entry.place);
             self.once(&mut names, &entry.name, entry.place);
-            if self.robot.module(&entry.name).is_some() {
-                let line = self.robot.module(&entry.name).map_or(0, |module| module.place.line());
+            if let Some(module) = self.robot.module(&entry.name) {
+                let line = module.place.line();
                 self.add(entry.place, RobotProblem::SameName { name: entry.name.clone(), line });
             }
             let count = self.robot.command_ports(entry).len();

@@ -4,7 +4,7 @@ use std::panic::Location;
 use slate_module::blackboard::interface::{Descriptor, Value};
 use slate_module::{Description, Direction, ModuleKind, Parameter, Plugin, PortDescription, Setup};
 
-use super::{Gate, VariantChoice};
+use super::Gate;
 
 /// Line of a program.
 pub type Place = &'static Location<'static>;
@@ -16,7 +16,6 @@ pub struct RobotProgram {
     pub robots: Vec<RobotContent>,
     pub world: String,
     pub plugins: Vec<Plugin>,
-    pub choices: Vec<VariantChoice>,
 }
 
 #[derive(Clone, Debug)]
@@ -31,7 +30,7 @@ pub struct RobotContent {
 #[derive(Clone, Debug)]
 pub struct RobotModule {
     pub name: String,
-    /// What a robot has one of.
+    /// Part of which a robot has one, such as `Plan`.
     pub part: Option<&'static str>,
     pub kind: ModuleKind,
     /// The type of its code, as kinds of one name may differ.

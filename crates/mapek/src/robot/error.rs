@@ -20,7 +20,7 @@ pub struct RobotError {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RobotProblem {
     /// A robot has one Plan, one Execute, one Knowledge.
-    #[error("it has one {part}, and `{first}` in line {line} is it already; remove `{second}`")]
+    #[error("a robot has one {part}, and `{first}` in line {line} is it; remove `{second}`")]
     Second {
         /// Block that a robot has once.
         part: &'static str,
@@ -82,7 +82,7 @@ pub enum RobotProblem {
         near: Vec<String>,
     },
     /// The block of that name is of another kind.
-    #[error("`{name}` is a `{found}`, and not a `{expected}`")]
+    #[error("`{name}` has the kind `{found}`, expected `{expected}`")]
     OtherKind {
         /// The name.
         name: String,
@@ -102,7 +102,7 @@ pub enum RobotProblem {
         near: Vec<String>,
     },
     /// A value of an input has another interface.
-    #[error("the input `{port}` takes {expected}, and not {found}")]
+    #[error("the input `{port}` expects {expected}, found {found}")]
     InputType {
         /// The input.
         port: String,
@@ -112,9 +112,7 @@ pub enum RobotProblem {
         found: &'static str,
     },
     /// A parameter is out of its range.
-    #[error(
-        "the parameter `{parameter}` of `{module}` is {value}, which is out of its range from {low} to {high}"
-    )]
+    #[error("the parameter `{parameter}` of `{module}` must be from {low} to {high}, found {value}")]
     Parameter {
         /// The module.
         module: String,

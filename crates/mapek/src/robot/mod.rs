@@ -23,12 +23,6 @@ use crate::{
 };
 use content::{AttachedLink, GateEntry, ModuleSettings, RobotContent, RobotModule, RobotProgram, Source};
 
-/// Name of a variant, and its settings, `path=value`.
-pub type Variant = (&'static str, &'static [&'static str]);
-
-/// Setting that chooses among variants.
-pub type VariantChoice = (&'static str, &'static [Variant]);
-
 /// Builder of a robot: its blocks, their attachments, and the gates of its actuators.
 ///
 /// Types and roles wire what has one possibility, as in a configuration, so only other attachments must be written. Those
@@ -134,7 +128,6 @@ impl<B> Robot<B> {
         self.content.robots.extend(other.content.robots);
         self.content.world.push_str(&other.content.world);
         self.content.plugins.extend(other.content.plugins);
-        self.content.choices.extend(other.content.choices);
         Robot::of(self.content)
     }
 
@@ -162,20 +155,6 @@ impl<B> Robot<B> {
         Robot::of(self.content)
     }
 
-    /// Adds a setting of the program, such as `controller`, whose value chooses among variants: names with settings,
-    /// `path=value`.
-    ///
-    /// The configuration holds the setting under the same name, such as in the [world](Robot::world).
-    pub fn choice(mut self, setting: &'static str, variants: &'static [Variant]) -> Robot {
-        self.content.choices.push((setting, variants));
-        Robot::of(self.content)
-    }
-
-    /// The settings that choose among variants.
-    pub fn choices(&self) -> &[VariantChoice] {
-        &self.content.choices
-    }
-
     /// The robot without a last block, such as for the result of a function.
     pub fn finish(self) -> Robot {
         Robot::of(self.content)
@@ -196,7 +175,7 @@ impl<B> Robot<B> {
 
     /// The configuration of the robot in TOML, as a person would write it.
     ///
-    /// It leaves out attachments that types and roles determine, and parameters with their default.
+    /// It leaves out attachments whose port has a role and one possible source, and parameters with their default.
     ///
     /// # Errors
     /// Everything that is wrong with the robot, with the lines of the program.

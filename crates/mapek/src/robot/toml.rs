@@ -86,7 +86,7 @@ fn line(link: &AttachedLink) -> String {
     format!("{} = {}", key(&port), inline(&source))
 }
 
-/// Whether types and roles determine an attachment: its port has one possible source in the robot.
+/// Whether the port's role and type determine an attachment: it has one possible source in the robot.
 fn is_determined(robot: &RobotContent, link: &AttachedLink) -> bool {
     let Source::Block { module: source, port: output } = &link.source else { return false };
     let ports = |module: &RobotModule| module.description().map_or(Vec::new(), |it| it.ports);

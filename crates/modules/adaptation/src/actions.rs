@@ -73,7 +73,7 @@ impl Managed {
         let fields = [
             ("decision", decision.into()),
             ("alternative", name.into()),
-            ("waited_s", waited.into()),
+            ("waited_s", ((waited * 1e3).round() / 1e3).into()),
             ("speed_m_s", self.speed().unwrap_or(f64::NAN).into()),
         ];
         let level = if progress == Progress::FAILED { Level::Error } else { Level::Info };

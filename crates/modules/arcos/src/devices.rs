@@ -2,7 +2,6 @@
 
 use slate_interfaces::{Bumper, Odometry, SonarScan, WheelSpeeds};
 use slate_mapek::{driver_actuator, driver_sensors};
-use slate_module::Output;
 
 driver_sensors! {
     PioneerSonar("pioneer_sonar", "Sonars of a Pioneer."): SonarScan,

@@ -25,6 +25,7 @@ pub struct PioneerIo {
     threads: Aspect<Threads>,
     actuators: Aspect<Actuators>,
     /// Wheel command from the gate.
+    #[role("actuation")]
     #[stale(after = "100ms")]
     wheels: Input<WheelSpeeds>,
     /// Geometry and limits of the robot.

@@ -342,7 +342,10 @@ proptest! {
         let packets = LARGEST / 6 + 2;
         let pulses: Vec<u8> = (0..packets).flat_map(|_| encoded(Command::Pulse)).collect();
         let found = decoded(&mut decoder, &pulses);
-        prop_assert!(found.iter().rev().take_while(|data| **data == [0]).count() >= packets - 1);
+        // Garbage may have a right checksum, once in 65,536 headers: that is a packet, and hides those that it overlaps.
+        let imitated: usize = found.iter().filter(|data| **data != [0]).map(|data| data.len() + 5).sum();
+        let hidden = if imitated == 0 { 0 } else { imitated / 6 + 2 };
+        prop_assert!(found.iter().filter(|data| **data == [0]).count() + hidden >= packets - 1);
     }
 
     #[test]

@@ -62,10 +62,17 @@ impl ReflexRules {
     /// Checks the thresholds of a robot whose model lists these sensors.
     ///
     /// # Errors
-    /// Number and sensor of the first rule with a distance out of its range or a sensor that the robot lacks.
+    /// The list is empty, or number and sensor of the first rule with a distance out of its range, a sensor of an earlier rule,
+    /// or one that the robot lacks.
     pub fn check(&self, listed: &[&str]) -> Result<(), RuleError> {
+        if self.sensors.is_empty() {
+            return Err(RuleError::Empty);
+        }
         for (index, rule) in self.sensors.iter().enumerate() {
             let (number, sensor) = (index + 1, rule.sensor);
+            if let Some(first) = self.sensors[..index].iter().position(|other| other.sensor == sensor) {
+                return Err(RuleError::Twice { number, first: first + 1, sensor });
+            }
             if !(0.0..=MAX_DISTANCE).contains(&rule.distance) {
                 return Err(RuleError::Distance { number, sensor, distance: rule.distance });
             }
@@ -80,6 +87,17 @@ impl ReflexRules {
 /// Why a rule is refused.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RuleError {
+    /// No rule.
+    Empty,
+    /// Two rules for one sensor.
+    Twice {
+        /// Number of the second rule, from 1.
+        number: usize,
+        /// Number of the first rule.
+        first: usize,
+        /// Their sensor.
+        sensor: Text<28>,
+    },
     /// The distance is out of its range.
     Distance {
         /// Number of the rule, from 1.
@@ -98,9 +116,28 @@ pub enum RuleError {
     },
 }
 
+impl RuleError {
+    /// Index of the rule, from 0; `None` for an empty list.
+    pub fn index(&self) -> Option<usize> {
+        match self {
+            Self::Empty => None,
+            Self::Twice { number, .. } | Self::Distance { number, .. } | Self::Sensor { number, .. } => {
+                Some(number - 1)
+            }
+        }
+    }
+}
+
 impl std::fmt::Display for RuleError {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
+            Self::Empty => formatter.write_str(
+                "expected a rule such as { sensor = \"sonar\", distance = 0.1 }, found none; disable the reflex if it is to have none",
+            ),
+            Self::Twice { number, first, sensor } => write!(
+                formatter,
+                "rule {number}: rule {first} is of the sensor `{sensor}` already; keep one of the two"
+            ),
             Self::Distance { number, sensor, distance } => write!(
                 formatter,
                 "rule {number}, of the sensor `{sensor}`: expected a distance from 0 to {MAX_DISTANCE} m, found {distance}"
@@ -268,7 +305,7 @@ impl ReflexInput {
     }
 }
 
-/// Returns whether another sonar hears farther through a point.
+/// Returns whether another sonar measures a longer range through a point.
 fn is_disproved(scan: &SonarScan, x: f64, y: f64) -> bool {
     let edge = 0.5 * scan.field_of_view - 0.02;
     scan.placements.iter().zip(scan.echoes.iter()).any(|(placement, echo)| {

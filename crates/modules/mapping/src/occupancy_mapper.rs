@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 use slate_interfaces::{LaserScan, MapStroke, OccupancyGrid, Pose2};
+use slate_mapek::RobotModel;
 use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
@@ -14,6 +15,8 @@ pub struct OccupancyMapperIo {
     /// Pose of the robot in the map frame, from Knowledge.
     #[stale(after = "500ms")]
     pose: Input<Pose2>,
+    /// Robot model, from Knowledge: it has the mount of the laser.
+    robot: Input<RobotModel>,
     /// Manual corrections, painted over the measured map.
     strokes: Inbox<MapStroke>,
     /// 2D occupancy grid.
@@ -36,12 +39,8 @@ pub struct OccupancyMapperParams {
     resolution: f64,
     #[param(default = 0.2, range = 0.02..=60.0, unit = "s", doc = "time between two published maps")]
     publish_period: f64,
-    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "x of the laser in the robot's frame")]
-    mount_x: f64,
-    #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "y of the laser in the robot's frame")]
-    mount_y: f64,
-    #[param(default = 0.0, range = -3.2..=3.2, unit = "rad", doc = "heading of the laser in the robot's frame")]
-    mount_theta: f64,
+    #[param(default = "laser", doc = "name of the laser in the robot model")]
+    laser: Text<28>,
 }
 
 /// Occupancy grid mapping with known poses.
@@ -60,6 +59,8 @@ pub struct OccupancyMapperState {
     updated: Vec<u32>,
     scans: u32,
     painting: Painting,
+    /// Whether the newest scan is of a laser that the robot model does not list.
+    is_unknown: bool,
     /// Time of the newest published map, and whether it has changed since.
     published: Option<u64>,
     changed: bool,
@@ -105,19 +106,31 @@ impl Analyze for OccupancyMapper {
                 }
             }
         }
-        if let (Some(scan), Some(pose)) = (io.scan.updated(), io.pose.fresh()) {
-            let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
-            let laser = Pose2 {
-                x: pose.x + params.mount_x * cosine - params.mount_y * sine,
-                y: pose.y + params.mount_x * sine + params.mount_y * cosine,
-                theta: pose.theta + params.mount_theta,
-            };
-            state.integrate(&geometry, scan, laser);
+        if let (Some(scan), Some(pose), Some(robot)) = (io.scan.updated(), io.pose.fresh(), io.robot.get()) {
+            match robot.sensor(params.laser.as_str()) {
+                Some(laser) => state.integrate(&geometry, scan, mounted(pose, &laser.mount)),
+                None if !state.is_unknown => now.warn(format_args!(
+                    "the robot model lists no sensor `{}`, and its scans are not mapped; expected the laser's name as the parameter `laser`",
+                    params.laser.as_str()
+                )),
+                None => {}
+            }
+            state.is_unknown = robot.sensor(params.laser.as_str()).is_none();
         }
         let is_due = state.published.is_none_or(|published| {
             now.now().saturating_sub(published) as f64 >= params.publish_period * 1e9 - 1.0
         });
         (is_painted || (state.changed && is_due)).then(|| state.publish(&geometry, &io.change, now))
+    }
+}
+
+/// Pose of a device in the map frame: that of the robot, and its mount on the robot.
+fn mounted(robot: &Pose2, mount: &Pose2) -> Pose2 {
+    let (sine, cosine) = (math::sin(robot.theta), math::cos(robot.theta));
+    Pose2 {
+        x: robot.x + mount.x * cosine - mount.y * sine,
+        y: robot.y + mount.x * sine + mount.y * cosine,
+        theta: robot.theta + mount.theta,
     }
 }
 

@@ -4,10 +4,10 @@
 use slate_interfaces::{
     LaserScan, MapMark, MapStroke, OccupancyGrid, Odometry, Path, Point2, Pose2, PoseEstimate,
 };
-use slate_mapek::AnalyzeBlock;
+use slate_mapek::{AnalyzeBlock, Device, RobotModel};
 use slate_mapping::{OccupancyMapper, PathPlanner, PoseEstimator};
 use slate_module::testing::Fixture;
-use slate_module::{Sequence, math};
+use slate_module::{Sequence, Text, math};
 use slate_testing::{Counted, allocations};
 
 #[test]
@@ -21,6 +21,8 @@ fn ticks_allocate_only_when_the_map_changes_its_size() {
         let pose = Pose2 { x: math::cos(turn), y: math::sin(turn), theta: math::wrap_angle(turn) };
         estimator.set("odometry", Odometry { pose, ..Odometry::default() });
         mapper.set("pose", pose);
+        let laser = Device { name: Text::new("laser"), ..Device::default() };
+        mapper.set("robot", RobotModel { sensors: Sequence::new(&[laser]), ..RobotModel::default() });
         mapper.write::<LaserScan>("scan", 181, |scan| {
             (scan.angle_min, scan.angle_increment) = (-1.57, 0.01745);
             (scan.range_min, scan.range_max) = (0.05, 4.0);

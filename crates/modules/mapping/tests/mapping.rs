@@ -6,10 +6,10 @@ use slate_interfaces::{
     LaserScan, MapMark, MapStroke, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate,
     Position, Twist2,
 };
-use slate_mapek::AnalyzeBlock;
+use slate_mapek::{AnalyzeBlock, Device, RobotModel};
 use slate_mapping::{OccupancyMapper, PathPlanner, PoseEstimator};
 use slate_module::testing::Fixture;
-use slate_module::{Sequence, math};
+use slate_module::{Sequence, Text, math};
 
 const SECOND: u64 = 1_000_000_000;
 
@@ -110,7 +110,14 @@ proptest! {
 fn mapper() -> Fixture<AnalyzeBlock<OccupancyMapper>> {
     let mut mapper = Fixture::<AnalyzeBlock<OccupancyMapper>>::new();
     mapper.set("pose", Pose2 { x: 0.0, y: 0.0, theta: 0.0 });
+    mapper.set("robot", robot_with("laser", Pose2::default()));
     mapper
+}
+
+/// The model of a robot with that sensor.
+fn robot_with(sensor: &str, mount: Pose2) -> RobotModel {
+    let device = Device { mount, name: Text::new(sensor), ..Device::default() };
+    RobotModel { sensors: Sequence::new(&[device]), ..RobotModel::default() }
 }
 
 /// What a laser of 181 beams from right to left sees, by the range of each direction.
@@ -163,6 +170,27 @@ fn a_wall_is_occupied_before_it_free_behind_it_unknown() {
         assert_eq!(at(map, 3.0, 0.0), -1);
         assert_eq!(at(map, -1.0, 0.0), -1);
     });
+}
+
+#[test]
+fn scans_are_taken_from_where_the_robot_model_has_the_laser() {
+    let mut mapper = mapper();
+    // Half a metre ahead of the robot and turned to its left.
+    let mount = Pose2 { x: 0.5, y: 0.0, theta: std::f64::consts::FRAC_PI_2 };
+    mapper.set("robot", robot_with("laser", mount));
+    for _ in 0..10 {
+        scan(&mut mapper, |_| 2.0);
+    }
+    look(&mapper, |map| {
+        assert!(at(map, 0.5, 2.02) > 90, "ahead of the laser");
+        assert!(at(map, 0.5, 1.0) < 10);
+        assert_eq!(at(map, 2.02, -1.0), -1, "behind it nothing is known");
+    });
+    // A model without the laser maps nothing.
+    let mut mapper = self::mapper();
+    mapper.set("robot", robot_with("sonar", mount));
+    scan(&mut mapper, |_| 2.0);
+    look(&mapper, |map| assert!(map.data.iter().all(|cell| *cell == -1)));
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! Reflex: follows a wall at a distance.
 //!
-//! The side sonars give distance and direction of the wall. The robot steers by pure pursuit (Coulter, 1992) for a lookahead point along the
-//! wall and at the wanted distance from it. At a wall ahead it turns away from the one beside; at the end of a wall it turns about the end.
+//! The side sonars give distance and direction of the wall. The robot steers by pure pursuit (Coulter, 1992)
+//! for a lookahead point along the wall, at the set distance from it. At a wall ahead it turns away from the one
+//! beside; at the end of a wall it turns about the end.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position, SonarScan};
@@ -23,14 +24,14 @@ pub struct KeepWallSensors {
     goal: Input<Point2>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
-    /// Lookahead point along the wall, or else the goal; the goal of a reflex that avoids obstacles.
+    /// Lookahead point along the wall; without a wall, the goal.
     local_goal: Output<Point2>,
 }
 
 /// Parameters of [`KeepWallModel`].
 #[params]
 pub struct KeepWallParams {
-    #[param(default = 0.5, range = -10.0..=10.0, unit = "m", doc = "distance of the robot's center from the wall; positive for a wall on the left, negative on the right")]
+    #[param(default = 0.5, range = -10.0..=10.0, unit = "m", doc = "distance of the robot's center from a wall on the left; negative: on the right")]
     pub wall_distance: f64,
     #[param(default = 0.3, range = 0.0..=1.2, unit = "m/s", doc = "linear velocity along the wall")]
     linear_velocity: f64,
@@ -132,7 +133,7 @@ impl ReactiveModel for KeepWallModel {
     }
 }
 
-/// Returns the direction towards the wall beside, in the robot's frame, and the distance of the robot's center.
+/// Direction of the wall beside, in the robot's frame, and its distance from the robot's center.
 fn beside(scan: &SonarScan, side: f64) -> Option<([f64; 2], f64)> {
     let (mut front, mut back): (Option<[f64; 3]>, Option<[f64; 3]>) = (None, None);
     for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {

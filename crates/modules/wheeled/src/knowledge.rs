@@ -1,16 +1,16 @@
 //! Knowledge of a wheeled robot: goal and robot model.
 
 use serde::{Deserialize, Serialize};
-use slate_avoidance::{Parameters, ReflexRules, SensorRule, Sides};
+use slate_avoidance::{Parameters, ROBOT_SENSOR, ReflexRules, SONAR, SensorRule, Sides};
 use slate_plugin::interfaces::{
     Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
     SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_plugin::mapek::{Device, Kinematics, RobotModel, Steering};
 use slate_plugin::prelude::*;
-use slate_robots::{DeviceDescription, RobotDevices};
+use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
 
-use crate::rules::{RefusedRules, RulePorts, default_sensor_rules};
+use crate::rules::{RefusedRule, RefusedRules, RulePorts, default_sensor_rules};
 
 /// Model of a wheeled robot.
 #[interface]
@@ -24,6 +24,14 @@ pub struct WheeledModel {
 }
 
 impl WheeledModel {
+    /// Reads the description of a robot by its name or path, as yet without pose and measurements.
+    ///
+    /// # Errors
+    /// The description is unknown or invalid.
+    pub fn load(robot: &str, profile: &str) -> Result<Self, DescriptionProblem> {
+        RobotDevices::load(robot, profile).map(|devices| Self::of(&devices))
+    }
+
     /// Model of a robot by its description, as yet without pose and measurements.
     pub fn of(devices: &RobotDevices) -> Self {
         let corners: Vec<_> = devices.footprint.iter().map(|[x, y]| Point2 { x: *x, y: *y }).collect();
@@ -49,16 +57,14 @@ impl WheeledModel {
         }
     }
 
-    /// Inverse kinematics: wheel speeds of a twist (m/s, rad/s); zero while the chassis is unknown.
+    /// Inverse kinematics: wheel speeds of a twist (m/s, rad/s); zero while the drive is unknown.
     pub fn wheels_for(&self, linear: f64, angular: f64) -> WheelSpeeds {
-        let Chassis { wheel_radius, track, .. } = self.chassis;
-        Kinematics { wheel_radius, track, steering: Steering::DIFFERENTIAL }
-            .wheels_for(Twist2 { linear, angular })
+        self.robot.drive.wheels_for(Twist2 { linear, angular })
     }
 
-    /// Usual deceleration, m/s², limited by the wheels; zero while the chassis is unknown.
+    /// Usual deceleration, m/s², limited by the wheels; zero while the drive is unknown.
     pub fn deceleration(&self) -> f64 {
-        let greatest = self.chassis.maximum_wheel_acceleration * self.chassis.wheel_radius;
+        let greatest = self.chassis.maximum_wheel_acceleration * self.robot.drive.wheel_radius;
         math::min(Parameters::default().deceleration, greatest)
     }
 
@@ -68,10 +74,10 @@ impl WheeledModel {
         (position_stddev > 0.0 || orientation_stddev > 0.0).then_some(self.robot.pose)
     }
 
-    /// Response of the wheels of each side; `None` while the chassis is unknown.
+    /// Response of the wheels of each side; `None` while the drive is unknown.
     pub fn sides(&self) -> Option<Sides> {
-        let Chassis { track, maximum_wheel_acceleration, wheel_radius, .. } = self.chassis;
-        let acceleration = maximum_wheel_acceleration * wheel_radius;
+        let Kinematics { wheel_radius, track, .. } = self.robot.drive;
+        let acceleration = self.chassis.maximum_wheel_acceleration * wheel_radius;
         (track > 0.0 && acceleration > 0.0).then_some(Sides { track, acceleration })
     }
 }
@@ -89,7 +95,7 @@ fn device(description: &DeviceDescription) -> Device {
     }
 }
 
-/// Sensors, and facts of the knowledge. The RobotModel lists each Sensor from its first measurement on.
+/// Sensors, and facts of the knowledge. The RobotModel lists each Sensor by the name of its input, from its first measurement on.
 #[ports]
 pub struct WheeledModels {
     /// Ring of sonars.
@@ -112,49 +118,59 @@ pub struct WheeledModels {
     laser: Sensed<LaserScan>,
     /// Sensor that sees other robots.
     #[stale(after = "500ms")]
-    robots: Sensed<Sightings>,
+    robot_sensor: Sensed<Sightings>,
     /// Errors of the sensors, as their maker tells them; exact sensors without.
     accuracy: Sensed<SensorAccuracy>,
     /// Goal of the robot.
     goal: Output<Point2>,
     /// Robot model and pose.
     robot: Output<WheeledModel>,
-    /// Estimated position, in place of a positioning system.
-    pub located: Known<Position>,
-    /// Estimated heading, in place of a compass.
-    pub heading: Known<Orientation>,
     /// Estimated pose, with its covariance. It takes the place of the measured one.
     #[stale(after = "200ms")]
     pub pose: Known<PoseEstimate>,
     /// Map of the surroundings.
     pub map: Known<OccupancyGrid>,
-    /// Other robots.
-    pub sightings: Known<Sightings>,
-    /// Where the robot is going at present.
-    pub aim: Known<Point2>,
-    /// Twist that the Plan intends.
-    pub motion: Known<Twist2>,
 }
 
 impl WheeledModels {
+    /// The input of a sensor that the robot's description names.
+    fn sensor(&self, name: &str) -> Option<&dyn SensorInput> {
+        Some(match name {
+            SONAR => &self.sonar,
+            "position" => &self.position,
+            "orientation" => &self.orientation,
+            "odometry" => &self.odometry,
+            "bumper" => &self.bumper,
+            "laser" => &self.laser,
+            ROBOT_SENSOR => &self.robot_sensor,
+            _ => return None,
+        })
+    }
+
     /// Updates a device from the Sensor of its name; returns whether that has measured.
     fn watch(&self, device: &mut Device, now: &Tick) -> bool {
-        match device.name.as_str() {
-            "sonar" => {
-                // The sonars know better than a profile.
-                if let Some(scan) = self.sonar.get() {
-                    (device.minimum, device.maximum) = (scan.range_min, scan.range_max);
-                }
-                watch(&self.sonar, device, now)
-            }
-            "position" => watch(&self.position, device, now),
-            "orientation" => watch(&self.orientation, device, now),
-            "odometry" => watch(&self.odometry, device, now),
-            "bumper" => watch(&self.bumper, device, now),
-            "laser" => watch(&self.laser, device, now),
-            "robot_sensor" => watch(&self.robots, device, now),
-            _ => false,
+        let Some(input) = self.sensor(device.name.as_str()).filter(|input| input.has_measured()) else {
+            return false;
+        };
+        // The sonars know better than a profile.
+        if let Some(scan) = self.sonar.get().filter(|_| device.name.as_str() == SONAR) {
+            (device.minimum, device.maximum) = (scan.range_min, scan.range_max);
         }
+        input.watch(device, now);
+        true
+    }
+
+    /// Names of the described sensors that the robot has, and how many there are.
+    fn sensors<'m>(&self, model: &'m WheeledModel) -> ([&'m str; 16], usize) {
+        let (mut names, mut length) = ([""; 16], 0);
+        for device in model.robot.sensors.iter() {
+            let name = device.name.as_str();
+            if self.sensor(name).is_some_and(SensorInput::is_there) {
+                names[length] = name;
+                length += 1;
+            }
+        }
+        (names, length)
     }
 
     /// The estimated pose; before the first estimate, the measured one.
@@ -169,9 +185,28 @@ impl WheeledModels {
     }
 }
 
-fn watch<T: Interface + ?Sized>(sensor: &Sensed<T>, device: &mut Device, now: &Tick) -> bool {
-    device.watch(sensor, now);
-    sensor.get().is_some()
+/// Input of a Sensor of any interface.
+trait SensorInput {
+    /// Whether a Sensor of the robot writes it.
+    fn is_there(&self) -> bool;
+    /// Whether it has measured.
+    fn has_measured(&self) -> bool;
+    /// Updates health and time of measurement.
+    fn watch(&self, device: &mut Device, now: &Tick);
+}
+
+impl<T: Interface + ?Sized> SensorInput for Sensed<T> {
+    fn is_there(&self) -> bool {
+        self.has_writer() || self.has_measured()
+    }
+
+    fn has_measured(&self) -> bool {
+        self.get().is_some()
+    }
+
+    fn watch(&self, device: &mut Device, now: &Tick) {
+        device.watch(self, now);
+    }
 }
 
 /// Parameters of [`WheeledKnowledge`].
@@ -240,7 +275,7 @@ impl KnownRobot {
     /// # Errors
     /// It is unknown or invalid.
     pub fn new(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
-        // Kinds are set up with their defaults when a library is loaded; a robot that runs so is told of.
+        // A library is checked with the defaults of its kinds; a robot without a description logs an error.
         if params.robot.as_str().is_empty() {
             return Ok(Self::default());
         }
@@ -248,9 +283,8 @@ impl KnownRobot {
     }
 
     fn read(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
-        let devices = RobotDevices::load(params.robot.as_str(), params.profile.as_str())
-            .map_err(|problem| Refusal(format!("the parameter `robot`: {problem}")))?;
-        let model = WheeledModel::of(&devices);
+        let model = WheeledModel::load(params.robot.as_str(), params.profile.as_str())
+            .map_err(|problem| Refusal(format!("params.robot: {problem}")))?;
         Ok(Self { known: Some((params.robot, params.profile, Some(model))) })
     }
 
@@ -272,16 +306,6 @@ impl KnownRobot {
     }
 }
 
-/// The names of the described sensors, and how many there are.
-fn sensor_names(model: &WheeledModel) -> ([&str; 16], usize) {
-    let sensors = &model.robot.sensors;
-    let mut names = [""; 16];
-    for (name, sensor) in names.iter_mut().zip(sensors.iter()) {
-        *name = sensor.name.as_str();
-    }
-    (names, sensors.len())
-}
-
 /// Knowledge of the robot.
 pub struct WheeledKnowledge;
 
@@ -295,11 +319,12 @@ impl Knowledge for WheeledKnowledge {
     fn create(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<WheeledKnowledgeState, Refusal> {
         let robot = KnownRobot::new(params)?;
         if let Some(model) = robot.described() {
-            let (names, length) = sensor_names(model);
-            params.rules().check(&names[..length]).map_err(|error| {
-                let listed = names[..length].join(", ");
-                Refusal(format!("the parameter `sensor_rules`: {error}; it lists {listed}"))
-            })?;
+            // Which of them it has, the links say.
+            let names: Vec<_> = model.robot.sensors.iter().map(|device| device.name.as_str()).collect();
+            params
+                .rules()
+                .check(&names)
+                .map_err(|error| Refusal(RefusedRule { error, sensors: &names }.to_string()))?;
         }
         Ok(WheeledKnowledgeState { robot, refused: RefusedRules::default() })
     }
@@ -329,7 +354,7 @@ impl Knowledge for WheeledKnowledge {
             }
             model.robot.sensors = Sequence::new(&sensors[..length]);
         });
-        let (names, length) = sensor_names(known);
+        let (names, length) = models.sensors(known);
         state.refused.update(rules, params.rules(), &names[..length], now);
     }
 }

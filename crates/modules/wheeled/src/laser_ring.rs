@@ -1,15 +1,17 @@
 //! Laser scanner as a ring of sonars, for blocks that read sonars.
 
-use slate_plugin::interfaces::{Echo, LaserScan, SonarPlacement, SonarScan};
+use slate_plugin::interfaces::{Echo, LaserScan, Pose2, SonarPlacement, SonarScan, Transform};
 use slate_plugin::prelude::*;
 
 /// Laser scanner.
 #[ports]
 pub struct Laser {
     laser: Input<LaserScan>,
+    /// Mount of the laser on the robot, if its driver or the simulator publishes it.
+    mount: Input<Transform>,
 }
 
-/// Mount of the laser.
+/// Mount of a laser whose driver does not publish it.
 #[params]
 pub struct LaserRingParams {
     #[param(default = 0.0, range = -10.0..=10.0, unit = "m", doc = "x of the laser in the robot's frame")]
@@ -18,6 +20,16 @@ pub struct LaserRingParams {
     mount_y: f64,
     #[param(default = 0.0, range = -3.2..=3.2, unit = "rad", doc = "heading of the laser in the robot's frame")]
     mount_theta: f64,
+}
+
+/// Mount of the laser in the plane of the robot.
+fn mount(io: &Laser, params: &LaserRingParams) -> Pose2 {
+    let written = Pose2 { x: params.mount_x, y: params.mount_y, theta: params.mount_theta };
+    io.mount.get().map_or(written, |mount| Pose2 {
+        x: mount.translation.x,
+        y: mount.translation.y,
+        theta: 2.0 * math::atan2(mount.rotation.z, mount.rotation.w),
+    })
 }
 
 /// Sonars of a ring.
@@ -41,6 +53,7 @@ impl Sensor for LaserRing {
             return None;
         }
         let width = scan.angle_increment * (beams - 1) as f64 / SECTORS as f64;
+        let mount = mount(io, params);
         let mut echoes = [Echo::default(); SECTORS];
         let mut placements = [SonarPlacement::default(); SECTORS];
         for (sector, (echo, placement)) in echoes.iter_mut().zip(&mut placements).enumerate() {
@@ -52,8 +65,8 @@ impl Sensor for LaserRing {
             let sees = nearest.is_nan() || nearest < scan.range_max;
             let range = if sees { nearest } else { scan.range_max };
             *echo = Echo { range, heard: sees.into() };
-            let theta = params.mount_theta + scan.angle_min + width * (sector as f64 + 0.5);
-            *placement = SonarPlacement { x: params.mount_x, y: params.mount_y, theta };
+            let theta = mount.theta + scan.angle_min + width * (sector as f64 + 0.5);
+            *placement = SonarPlacement { x: mount.x, y: mount.y, theta };
         }
         Some(SonarScan {
             field_of_view: width,

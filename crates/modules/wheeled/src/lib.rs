@@ -3,7 +3,7 @@
 //! | block | class of the paper | here |
 //! |---|---|---|
 //! | Monitor | `RangeVREPMonitor`, `PositionVREPMonitor`, `OrientationVREPMonitor` | [`monitors`] |
-//! | Analyze | `PassRange`, `PassPosition`, `PassOrientation`; `P3dxPositonAnalyze` | [`analyzes`]; [`locate_robot`]; [`local_map`]; the pose by [`estimate_pose`], on a real robot [`localize`] |
+//! | Analyze | `PassRange`, `PassPosition`, `PassOrientation`; `P3dxPositonAnalyze` | [`analyzes`]; [`locate_robot`]; [`local_map`]; the pose by [`estimate_pose`] |
 //! | Plan | `GoToOriginPlanner` | [`go_to_origin`], as any [`journey`]; [`local_planner`]; [`strategy_planner`] |
 //! | Execute | actions of Table 2 | [`actions`], on a [`body`] of two wheels ([`differential`]) or four ([`skid_steer`]) |
 //! | Knowledge | `PioneerKnowledge`, `PionerP3DXModel`, `RobotnikModel` | [`knowledge`] with [`rules`]; [`strategic_knowledge`] |
@@ -28,7 +28,6 @@ pub mod knowledge;
 pub mod laser_ring;
 pub mod local_map;
 pub mod local_planner;
-pub mod localize;
 pub mod locate_robot;
 mod median;
 pub mod monitors;
@@ -55,13 +54,12 @@ plugin!(
     MonitorBlock<monitors::PositionMonitor>,
     MonitorBlock<monitors::OrientationMonitor>,
     MonitorBlock<locate_robot::RobotMonitor>,
-    MonitorBlock<localize::OdometryMonitor>,
+    MonitorBlock<monitors::OdometryMonitor>,
     AnalyzeBlock<analyzes::PassRange>,
     AnalyzeBlock<analyzes::PassPosition>,
     AnalyzeBlock<analyzes::PassOrientation>,
     AnalyzeBlock<local_map::MapObstacles>,
     AnalyzeBlock<locate_robot::LocateRobot>,
-    AnalyzeBlock<localize::Localize>,
     AnalyzeBlock<estimate_pose::EstimatePose>,
     PlanBlock<go_to_origin::GoToOriginPlanner>,
     PlanBlock<local_planner::LocalPlanner>,

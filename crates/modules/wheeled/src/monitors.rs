@@ -1,6 +1,6 @@
 //! Monitors, one for each type of sensor.
 
-use slate_plugin::interfaces::{Orientation, Position, SonarScan};
+use slate_plugin::interfaces::{Odometry, Orientation, Pose2, Position, SonarScan};
 use slate_plugin::prelude::*;
 
 /// Ring of sonars.
@@ -71,5 +71,30 @@ impl Monitor for OrientationMonitor {
     fn interpret(_: &mut (), sensors: &Compass, _: &(), _: &Tick) -> Option<Orientation> {
         let orientation = sensors.orientation.fresh()?;
         orientation.theta.is_finite().then_some(*orientation)
+    }
+}
+
+/// Wheel encoders.
+#[ports]
+pub struct Encoders {
+    #[stale(after = "500ms")]
+    odometry: Sensed<Odometry>,
+}
+
+/// Monitors the odometry.
+pub struct OdometryMonitor;
+
+impl Monitor for OdometryMonitor {
+    const NAME: &'static str = "odometry_monitor";
+    const DOC: &'static str = "Monitors the odometry.";
+    type Sensors = Encoders;
+    type Params = ();
+    type State = ();
+    type Value = Odometry;
+
+    fn interpret(_: &mut (), sensors: &Encoders, _: &(), _: &Tick) -> Option<Odometry> {
+        let odometry = sensors.odometry.fresh()?;
+        let Pose2 { x, y, theta } = odometry.pose;
+        (x.is_finite() && y.is_finite() && theta.is_finite()).then_some(*odometry)
     }
 }

@@ -1,5 +1,7 @@
 //! Rules of reflexes in Knowledge: thresholds that may change while the robot runs.
 
+use std::fmt;
+
 use slate_avoidance::{ReflexRules, RuleError, SONAR, SensorRule};
 use slate_plugin::prelude::*;
 
@@ -15,20 +17,45 @@ pub struct RulePorts {
 pub struct RefusedRules(Option<RuleError>);
 
 impl RefusedRules {
-    /// Writes the rules if the robot model lists their sensors; else the rules that hold stay.
-    pub fn update(&mut self, ports: &RulePorts, rules: ReflexRules, listed: &[&str], now: &Tick) {
-        let error = rules.check(listed).err();
+    /// Writes the rules if the robot has their sensors; else the rules that hold stay.
+    pub fn update(&mut self, ports: &RulePorts, rules: ReflexRules, sensors: &[&str], now: &Tick) {
+        let error = rules.check(sensors).err();
         match error {
             None => ports.rules.set(rules),
+            // A robot without sonars, of which nobody has said anything.
+            Some(_) if rules.sensors == default_sensor_rules() => {}
             Some(error) if self.0 != Some(error) => {
-                now.error(format_args!(
-                    "the parameter `sensor_rules`: {error}; it lists {}",
-                    listed.join(", ")
-                ));
+                now.error(format_args!("{}", RefusedRule { error, sensors }))
             }
             Some(_) => {}
         }
         self.0 = error;
+    }
+}
+
+/// A refused rule of a robot with these sensors. It begins with the place of the rule, by which the host finds its line.
+pub struct RefusedRule<'a> {
+    /// What is wrong.
+    pub error: RuleError,
+    /// Names of the robot's sensors.
+    pub sensors: &'a [&'a str],
+}
+
+impl fmt::Display for RefusedRule<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("params.sensor_rules")?;
+        if let Some(index) = self.error.index() {
+            write!(f, ".{index}")?;
+        }
+        write!(f, ": {}", self.error)?;
+        if let RuleError::Sensor { .. } = self.error {
+            f.write_str("; expected one of ")?;
+            for (number, sensor) in self.sensors.iter().enumerate() {
+                f.write_str(if number == 0 { "" } else { ", " })?;
+                f.write_str(sensor)?;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -7,7 +7,6 @@ use slate::interfaces::{
 use slate::mapek::{AnalyzeBlock, ReactiveBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text};
-use slate::sim::robot::RobotDescription;
 use slate_avoidance::{ReflexRules, SensorRule};
 use slate_testing::{Counted, allocations};
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
@@ -17,7 +16,7 @@ use slate_wheeled::local_map::MapObstacles;
 
 #[test]
 fn a_tick_with_robots_in_sight_allocates_nothing() {
-    let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
+    let robot = WheeledModel::load("summit_xl", "vrep").unwrap();
     let mut avoid = Fixture::<Counted<ReactiveBlock<AvoidObstacleModel>>>::new();
     let mut map = Fixture::<Counted<AnalyzeBlock<MapObstacles>>>::new();
     let rule = |sensor: &str| SensorRule { distance: 0.3, sensor: Text::new(sensor) };
@@ -53,7 +52,7 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
         macro_rules! run {
             ($block:expr, $scan:literal) => {
                 $block.set("robots", Sightings { list: Sequence::new(&seen) });
-                $block.set("robot", WheeledModel { chassis, ..WheeledModel::default() });
+                $block.set("robot", robot);
                 $block.set($scan, scan);
                 $block.advance(20_000_000);
                 $block.tick();

@@ -15,8 +15,7 @@ use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
 
 fn pioneer() -> WheeledModel {
-    let chassis = RobotDescription::named("pioneer_p3dx").unwrap().unwrap().chassis();
-    WheeledModel { chassis, ..WheeledModel::default() }
+    WheeledModel::load("pioneer_p3dx", "vrep").unwrap()
 }
 
 fn rule(sensor: &str, distance: f64) -> SensorRule {
@@ -75,7 +74,7 @@ fn react(scan: SonarScan, rules: ReflexRules, robots: Option<Sightings>) -> Opti
 const SONAR: &str = "sonar";
 
 #[test]
-fn it_turns_away_from_the_side_that_hears_and_drives_on() {
+fn it_turns_away_from_the_side_with_the_echo_and_drives_on() {
     let only_sonar = rules(&[rule(SONAR, 0.1)]);
     // The sonars at 10 and 30 degrees to the left, and the same on the right.
     let [right, left_wheel, right_wheel] = react(scan(&[(2, 0.1), (3, 0.09)]), only_sonar, None).unwrap();
@@ -135,7 +134,7 @@ fn it_stops_for_a_robot_ahead() {
 }
 
 #[test]
-fn a_rule_for_a_missing_sensor_or_a_wrong_distance_is_refused() {
+fn wrong_rules_are_refused_with_the_place_of_the_rule() {
     let with = |rules: &[SensorRule]| {
         let params = WheeledKnowledgeParams {
             robot: Text::new("pioneer_p3dx"),
@@ -144,15 +143,25 @@ fn a_rule_for_a_missing_sensor_or_a_wrong_distance_is_refused() {
         };
         Fixture::<KnowledgeBlock<WheeledKnowledge>>::with(params)
     };
-    let refusal = with(&[rule(SONAR, 0.1), rule("robot_sensor", -1.0)]).err().unwrap();
-    let text = refusal.to_string();
-    assert!(
-        text.contains("sensor_rules") && text.contains("rule 2") && text.contains("`robot_sensor`"),
-        "{text}"
+    let refused = |rules: &[SensorRule], words: &[&str]| {
+        let text = with(rules).err().unwrap().to_string();
+        assert!(words.iter().all(|word| text.contains(word)), "{words:?}: {text}");
+    };
+    refused(
+        &[rule(SONAR, 0.1), rule("robot_sensor", -1.0)],
+        &["params.sensor_rules.1: ", "rule 2", "`robot_sensor`", "from 0 to 10 m"],
     );
-    let text = with(&[rule("whiskers", 0.1)]).err().unwrap().to_string();
-    assert!(text.contains("rule 1") && text.contains("`whiskers`") && text.contains("sonar"), "{text}");
+    refused(
+        &[rule("whiskers", 0.1)],
+        &["params.sensor_rules.0: ", "rule 1", "`whiskers`", "expected one of", "sonar"],
+    );
+    refused(&[], &["params.sensor_rules: ", "expected a rule such as", "found none", "disable the reflex"]);
+    refused(
+        &[rule(SONAR, 0.1), rule(SONAR, 0.3)],
+        &["params.sensor_rules.1: ", "rule 2", "rule 1 is of the sensor `sonar` already", "keep one"],
+    );
     let mut knowledge = with(&[rule(SONAR, 0.1)]).unwrap();
+    knowledge.set("sonar", scan(&[]));
     let mut known = |sensor: &str, distance| {
         knowledge.params().sensor_rules = Sequence::new(&[rule(sensor, distance)]);
         knowledge.set("position", Position::default());
@@ -164,9 +173,22 @@ fn a_rule_for_a_missing_sensor_or_a_wrong_distance_is_refused() {
     assert_eq!(known(SONAR, 0.2), Some(0.2), "rules may change while it runs");
     assert_eq!(known(SONAR, 11.0), None, "the rules that hold stay");
     assert_eq!(known("whiskers", 0.1), None);
+    assert_eq!(known("laser", 0.1), None, "the description has it, and this robot does not");
+    assert_eq!(known(SONAR, 0.3), Some(0.3));
 }
 
-/// An Execute that is told to turn by that angle and to drive then.
+#[test]
+fn a_robot_without_sonars_has_no_rules() {
+    let params =
+        WheeledKnowledgeParams { robot: Text::new("pioneer_p3dx"), ..WheeledKnowledgeParams::default() };
+    let mut knowledge = Fixture::<KnowledgeBlock<WheeledKnowledge>>::with(params).unwrap();
+    knowledge.set("position", Position::default());
+    knowledge.set("orientation", Orientation::default());
+    knowledge.tick();
+    assert!(knowledge.wrote("robot") && !knowledge.wrote("rules"));
+}
+
+/// An Execute with a turn by that angle and a drive.
 fn execute(angle: f64) -> Fixture<ExecuteBlock<DifferentialActions>> {
     let mut execute = Fixture::new();
     send(&mut execute, angle, 0.0);

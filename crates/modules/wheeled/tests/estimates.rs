@@ -184,7 +184,7 @@ fn scan(range: f64) -> SonarScan {
     }
 }
 
-/// What the Plan is told of these ranges.
+/// The change that these ranges cause.
 fn crowded(ranges: &[f64], accuracy: SensorAccuracy) -> Vec<bool> {
     let mut analyze = Fixture::<AnalyzeBlock<PassRange>>::new();
     analyze.set("robot", model(Pose2::default(), accuracy));

@@ -55,7 +55,7 @@ fn sensors_that_are_there_are_listed_with_mount_limits_and_rate() {
         model.robot.sensors.iter().map(|sensor| sensor.name.as_str().to_owned()).collect()
     };
     assert_eq!(names(&model(&mut knowledge)), ["position", "orientation"]);
-    knowledge.set("robots", Sightings::default());
+    knowledge.set("robot_sensor", Sightings::default());
     knowledge.set("sonar", SonarScan { range_min: 0.1, range_max: 4.0, ..SonarScan::default() });
     let model = model(&mut knowledge);
     assert_eq!(names(&model), ["position", "orientation", "sonar", "robot_sensor"]);
@@ -73,7 +73,10 @@ fn sensors_that_are_there_are_listed_with_mount_limits_and_rate() {
 fn an_unknown_robot_is_refused_with_the_known_ones() {
     for robot in ["pionier", "nowhere.toml"] {
         let refusal = Knowing::with(params(robot, "vrep")).err().unwrap().0;
-        assert!(refusal.contains("pioneer_p3dx, summit_xl") && refusal.contains("`robot`"), "{refusal}");
+        assert!(
+            refusal.contains("pioneer_p3dx, summit_xl") && refusal.starts_with("params.robot: "),
+            "{refusal}"
+        );
     }
 }
 

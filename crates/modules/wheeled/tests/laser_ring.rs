@@ -1,14 +1,18 @@
 //! A laser scanner in the place of a ring of sonars.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate::interfaces::{LaserScan, SonarScan};
+use slate::interfaces::{LaserScan, Position, Quaternion, SonarScan, Transform};
 use slate::mapek::SensorBlock;
+use slate::module::math;
 use slate::module::testing::Fixture;
 use slate_wheeled::laser_ring::LaserRing;
 
 /// What the ring shows of 33 beams over half a turn, all of 2 m but for those.
 fn ring(others: &[(usize, f32)]) -> SonarScan {
-    let mut ring = Fixture::<SensorBlock<LaserRing>>::new();
+    ring_of(&mut Fixture::new(), others)
+}
+
+fn ring_of(ring: &mut Fixture<SensorBlock<LaserRing>>, others: &[(usize, f32)]) -> SonarScan {
     ring.write::<LaserScan>("laser", 33, |scan| {
         scan.angle_min = -std::f64::consts::FRAC_PI_2;
         scan.angle_increment = std::f64::consts::PI / 32.0;
@@ -44,4 +48,23 @@ fn no_return_is_no_echo_and_nan_stays_nan() {
     assert!(!first.heard.get() && first.range == 4.0, "{first:?}");
     assert!(last.range.is_nan() && last.heard.get(), "{last:?}");
     assert!(scan.echoes[1..15].iter().all(|echo| echo.heard.get() && echo.range == 2.0));
+}
+
+#[test]
+fn the_mount_is_that_of_the_driver_or_else_of_the_parameters() {
+    let mut with = Fixture::<SensorBlock<LaserRing>>::new();
+    let quarter = std::f64::consts::FRAC_PI_4;
+    with.set(
+        "mount",
+        Transform {
+            translation: Position { x: 0.12, y: -0.1, z: 0.3 },
+            rotation: Quaternion { z: math::sin(quarter), w: math::cos(quarter), ..Quaternion::IDENTITY },
+            ..Transform::default()
+        },
+    );
+    let (turned, plain) = (ring_of(&mut with, &[]), ring(&[]));
+    for (turned, plain) in turned.placements.iter().zip(plain.placements.iter()) {
+        assert_eq!((turned.x, turned.y, plain.x, plain.y), (0.12, -0.1, 0.0, 0.0));
+        assert!((turned.theta - plain.theta - 2.0 * quarter).abs() < 1e-12);
+    }
 }

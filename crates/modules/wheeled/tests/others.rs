@@ -4,14 +4,13 @@
 use slate::interfaces::{
     Echo, Odometry, Orientation, Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
 };
-use slate::mapek::AnalyzeBlock;
+use slate::mapek::{AnalyzeBlock, SensorBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text, math};
-use slate::sim::robot::RobotDescription;
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::local_map::{LocalObstacles, MapObstacles};
-use slate_wheeled::localize::{Localize, LocalizeParams};
 use slate_wheeled::locate_robot::{LocateRobot, Located};
+use slate_wheeled::odometry_pose::{OdometryOrientation, OdometryPosition, OdometryStart};
 use slate_wheeled::own_motion::OwnMotion;
 use slate_wheeled::tracks::Tracks;
 
@@ -98,18 +97,16 @@ fn how_others_move_is_seen_from_a_robot_that_moves_itself() {
 fn odometry_that_began_elsewhere_is_placed_in_the_map() {
     let odometry = Odometry { pose: Pose2 { x: 1.0, y: 0.0, theta: 0.5 }, twist: Twist2::ZERO };
     let start_theta = std::f64::consts::FRAC_PI_2;
-    let start = LocalizeParams { start_x: 2.0, start_y: 3.0, start_theta, min_change: 0.05 };
-    let mut localize = Fixture::<AnalyzeBlock<Localize>>::with(start).unwrap();
-    localize.set("odometry", odometry);
-    localize.tick();
-    let place = localize.output::<Position>("position").unwrap();
+    let start = OdometryStart { start_x: 2.0, start_y: 3.0, start_theta };
+    let mut position = Fixture::<SensorBlock<OdometryPosition>>::with(start).unwrap();
+    position.set("source", odometry);
+    position.tick();
+    let place = position.output::<Position>("value").unwrap();
     assert!(near(place.x, 2.0) && near(place.y, 4.0), "{place:?}");
-    assert!(near(localize.output::<Orientation>("orientation").unwrap().theta, start_theta + 0.5));
-    assert!(localize.output::<Pose2>("change").is_some());
-    localize.set("odometry", odometry);
-    localize.tick();
-    assert!(localize.output::<Position>("position").is_some(), "it is still measured");
-    assert_eq!(localize.output::<Pose2>("change"), None, "but no news");
+    let mut orientation = Fixture::<SensorBlock<OdometryOrientation>>::with(start).unwrap();
+    orientation.set("source", odometry);
+    orientation.tick();
+    assert!(near(orientation.output::<Orientation>("value").unwrap().theta, start_theta + 0.5));
 }
 
 #[test]
@@ -129,7 +126,6 @@ fn how_a_robot_moves_is_known_from_where_it_is() {
 
 /// The obstacles that an Analyze maps of one echo 0.1 m to the left of a Summit at (0, 2), whose room is so wide.
 fn mapped(room: f64, robots: Option<Sightings>) -> LocalObstacles {
-    let chassis = RobotDescription::named("summit_xl").unwrap().unwrap().chassis();
     let mut analyze = Fixture::<AnalyzeBlock<MapObstacles>>::new();
     analyze.params().room_half_width = room;
     let placement = SonarPlacement { x: 0.3, y: 0.3, theta: std::f64::consts::FRAC_PI_2 };
@@ -146,7 +142,7 @@ fn mapped(room: f64, robots: Option<Sightings>) -> LocalObstacles {
     );
     analyze.set("position", Position { x: 0.0, y: 2.0, z: 0.0 });
     analyze.set("orientation", Orientation { theta: 0.0 });
-    analyze.set("robot", WheeledModel { chassis, ..WheeledModel::default() });
+    analyze.set("robot", WheeledModel::load("summit_xl", "vrep").unwrap());
     if let Some(robots) = robots {
         analyze.set("robots", robots);
     }

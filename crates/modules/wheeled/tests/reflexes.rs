@@ -14,8 +14,7 @@ use slate_wheeled::keep_wall::{KeepWallModel, KeepWallParams};
 use slate_wheeled::knowledge::WheeledModel;
 
 fn pioneer() -> WheeledModel {
-    let chassis = RobotDescription::named("pioneer_p3dx").unwrap().unwrap().chassis();
-    WheeledModel { chassis, ..WheeledModel::default() }
+    WheeledModel::load("pioneer_p3dx", "vrep").unwrap()
 }
 
 /// The wheels of the reflex of the last tick, left and right, if there was one.

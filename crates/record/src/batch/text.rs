@@ -22,7 +22,9 @@ impl fmt::Display for Batch {
         let outcomes: Vec<_> =
             self.outcomes.iter().map(|(outcome, runs)| format!("{runs} {outcome}")).collect();
         line("outcomes", outcomes.join(", "))?;
-        line("SPL", number(self.spl))?;
+        if let Some(spl) = self.spl {
+            line("SPL", number(Some(spl)))?;
+        }
         for (name, value) in self.collisions.lines() {
             line(name, value)?;
         }
@@ -45,17 +47,18 @@ impl fmt::Display for Batch {
 
 impl Collisions {
     /// For the terminal, by name.
-    fn lines(&self) -> [(&'static str, String); 3] {
+    fn lines(&self) -> Vec<(&'static str, String)> {
         let (rate, bound) = (self.collisions_caused_per_km, self.collisions_caused_per_km_bound);
         let rate = match bound {
             Some(_) => format!("  ({} per km, with 95 % confidence below {})", number(rate), number(bound)),
             None => String::new(),
         };
-        [
-            ("way of all runs", format!("{:.3} km", self.kilometres)),
+        let way = (self.kilometres > 0.0).then(|| ("way of all runs", format!("{:.3} km", self.kilometres)));
+        let counts = [
             ("collisions", self.collisions.to_string()),
             ("caused by the robot", format!("{}{rate}", self.collisions_caused)),
-        ]
+        ];
+        way.into_iter().chain(counts).collect()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Published logs of runs beside a run.
+//! Comparison of a run with published logs.
 
 use super::table::Table;
 use super::{Section, SectionPart};
@@ -42,7 +42,7 @@ pub(super) fn section(
     section.table(table, "No robot is known.");
     section.text(
         "Times of a log are those of its program, a line each 50 ms; a simulator that runs faster or slower than that makes \
-         its robots look as fast. A change of the route is held when the new route lasts for 0.2 s.",
+         its robots look as fast. A change of the route lasts if the new route holds for 0.2 s.",
     );
     Ok(section)
 }
@@ -52,7 +52,7 @@ const COLUMNS: [&str; 7] = [
     "#time/s",
     "#distance/m",
     "#route changes",
-    "#of them held",
+    "#lasting route changes",
     "#reactive share of the time/%",
     "#reactive share of the distance/%",
 ];
@@ -64,7 +64,7 @@ fn row(name: &str, samples: &[&Sample]) -> [String; 7] {
         format!("{:.1}", used.duration),
         format!("{:.2}", used.distance),
         used.changes.to_string(),
-        used.held_changes.to_string(),
+        used.lasting_changes.to_string(),
         format!("{:.1}", used.reactive_samples * 100.0),
         format!("{:.1}", used.reactive_distance * 100.0),
     ]

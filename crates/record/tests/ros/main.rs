@@ -1,5 +1,5 @@
 //! Values as ROS 2 messages.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 #![allow(missing_docs, reason = "the interfaces here are read by nobody")]
 
 mod codec;

@@ -1,8 +1,9 @@
 //! The rules of attachment while an agent runs, and facts of Knowledge of any size.
 
+use serde::{Deserialize, Serialize};
 use slate_blackboard::interface::Value;
 use slate_mapek::prelude::*;
-use slate_mapek::{analyze, knowledge, monitor, plan, sensor};
+use slate_mapek::{analyze, execute, knowledge, monitor, plan, sensor};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_runtime::configuration::{Database, Options as Reading};
@@ -175,6 +176,34 @@ impl Plan for Rover {
     }
 }
 
+#[ports]
+pub struct Body {
+    arm: Output<Number>,
+}
+
+#[derive(Serialize, Deserialize)]
+pub struct Halt;
+
+impl ActionKind for Halt {
+    const KIND: &'static str = "Halt";
+    type Arguments = ();
+
+    fn start((): ()) -> Self {
+        Self
+    }
+}
+
+impl Action<Body> for Halt {
+    fn act(&mut self, acting: &Acting<'_, Body>) -> Step {
+        acting.body.arm.set(Number { value: 0.0 });
+        Step::Done
+    }
+}
+
+repertoire! {
+    pub enum Actions for Body { Halt }
+}
+
 const TEXT: &str = r#"
 time.source = "counter"
 [modules]
@@ -197,7 +226,11 @@ planner = { kind = "rover" }
 const RULE: &str = "a Plan reads Analyzes, Knowledge and Execute's status: `/r2/planner/aim` can't read";
 
 fn agent() -> Agent {
-    let database = Database::from_text("test.toml", TEXT, Reading::default()).unwrap();
+    agent_of(TEXT)
+}
+
+fn agent_of(text: &str) -> Agent {
+    let database = Database::from_text("test.toml", text, Reading::default()).unwrap();
     let blocks = [
         sensor::<Device>(),
         monitor::<HandOn>(),
@@ -205,6 +238,7 @@ fn agent() -> Agent {
         knowledge::<Atlas>(),
         analyze::<Surveyor>(),
         plan::<Rover>(),
+        execute::<Actions>(),
     ];
     let plugins: Vec<_> = all().into_iter().chain(blocks.map(Plugin::from)).collect();
     let options = Options { rate: Rate::Max, ..Options::default() };
@@ -249,6 +283,27 @@ fn relinking_against_the_rules_is_refused_and_changes_nothing() {
     composer.link(&NewLink::new("r2/planner/aim", "/r2/knowledge/seen")).unwrap();
     steps(&mut agent, 3);
     assert!(number(&agent, "r2/planner/seen/value") > 0);
+}
+
+#[test]
+fn relinking_a_second_plan_or_a_block_to_a_sensor_is_refused() {
+    let more = "[modules.pilot]\nkind = \"rover\"\n[robots.r2.modules.execute]\n";
+    let agent = agent_of(&TEXT.replace("[robots.r2.modules]\n", &format!("{more}[robots.r2.modules]\n")));
+    let composer = agent.composer();
+    let senders = || composer.links().into_iter().filter(|link| link.to == "r2/execute/plan").count();
+    assert_eq!(senders(), 1);
+    for (to, from, rule) in [
+        ("r2/execute/plan", "/pilot/plan", "a robot has one Plan: `/r2/execute/plan`"),
+        ("r2/device/number", "/r2/planner/seen", "a Sensor reads devices, other Sensors"),
+        ("r2/device/number", "/r2/knowledge/seen", "a Sensor reads devices, other Sensors"),
+    ] {
+        let refused = format!("{:?}", composer.link(&NewLink::new(to, from)).unwrap_err());
+        assert!(refused.contains(rule), "{refused}");
+    }
+    assert_eq!(senders(), 1);
+    assert!(
+        composer.links().iter().any(|link| link.to == "r2/device/number" && link.from == "/counter/number")
+    );
 }
 
 #[test]

@@ -11,7 +11,7 @@ pub struct Offer {
     pub interface: Vec<u8>,
     /// What it is for.
     pub doc: String,
-    /// What writes it in an architecture, such as `monitor`.
+    /// Part of the architecture that writes it, such as `monitor`; empty for none.
     pub part: String,
     /// Room in the tail.
     pub capacity: u64,

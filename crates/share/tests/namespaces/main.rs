@@ -1,6 +1,6 @@
 //! Agents in network namespaces, with real faults of the network between them: loss, partition, too little of it. They
 //! reach each other over TLS, as nothing else is let out of a machine. It takes root, and the tools `ip`, `tc` and `nft`.
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "what real networks do takes real time")]
 
 #[path = "../agents/mod.rs"]

@@ -1,5 +1,5 @@
 //! Agents in processes of their own, of which some are killed, started again, or stopped for a while.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "what real processes do takes real time")]
 
 #[path = "../agents/mod.rs"]

@@ -1,6 +1,6 @@
 //! What links that come and go leave behind of the files and threads of their process, in which nothing else may run
 //! meanwhile.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 #[path = "../agents/mod.rs"]
 mod agents;

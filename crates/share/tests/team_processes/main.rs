@@ -1,6 +1,6 @@
 //! A team of eight robots, each a process of its own that knows the one before it. They state facts while one is killed and
 //! comes again without its disk, and while one in the middle is stopped, so that the team is two.
-#![allow(clippy::unwrap_used, reason = "a test ends at the first surprise")]
+#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 #![allow(clippy::disallowed_methods, reason = "what real processes do takes real time")]
 
 #[path = "../agents/mod.rs"]

@@ -12,41 +12,41 @@ use crate::scenario::Scenario;
 /// Performance of a following robot so far.
 #[interface]
 pub struct Pursuit {
-    /// Fraction of the time with a gap within its limits, since the first time within.
+    /// Fraction of the time with a gap within the limits, since it was first within them.
     pub gap_in_band: f64,
-    /// When that was.
+    /// First time of a gap within the limits.
     #[unit("s")]
     pub time_to_band: f64,
-    /// From the reference point of the one to that of the other, now.
+    /// Current gap, between the reference points of the robots.
     #[unit("m")]
     pub gap: f64,
-    /// Median since the first time within its limits, to 2 cm.
+    /// Median gap since the first time within the limits, to 2 cm.
     #[unit("m")]
     pub median_gap: f64,
-    /// The least gap.
+    /// Minimum gap.
     #[unit("m")]
     pub minimum_gap: f64,
-    /// Maximum gap since the first time within its limits.
+    /// Maximum gap since the first time within the limits.
     #[unit("m")]
     pub maximum_gap: f64,
-    /// The way of the follower.
+    /// Path length of the follower.
     #[unit("m")]
     pub path_length: f64,
-    /// The follower's least distance to another body.
+    /// Minimum clearance of the follower.
     #[unit("m")]
     pub minimum_clearance: f64,
     /// Contacts of the follower.
     pub collisions: u64,
-    /// Contacts in which the follower was one that moved in.
+    /// Contacts that the follower caused.
     pub collisions_caused: u64,
 }
 
 #[ports]
 pub struct PursuitIo {
-    /// Where the leader really is.
+    /// True pose of the leader.
     #[role("truth")]
     leader: Input<Pose2>,
-    /// Where the follower really is.
+    /// True pose of the follower.
     #[role("truth")]
     follower: Input<Pose2>,
     /// True clearance of the follower.
@@ -55,9 +55,9 @@ pub struct PursuitIo {
     /// All contacts.
     #[role("truth")]
     contacts: Queue<Contacts>,
-    /// How the leader's course goes: its end is the end of this mission.
+    /// Verdict on the leader's course, which ends this mission.
     course: Input<Verdict>,
-    /// How the mission stands.
+    /// Verdict on this mission.
     verdict: Output<Verdict>,
     /// Progress of the run.
     metrics: Output<Pursuit>,

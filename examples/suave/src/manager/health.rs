@@ -104,7 +104,7 @@ pub struct VisibilityTrend {
 /// Sensor of the visibility.
 #[ports]
 pub struct VisibilitySensors {
-    visibility: Input<WaterVisibility>,
+    visibility: Sensed<WaterVisibility>,
 }
 
 /// Parameters of the trend.
@@ -159,7 +159,7 @@ macro_rules! health_monitor {
         /// Sensor of the property.
         #[ports]
         pub struct $sensors {
-            sensor: Input<$value>,
+            sensor: Sensed<$value>,
         }
 
         $(#[$doc])*

@@ -189,7 +189,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
         (if direction == Direction::Queue { None } else { self.waiting() }, misfit)
     }
 
-    /// Why the link passes the architecture by, if it does.
+    /// Why the link bypasses the architecture, if it does.
     fn against_rules(&self, joint: &ResolvedLink<'a>) -> Option<Misfit> {
         let (_, message, help) = rules::refusal(self.configuration, self.survey, joint)?;
         Some(Misfit { message: message.replace("`//", "`slate://"), help })

@@ -135,7 +135,7 @@ fn sender<'a>(
         return None;
     }
     if let Some(agent) = from.agent() {
-        let message = format!("`{to}` is an inbox, and who sends to it is of agent `{agent}`");
+        let message = format!("`{to}` is an inbox, and its sender belongs to agent `{agent}`");
         let help =
             format!("write the link in the configuration of `{agent}`, with this agent's inbox in front");
         complaints.add(span, Mistake::OtherAgent.of(message), help);

@@ -21,7 +21,7 @@ pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descript
 /// Message: two ports can't be attached, in terms of blocks.
 pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
     let what = match other {
-        "measurement" => "what a Sensor measures".to_owned(),
+        "measurement" => "a measurement of a Sensor".to_owned(),
         "percept" => "what a Monitor tells".to_owned(),
         "change" => "what an Analyze tells".to_owned(),
         "plan" => "an Execute's inbox of plans".to_owned(),
@@ -30,12 +30,6 @@ pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
         other => format!("a {other}"),
     };
     match own {
-        "measurement" => {
-            format!("Monitors and Knowledge read Sensors: `{to}` can't read `/{from}`, which is {what}")
-        }
-        "command" => format!(
-            "an Actuator takes what has passed the gate of its robot: `{to}` can't read `/{from}`, which is {what}"
-        ),
         "percept" => format!("an Analyze reads Monitors: `{to}` can't read `/{from}`, which is {what}"),
         "change" => format!("the Plan reads Analyzes: `{to}` can't read `/{from}`, which is {what}"),
         "plan" => {

@@ -11,7 +11,7 @@ use slate_safety::{Gate, GateConfiguration, GateState};
 
 use super::{BuildPlan, Failed, ModuleBuilder, SPARE_READERS, new_writer};
 use slate_composition::parameters::value_bytes;
-use slate_composition::{LinkSource, Wire};
+use slate_composition::{GATE, LinkSource, Wire};
 use slate_configuration::Mistake;
 use slate_engine::actuators::Actuator;
 
@@ -190,6 +190,9 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             Store { capacity: 0, depth: 1, budget: Budget { latest: SPARE_READERS, queues: 1, window: 1 } },
             Access::Output,
         );
+        if let Ok(command) = &command {
+            command.set_part(GATE);
+        }
         match (command, state) {
             (Ok(command), Ok(state)) => new_writer(&command).zip(new_writer(&state)).ok_or(Failed),
             (Err(error), _) | (_, Err(error)) => {

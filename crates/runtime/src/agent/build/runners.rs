@@ -181,8 +181,10 @@ impl<'b, 'a, 's> RunnerBuilder<'b, 'a, 's> {
             }
             Err(refusal) => {
                 let message = format!("`{}` can't be set up: {refusal}", runner.name);
-                let place = self.plan.surveyed(m).module.name.span;
-                match self.plan.configuration.place_of(&refusal.0) {
+                let (configuration, module) = (self.plan.configuration, self.plan.surveyed(m).module);
+                let place = module.name.span;
+                let said = module.place_of(&refusal.0);
+                match said.or_else(|| configuration.place_of(&refusal.0)) {
                     Some(place) => self.builder.complaints.add_plain(place, message),
                     None => self.builder.complaints.add(place, message, "fix its parameters or its setup"),
                 }

@@ -60,7 +60,7 @@ pub struct Reload {
 /// What a robot has once that a kind of module is, such as its Plan; empty for others.
 fn unique_part(kind: &ModuleKind) -> String {
     let setup = Setup { name: kind.name(), seed: 0, period: 20_000_000, section: None };
-    // A kind that refuses this is told of when its module is made.
+    // A kind that refuses these settings is reported when its module is created.
     kind.describe(&setup).map(|own| own.unique).unwrap_or_default()
 }
 

@@ -62,14 +62,21 @@ pub(super) fn ask(questions: Vec<ConsentQuestion>, configuration: &Configuration
             Ok(instance) => drop(Retired::new(kind, instance, patience)),
             Err(refusal) => {
                 let message = format!("`{}` can't begin with these parameters: {refusal}", setup.name);
-                diagnostics.push(objection(configuration, &refusal.0, place, message));
+                diagnostics.push(objection(configuration, (&setup.name, &refusal.0), place, message));
             }
         }
     }
     if diagnostics.is_empty() { Ok(()) } else { Err(Report::from(diagnostics)) }
 }
 
-fn objection(configuration: &Configuration, complaint: &str, place: Span, message: String) -> Diagnostic {
-    let place = configuration.place_of(complaint).unwrap_or(place);
+fn objection(
+    configuration: &Configuration,
+    (name, complaint): (&str, &str),
+    place: Span,
+    message: String,
+) -> Diagnostic {
+    let module = configuration.modules().iter().find(|module| module.name.value == name);
+    let said = module.and_then(|module| module.place_of(complaint));
+    let place = said.or_else(|| configuration.place_of(complaint)).unwrap_or(place);
     configuration.diagnostic(place, message, Some("it has to begin with them at the next start".into()))
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use slate_blackboard::is_within;
 
-use slate_configuration::{Change, Configuration, Diagnostic};
+use slate_configuration::{Change, ChosenVariant, Configuration, Diagnostic};
 
 /// A setting that may change while the agent runs.
 pub(super) enum LiveSetting<'a> {
@@ -65,6 +65,13 @@ impl<'a> OtherModules<'a> {
         section == "links" && ends.any(|ends| ends.contains(port) && ends.iter().any(|end| of_module(end)))
     }
 
+    /// Whether a change chooses another variant, or changes one.
+    fn chooses(&self, change: &Change) -> bool {
+        let [first, rest @ ..] = change.names() else { return false };
+        first == "choices"
+            || (rest.is_empty() && ChosenVariant::all(self.after).any(|variant| variant.choice == first))
+    }
+
     /// Why a running agent can't make a change, and what to do about it.
     fn obstacle(&self, change: &Change) -> Option<(String, String)> {
         let path = &change.path;
@@ -99,6 +106,8 @@ impl<'a> OtherModules<'a> {
                     .then(|| format!("the value of `{input}` can't be taken back while the agent runs"))
                     .map(|message| (message, LATER.into()))
             }
+            // The settings of the variant are changes of their own.
+            None if self.chooses(change) => None,
             None => Some((format!("`{path}` can't change while the agent runs"), LATER.into())),
         }
     }
@@ -123,10 +132,14 @@ impl<'a> OtherModules<'a> {
         of_modules.chain(of_others).collect()
     }
 
-    /// The places of the changes that only the next start can make.
+    /// The places of the changes that only the next start can make: all of them when one of another variant is among these,
+    /// as half a variant is none.
     pub fn waiting(&self, changes: &[Change]) -> BTreeSet<usize> {
         let waits =
             |change: &Change| self.have(change) || self.touches(change) || self.obstacle(change).is_some();
-        changes.iter().enumerate().filter(|(_, change)| waits(change)).map(|(place, _)| place).collect()
+        let waiting: BTreeSet<_> =
+            changes.iter().enumerate().filter(|(_, change)| waits(change)).map(|(place, _)| place).collect();
+        let is_whole = waiting.is_empty() || !changes.iter().any(|change| self.chooses(change));
+        if is_whole { waiting } else { (0..changes.len()).collect() }
     }
 }

@@ -1,11 +1,11 @@
 use serde::{Deserialize, Serialize};
 
-use crate::Route;
+use super::Route;
 
 /// Time for which a route must hold for its change to last, nanoseconds.
 const LASTING: u64 = 200_000_000;
 
-/// Lasting route changes of a robot, and the share of its way on the reactive route.
+/// Lasting route changes of a robot, and the share of its distance on the reactive route.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RouteTally {
     place: Option<[f64; 2]>,
@@ -27,17 +27,19 @@ impl RouteTally {
     pub fn add(&mut self, time: u64, place: [f64; 2], route: Option<Route>) {
         let [x, y] = self.place.replace(place).unwrap_or(place);
         let step = libm::hypot(place[0] - x, place[1] - y);
+        let step = if step.is_finite() { step } else { 0.0 };
         self.length += step;
         let Some(route) = route.or(self.present.map(|(route, _)| route)) else { return };
         if route == Route::Reactive {
             self.reactive += step;
         }
-        let (_, since) = *self.present.get_or_insert((route, time));
-        if self.present.is_some_and(|(present, _)| present != route) {
-            self.present = Some((route, time));
-        } else if self.lasting != Some(route) && time.saturating_sub(since) >= LASTING {
+        let (present, since) = *self.present.get_or_insert((route, time));
+        if self.lasting != Some(present) && time.saturating_sub(since) >= LASTING {
             self.changes += u64::from(self.lasting.is_some());
-            self.lasting = Some(route);
+            self.lasting = Some(present);
+        }
+        if present != route {
+            self.present = Some((route, time));
         }
     }
 
@@ -46,7 +48,12 @@ impl RouteTally {
         self.changes
     }
 
-    /// Returns the share of the way that was driven on the reactive route; `None` for a robot that has not moved.
+    /// Returns the distance driven, metres.
+    pub fn distance(&self) -> f64 {
+        self.length
+    }
+
+    /// Returns the share of the distance that was driven on the reactive route; `None` for a robot that has not moved.
     pub fn reactive_share(&self) -> Option<f64> {
         (self.length > 0.0).then(|| self.reactive / self.length)
     }

@@ -1,0 +1,110 @@
+//! Variants: a setting that chooses what else holds.
+
+use slate_configuration::ChosenVariant;
+
+use super::*;
+
+const FILE: &str = "controller = \"own\"\n[modules.turn]\n[modules.drive]\nparams = { speed = 0.5 }\n\
+                    [choices.controller.own]\n[choices.controller.wall]\nmodules.turn.enabled = false\n\
+                    modules.drive.params.speed = 0.1\n";
+
+fn number(configuration: &Configuration, path: &str) -> Option<f64> {
+    configuration.value(path)?.value.as_f64()
+}
+
+fn is_enabled(configuration: &Configuration, module: &str) -> bool {
+    configuration.modules().iter().find(|known| known.name.value == module).unwrap().enabled.value
+}
+
+#[test]
+fn a_variant_goes_over_the_file_and_a_setting_over_the_variant() {
+    let usual = read(FILE).unwrap();
+    assert!(is_enabled(&usual, "turn"));
+    assert_eq!(number(&usual, "modules.drive.params.speed"), Some(0.5));
+    assert!(
+        ChosenVariant::all(&usual)
+            .all(|variant| (variant.choice, variant.name, variant.is_other) == ("controller", "own", false))
+    );
+
+    let wall = with_sets(FILE, &["controller=wall"]).unwrap();
+    assert!(!is_enabled(&wall, "turn"));
+    assert_eq!(number(&wall, "modules.drive.params.speed"), Some(0.1));
+    let origin = &wall.settings("modules.drive.params.speed").unwrap()[0].origin;
+    assert_eq!(origin.to_string(), "exp1.toml:8");
+    assert!(ChosenVariant::all(&wall).all(|variant| variant.is_other));
+
+    let faster = with_sets(FILE, &["modules.drive.params.speed=0.3", "controller=wall"]).unwrap();
+    assert_eq!(number(&faster, "modules.drive.params.speed"), Some(0.3));
+}
+
+#[test]
+fn a_variant_may_give_an_input_a_value_in_the_place_of_its_link() {
+    let text = "planner = \"linked\"\n[modules.a]\n[links]\n\"a/goal\" = \"b/goal\"\n\
+                [choices.planner]\nlinked = {}\nfixed.modules.a.inputs.goal = { x = 1.0 }\n";
+    assert_eq!(read(text).unwrap().links().len(), 1);
+    let fixed = with_sets(text, &["planner=fixed"]).unwrap();
+    assert!(fixed.links().is_empty());
+    assert_eq!(number(&fixed, "modules.a.inputs.goal.x"), Some(1.0));
+}
+
+#[test]
+fn a_file_that_includes_another_adds_a_variant_and_chooses_it() {
+    let more = "include = [\"exp1.toml\"]\ncontroller = \"slow\"\n[choices.controller.slow.modules.drive]\n\
+                params.speed = 0.05\n";
+    let folder = Folder::new("choices", &[("exp1.toml", FILE), ("slow.toml", more)]);
+    let slow = Database::open(folder.path("slow.toml"), Options::default()).unwrap().current();
+    assert_eq!(number(&slow, "modules.drive.params.speed"), Some(0.05));
+    assert!(is_enabled(&slow, "turn"));
+}
+
+#[test]
+fn an_agent_of_several_has_its_own_variant() {
+    let text = format!("{FILE}[agents.first]\n[agents.second]\n");
+    let read = |agent: &str| {
+        let options = Options { agent: Some(agent.into()), ..options(&["agents.second.controller=wall"]) };
+        Configuration::from_text("team.toml", &text, &options).unwrap()
+    };
+    assert_eq!(number(&read("first"), "modules.drive.params.speed"), Some(0.5));
+    assert_eq!(number(&read("second"), "modules.drive.params.speed"), Some(0.1));
+}
+
+#[test]
+fn what_can_not_be_chosen_is_said_with_its_place() {
+    assert_eq!(
+        set_error(FILE, "controller=best"),
+        "--set:1:12: `controller` chooses `best`, which is no variant (expected one of own, wall)"
+    );
+    assert_eq!(
+        error("pace = 3\n[choices.pace]\nslow = {}\n"),
+        "exp1.toml:1:8: `pace` chooses a whole number, which is no variant (expected one of slow)"
+    );
+    assert_eq!(
+        error("[choices.pace]\nslow = {}\n"),
+        "exp1.toml:1:10: no variant of `pace` is chosen (write pace = \"...\" at the top; expected one of slow)"
+    );
+    assert_eq!(
+        error("[choices.modules]\nslow = {}\n"),
+        "exp1.toml:1:10: `modules` is a section and chooses no variant (give the choice another name)"
+    );
+    assert_eq!(
+        error("pace = \"slow\"\n[choices.pace.slow]\ninclude = [\"slow.toml\"]\n"),
+        "exp1.toml:3:1: `include` stands in a variant (write it at the top of the file)"
+    );
+    // Without variants it is no setting at all.
+    assert!(error("pace = \"slow\"\n").contains("unknown key `pace`"));
+}
+
+#[test]
+fn another_variant_is_chosen_at_run_time_and_saved() {
+    let folder = Folder::new("chosen", &[("exp1.toml", FILE)]);
+    let database = Database::open(folder.path("exp1.toml"), Options::default()).unwrap();
+    let changes = database.set(&[("controller", "wall")]).unwrap();
+    let paths: Vec<_> = changes.iter().map(|change| &*change.path).collect();
+    assert_eq!(paths, ["controller", "modules.drive.params.speed", "modules.turn.enabled"]);
+    // What is changed above the variant is saved into it.
+    database.set(&[("modules.drive.params.speed", "0.2")]).unwrap();
+    database.save(SaveTo::Origin).unwrap();
+    let text = fs::read_to_string(folder.path("exp1.toml")).unwrap();
+    let expected = FILE.replace("\"own\"", "\"wall\"").replace("speed = 0.1", "speed = 0.2");
+    assert_eq!(text, expected);
+}
