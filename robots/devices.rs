@@ -1,6 +1,6 @@
 //! Body, drive, sensors and actuators of a robot, from its description.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use serde::Deserialize;
@@ -78,8 +78,23 @@ struct Document {
     robot_sensor: BTreeMap<String, RangeTable>,
     #[serde(default)]
     positioning: BTreeMap<String, RateTable>,
+    #[serde(default)]
+    odometry: BTreeMap<String, AnyTable>,
     bumper: Option<BumperTable>,
 }
+
+impl Document {
+    /// The names of the profiles of all sensors but the laser, which has ones of its own.
+    fn profiles(&self) -> BTreeSet<&str> {
+        let Self { sonar, robot_sensor, positioning, odometry, .. } = self;
+        let names = sonar.keys().chain(robot_sensor.keys()).chain(positioning.keys()).chain(odometry.keys());
+        names.map(String::as_str).collect()
+    }
+}
+
+/// A profile of which only the name matters here.
+#[derive(Deserialize)]
+struct AnyTable {}
 
 #[derive(Deserialize)]
 struct DriveTable {
@@ -147,10 +162,10 @@ fn choose<'a, T>(profiles: &'a BTreeMap<String, T>, profile: &str) -> Option<&'a
 impl RobotDevices {
     /// Reads the description of a robot, by its name or by the path of a file.
     ///
-    /// Each device has the named profile, or else its first one.
+    /// A device without the named profile has its first one.
     ///
     /// # Errors
-    /// The name is unknown, or the description is invalid.
+    /// The name is unknown, no sensor has the profile, or the description is invalid.
     pub fn load(robot: &str, profile: &str) -> Result<Self, DescriptionProblem> {
         if let Some((_, text)) = ROBOTS.iter().find(|(name, _)| *name == robot) {
             return Self::parse(robot, text, profile);
@@ -170,6 +185,13 @@ impl RobotDevices {
     fn parse(source: &str, text: &str, profile: &str) -> Result<Self, DescriptionProblem> {
         let document: Document = toml_edit::de::from_str(text)
             .map_err(|error| DescriptionProblem(format!("{source}: {}", error.to_string().trim_end())))?;
+        let profiles = document.profiles();
+        if !profiles.is_empty() && !profiles.contains(profile) {
+            let known = profiles.into_iter().collect::<Vec<_>>().join(", ");
+            return Err(DescriptionProblem(format!(
+                "{source}: no sensor has a profile `{profile}`; expected one of {known}"
+            )));
+        }
         let ranges = [
             choose(&document.sonar, profile).map(|sonar| sonar.device("sonar")),
             choose(&document.robot_sensor, profile).map(|sensor| sensor.device("robot_sensor")),

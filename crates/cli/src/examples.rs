@@ -4,7 +4,7 @@ use slate::blackboard::nearest_names;
 use slate::module::Plugin;
 use slate::runtime::configuration::{ChosenVariant, Configuration, Database, Options, parse_change};
 use slate::runtime::snapshot::Snapshot;
-use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
+use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory, with_sensor_profile};
 
 use crate::failure::Failure;
 use crate::output;
@@ -155,7 +155,8 @@ pub fn find(
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
         let file = format!("{name}.toml");
-        return Ok(application(name, Database::from_text(&file, example.configuration, options(sets))?));
+        let read = |sets| Database::from_text(&file, example.configuration, options(sets));
+        return Ok(application(name, with_sensor_profile(sets, read)?));
     }
     let path = file_of(name);
     let path = path.as_path();
@@ -178,14 +179,18 @@ pub fn find(
     let stem = if is_library(path) { stem.trim_start_matches("lib").to_owned() } else { stem };
     // Reports of several agents go to folders of their own.
     let run = agent.map_or_else(|| stem.clone(), |agent| format!("{stem}-{agent}"));
-    let database = match is_library(path) {
+    let (text, sets) = match is_library(path) {
         true => {
             let (text, plugin) = robot_of(path)?;
-            let sets = std::iter::once(plugin).chain(sets).collect();
-            Database::from_text(&format!("{stem}.toml"), &text, options(sets))?
+            (Some(text), std::iter::once(plugin).chain(sets).collect())
         }
-        false => Database::open(path, options(sets))?,
+        false => (None, sets),
     };
+    let read = |sets| match &text {
+        Some(text) => Database::from_text(&format!("{stem}.toml"), text, options(sets)),
+        None => Database::open(path, options(sets)),
+    };
+    let database = with_sensor_profile(sets, read)?;
     Ok(application(&run, database))
 }
 

@@ -1,6 +1,6 @@
 use std::marker::PhantomData;
 
-use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, StaleInput, Tick};
+use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, StaleInput, Tick, Trigger};
 
 use crate::Published;
 use crate::block::{BlockState, distinct, on};
@@ -46,7 +46,12 @@ impl<M: Monitor> Module for MonitorBlock<M> {
     const STAGE: Stage = Stage::SensorProcess;
 
     fn spec() -> Spec {
-        Spec { trigger: on(&M::Sensors::describe(), |_| true), deadline: None, unique: "" }
+        let mut trigger = on(&M::Sensors::describe(), |_| true);
+        if let Trigger::On { timeout: Some(timeout), .. } = &mut trigger {
+            // At the first tick without a measurement, the newest one is stale already.
+            *timeout += 1;
+        }
+        Spec { trigger, deadline: None, unique: "" }
     }
 
     fn create(_: &Setup<'_>, _: &M::Params) -> Result<M::State, Refusal> {

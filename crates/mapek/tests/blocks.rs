@@ -29,9 +29,10 @@ fn when<M: Module>() -> (Stage, Trigger) {
 #[test]
 fn each_block_is_woken_by_what_it_waits_for_in_its_stage() {
     // A sensor that stops must be noticed, so there is a time-out where a port can be stale.
+    // A Monitor says that it is stale as soon as it is.
     assert_eq!(
         when::<MonitorBlock<NearMonitor>>(),
-        (Stage::SensorProcess, on(&["range"], Some(100_000_000)))
+        (Stage::SensorProcess, on(&["range"], Some(100_000_001)))
     );
     assert_eq!(when::<ReactiveBlock<AvoidNear>>(), (Stage::SensorProcess, on(&["range"], Some(100_000_000))));
     assert_eq!(when::<AnalyzeBlock<WayIsFree>>(), (Stage::WorldState, on(&["near"], None)));

@@ -78,33 +78,50 @@ impl Knowledge for Body {
     const NAME: &'static str = "body";
     type Models = Models;
     type Params = ();
-    type State = ();
+    /// Time of the newest measurement, and health.
+    type State = (u64, u8);
 
-    fn update((): &mut (), models: &Models, (): &(), now: &Tick) {
-        let mut gauge = Device { rate: 20.0, name: Text::new("gauge"), ..Device::default() };
+    fn update(state: &mut (u64, u8), models: &Models, (): &(), now: &Tick) {
+        let (measured, health) = (state.0, DeviceHealth(state.1));
+        let mut gauge = Device { rate: 5.0, measured, health, name: Text::new("gauge"), ..Device::default() };
         gauge.watch(&models.gauge, now);
+        *state = (gauge.measured, gauge.health.0);
         models.robot.set(RobotModel { sensors: Sequence::new(&[gauge]), ..RobotModel::default() });
     }
 }
 
+/// Health of the sensor after a time in milliseconds, at whose end it measures or not; unknown without a model.
+fn health(knowledge: &mut Fixture<KnowledgeBlock<Body>>, milliseconds: u64, measures: bool) -> DeviceHealth {
+    knowledge.advance(milliseconds * 1_000_000);
+    if measures {
+        knowledge.set("gauge", Near { distance: 1.0 });
+    }
+    knowledge.tick();
+    let robot = knowledge.output::<RobotModel>("robot").unwrap_or_default();
+    let health = robot.sensor("gauge").map_or(DeviceHealth::UNKNOWN, |gauge| gauge.health);
+    assert_eq!(robot.is_silent("gauge"), health == DeviceHealth::SILENT);
+    health
+}
+
 #[test]
-fn a_sensor_is_fresh_then_late_then_silent() {
+fn a_sensor_of_5_hz_has_stopped_after_five_periods_only() {
     let mut knowledge = Fixture::<KnowledgeBlock<Body>>::new();
-    let health = |knowledge: &mut Fixture<KnowledgeBlock<Body>>| {
-        knowledge.tick();
-        let robot = knowledge.output::<RobotModel>("robot").unwrap();
-        assert_eq!(robot.is_silent("gauge"), robot.sensor("gauge").unwrap().health == DeviceHealth::SILENT);
-        robot.sensor("gauge").unwrap().health
-    };
-    assert_eq!(health(&mut knowledge), DeviceHealth::UNKNOWN);
-    knowledge.set("gauge", Near { distance: 1.0 });
-    assert_eq!(health(&mut knowledge), DeviceHealth::FRESH);
-    knowledge.advance(110_000_000);
-    assert_eq!(health(&mut knowledge), DeviceHealth::LATE);
-    knowledge.expire("gauge");
-    assert_eq!(health(&mut knowledge), DeviceHealth::SILENT);
-    knowledge.set("gauge", Near { distance: 1.0 });
-    assert_eq!(health(&mut knowledge), DeviceHealth::FRESH);
+    assert_eq!(health(&mut knowledge, 0, false), DeviceHealth::UNKNOWN);
+    assert_eq!(health(&mut knowledge, 20, true), DeviceHealth::FRESH);
+    for _ in 0..4 {
+        assert_eq!(health(&mut knowledge, 200, false), DeviceHealth::FRESH, "it loses single measurements");
+    }
+    assert_eq!(health(&mut knowledge, 220, false), DeviceHealth::SILENT);
+}
+
+#[test]
+fn a_sensor_is_fresh_again_after_two_measurements_in_time() {
+    let mut knowledge = Fixture::<KnowledgeBlock<Body>>::new();
+    health(&mut knowledge, 20, true);
+    assert_eq!(health(&mut knowledge, 1100, true), DeviceHealth::LATE, "one after a gap is not enough");
+    assert_eq!(health(&mut knowledge, 20, false), DeviceHealth::LATE);
+    assert_eq!(health(&mut knowledge, 180, true), DeviceHealth::FRESH);
+    assert_eq!(health(&mut knowledge, 400, true), DeviceHealth::FRESH);
 }
 
 #[test]

@@ -20,6 +20,7 @@ mod robot;
 mod run;
 mod run_history;
 pub mod scene;
+mod sensor_profile;
 mod stay;
 mod stopped_sensors;
 #[cfg(feature = "console")]
@@ -38,6 +39,7 @@ pub use printed_error::PrintedError;
 pub use robot::RunRobot;
 pub use run::{RunContext, Supervision, run};
 pub use run_history::RunHistory;
+pub use sensor_profile::with_sensor_profile;
 use slate_module::Plugin;
 use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;

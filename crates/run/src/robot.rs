@@ -9,7 +9,9 @@ use slate_runtime::configuration::{Database, Options};
 use slate_runtime::isolation;
 use slate_runtime::snapshot::Snapshot;
 
-use crate::{Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, output, run};
+use crate::{
+    Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, output, run, with_sensor_profile,
+};
 
 /// Arguments of a robot's program.
 #[derive(Debug, Parser)]
@@ -89,7 +91,9 @@ fn application<B>(robot: &Robot<B>, layers: Options) -> Result<Application, RunE
     let extra_tables = EXTRA_TABLES.map(Into::into).to_vec();
     let layers = Options { extra_tables, paths: PATHS.map(Into::into).to_vec(), ..layers };
     let (file, text) = (format!("{}.toml", robot.name()), robot.to_toml_with_places()?);
-    let database = Database::from_text(&file, &text, layers)?;
+    let sets = layers.sets.clone();
+    let read = |sets| Database::from_text(&file, &text, Options { sets, ..layers.clone() });
+    let database = with_sensor_profile(sets, read)?;
     let name = database.current().agent_name().to_owned();
     Ok(Application::new(&name, database, plugins(robot)))
 }

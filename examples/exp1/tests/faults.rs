@@ -272,9 +272,12 @@ fn a_monitor_and_the_robot_model_tell_of_a_stopped_sensor() {
         of(sonar.unwrap(), "health").unwrap()
     };
     let condition = |agent: &Agent| text(agent, "r2/range_monitor/state/condition");
-    for (until, expected) in
-        [(1.9, ("FRESH", "WORKING")), (2.5, ("SILENT", "DEGRADED")), (4.5, ("FRESH", "WORKING"))]
-    {
+    for (until, expected) in [
+        (1.9, ("FRESH", "WORKING")),
+        (2.5, ("LATE", "WORKING")),
+        (3.5, ("SILENT", "DEGRADED")),
+        (4.5, ("FRESH", "WORKING")),
+    ] {
         while agent.now() < (until * 1e9) as u64 {
             agent.step();
         }

@@ -5,7 +5,7 @@ use slate::interfaces::FourWheelSpeeds;
 use slate::prelude::*;
 use slate::sim::devices::{
     SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
-    SimulatedSkidSteerWheels, SimulatedSonar,
+    SimulatedSkidSteerWheels,
 };
 use slate_avoidance::SensorRule;
 use slate_wheeled::analyzes::{PassOrientation, PassPosition, PassRange};
@@ -17,6 +17,7 @@ use slate_wheeled::go_to_origin::GoToOriginPlanner;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::local_map::MapObstacles;
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
+use slate_wheeled::median_sonar::MedianSonar;
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 use slate_wheeled::skid_steer::SkidSteerActions;
 
@@ -27,7 +28,7 @@ fn main() -> ExitCode {
 /// R3 in the world of EXP2.
 pub fn robot() -> Robot {
     Robot::new("r3")
-        .sensor::<SimulatedSonar>("sonar")
+        .sensor::<MedianSonar>("sonar")
         .sensor::<SimulatedPosition>("position")
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
@@ -86,8 +87,8 @@ fn summit(knowledge: &mut WheeledKnowledgeParams) {
         reaction_time: 0.7,
         side_clearance: 0.05,
         free_distance: 0.754,
-        turn_clearance: 0.12,
-        drive_distance: 0.68,
+        turn_clearance: 0.01,
+        drive_distance: 0.8,
         ..WheeledKnowledgeParams::default()
     };
 }

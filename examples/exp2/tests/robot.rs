@@ -3,8 +3,7 @@
 
 use slate::blackboard::interface::Value;
 use slate::interfaces::{
-    Echo, FourWheelSpeeds, Orientation, Point2, Pose2, Position, Sighting, Sightings, SonarPlacement,
-    SonarScan,
+    Echo, FourWheelSpeeds, Odometry, Pose2, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
 };
 use slate::mapek::{self, ActionKind, ExecuteBlock, Planned, ReactiveBlock};
 use slate::module::testing::Fixture;
@@ -94,25 +93,26 @@ fn seen(range: f64, bearing: f64) -> Sighting {
     Sighting { range, bearing, name: Text::new("r1") }
 }
 
-/// What the model does about a robot that is seen in that direction, at that distance: the speed of its wheels, if any.
-fn gives_way(range: f64, bearing: f64, from_its_place: f64) -> Option<f64> {
-    gives_way_to(&[seen(range, bearing)], &[], from_its_place)
+/// What the model does about a robot that is seen in that direction, at that distance, while this one drives at a velocity: the speed of
+/// its wheels, if any.
+fn gives_way(range: f64, bearing: f64, velocity: f64) -> Option<f64> {
+    gives_way_to(&[seen(range, bearing)], 1.0, velocity)
 }
 
-/// The same with several robots, nearest first, and a sonar ahead that hears something at that distance.
-fn gives_way_to(robots: &[Sighting], heard: &[f64], from_its_place: f64) -> Option<f64> {
+/// The same with several robots, nearest first, and the range of a sonar ahead.
+fn gives_way_to(robots: &[Sighting], range: f64, velocity: f64) -> Option<f64> {
     let mut model_of = Fixture::<ReactiveBlock<GiveWayModel>>::new();
-    model_of.set("position", Position { x: 1.2 + from_its_place, y: 1.2, z: 0.0 });
-    model_of.set("orientation", Orientation { theta: 0.0 });
-    model_of.set("goal", Point2 { x: 1.2, y: 1.2 });
+    let twist = Twist2 { linear: velocity, angular: 0.0 };
+    model_of.set("odometry", Odometry { twist, ..Odometry::default() });
     model_of.set("robot", model());
     model_of.set("robots", Sightings { list: Sequence::new(robots) });
-    let echo = |range: &f64| Echo { range: *range, heard: true.into() };
+    let echo = Echo { range, heard: (range < 1.0).into() };
     model_of.set(
         "sonar",
         SonarScan {
-            echoes: Sequence::new(&heard.iter().map(echo).collect::<Vec<_>>()),
+            echoes: Sequence::new(&[echo]),
             placements: Sequence::new(&[SonarPlacement::default()]),
+            range_max: 1.0,
             ..SonarScan::default()
         },
     );
@@ -121,26 +121,23 @@ fn gives_way_to(robots: &[Sighting], heard: &[f64], from_its_place: f64) -> Opti
 }
 
 #[test]
-fn it_gives_way_only_to_who_is_near_and_only_so_far() {
-    assert!(gives_way(0.8, 0.1, 0.0).unwrap() < 0.0, "back from who comes ahead");
-    assert!(gives_way(0.8, 3.0, 0.0).unwrap() > 0.0, "ahead of who comes behind");
+fn it_gives_way_only_to_who_is_near_while_it_stands() {
+    assert!(gives_way(0.6, 0.1, 0.0).unwrap() < 0.0, "back from who comes ahead");
+    assert!(gives_way(0.6, 3.0, 0.0).unwrap() > 0.0, "ahead of who comes behind");
     assert_eq!(gives_way(1.5, 0.1, 0.0), None, "who is far away does not matter");
-    assert_eq!(gives_way(0.8, 1.57, 0.0), None, "nobody can go sideways");
-    assert_eq!(gives_way(0.8, 0.1, -0.2), None, "it has gone far enough");
+    assert_eq!(gives_way(0.6, 1.57, 0.0), None, "nobody can go sideways");
+    assert_eq!(gives_way(0.6, 0.1, 0.2), None, "it drives on");
+    assert!(gives_way(0.6, 0.1, -0.2).unwrap() < 0.0, "it backs off already");
 }
 
 #[test]
 fn who_gives_way_looks_at_all_robots_and_listens() {
     let lost = seen(0.5, f64::NAN);
-    assert!(
-        gives_way_to(&[lost, seen(0.8, 0.1)], &[], 0.0).unwrap() < 0.0,
-        "of the nearest nothing is known"
-    );
-    assert!(
-        gives_way_to(&[seen(0.7, 1.57), seen(0.8, 3.0)], &[], 0.0).unwrap() > 0.0,
-        "the nearest is beside"
-    );
-    assert_eq!(gives_way_to(&[seen(0.8, 3.0), seen(0.85, 0.1)], &[], 0.0), None, "it is between two");
-    assert_eq!(gives_way_to(&[seen(0.8, 3.0)], &[0.1], 0.0), None, "something is ahead");
-    assert!(gives_way_to(&[seen(0.8, 0.1)], &[0.1], 0.0).unwrap() < 0.0, "what is ahead is not behind");
+    let both = [lost, seen(0.6, 0.1)];
+    assert!(gives_way_to(&both, 1.0, 0.0).unwrap() < 0.0, "of the nearest nothing is known");
+    let beside = [seen(0.5, 1.57), seen(0.6, 3.0)];
+    assert!(gives_way_to(&beside, 1.0, 0.0).unwrap() > 0.0, "the nearest is beside");
+    assert_eq!(gives_way_to(&[seen(0.6, 3.0), seen(0.65, 0.1)], 1.0, 0.0), None, "it is between two");
+    assert_eq!(gives_way_to(&[seen(0.6, 3.0)], 0.1, 0.0), None, "something is ahead");
+    assert!(gives_way_to(&[seen(0.6, 0.1)], 0.1, 0.0).unwrap() < 0.0, "what is ahead is not behind");
 }

@@ -18,6 +18,7 @@ use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
+use slate_wheeled::median_sonar::MedianSonar;
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 use slate_wheeled::skid_steer::SkidSteerActions;
 
@@ -76,7 +77,7 @@ fn r3() -> Robot {
     let wheels = Gate::new(FourWheelSpeeds::ZERO).time_to_live("100ms");
     let wheels = fields.iter().fold(wheels, |gate, field| gate.limit(field, -13.6..=13.6));
     Robot::new("r3")
-        .sensor::<SimulatedSonar>("sonar")
+        .sensor::<MedianSonar>("sonar")
         .sensor::<SimulatedPosition>("position")
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
@@ -128,8 +129,8 @@ fn summit(knowledge: &mut WheeledKnowledgeParams) {
         reaction_time: 0.7,
         side_clearance: 0.05,
         free_distance: 0.754,
-        turn_clearance: 0.12,
-        drive_distance: 0.68,
+        turn_clearance: 0.01,
+        drive_distance: 0.8,
         ..WheeledKnowledgeParams::default()
     };
 }

@@ -1,5 +1,6 @@
 //! R3's behaviour: after R2 at a safe distance, by how far and how misaligned it is (section 6.5 of the paper).
 
+use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
 use slate_wheeled::actions::{GoToOrigin, Leg, SetWheelSpeed, Speeds};
 use slate_wheeled::knowledge::WheeledModel;
@@ -24,6 +25,8 @@ pub struct FollowParams {
     max_linear_velocity: f64,
     #[param(default = 0.2, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity backwards")]
     max_reverse_velocity: f64,
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "maximum distance backwards, where no sensor looks, until it drives forward again")]
+    max_reverse_distance: f64,
     #[param(default = 1.5, range = 0.0..=10.0, unit = "1/s", doc = "linear velocity backwards per metre below that distance")]
     distance_gain: f64,
     #[param(default = 2.0, range = 0.0..=10.0, unit = "1/s", doc = "angular velocity per radian of bearing error")]
@@ -37,6 +40,17 @@ pub struct FollowParams {
 /// Duration of a plan unless it is renewed, seconds.
 const HOLD: f64 = 0.5;
 
+/// State of [`FollowPlanner`].
+#[derive(Default, Serialize, Deserialize)]
+pub struct FollowPlannerState {
+    /// The newest report of the leader: x, y, range, bearing, and whether it is seen.
+    leader: Option<(f64, f64, f64, f64, bool)>,
+    /// Velocity of the newest plan, m/s, and its time, seconds.
+    planned: (f64, f64),
+    /// Distance backwards that was planned since it drove forward, metres.
+    reversed: f64,
+}
+
 /// Follows another robot, as if nothing stood in the way.
 pub struct FollowPlanner;
 
@@ -45,22 +59,22 @@ impl Plan for FollowPlanner {
     const DOC: &'static str = "Follows another robot at a safe distance.";
     type Noticed = FollowNoticing;
     type Params = FollowParams;
-    /// The newest report of the leader: x, y, range, bearing, and whether it is seen.
-    type State = Option<(f64, f64, f64, f64, bool)>;
+    type State = FollowPlannerState;
 
     fn run(
-        last: &mut Self::State,
+        state: &mut FollowPlannerState,
         noticed: &FollowNoticing,
         situation: &Situation<'_>,
         params: &FollowParams,
-        _: &Tick,
+        now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
+        state.advance(now.seconds(), situation.is_reactive());
         let report = noticed.leader.newest();
         if let Some(leader) = &report {
-            *last = Some((leader.x, leader.y, leader.range, leader.bearing, leader.seen.get()));
+            state.leader = Some((leader.x, leader.y, leader.range, leader.bearing, leader.seen.get()));
         }
-        let Some((x, y, range, bearing, seen)) = *last else { return };
+        let Some((x, y, range, bearing, seen)) = state.leader else { return };
         // A reflex is not interrupted.
         if situation.is_reactive() || (report.is_none() && !situation.needs_plan()) {
             return;
@@ -69,15 +83,30 @@ impl Plan for FollowPlanner {
             // To where it was last.
             let (speed, tolerance) = (params.max_linear_velocity, params.following_distance);
             plan.replace(GoToOrigin::request(Leg { x, y, speed, tolerance }));
+            state.planned = (0.0, now.seconds());
             return;
         }
         let (linear, angular) = params.twist(range, bearing, noticed.robot.deceleration());
+        let linear =
+            if state.reversed > params.max_reverse_distance { math::max(linear, 0.0) } else { linear };
+        state.planned = (linear, now.seconds());
         let wheels = noticed.robot.wheels_for(linear, angular);
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
             right: wheels.right,
             duration: HOLD,
         }));
+    }
+}
+
+impl FollowPlannerState {
+    /// Notes how far the robot has driven backwards by its plan until a time, seconds.
+    fn advance(&mut self, time: f64, is_reactive: bool) {
+        let (linear, since) = self.planned;
+        let way = if is_reactive { 0.0 } else { linear * math::clamp(time - since, 0.0, HOLD) };
+        // Forward, it leaves free space behind.
+        self.reversed = math::max(self.reversed - way, 0.0);
+        self.planned = (linear, time);
     }
 }
 

@@ -70,3 +70,16 @@ fn programs_of_the_experiments_run_as_the_shipped_configurations() {
         }
     }
 }
+
+#[test]
+fn one_key_chooses_the_profile_of_the_world_and_of_all_robot_models() {
+    for (robot, _) in EXPERIMENTS {
+        for (set, expected) in [(vec![], "vrep"), (vec!["world.profile=real"], "real")] {
+            let Application { configuration, .. } = robot().application(&set).unwrap();
+            let knowing = configuration.modules().iter().filter(|it| it.name.value.ends_with("/knowledge"));
+            let profiles: Vec<_> =
+                knowing.map(|it| it.params.get("profile").unwrap().value.as_str()).collect();
+            assert!(!profiles.is_empty() && profiles.iter().all(|it| *it == Some(expected)), "{profiles:?}");
+        }
+    }
+}

@@ -1,5 +1,5 @@
 use slate_interfaces::{FourWheelSpeeds, Pose2, Twist2, WheelSpeeds};
-use slate_module::{Interface, Sequence, Text, Tick, interface};
+use slate_module::{Interface, Sequence, Text, Tick, interface, math};
 
 use crate::port::Sensed;
 
@@ -10,11 +10,19 @@ pub enum DeviceHealth {
     Unknown,
     /// It measures as expected.
     Fresh,
-    /// Its newest measurement is older than two periods of its rate.
+    /// Its newest measurement is older than [`Device::late_after`], or it has not yet measured twice in time since.
     Late,
-    /// It has stopped: its newest measurement is stale.
+    /// It has stopped: its newest measurement is older than [`Device::silent_after`].
     Silent,
 }
+
+/// Periods without a measurement after which a device is late; several, as devices lose single measurements.
+const LATE_PERIODS: f64 = 5.0;
+/// Periods between two measurements of a device that is no longer late.
+const FRESH_PERIODS: f64 = 3.0;
+/// Least age at which a device is late, and at which it has stopped, seconds.
+const LEAST_LATE: f64 = 0.2;
+const LEAST_SILENT: f64 = 1.0;
 
 /// Sensor or actuator of a robot.
 #[interface]
@@ -39,21 +47,43 @@ pub struct Device {
 }
 
 impl Device {
-    /// Updates health and time of measurement from the sensor's input.
+    /// Updates health and time of measurement from the sensor's input. Keep the device from update to update.
+    ///
+    /// Health has hysteresis: a late device is fresh again when two measurements follow each other within three periods.
     pub fn watch<T: Interface + ?Sized>(&mut self, input: &Sensed<T>, now: &Tick) {
         let stamp = input.stamp();
         if stamp.sequence == 0 {
             return;
         }
-        self.measured = stamp.time;
-        let age = now.now().saturating_sub(stamp.time) as f64 * 1e-9;
-        self.health = if input.is_stale() {
+        let before = std::mem::replace(&mut self.measured, stamp.time);
+        let seconds = |from: u64, to: u64| to.saturating_sub(from) as f64 * 1e-9;
+        let age = seconds(stamp.time, now.now());
+        let is_new = stamp.time > before;
+        let in_time =
+            is_new && seconds(before, stamp.time) <= math::max(self.periods(FRESH_PERIODS), LEAST_LATE);
+        let was_late = matches!(self.health, DeviceHealth::LATE | DeviceHealth::SILENT)
+            || (before > 0 && seconds(before, stamp.time) > self.late_after());
+        self.health = if age > self.silent_after() {
             DeviceHealth::SILENT
-        } else if self.rate > 0.0 && age > 2.0 / self.rate {
+        } else if age > self.late_after() || (was_late && !in_time) {
             DeviceHealth::LATE
         } else {
             DeviceHealth::FRESH
         };
+    }
+
+    /// Returns the age of the newest measurement above which the device is late: five periods, at least 0.2 s; in seconds.
+    pub fn late_after(&self) -> f64 {
+        math::max(self.periods(LATE_PERIODS), LEAST_LATE)
+    }
+
+    /// Returns the age of the newest measurement above which the device has stopped: five periods, at least 1 s; in seconds.
+    pub fn silent_after(&self) -> f64 {
+        math::max(self.periods(LATE_PERIODS), LEAST_SILENT)
+    }
+
+    fn periods(&self, count: f64) -> f64 {
+        if self.rate > 0.0 { count / self.rate } else { 0.0 }
     }
 }
 

@@ -21,7 +21,7 @@ impl Drive {
             PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../../examples/adaptation/adaptation.toml");
         let options = configuration::Options {
             sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-            extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+            extra_tables: ["world", "report"].map(Into::into).to_vec(),
             ..configuration::Options::default()
         };
         let database = Database::open(path, options).unwrap();
@@ -141,15 +141,14 @@ const ALONE: &str = "robots.r2_manager.modules.planner.enabled=false";
 
 #[test]
 fn without_the_loop_the_robot_runs_into_things() {
-    for kind in ["frozen", "invalid"] {
-        let is_collided = |seed| Drive::of(kind, seed, &[ALONE]).finish() == "COLLIDED";
-        assert!((1..=6).any(is_collided), "{kind}: the fault is one");
-    }
+    // Old echoes look like new ones.
+    let is_collided = |seed| Drive::of("frozen", seed, &[ALONE]).finish() == "COLLIDED";
+    assert!((1..=6).any(is_collided), "the fault is one");
 }
 
-/// For how many cycles of four seconds the robot stands while its ring is late.
-fn stands(sets: &[&str]) -> usize {
-    let mut drive = Drive::of("late", 1, sets);
+/// For how many cycles of four seconds the robot stands while its ring fails.
+fn stands(kind: &str, sets: &[&str]) -> usize {
+    let mut drive = Drive::of(kind, 1, sets);
     drive.until(3.0);
     let stands = (0..200).filter(|_| {
         assert!(drive.agent.step());
@@ -159,9 +158,11 @@ fn stands(sets: &[&str]) -> usize {
 }
 
 #[test]
-fn without_the_loop_the_robot_stands_while_its_ring_is_late() {
-    assert!(stands(&[ALONE]) > 150);
-    assert_eq!(stands(&[]), 0, "the loop has given it the laser");
+fn without_the_loop_the_robot_stands_while_its_ring_is_late_or_says_no_numbers() {
+    for kind in ["late", "invalid"] {
+        assert!(stands(kind, &[ALONE]) > 150, "{kind}");
+        assert_eq!(stands(kind, &[]), 0, "{kind}: the loop has given it the laser");
+    }
 }
 
 #[test]

@@ -188,6 +188,8 @@ const ARC: usize = 5;
 const POINTS: usize = 16 * ARC;
 /// Maximum number of robots.
 const ROBOTS: usize = 8;
+/// Speed above which the robot drives towards what is ahead or behind, m/s.
+const MOVING: f64 = 0.02;
 /// Distance beyond which a clearance makes no difference, metres.
 const REACH: f64 = 0.3;
 /// Step between headings, radians.
@@ -213,20 +215,22 @@ pub struct ReflexInput {
     count: usize,
     robots: [Disc; ROBOTS],
     seen: usize,
-    speed: f64,
+    /// Linear velocity, negative backward, m/s.
+    velocity: f64,
 }
 
 impl ReflexInput {
-    /// Takes echoes as points on their arcs, and detected robots, whose echoes are left out; `speed` in m/s.
+    /// Takes echoes as points on their arcs, and detected robots, whose echoes are left out; `velocity` in m/s,
+    /// negative backward.
     ///
     /// An echo without a range counts as near: at the minimum range.
-    pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, speed: f64) -> Self {
+    pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, velocity: f64) -> Self {
         let mut measured = Self {
             points: [(0.0, 0.0); POINTS],
             count: 0,
             robots: [Disc::default(); ROBOTS],
             seen: 0,
-            speed: if speed.is_finite() { speed.abs() } else { 0.0 },
+            velocity: if velocity.is_finite() { velocity } else { 0.0 },
         };
         for robot in robots.filter(|robot| (robot.x + robot.y).is_finite()).take(ROBOTS) {
             measured.robots[measured.seen] = robot;
@@ -266,14 +270,16 @@ impl ReflexInput {
         self.points[..self.count].iter().copied()
     }
 
-    /// Returns the least distance of robots: of those in the strip ahead from the front, and of any from the outline.
+    /// Returns the least distance of robots: of those in the strip that the robot drives along, forward or backward, and of any from
+    /// the outline.
     fn robot_distances(&self, footprint: &Footprint, half_width: f64) -> (f64, f64) {
-        let front = footprint.front();
+        let back = 2.0 * footprint.centre() - footprint.front();
+        let (direction, end) = if self.velocity < 0.0 { (-1.0, -back) } else { (1.0, footprint.front()) };
         self.robots[..self.seen].iter().fold((f64::INFINITY, f64::INFINITY), |(ahead, near), robot| {
             let Disc { x, y, radius } = *robot;
             let side = math::max(0.0, y.abs() - half_width);
-            let is_ahead = x > 0.0 && side < radius;
-            let along = x - math::max(0.0, radius * radius - side * side).sqrt() - front;
+            let is_ahead = x * direction > 0.0 && side < radius;
+            let along = x * direction - math::max(0.0, radius * radius - side * side).sqrt() - end;
             (
                 if is_ahead { math::min(ahead, along) } else { ahead },
                 math::min(near, footprint.distance(x, y) - radius),
@@ -320,16 +326,19 @@ fn is_disproved(scan: &SonarScan, x: f64, y: f64) -> bool {
 ///
 /// It reacts to an echo in the strip that the robot covers when it drives straight on, nearer than the sonars' threshold,
 /// and to any echo that almost touches. Then it chooses, of the turns on the spot that touch nothing, the least one to a free
-/// heading. It stops for other robots, which move on, and where no maneuver is safe.
+/// heading. It stops where no maneuver is safe, and for other robots in its way, which
+/// move on; while it stands or drives away from them, they cause no reflex.
 pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput) -> Option<Maneuver> {
-    let half_width = footprint.half_width() + rules.side_clearance;
     if let Some(distance) = rules.distance(ROBOT_SENSOR) {
-        let (ahead, near) = measured.robot_distances(footprint, half_width);
-        if ahead < distance || near < rules.min_clearance {
+        let (ahead, near) =
+            measured.robot_distances(footprint, footprint.half_width() + rules.side_clearance);
+        let speed = measured.velocity.abs();
+        let is_near = ahead < distance + speed * rules.reaction_time;
+        if speed > MOVING && (is_near || near < rules.min_clearance) {
             return Some(Maneuver::STOP);
         }
     }
-    let distance = rules.distance(SONAR)? + measured.speed * rules.reaction_time;
+    let distance = rules.distance(SONAR)? + measured.velocity.abs() * rules.reaction_time;
     let near = measured.clearance(footprint, 0.0, 0.0);
     if measured.free_length(footprint, 0.0, rules.side_clearance) >= distance && near >= rules.min_clearance {
         return None;

@@ -12,7 +12,7 @@
 //!
 //! | action | decomposition |
 //! |---|---|
-//! | `ReleaseBumper` | `SetWheelSpeed` |
+//! | `ReleaseBumper` | `SetWheelSpeed`, within a time limit |
 //! | `KeepWall` | `SetWheelSpeed` |
 
 use serde::{Deserialize, Serialize};
@@ -74,7 +74,7 @@ pub struct TurnAngle {
 pub struct Turn {
     /// Radians, counter-clockwise.
     pub angle: f64,
-    /// Radians per second.
+    /// Radians per second, greater than zero; else the action fails.
     pub speed: f64,
 }
 arguments!(Turn { angle, speed });
@@ -94,6 +94,14 @@ impl ActionKind for TurnAngle {
 impl<B: WheeledBody> Action<B> for TurnAngle {
     fn act(&mut self, acting: &Acting<'_, B>) -> Step {
         let whereabouts = acting.body.whereabouts();
+        if self.turn.speed.is_nan() || self.turn.speed <= 0.0 {
+            // The wheels would contradict the angle, and the turn would never end.
+            acting.now.warn(format_args!(
+                "TurnAngle: expected a speed greater than 0 rad/s, found {}; the sign of the angle gives the side",
+                self.turn.speed
+            ));
+            return Step::Failed;
+        }
         let Some(pose) = whereabouts.pose() else { return Step::Failed };
         let heading = *self.heading.get_or_insert_with(|| math::wrap_angle(pose.theta + self.turn.angle));
         let error = math::angle_between(pose.theta, heading);
@@ -311,10 +319,58 @@ macro_rules! named_drive {
     };
 }
 named_drive! {
-    /// Gets away from what presses on the robot.
-    ReleaseBumper
-}
-named_drive! {
     /// Goes along a wall.
     KeepWall
+}
+
+/// Drives away from a contact, and stands when that has not helped within a time limit.
+#[derive(Serialize, Deserialize)]
+pub struct ReleaseBumper {
+    drive: SetWheelSpeed,
+    /// Time until it stands, seconds.
+    left: f64,
+}
+
+/// Arguments of [`ReleaseBumper`].
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub struct Release {
+    /// Left wheel, radians per second.
+    pub left: f64,
+    /// Right wheel, radians per second.
+    pub right: f64,
+    /// Duration after the last contact, seconds.
+    pub duration: f64,
+    /// Time limit of the drive, renewals included, seconds.
+    pub time_limit: f64,
+}
+arguments!(Release { left, right, duration, time_limit });
+
+impl ActionKind for ReleaseBumper {
+    const KIND: &'static str = "ReleaseBumper";
+    type Arguments = Release;
+
+    fn start(Release { left, right, duration, time_limit }: Release) -> Self {
+        Self { drive: SetWheelSpeed::start(Speeds { left, right, duration }), left: time_limit }
+    }
+
+    /// Begins the drive anew; the time limit goes on.
+    fn renew(&mut self, release: Release) {
+        *self = Self { left: self.left, ..Self::start(release) };
+    }
+
+    fn children(&self, tree: &mut ActionTree) {
+        tree.child(&self.drive);
+    }
+}
+
+impl<B: WheeledBody> Action<B> for ReleaseBumper {
+    fn act(&mut self, acting: &Acting<'_, B>) -> Step {
+        self.left -= acting.now.elapsed();
+        if self.left < 0.0 {
+            // It goes no way out: the robot stands until nothing presses.
+            self.drive.speeds.left = 0.0;
+            self.drive.speeds.right = 0.0;
+        }
+        self.drive.act(acting)
+    }
 }

@@ -1,11 +1,12 @@
 //! Reflex: turns away from obstacles and drives on.
 
-use slate_avoidance::{Disc, Footprint, Maneuver, ROBOT_SENSOR, ReflexInput, ReflexRules, react};
-use slate_plugin::interfaces::{Odometry, Point2, Sightings, SonarScan};
+use slate_avoidance::{Disc, Footprint, Maneuver, ROBOT_SENSOR, ReflexInput, ReflexRules, SONAR, react};
+use slate_plugin::interfaces::{Odometry, Sightings, SonarScan};
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
+use crate::late_sensors::{is_blind, is_late};
 
 /// Sensors and knowledge of the reflex.
 #[ports]
@@ -13,7 +14,7 @@ pub struct AvoidObstacleSensors {
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
     /// Other robots, if a sensor detects them.
-    #[stale(after = "500ms")]
+    #[stale(after = "200ms")]
     robots: Input<Sightings>,
     /// Twist of the robot, if a sensor measures it: a fast robot reacts earlier.
     #[stale(after = "200ms")]
@@ -24,10 +25,14 @@ pub struct AvoidObstacleSensors {
     robot: Input<WheeledModel>,
 }
 
+/// Name of the wheel encoders in a robot model.
+const ODOMETRY: &str = "odometry";
 /// Radius of other robots, metres.
 const ROBOT_RADIUS: f64 = 0.28;
 
 /// Maps the newest measurements to `AvoidObstacle`, by the rules in Knowledge. It has no memory.
+///
+/// It stops the robot while a sensor with a rule is late, and while the robot model has no valid outline.
 pub struct AvoidObstacleModel;
 
 impl ReactiveModel for AvoidObstacleModel {
@@ -37,26 +42,34 @@ impl ReactiveModel for AvoidObstacleModel {
     type Params = ();
     type State = ();
 
-    fn run(_: &mut (), sensors: &AvoidObstacleSensors, (): &(), _: &Tick) -> Option<ActionRequest> {
-        let (rules, robot) = (sensors.rules.fresh()?, sensors.robot.fresh()?);
-        let Maneuver { angle, linear, duration } = maneuver(sensors, rules, &robot.chassis.outline)?;
+    fn run(_: &mut (), sensors: &AvoidObstacleSensors, (): &(), now: &Tick) -> Option<ActionRequest> {
+        sensors.rules.get()?;
+        let robot = sensors.robot.get()?;
+        let Maneuver { angle, linear, duration } = maneuver(sensors, robot, now)?;
         let wheels = robot.wheels_for(linear, 0.0);
         Some(AvoidObstacle::request(Evasion { angle, left: wheels.left, right: wheels.right, duration }))
     }
 }
 
-fn maneuver(sensors: &AvoidObstacleSensors, rules: &ReflexRules, outline: &[Point2]) -> Option<Maneuver> {
-    let robots = sensors.robots.fresh();
-    // A sensor with a rule that has stopped counts as near.
-    let is_blind = rules.distance(ROBOT_SENSOR).is_some() && robots.is_none();
-    let Some(scan) = sensors.sonar.fresh().filter(|_| !is_blind) else { return Some(Maneuver::STOP) };
-    let discs = robots.into_iter().flat_map(|robots| robots.list.iter()).map(|seen| Disc {
+fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) -> Option<Maneuver> {
+    let AvoidObstacleSensors { sonar, robots, odometry, rules, .. } = sensors;
+    let is_blind =
+        is_blind(SONAR, sonar, rules, robot, now) || is_blind(ROBOT_SENSOR, robots, rules, robot, now);
+    // Without an outline nothing is known to be far enough away.
+    let (false, Ok(footprint)) = (is_blind, Footprint::of(&robot.chassis.outline)) else {
+        return Some(Maneuver::STOP);
+    };
+    let seen = robots.get().filter(|_| !is_late(ROBOT_SENSOR, robots, robot, now));
+    let discs = seen.into_iter().flat_map(|robots| robots.list.iter()).map(|seen| Disc {
         x: seen.range * math::cos(seen.bearing),
         y: seen.range * math::sin(seen.bearing),
         radius: ROBOT_RADIUS,
     });
-    let speed = sensors.odometry.fresh().map_or(0.0, |odometry| odometry.twist.linear);
-    // The simulator or driver has checked that the outline is convex; without one the reflex is off.
-    let footprint = Footprint::of(outline).ok()?;
-    react(rules, &footprint, &ReflexInput::new(scan, discs, speed))
+    let speed = match odometry.get() {
+        Some(odometry) if !is_late(ODOMETRY, &sensors.odometry, robot, now) => odometry.twist.linear,
+        // Encoders that have stopped may hide the greatest speed.
+        Some(_) => robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius,
+        None => 0.0,
+    };
+    react(rules.get()?, &footprint, &ReflexInput::new(sonar.get()?, discs, speed))
 }

@@ -1,16 +1,23 @@
 //! Reflex of the authors of RoCS with its published constants: the baseline.
 
-use slate_avoidance::{Rocs, RocsVariant};
-use slate_plugin::interfaces::SonarScan;
+use slate_avoidance::{ReflexRules, Rocs, RocsVariant, SONAR};
+use slate_plugin::interfaces::{SonarScan, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
+use crate::knowledge::WheeledModel;
+use crate::late_sensors::is_blind;
+use crate::monitors::is_valid;
 
-/// Ring of sonars.
+/// Ring of sonars, and knowledge.
 #[ports]
 pub struct Sonar {
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
+    /// Which sensors must not stop, from Knowledge.
+    rules: Input<ReflexRules>,
+    /// Robot model, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
 /// Parameters of [`AvoidWallModel`].
@@ -19,6 +26,9 @@ pub struct AvoidWallParams {
     #[param(default = false, doc = "whether the authors' clamp is corrected")]
     corrected_clamp: Bool,
 }
+
+/// Duration of a command unless it is renewed, seconds.
+const HOLD: f64 = 0.05;
 
 /// Turns away from obstacles in front.
 pub struct AvoidWallModel;
@@ -30,14 +40,15 @@ impl ReactiveModel for AvoidWallModel {
     type Params = AvoidWallParams;
     type State = ();
 
-    fn run(_: &mut (), sensors: &Sonar, params: &AvoidWallParams, _: &Tick) -> Option<ActionRequest> {
+    fn run(_: &mut (), sensors: &Sonar, params: &AvoidWallParams, now: &Tick) -> Option<ActionRequest> {
+        let Sonar { sonar, rules, robot } = sensors;
+        let robot = robot.get()?;
         let variant = if params.corrected_clamp.get() { RocsVariant::RocsFixed } else { RocsVariant::Rocs };
-        let wheels = Rocs { variant }.react(sensors.sonar.fresh()?)?;
-        Some(AvoidObstacle::request(Evasion {
-            angle: 0.0,
-            left: wheels.left,
-            right: wheels.right,
-            duration: 0.05,
-        }))
+        // The law skips what is no number, so that a failed sonar looks like free space.
+        let is_blind =
+            is_blind(SONAR, sonar, rules, robot, now) || sonar.get().is_some_and(|scan| !is_valid(scan));
+        let wheels = if is_blind { WheelSpeeds::ZERO } else { Rocs { variant }.react(sonar.get()?)? };
+        let WheelSpeeds { left, right } = wheels;
+        Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
     }
 }

@@ -1,17 +1,20 @@
 //! Reflex: backs away from a pressed bumper.
 
-use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::Bumper;
+use slate_avoidance::ReflexRules;
+use slate_plugin::interfaces::{Bumper, WheelSpeeds};
 use slate_plugin::prelude::*;
 
-use crate::actions::{ReleaseBumper, Speeds};
+use crate::actions::{Release, ReleaseBumper};
 use crate::knowledge::WheeledModel;
+use crate::late_sensors::{is_blind, is_late};
 
 /// Sensors and knowledge of the reflex.
 #[ports]
 pub struct BumperSensors {
     #[stale(after = "200ms")]
     bumper: Input<Bumper>,
+    /// Which sensors must not stop, from Knowledge.
+    rules: Input<ReflexRules>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
 }
@@ -23,25 +26,11 @@ pub struct BumperReleaseParams {
     linear_velocity: f64,
     #[param(default = 0.12, range = 0.0..=1.0, unit = "m", doc = "distance to travel after the bumper is released")]
     release_distance: f64,
-    #[param(default = 3.0, range = 0.1..=60.0, unit = "s", doc = "time after which a bumper that stays pressed is left to other reflexes")]
+    #[param(default = 3.0, range = 0.1..=60.0, unit = "s", doc = "time after which a robot with a bumper that stays pressed stands")]
     release_timeout: f64,
 }
 
-/// A release in progress.
-#[derive(Clone, Copy, Serialize, Deserialize)]
-pub struct Release {
-    /// Start time, seconds.
-    since: f64,
-    /// Time of the newest contact, seconds.
-    pressed: f64,
-    /// Direction: 1 ahead, -1 back, 0 if pressed on both sides.
-    direction: f64,
-}
-
-/// Duration of a command unless it is renewed, seconds.
-const HOLD: f64 = 0.1;
-
-/// Backs away from a pressed bumper, and by the release distance more.
+/// Backs away from a pressed bumper, and by the release distance more. It has no memory: the action drives on after the release.
 pub struct BumperReleaseModel;
 
 impl ReactiveModel for BumperReleaseModel {
@@ -51,34 +40,40 @@ impl ReactiveModel for BumperReleaseModel {
     const RANK: i32 = 2;
     type Sensors = BumperSensors;
     type Params = BumperReleaseParams;
-    type State = Option<Release>;
+    type State = ();
 
     fn run(
-        under_way: &mut Option<Release>,
+        (): &mut (),
         sensors: &BumperSensors,
         params: &BumperReleaseParams,
         now: &Tick,
     ) -> Option<ActionRequest> {
-        let (bumper, robot) = (sensors.bumper.fresh()?, sensors.robot.fresh()?);
-        let now = now.seconds();
-        if bumper.pressed() {
-            let release = under_way.get_or_insert(Release { since: now, pressed: now, direction: 0.0 });
-            release.pressed = now;
-            release.direction = match (bumper.front.get(), bumper.back.get()) {
-                (true, true) => 0.0,
-                (true, false) => -1.0,
-                _ => 1.0,
-            };
+        let BumperSensors { bumper, rules, robot } = sensors;
+        let robot = robot.get()?;
+        let BumperReleaseParams { linear_velocity, release_distance, release_timeout: time_limit } = *params;
+        if is_blind(BUMPER, bumper, rules, robot, now) {
+            return Some(ReleaseBumper::request(Release {
+                left: 0.0,
+                right: 0.0,
+                duration: HOLD,
+                time_limit,
+            }));
         }
-        let release = (*under_way)?;
-        if !bumper.pressed() && (now - release.pressed) * params.linear_velocity >= params.release_distance {
-            *under_way = None;
-            return None;
-        }
-        if now - release.since > params.release_timeout {
-            return None;
-        }
-        let wheels = robot.wheels_for(release.direction * params.linear_velocity, 0.0);
-        Some(ReleaseBumper::request(Speeds { left: wheels.left, right: wheels.right, duration: HOLD }))
+        let bumper = bumper
+            .get()
+            .filter(|bumper| bumper.pressed() && !is_late(BUMPER, &sensors.bumper, robot, now))?;
+        let direction = match (bumper.front.get(), bumper.back.get()) {
+            (true, true) => 0.0,
+            (true, false) => -1.0,
+            _ => 1.0,
+        };
+        let WheelSpeeds { left, right } = robot.wheels_for(direction * linear_velocity, 0.0);
+        let duration = math::max(release_distance / linear_velocity, HOLD);
+        Some(ReleaseBumper::request(Release { left, right, duration, time_limit }))
     }
 }
+
+/// Name of the bumpers in a robot model.
+const BUMPER: &str = "bumper";
+/// Duration of a stop unless it is renewed, seconds.
+const HOLD: f64 = 0.2;

@@ -2,30 +2,27 @@
 //!
 //! The side sonars give distance and direction of the wall. The robot steers by pure pursuit (Coulter, 1992)
 //! for a lookahead point along the wall, at the set distance from it. At a wall ahead it turns away from the one
-//! beside; at the end of a wall it turns about the end.
+//! beside. Where the foremost sonar of that side has lost the wall and another one has not, it drives on an arc
+//! about the end, an action that lasts until a wall is heard again or its time is up.
 
-use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::{Orientation, Point2, Position, SonarScan};
+use slate_avoidance::{ReflexRules, SONAR};
+use slate_plugin::interfaces::{SonarScan, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 use crate::actions::{KeepWall, Speeds};
 use crate::knowledge::WheeledModel;
+use crate::late_sensors::{is_blind, is_late};
+use crate::monitors::is_valid;
 
 /// Sensors and knowledge of the reflex.
 #[ports]
 pub struct KeepWallSensors {
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
-    #[stale(after = "200ms")]
-    position: Input<Position>,
-    #[stale(after = "200ms")]
-    orientation: Input<Orientation>,
-    /// Goal without a wall, from Knowledge.
-    goal: Input<Point2>,
+    /// Which sensors must not stop, from Knowledge.
+    rules: Input<ReflexRules>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
-    /// Lookahead point along the wall; without a wall, the goal.
-    local_goal: Output<Point2>,
 }
 
 /// Parameters of [`KeepWallModel`].
@@ -41,14 +38,8 @@ pub struct KeepWallParams {
     lookahead_distance: f64,
     #[param(default = 1.0, range = 0.0..=10.0, unit = "m", doc = "maximum range at which a wall is followed")]
     max_wall_range: f64,
-    #[param(default = 4.0, range = 0.0..=60.0, unit = "s", doc = "time that a lost wall is searched for")]
+    #[param(default = 4.0, range = 0.0..=60.0, unit = "s", doc = "time of the arc about the end of a wall")]
     wall_timeout: f64,
-}
-
-/// Time of the newest wall beside the robot, seconds.
-#[derive(Default, Serialize, Deserialize)]
-pub struct LastWall {
-    heard: Option<f64>,
 }
 
 /// Tolerance in direction of a sonar to the side, and ahead, radians.
@@ -61,7 +52,7 @@ const AWAY: f64 = 1.0;
 /// Duration of a command unless it is renewed, seconds.
 const HOLD: f64 = 0.1;
 
-/// Follows the wall on one side.
+/// Follows the wall on one side. It has neither a goal nor a memory.
 pub struct KeepWallModel;
 
 impl ReactiveModel for KeepWallModel {
@@ -71,74 +62,69 @@ impl ReactiveModel for KeepWallModel {
     const RANK: i32 = -1;
     type Sensors = KeepWallSensors;
     type Params = KeepWallParams;
-    type State = LastWall;
+    type State = ();
 
     fn run(
-        wall: &mut LastWall,
+        (): &mut (),
         sensors: &KeepWallSensors,
         params: &KeepWallParams,
         now: &Tick,
     ) -> Option<ActionRequest> {
-        let (scan, position, orientation) =
-            (sensors.sonar.fresh()?, sensors.position.fresh()?, sensors.orientation.fresh()?);
-        let robot = sensors.robot.fresh()?;
-        let (side, wanted) = (params.wall_distance.signum(), params.wall_distance.abs());
-        let beside = beside(scan, side).filter(|(_, distance)| *distance < params.max_wall_range);
-        if beside.is_some() {
-            wall.heard = Some(now.seconds());
+        let KeepWallSensors { sonar, rules, robot } = sensors;
+        let robot = robot.get()?;
+        let is_invalid = sonar.get().is_some_and(|scan| !is_valid(scan));
+        if is_invalid || is_blind(SONAR, sonar, rules, robot, now) {
+            return Some(KeepWall::request(Speeds { left: 0.0, right: 0.0, duration: HOLD }));
         }
-        let is_ahead = ahead(scan) < wanted + ROOM;
-        let remembered = wall.heard.is_some_and(|heard| now.seconds() - heard < params.wall_timeout);
-        // In the robot's frame.
-        let [x, y] = match beside {
-            _ if is_ahead => {
-                [math::cos(AWAY), -side * math::sin(AWAY)].map(|part| part * params.lookahead_distance)
-            }
-            Some(([across, towards], distance)) => {
-                // A distant wall is approached at an angle, not head-on.
-                let error =
-                    math::clamp(distance - wanted, -params.lookahead_distance, params.lookahead_distance);
-                let along = [side * towards, -side * across];
-                [
-                    params.lookahead_distance * along[0] + error * across,
-                    params.lookahead_distance * along[1] + error * towards,
-                ]
-            }
-            // The arc through this point, along the present heading, leads about the end of the wall.
-            None if remembered => {
-                let turn = math::min(params.lookahead_distance / (2.0 * math::max(wanted, 0.01)), 1.0);
-                let turn = math::asin(turn);
-                [math::cos(turn), side * math::sin(turn)].map(|part| part * params.lookahead_distance)
-            }
-            None => {
-                if let Some(goal) = sensors.goal.fresh() {
-                    sensors.local_goal.set(*goal);
-                }
-                return None;
-            }
-        };
-        let (sine, cosine) = (math::sin(orientation.theta), math::cos(orientation.theta));
-        sensors
-            .local_goal
-            .set(Point2 { x: position.x + cosine * x - sine * y, y: position.y + sine * x + cosine * y });
+        let scan = sonar.get().filter(|_| !is_late(SONAR, sonar, robot, now))?;
+        let ([x, y], duration) = params.target(scan)?;
         let bearing = math::atan2(y, x);
         let linear = params.linear_velocity * math::max(math::cos(bearing), 0.0);
         // Pure pursuit: curvature 2 sin(bearing) / lookahead; saturated where the arc is too narrow.
         let angular = 2.0 * params.linear_velocity * math::sin(bearing) / params.lookahead_distance;
-        let wheels = robot.wheels_for(
-            linear,
-            math::clamp(angular, -params.max_angular_velocity, params.max_angular_velocity),
-        );
-        Some(KeepWall::request(Speeds { left: wheels.left, right: wheels.right, duration: HOLD }))
+        let limit = params.max_angular_velocity;
+        let WheelSpeeds { left, right } = robot.wheels_for(linear, math::clamp(angular, -limit, limit));
+        Some(KeepWall::request(Speeds { left, right, duration }))
     }
 }
 
-/// Direction of the wall beside, in the robot's frame, and its distance from the robot's center.
-fn beside(scan: &SonarScan, side: f64) -> Option<([f64; 2], f64)> {
+impl KeepWallParams {
+    /// The point to pursue, in the robot's frame, metres, and for how long, seconds; `None` without a wall on that side.
+    fn target(&self, scan: &SonarScan) -> Option<([f64; 2], f64)> {
+        let (side, wanted) = (self.wall_distance.signum(), self.wall_distance.abs());
+        let lookahead = self.lookahead_distance;
+        if ahead(scan) < wanted + ROOM {
+            return Some(([math::cos(AWAY), -side * math::sin(AWAY)].map(|part| part * lookahead), HOLD));
+        }
+        let (wall, is_ending) = beside(scan, side, self.max_wall_range)?;
+        if is_ending {
+            // The arc through this point, along the present heading, leads about the end of the wall.
+            let turn = math::asin(math::min(lookahead / (2.0 * math::max(wanted, 0.01)), 1.0));
+            let point = [math::cos(turn), side * math::sin(turn)].map(|part| part * lookahead);
+            return Some((point, self.wall_timeout));
+        }
+        let ([across, towards], distance) = wall;
+        // A distant wall is approached at an angle, not head-on.
+        let error = math::clamp(distance - wanted, -lookahead, lookahead);
+        let along = [side * towards, -side * across];
+        Some(([lookahead * along[0] + error * across, lookahead * along[1] + error * towards], HOLD))
+    }
+}
+
+/// Direction towards a wall, of length 1, and its distance from the robot's center.
+type Wall = ([f64; 2], f64);
+
+/// Returns the wall beside, and whether the foremost sonar of that side does not hear it.
+fn beside(scan: &SonarScan, side: f64, max_range: f64) -> Option<(Wall, bool)> {
     let (mut front, mut back): (Option<[f64; 3]>, Option<[f64; 3]>) = (None, None);
+    let mut foremost = f64::NEG_INFINITY;
     for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
         let aside = math::angle_between(side * std::f64::consts::FRAC_PI_2, placement.theta).abs();
-        if !echo.heard.get() || !echo.range.is_finite() || aside > SIDE {
+        if aside > SIDE {
+            continue;
+        }
+        foremost = math::max(foremost, placement.x);
+        if !echo.heard.get() || !echo.range.is_finite() || echo.range > max_range {
             continue;
         }
         let heard = [placement.x, placement.y, echo.range];
@@ -155,7 +141,8 @@ fn beside(scan: &SonarScan, side: f64) -> Option<([f64; 2], f64)> {
     let across = if base > 0.05 { math::clamp((back[2] - front[2]) / base, -0.7, 0.7) } else { 0.0 };
     let towards = side * (1.0 - across * across).sqrt();
     let distance = |[x, y, range]: [f64; 3]| range + x * across + y * towards;
-    Some(([across, towards], (distance(front) + distance(back)) / 2.0))
+    let wall = ([across, towards], (distance(front) + distance(back)) / 2.0);
+    Some((wall, front[0] < foremost))
 }
 
 /// Returns the distance from the robot's center to the nearest obstacle ahead.

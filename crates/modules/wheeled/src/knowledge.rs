@@ -6,7 +6,7 @@ use slate_plugin::interfaces::{
     Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
     SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
 };
-use slate_plugin::mapek::{Device, Kinematics, RobotModel, Steering};
+use slate_plugin::mapek::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
 
@@ -99,25 +99,25 @@ fn device(description: &DeviceDescription) -> Device {
 #[ports]
 pub struct WheeledModels {
     /// Ring of sonars.
-    #[stale(after = "200ms")]
+    #[stale(after = "1s")]
     sonar: Sensed<SonarScan>,
     /// Positioning system.
-    #[stale(after = "200ms")]
+    #[stale(after = "1s")]
     position: Sensed<Position>,
     /// Compass.
-    #[stale(after = "200ms")]
+    #[stale(after = "1s")]
     orientation: Sensed<Orientation>,
     /// Wheel encoders.
-    #[stale(after = "500ms")]
+    #[stale(after = "1s")]
     odometry: Sensed<Odometry>,
     /// Bumpers.
-    #[stale(after = "500ms")]
+    #[stale(after = "1s")]
     bumper: Sensed<Bumper>,
     /// Laser scanner.
-    #[stale(after = "500ms")]
+    #[stale(after = "1s")]
     laser: Sensed<LaserScan>,
     /// Sensor that sees other robots.
-    #[stale(after = "500ms")]
+    #[stale(after = "1s")]
     robot_sensor: Sensed<Sightings>,
     /// Errors of the sensors, as their maker tells them; exact sensors without.
     accuracy: Sensed<SensorAccuracy>,
@@ -173,15 +173,22 @@ impl WheeledModels {
         (names, length)
     }
 
-    /// The estimated pose; before the first estimate, the measured one.
-    fn newest_pose(&self) -> Option<Pose2> {
+    /// The estimated pose; before the first estimate, the measured one of these devices.
+    fn newest_pose(&self, sensors: &[Device]) -> Option<Pose2> {
         if self.pose.get().is_some() {
             let pose = self.pose.fresh()?.pose;
             // NaN is no pose.
             return (pose.x + pose.y + pose.theta).is_finite().then_some(pose);
         }
-        let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
-        Some(Pose2 { x: position.x, y: position.y, theta: orientation.theta })
+        let measures = |name: &str| {
+            sensors.iter().any(|sensor| sensor.name.as_str() == name && sensor.health == DeviceHealth::FRESH)
+        };
+        let (position, orientation) = (self.position.get()?, self.orientation.get()?);
+        (measures("position") && measures("orientation")).then_some(Pose2 {
+            x: position.x,
+            y: position.y,
+            theta: orientation.theta,
+        })
     }
 }
 
@@ -215,7 +222,10 @@ impl<T: Interface + ?Sized> SensorInput for Sensed<T> {
 pub struct WheeledKnowledgeParams {
     #[param(default = "", doc = "robot's description: `pioneer_p3dx`, `summit_xl`, or the path of a file")]
     pub robot: Text<252>,
-    #[param(default = "vrep", doc = "profile of its sensors; a sensor without it has its first one")]
+    #[param(
+        default = "vrep",
+        doc = "profile of its sensors, which a simulated world sets by its own key; a sensor without it has its first one"
+    )]
     pub profile: Text<28>,
     #[param(default = 0.0, unit = "m", doc = "x of the goal")]
     pub goal_x: f64,
@@ -261,7 +271,13 @@ pub struct WheeledKnowledgeState {
     robot: KnownRobot,
     #[serde(skip)]
     refused: RefusedRules,
+    /// Health of the described sensors, and when they measured last.
+    #[serde(default)]
+    watched: [(u64, u8); SENSORS],
 }
+
+/// Maximum number of sensors of a robot model.
+const SENSORS: usize = 12;
 
 /// A robot by its description.
 #[derive(Default)]
@@ -326,7 +342,7 @@ impl Knowledge for WheeledKnowledge {
                 .check(&names)
                 .map_err(|error| Refusal(RefusedRule { error, sensors: &names }.to_string()))?;
         }
-        Ok(WheeledKnowledgeState { robot, refused: RefusedRules::default() })
+        Ok(WheeledKnowledgeState { robot, ..WheeledKnowledgeState::default() })
     }
 
     fn update(
@@ -336,23 +352,26 @@ impl Knowledge for WheeledKnowledge {
         now: &Tick,
     ) {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
-        // Without a pose the model is unknown.
-        let Some(pose) = models.newest_pose() else { return };
         let Some(known) = state.robot.model(params, now) else { return };
+        let mut sensors = [Device::default(); SENSORS];
+        let mut length = 0;
+        for (sensor, (measured, health)) in known.robot.sensors.iter().zip(&mut state.watched) {
+            let mut sensor = Device { measured: *measured, health: DeviceHealth(*health), ..*sensor };
+            let has_measured = models.watch(&mut sensor, now);
+            (*measured, *health) = (sensor.measured, sensor.health.0);
+            if has_measured {
+                sensors[length] = sensor;
+                length += 1;
+            }
+        }
+        let sensors = &sensors[..length];
+        // Without a pose the model is unknown.
+        let Some(pose) = models.newest_pose(sensors) else { return };
         models.robot.write(0, |model| {
             *model = *known;
             model.robot.pose = pose;
             model.accuracy = models.accuracy.get().copied().unwrap_or_default();
-            let mut sensors = [Device::default(); 12];
-            let mut length = 0;
-            for sensor in known.robot.sensors.iter() {
-                let mut sensor = *sensor;
-                if models.watch(&mut sensor, now) {
-                    sensors[length] = sensor;
-                    length += 1;
-                }
-            }
-            model.robot.sensors = Sequence::new(&sensors[..length]);
+            model.robot.sensors = Sequence::new(sensors);
         });
         let (names, length) = models.sensors(known);
         state.refused.update(rules, params.rules(), &names[..length], now);

@@ -26,10 +26,12 @@ pub mod journey;
 pub mod keep_wall;
 pub mod knowledge;
 pub mod laser_ring;
+pub mod late_sensors;
 pub mod local_map;
 pub mod local_planner;
 pub mod locate_robot;
 mod median;
+pub mod median_sonar;
 pub mod monitors;
 pub mod odometry_pose;
 pub mod own_motion;
@@ -48,6 +50,7 @@ use slate_plugin::prelude::*;
 plugin!(
     arrival::Arrival,
     SensorBlock<laser_ring::LaserRing>,
+    SensorBlock<median_sonar::MedianSonar>,
     SensorBlock<odometry_pose::OdometryPosition>,
     SensorBlock<odometry_pose::OdometryOrientation>,
     MonitorBlock<monitors::RangeMonitor>,

@@ -11,7 +11,7 @@ use crate::tracks::placed;
 /// Sensor that detects other robots.
 #[ports]
 pub struct RobotSensor {
-    #[stale(after = "500ms")]
+    #[stale(after = "1s")]
     robots: Sensed<Sightings>,
 }
 
@@ -27,7 +27,7 @@ impl Monitor for RobotMonitor {
     type Value = Sightings;
 
     fn interpret(_: &mut (), sensors: &RobotSensor, _: &(), _: &Tick) -> Option<Sightings> {
-        sensors.robots.fresh().copied()
+        sensors.robots.updated().copied()
     }
 }
 

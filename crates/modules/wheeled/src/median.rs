@@ -1,5 +1,5 @@
 use serde::{Deserialize, Serialize};
-use slate_plugin::interfaces::SonarScan;
+use slate_plugin::interfaces::{Echo, SonarScan};
 use slate_plugin::prelude::*;
 
 /// Maximum number of scans.
@@ -20,6 +20,25 @@ impl MedianRing {
     /// Adds a scan and returns the shortest of the sonars' medians over the newest `scans` ones, metres. A sonar without an
     /// echo counts with the maximum range.
     pub fn nearest(&mut self, scan: &SonarScan, scans: usize) -> f64 {
+        self.add(scan);
+        let sonars = scan.echoes.len().min(SONARS);
+        (0..sonars).map(|sonar| self.median(sonar, scans)).fold(scan.range_max, math::min)
+    }
+
+    /// Adds a scan and returns it with the medians over the newest `scans` ones in the place of its ranges. A range that is no
+    /// number stays: a failed sonar must not look like free space.
+    pub fn filter(&mut self, scan: &SonarScan, scans: usize) -> SonarScan {
+        self.add(scan);
+        let mut echoes = [Echo::default(); SONARS];
+        let length = scan.echoes.len().min(SONARS);
+        for (sonar, (filtered, echo)) in echoes.iter_mut().zip(scan.echoes.iter()).enumerate() {
+            let range = if echo.range.is_finite() { self.median(sonar, scans) } else { echo.range };
+            *filtered = Echo { range, heard: (range.is_nan() || range < scan.range_max).into() };
+        }
+        SonarScan { echoes: Sequence::new(&echoes[..length]), ..*scan }
+    }
+
+    fn add(&mut self, scan: &SonarScan) {
         let mut ranges = [scan.range_max; SONARS];
         for (range, echo) in ranges.iter_mut().zip(scan.echoes.iter()) {
             if echo.heard.get() && echo.range < scan.range_max {
@@ -28,17 +47,16 @@ impl MedianRing {
         }
         self.scans[(self.count % SCANS as u64) as usize] = ranges;
         self.count += 1;
+    }
+
+    /// The median range of a sonar over the newest `scans` scans.
+    fn median(&self, sonar: usize, scans: usize) -> f64 {
         let scans = scans.clamp(1, SCANS).min(self.count.min(SCANS as u64) as usize);
-        let newest = |back: usize| &self.scans[((self.count - 1 - back as u64) % SCANS as u64) as usize];
-        let sonars = scan.echoes.len().min(SONARS);
-        let median = |sonar: usize| {
-            let mut window = [0.0; SCANS];
-            for (back, value) in window[..scans].iter_mut().enumerate() {
-                *value = newest(back)[sonar];
-            }
-            window[..scans].sort_unstable_by(f64::total_cmp);
-            window[scans / 2]
-        };
-        (0..sonars).map(median).fold(scan.range_max, math::min)
+        let mut window = [0.0; SCANS];
+        for (back, value) in window[..scans].iter_mut().enumerate() {
+            *value = self.scans[((self.count - 1 - back as u64) % SCANS as u64) as usize][sonar];
+        }
+        window[..scans].sort_unstable_by(f64::total_cmp);
+        window[scans / 2]
     }
 }

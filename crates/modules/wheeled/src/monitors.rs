@@ -1,4 +1,4 @@
-//! Monitors, one for each type of sensor.
+//! Monitors, one for each type of sensor. Each is degraded after a second without a measurement: sensors lose single ones.
 
 use slate_plugin::interfaces::{Odometry, Orientation, Pose2, Position, SonarScan};
 use slate_plugin::prelude::*;
@@ -6,11 +6,19 @@ use slate_plugin::prelude::*;
 /// Ring of sonars.
 #[ports]
 pub struct Sonar {
-    #[stale(after = "200ms")]
+    #[stale(after = "1s")]
     sonar: Sensed<SonarScan>,
 }
 
-/// Monitors the sonars.
+/// Returns whether a scan has a placement for each sonar and all ranges are numbers.
+pub fn is_valid(scan: &SonarScan) -> bool {
+    let echoes = scan.echoes.len();
+    echoes > 0
+        && echoes == scan.placements.len()
+        && scan.echoes.iter().all(|echo| echo.range.is_finite() && echo.range >= 0.0)
+}
+
+/// Monitors the sonars; drops scans with a range that is no number.
 pub struct RangeMonitor;
 
 impl Monitor for RangeMonitor {
@@ -22,14 +30,15 @@ impl Monitor for RangeMonitor {
     type Value = SonarScan;
 
     fn interpret(_: &mut (), sensors: &Sonar, _: &(), _: &Tick) -> Option<SonarScan> {
-        sensors.sonar.fresh().copied()
+        let scan = sensors.sonar.updated()?;
+        is_valid(scan).then_some(*scan)
     }
 }
 
 /// Positioning system.
 #[ports]
 pub struct Positioning {
-    #[stale(after = "200ms")]
+    #[stale(after = "1s")]
     position: Sensed<Position>,
 }
 
@@ -45,7 +54,7 @@ impl Monitor for PositionMonitor {
     type Value = Position;
 
     fn interpret(_: &mut (), sensors: &Positioning, _: &(), _: &Tick) -> Option<Position> {
-        let position = sensors.position.fresh()?;
+        let position = sensors.position.updated()?;
         (position.x.is_finite() && position.y.is_finite()).then_some(*position)
     }
 }
@@ -53,7 +62,7 @@ impl Monitor for PositionMonitor {
 /// Compass.
 #[ports]
 pub struct Compass {
-    #[stale(after = "200ms")]
+    #[stale(after = "1s")]
     orientation: Sensed<Orientation>,
 }
 
@@ -69,7 +78,7 @@ impl Monitor for OrientationMonitor {
     type Value = Orientation;
 
     fn interpret(_: &mut (), sensors: &Compass, _: &(), _: &Tick) -> Option<Orientation> {
-        let orientation = sensors.orientation.fresh()?;
+        let orientation = sensors.orientation.updated()?;
         orientation.theta.is_finite().then_some(*orientation)
     }
 }
@@ -77,7 +86,7 @@ impl Monitor for OrientationMonitor {
 /// Wheel encoders.
 #[ports]
 pub struct Encoders {
-    #[stale(after = "500ms")]
+    #[stale(after = "1s")]
     odometry: Sensed<Odometry>,
 }
 
@@ -93,7 +102,7 @@ impl Monitor for OdometryMonitor {
     type Value = Odometry;
 
     fn interpret(_: &mut (), sensors: &Encoders, _: &(), _: &Tick) -> Option<Odometry> {
-        let odometry = sensors.odometry.fresh()?;
+        let odometry = sensors.odometry.updated()?;
         let Pose2 { x, y, theta } = odometry.pose;
         (x.is_finite() && y.is_finite() && theta.is_finite()).then_some(*odometry)
     }

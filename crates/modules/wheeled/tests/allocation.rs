@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::interfaces::{
-    Echo, Orientation, Point2, Position, Sighting, Sightings, SonarPlacement, SonarScan,
+    Echo, Odometry, Orientation, Position, Sighting, Sightings, SonarPlacement, SonarScan,
 };
 use slate::mapek::{AnalyzeBlock, ReactiveBlock};
 use slate::module::testing::Fixture;
@@ -64,9 +64,8 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
                 $block.set("orientation", Orientation { theta: 0.1 });
             };
         }
-        place!(give_way);
         place!(map);
-        give_way.set("goal", Point2 { x: 1.5, y: 0.2 });
+        give_way.set("odometry", Odometry::default());
         run!(avoid, "sonar");
         run!(give_way, "sonar");
         run!(map, "range");

@@ -2,14 +2,15 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use slate::interfaces::{
-    Echo, Orientation, Position, Sighting, Sightings, SonarPlacement, SonarScan, WheelSpeeds,
+    Echo, Odometry, Orientation, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
+    WheelSpeeds,
 };
 use slate::mapek::{ActionKind, ExecuteBlock, ExecuteStatus, KnowledgeBlock, ReactiveBlock, Reflex};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text};
 use slate::sim::robot::RobotDescription;
 use slate_avoidance::{ReflexRules, SensorRule};
-use slate_wheeled::actions::{AvoidObstacle, Evasion};
+use slate_wheeled::actions::{AvoidObstacle, Evasion, Turn, TurnAngle};
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
@@ -56,9 +57,21 @@ fn scan(heard: &[(usize, f64)]) -> SonarScan {
     }
 }
 
-/// Angle and wheels of the reflex, if there is one.
+/// Angle and wheels of the reflex of a robot that stands, if there is one.
 fn react(scan: SonarScan, rules: ReflexRules, robots: Option<Sightings>) -> Option<[f64; 3]> {
+    react_at(scan, rules, robots, 0.0)
+}
+
+/// The same at a velocity, m/s.
+fn react_at(
+    scan: SonarScan,
+    rules: ReflexRules,
+    robots: Option<Sightings>,
+    velocity: f64,
+) -> Option<[f64; 3]> {
     let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    let twist = Twist2 { linear: velocity, angular: 0.0 };
+    model.set("odometry", Odometry { twist, ..Odometry::default() });
     model.set("robot", pioneer());
     model.set("rules", rules);
     model.set("sonar", scan);
@@ -111,7 +124,7 @@ fn a_sensor_that_stops_counts_as_near() {
     model.set("sonar", scan(&[]));
     model.tick();
     assert!(model.sent::<Reflex>("reflex").is_empty(), "nothing is near");
-    model.expire("sonar");
+    model.advance(300_000_000);
     model.tick();
     let stop = model.sent::<Reflex>("reflex").last().unwrap().action;
     assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0], "it stands");
@@ -121,16 +134,43 @@ fn a_sensor_that_stops_counts_as_near() {
 }
 
 #[test]
+fn an_unknown_outline_or_stopped_encoders_make_the_robot_safe() {
+    let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    model.set("robot", WheeledModel::default());
+    model.set("rules", rules(&[rule(SONAR, 0.1)]));
+    model.set("sonar", scan(&[]));
+    model.tick();
+    let stop = model.sent::<Reflex>("reflex").last().unwrap().action;
+    assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0], "without an outline it stands");
+    // An echo beyond the threshold of a robot that stands, within that of the fastest one.
+    let echo = scan(&[(3, 0.3), (4, 0.3)]);
+    model.set("robot", pioneer());
+    model.set("odometry", Odometry::default());
+    model.set("sonar", echo);
+    model.tick();
+    let sent = model.sent::<Reflex>("reflex").len();
+    model.advance(500_000_000);
+    model.set("sonar", echo);
+    model.tick();
+    assert!(!model.sent::<Reflex>("reflex").is_empty() && sent == 0, "encoders that stop may hide any speed");
+}
+
+#[test]
 fn it_stops_for_a_robot_ahead() {
     let both = rules(&[rule(SONAR, 0.1), rule("robot_sensor", 0.4)]);
-    let sees = |range, bearing| {
+    let sees = |range, bearing, velocity| {
         let seen = Sighting { range, bearing, name: Text::new("r1") };
-        react(scan(&[]), both, Some(Sightings { list: Sequence::new(&[seen]) }))
+        react_at(scan(&[]), both, Some(Sightings { list: Sequence::new(&[seen]) }), velocity)
     };
-    assert_eq!(sees(0.8, 0.0), Some([0.0; 3]));
-    assert_eq!(sees(0.8, 1.6), None, "that is beside");
-    assert_eq!(sees(1.5, 0.0), None, "that is far away");
-    assert_eq!(sees(f64::NAN, 0.0), None);
+    assert_eq!(sees(0.8, 0.0, 0.1), Some([0.0; 3]));
+    assert_eq!(sees(0.8, 1.6, 0.1), None, "that is beside");
+    assert_eq!(sees(1.5, 0.0, 0.1), None, "that is far away");
+    assert_eq!(sees(1.5, 0.0, 3.0), Some([0.0; 3]), "for a fast robot it is not");
+    assert_eq!(sees(f64::NAN, 0.0, 0.1), None);
+    for velocity in [0.0, -0.2] {
+        assert_eq!(sees(0.8, 0.0, velocity), None, "it may back off");
+    }
+    assert_eq!(sees(0.8, 3.1, -0.1), Some([0.0; 3]), "not towards another one");
 }
 
 #[test]
@@ -224,6 +264,18 @@ fn avoiding_decomposes_into_a_turn_and_a_drive() {
     let (tree, drives) = step(&mut execute, 0.6);
     assert_eq!(tree, "AvoidObstacle > SetWheelSpeed");
     assert_eq!((drives.left, drives.right), (3.0, 3.0));
+}
+
+#[test]
+fn a_turn_with_a_contradicting_speed_is_refused() {
+    for speed in [-1.0, 0.0] {
+        let mut execute = Fixture::<ExecuteBlock<DifferentialActions>>::new();
+        let action = TurnAngle::request(Turn { angle: 1.0, speed });
+        execute.push("reflexes", Reflex { action, rank: 0 });
+        step(&mut execute, 0.0);
+        let status = execute.output::<ExecuteStatus>("status").unwrap();
+        assert_eq!((status.failed, status.running.as_str()), (1, ""), "speed {speed}");
+    }
 }
 
 #[test]

@@ -63,8 +63,14 @@ fn sensors_that_are_there_are_listed_with_mount_limits_and_rate() {
     assert_eq!((robots.mount.x, robots.maximum, robots.rate), (0.2, 8.0, 10.0));
     let sonar = model.robot.sensor("sonar").unwrap();
     assert_eq!((sonar.minimum, sonar.maximum, sonar.health), (0.1, 4.0, DeviceHealth::FRESH));
-    knowledge.expire("sonar");
-    knowledge.tick();
+    knowledge.advance(1_100_000_000);
+    for _ in 0..2 {
+        knowledge.advance(20_000_000);
+        knowledge.set("position", Position::default());
+        knowledge.set("orientation", Orientation::default());
+        knowledge.set("robot_sensor", Sightings::default());
+        knowledge.tick();
+    }
     let model = knowledge.output::<WheeledModel>("robot").unwrap();
     assert!(model.robot.is_silent("sonar") && !model.robot.is_silent("robot_sensor"));
 }
@@ -78,6 +84,14 @@ fn an_unknown_robot_is_refused_with_the_known_ones() {
             "{refusal}"
         );
     }
+}
+
+#[test]
+fn an_unknown_profile_is_refused_with_the_known_ones() {
+    let refusal = Knowing::with(params("pioneer_p3dx", "nonsense")).err().unwrap().0;
+    assert!(refusal.contains("profile `nonsense`") && refusal.contains("real, vrep"), "{refusal}");
+    let mut knowledge = Knowing::with(params("pioneer_p3dx", "real")).unwrap();
+    assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 5.0);
 }
 
 #[test]

@@ -2,16 +2,23 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use slate::blackboard::interface::Value;
-use slate::interfaces::{Bumper, Echo, Orientation, Point2, Position, SonarPlacement, SonarScan};
-use slate::mapek::{ReactiveBlock, Reflex};
+use slate::interfaces::{Bumper, Echo, SensorAccuracy, SonarPlacement, SonarScan, WheelSpeeds};
+use slate::mapek::{ActionKind, ExecuteBlock, MonitorBlock, ReactiveBlock, Reflex, SensorBlock};
 use slate::module::testing::Fixture;
-use slate::module::{Bool, Sequence, math};
+use slate::module::{Bool, Sequence, Text, math};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate::sim::robot::RobotDescription;
+use slate_avoidance::{ReflexRules, SensorRule};
+use slate_wheeled::actions::{Release, ReleaseBumper};
+use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::bumper_release::BumperReleaseModel;
+use slate_wheeled::differential::DifferentialActions;
+use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::keep_wall::{KeepWallModel, KeepWallParams};
 use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::median_sonar::MedianSonar;
+use slate_wheeled::monitors::RangeMonitor;
 
 fn pioneer() -> WheeledModel {
     WheeledModel::load("pioneer_p3dx", "vrep").unwrap()
@@ -42,28 +49,39 @@ fn release(presses: impl IntoIterator<Item = (bool, bool)>) -> Vec<Option<(f64, 
 }
 
 #[test]
-fn who_is_pressed_backs_away_from_there_and_a_bit_farther() {
+fn who_is_pressed_backs_away_from_there() {
     let front = release([(true, false)])[0].unwrap();
     assert!(front.0 < 0.0 && front.0 == front.1, "{front:?}");
     let back = release([(false, true)])[0].unwrap();
     assert!(back.0 > 0.0 && back.0 == back.1, "{back:?}");
     assert_eq!(release([(true, true)]), [Some((0.0, 0.0))], "there is no way out");
-    assert_eq!(release([(false, false)]), [None]);
-    // 0.12 m at 0.15 m/s take 0.8 s.
-    let after = release([(true, false)].into_iter().chain([(false, false); 12]));
-    let away = after.iter().take_while(|wheels| **wheels == Some(front)).count();
-    assert!((8..=9).contains(&away), "{after:?}");
-    assert!(after[away..].iter().all(Option::is_none), "{after:?}");
+    assert_eq!(release([(true, false), (false, false)])[1], None, "the reflex has no memory of the contact");
+}
+
+/// The wheels after each tenth of a second of an action that the reflex renews as long as it is pressed.
+fn released(presses: impl IntoIterator<Item = bool>) -> Vec<f64> {
+    let mut execute = Fixture::<ExecuteBlock<DifferentialActions>>::new();
+    let one = |pressed: bool| {
+        execute.advance(100_000_000);
+        execute.set("robot", pioneer());
+        if pressed {
+            let release = Release { left: -1.5, right: -1.5, duration: 0.8, time_limit: 3.0 };
+            execute.push("reflexes", Reflex { action: ReleaseBumper::request(release), rank: 2 });
+        }
+        execute.tick();
+        execute.output::<WheelSpeeds>("wheels").map_or(0.0, |wheels| wheels.left)
+    };
+    presses.into_iter().map(one).collect()
 }
 
 #[test]
-fn a_release_that_does_not_help_ends_until_nothing_presses() {
-    let stuck = release([(true, false); 50]);
-    let tried = stuck.iter().take_while(|wheels| wheels.is_some()).count();
-    assert!((30..=32).contains(&tried), "three seconds, not {tried} tenths");
-    assert!(stuck[tried..].iter().all(Option::is_none));
-    let again = [(true, false); 50].into_iter().chain([(false, false); 12]).chain([(true, false)]);
-    assert!(release(again).last().unwrap().is_some(), "free meanwhile, it is a new beginning");
+fn the_action_drives_on_after_the_release_and_stands_when_stuck() {
+    let after = released(std::iter::once(true).chain([false; 7]));
+    assert!(after.iter().all(|left| *left == -1.5), "0.12 m at 0.15 m/s take 0.8 s: {after:?}");
+    let stuck = released([true; 50]);
+    let tried = stuck.iter().take_while(|left| **left == -1.5).count();
+    assert!((29..=32).contains(&tried), "three seconds, not {tried} tenths");
+    assert!(stuck[tried..].iter().all(|left| *left == 0.0), "it stands: {stuck:?}");
 }
 
 #[test]
@@ -71,7 +89,7 @@ fn bumpers_that_say_nothing_release_nobody() {
     let mut model = Fixture::<ReactiveBlock<BumperReleaseModel>>::new();
     model.set("robot", pioneer());
     model.set("bumper", Bumper { front: true.into(), back: false.into() });
-    model.expire("bumper");
+    model.advance(300_000_000);
     assert_eq!(wheels(&mut model, "ReleaseBumper"), None);
 }
 
@@ -102,14 +120,11 @@ fn scan(walls: &[((f64, f64), f64)]) -> SonarScan {
     }
 }
 
-/// A robot at (1, 2) that looks north and keeps a wall so far to its left.
+/// A robot that keeps a wall so far to its left.
 fn along(distance: f64) -> Fixture<ReactiveBlock<KeepWallModel>> {
     let params = KeepWallParams { wall_distance: distance, ..KeepWallParams::default() };
     let mut model = Fixture::with(params).unwrap();
     model.set("robot", pioneer());
-    model.set("position", Position { x: 1.0, y: 2.0, z: 0.0 });
-    model.set("orientation", Orientation { theta: std::f64::consts::FRAC_PI_2 });
-    model.set("goal", Point2 { x: 7.0, y: 8.0 });
     model
 }
 
@@ -129,8 +144,6 @@ fn a_wall_is_kept_at_its_distance_on_either_side() {
         let mut model = along(distance);
         let (speed, straight) = motion(&mut model, scan(&[(wall, 0.5)])).unwrap();
         assert!(speed > 1.0 && straight.abs() < 1e-9, "{speed} {straight}");
-        let heading = model.output::<Point2>("local_goal").unwrap();
-        assert!((heading.x - 1.0).abs() < 1e-9 && heading.y > 2.1, "ahead, along the wall: {heading:?}");
         let (_, nearer) = motion(&mut model, scan(&[(wall, 0.7)])).unwrap();
         assert!(nearer * turn > 0.5, "{nearer}");
         let (_, farther) = motion(&mut model, scan(&[(wall, 0.35)])).unwrap();
@@ -146,24 +159,94 @@ fn a_wall_is_kept_at_its_distance_on_either_side() {
 }
 
 #[test]
-fn where_the_wall_ends_it_goes_round_the_end_and_then_gives_up() {
+fn where_the_wall_ends_it_drives_an_arc_about_the_end() {
     let mut model = along(0.5);
-    let nothing = scan(&[]);
-    assert_eq!(motion(&mut model, nothing), None, "there was none");
-    let heading = model.output::<Point2>("local_goal").unwrap();
-    assert_eq!((heading.x, heading.y), (7.0, 8.0), "without a wall it heads for its goal");
-    assert!(motion(&mut model, scan(&[(LEFT, 0.5)])).is_some());
-    let (speed, turn) = motion(&mut model, nothing).unwrap();
+    assert_eq!(motion(&mut model, scan(&[])), None, "there is none");
+    // The wall is beside the hindmost sonar only.
+    let mut ending = scan(&[(LEFT, 0.5)]);
+    let mut echoes: Vec<_> = ending.echoes.iter().copied().collect();
+    echoes[0] = Echo { range: 1.0, heard: false.into() };
+    ending.echoes = Sequence::new(&echoes);
+    let (speed, turn) = motion(&mut model, ending).unwrap();
     // The circle round the end has the distance as its radius: v = w * r.
     let chassis = pioneer().chassis;
     let (linear, angular) = (speed * chassis.wheel_radius, turn * chassis.wheel_radius / chassis.track);
     assert!((0.45..0.62).contains(&(linear / angular)), "{linear} {angular}");
-    model.advance(5_000_000_000);
-    model.set("position", Position { x: 1.0, y: 2.0, z: 0.0 });
-    model.set("orientation", Orientation { theta: 0.0 });
-    assert_eq!(motion(&mut model, nothing), None);
-    let numbers = scan(&[(LEFT, f64::NAN)]);
-    assert_eq!(motion(&mut model, numbers), None, "no number is no wall");
+    let duration = model.sent::<Reflex>("reflex").last().unwrap().action.arguments[2];
+    assert_eq!(duration, 4.0, "the action lasts beyond the wall");
+    assert_eq!(motion(&mut model, scan(&[])), None, "the reflex has no memory of the wall");
+    echoes[3].range = f64::NAN;
+    ending.echoes = Sequence::new(&echoes);
+    assert_eq!(motion(&mut model, ending), Some((0.0, 0.0)), "sonars that fail stop the robot");
+}
+
+#[test]
+fn a_sensor_with_a_rule_that_stops_stops_every_reflex_that_reads_it() {
+    let rule = SensorRule { distance: 0.1, sensor: Text::new("sonar") };
+    let rules = ReflexRules { sensors: Sequence::new(&[rule]), ..ReflexRules::default() };
+    macro_rules! stops {
+        ($model:ty, $kind:literal) => {
+            let mut model = Fixture::<ReactiveBlock<$model>>::new();
+            model.set("robot", pioneer());
+            model.set("rules", rules);
+            model.set("sonar", scan(&[]));
+            assert_eq!(wheels(&mut model, $kind), None, "{}: nothing is near", $kind);
+            model.advance(300_000_000);
+            let stopped = wheels(&mut model, $kind).map(|(left, right)| (left + 0.0, right + 0.0));
+            assert_eq!(stopped, Some((0.0, 0.0)), "{}: it stands", stringify!($model));
+        };
+    }
+    stops!(AvoidWallModel, "AvoidObstacle");
+    stops!(KeepWallModel, "KeepWall");
+    // These wheels follow an angle.
+    let mut give_way = Fixture::<ReactiveBlock<GiveWayModel>>::new();
+    give_way.set("robot", pioneer());
+    give_way.set("rules", rules);
+    give_way.tick();
+    let stop = give_way.sent::<Reflex>("reflex").last().unwrap().action;
+    assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0], "sonars that have not measured yet are as bad");
+}
+
+#[test]
+fn a_scan_of_no_numbers_passes_no_monitor_and_stops_the_authors_law() {
+    let mut invalid = scan(&[(AHEAD, 0.2)]);
+    let echoes = [Echo { range: f64::NAN, heard: true.into() }; 16];
+    invalid.echoes = Sequence::new(&echoes);
+    let mut monitor = Fixture::<MonitorBlock<RangeMonitor>>::new();
+    monitor.set("sonar", invalid);
+    monitor.tick();
+    assert!(!monitor.wrote("percept"));
+    monitor.set("sonar", scan(&[(AHEAD, 0.2)]));
+    monitor.tick();
+    assert!(monitor.wrote("percept"));
+    let mut law = Fixture::<ReactiveBlock<AvoidWallModel>>::new();
+    law.set("robot", pioneer());
+    law.set("sonar", invalid);
+    law.tick();
+    let stop = law.sent::<Reflex>("reflex").last().unwrap().action;
+    assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_median_over_time_drops_single_echoes_of_sonars_that_err() {
+    let mut sonar = Fixture::<SensorBlock<MedianSonar>>::new();
+    let mut measure = |accuracy: Option<f64>, range: f64| {
+        if let Some(sonar_outliers) = accuracy {
+            sonar.set("accuracy", SensorAccuracy { sonar_outliers, ..SensorAccuracy::default() });
+        }
+        sonar.set("source", scan(&[(AHEAD, range)]));
+        sonar.tick();
+        sonar.output::<SonarScan>("value").unwrap().echoes[3]
+    };
+    let near = measure(None, 0.4);
+    assert!(near.heard.get(), "exact sonars pass as they are");
+    for _ in 0..5 {
+        assert!(near.range >= measure(Some(0.01), 0.4).range);
+    }
+    let crosstalk = measure(None, 0.1);
+    assert_eq!(crosstalk.range, near.range, "one echo does not count");
+    measure(None, 0.1);
+    assert!(measure(None, 0.1).range < near.range, "three of five do");
 }
 
 /// `examples/reflexes`, one run.
