@@ -51,6 +51,9 @@ fn a_running_agent_is_frozen_and_goes_back() {
     let mut running = Running::new("snapshot");
     // In real time, so that it is still there.
     running.start("exp1", &["run", "exp1", "--headless", "--rate", "1", "--seed", "3"]);
+    let ticks = |running: &Running| running.read("exp1", "/referee/timing/ticks").as_u64().unwrap_or(0);
+    // It can be reached before its first cycle.
+    common::wait_for("it runs", || ticks(&running) > 0);
     let said = running.done(&["snapshot", "save", "here.snapshot"]);
     assert!(said.contains("here.snapshot has agent exp1 at"), "{said}");
     let info: Value =
@@ -60,7 +63,6 @@ fn a_running_agent_is_frozen_and_goes_back() {
     let text = running.done(&["snapshot", "info", "here.snapshot", "--configuration"]);
     assert!(text.contains("agent.seed = 3"), "{text}");
     // It has gone on meanwhile, and goes back.
-    let ticks = |running: &Running| running.read("exp1", "/referee/timing/ticks").as_u64().unwrap();
     while ticks(&running) < cycle + 20 {
         std::thread::sleep(std::time::Duration::from_millis(20));
     }

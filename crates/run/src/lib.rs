@@ -11,6 +11,7 @@ mod error;
 mod finding;
 mod folder;
 mod mission;
+mod network;
 pub mod number;
 mod observation;
 mod options;
@@ -33,6 +34,7 @@ pub use console::open_browser;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;
 pub use mission::{Finished, MissionOptions, MissionRun};
+pub use network::check_network;
 pub use observation::Observation;
 pub use options::{ApplicationOptions, MAXIMUM_SEED, ModeName, RunOptions, parse_rate};
 pub use printed_error::PrintedError;
@@ -45,7 +47,7 @@ use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;
 
 /// Names at the top of a configuration that belong to applications.
-pub const EXTRA_TABLES: [&str; 3] = ["world", "report", "console"];
+pub const EXTRA_TABLES: [&str; 4] = ["world", "report", "console", "network"];
 
 /// Settings of applications that may be paths.
 pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];

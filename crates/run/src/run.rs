@@ -12,6 +12,7 @@ use slate_runtime::snapshot::Snapshot;
 use crate::console::{ConsoleOptions, open_browser};
 use crate::display::{DisplayLog, LiveDisplay, RunTitle};
 use crate::folder::ReportFolder;
+use crate::network::{connect, network_settings};
 use crate::stay::{Interrupt, stay};
 use crate::{Application, Finished, MissionOptions, MissionRun, ModeName, RunError, RunOptions, output};
 
@@ -50,6 +51,8 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let title = RunTitle { name: application.name.clone(), seed: application.configuration.seed().value };
     let judge = application.configuration.mission().map(|mission| mission.outcome.agent().map(str::to_owned));
     let console_options = ConsoleOptions::of(&application.configuration)?;
+    let network_settings = network_settings(&application.configuration)?;
+    let configuration = Arc::clone(&application.configuration);
     let mut mission = MissionRun::load(application, load_options)?;
     for end in mission.agent.composer().loose_ends() {
         eprintln!("warning: {}", slate_runtime::configuration::Report::from(vec![end]));
@@ -70,6 +73,8 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let surface =
         Arc::new(ControlSurface::new(&mission.agent).map_err(|error| RunError::Unreachable(error.into()))?);
     let server = Server::open_on(Arc::clone(&surface)).map_err(RunError::Unreachable)?;
+    let join = |settings| connect(&surface, settings, &configuration);
+    let network = network_settings.as_ref().map(join).transpose()?;
     // Created last, so that a refused configuration leaves nothing behind.
     let folder = ReportFolder::of(options, &title.name, title.seed, mission.keeps_report())?;
     mission.record(folder.path());
@@ -102,7 +107,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
              end with the run"
         );
     }
-    drop((server, console));
+    drop((server, console, network));
     drop(finished.agent);
     written?;
     drop(folder);

@@ -2,7 +2,7 @@
 //! there.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use slate_blackboard::interface::{AccessError, Descriptor, Value, View, find};
@@ -15,6 +15,7 @@ pub use slate_configuration::{Compression, TEAM, is_topic};
 use slate_configuration::{ShareSecurity, SharedKnowledge};
 use slate_engine::clock::{Clock, monotonic};
 pub use slate_engine::main_loop::AfterTick;
+use slate_engine::main_loop::WriteListeners;
 
 /// Carries values and messages between agents. It has threads of its own: none of these calls waits for another agent,
 /// and dropping it ends them.
@@ -330,7 +331,7 @@ pub(crate) trait SharingAgent: Send + Sync {
 #[derive(Clone)]
 pub struct SharingHost {
     agent: Arc<dyn SharingAgent>,
-    after_tick: Arc<OnceLock<AfterTick>>,
+    after_tick: Arc<WriteListeners>,
     readers: Readers,
 }
 
@@ -343,15 +344,16 @@ impl std::fmt::Debug for SharingHost {
 impl SharingHost {
     pub(crate) fn new(
         agent: Arc<dyn SharingAgent>,
-        after_tick: Arc<OnceLock<AfterTick>>,
+        after_tick: Arc<WriteListeners>,
         readers: Readers,
     ) -> Self {
         Self { agent, after_tick, readers }
     }
 
-    /// Sets what is called when the agent has written values. The first one stays.
+    /// Adds what is called when the agent has written values.
     pub fn after_tick(&self, call: AfterTick) {
-        let _ = self.after_tick.set(call);
+        // It is the first that is added, so there is room.
+        let _ = self.after_tick.add(call);
     }
 
     /// Says how something that is wanted stands; modules are linked to it, or wait for it. This waits for the main loop,

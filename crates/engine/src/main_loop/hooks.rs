@@ -8,6 +8,31 @@ pub type AfterCycle = Box<dyn Fn(&SharedLoop, u64) -> Flow + Send + Sync>;
 /// What sends to other agents what was written; it is called after each tick that wrote something.
 pub type AfterTick = Box<dyn Fn() + Send + Sync>;
 
+/// How many listeners an agent has room for.
+const LISTENERS: usize = 4;
+
+/// What is called after each tick that wrote something. A listener stays as long as the agent.
+#[derive(Default)]
+pub struct WriteListeners([OnceLock<AfterTick>; LISTENERS]);
+
+impl WriteListeners {
+    /// Adds a listener, which must not wait; returns false when there is no room left.
+    pub fn add(&self, call: AfterTick) -> bool {
+        let mut call = Some(call);
+        self.0.iter().any(|place| {
+            if let Some(next) = call.take() {
+                call = place.set(next).err();
+            }
+            call.is_none()
+        })
+    }
+
+    /// Calls all of them.
+    fn call(&self) {
+        self.0.iter().map_while(OnceLock::get).for_each(|call| call());
+    }
+}
+
 /// Changes of the configuration that modules ask for in their ticks.
 pub trait AskedChanges: Send + Sync {
     /// Whether something is to be changed; a look costs a load.
@@ -17,7 +42,7 @@ pub trait AskedChanges: Send + Sync {
     fn carry_out(&self);
 }
 
-/// What others have called at certain moments; the first one of each stays.
+/// What others have called at certain moments; the first one of each stays, but for listeners.
 #[derive(Default)]
 pub struct Hooks {
     /// Looks at the end of each cycle whether there is something to do between two of them.
@@ -25,7 +50,7 @@ pub struct Hooks {
     /// What changes the configuration for modules.
     changes: OnceLock<Arc<dyn AskedChanges>>,
     /// What sends to other agents what was written.
-    pub after_tick: Arc<OnceLock<AfterTick>>,
+    pub after_tick: Arc<WriteListeners>,
 }
 
 impl Hooks {
@@ -43,9 +68,7 @@ impl Hooks {
 
     /// Says that values were written.
     pub fn wrote(&self) {
-        if let Some(call) = self.after_tick.get() {
-            call();
-        }
+        self.after_tick.call();
     }
 
     /// What modules have asked for, if there is something to be changed.

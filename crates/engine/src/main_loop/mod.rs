@@ -45,7 +45,7 @@ pub use cycle::cycle;
 pub use driving::drive;
 pub use frozen::FrozenLoop;
 pub use gauges::Publication;
-pub use hooks::{AfterCycle, AfterTick, AskedChanges, Hooks};
+pub use hooks::{AfterCycle, AfterTick, AskedChanges, Hooks, WriteListeners};
 pub use pace::Pace;
 pub use pace::Rate;
 pub use plan::Levels;

@@ -59,13 +59,15 @@ pub struct OccupancyMapperState {
     updated: Vec<u32>,
     scans: u32,
     painting: Painting,
-    /// Whether the newest scan is of a laser that the robot model does not list.
-    is_unknown: bool,
+    /// Number of the newest scans whose laser the robot model does not list.
+    unlisted: u8,
     /// Time of the newest published map, and whether it has changed since.
     published: Option<u64>,
     changed: bool,
 }
 
+/// Scans of an unlisted laser before a warning: the robot model lists a sensor once it has measured, a cycle later.
+const PATIENCE: u8 = 3;
 /// Log odds of a miss and a hit, and their saturation, in units of 0.05.
 const MISS: i8 = -6;
 const HIT: i8 = 17;
@@ -109,13 +111,14 @@ impl Analyze for OccupancyMapper {
         if let (Some(scan), Some(pose), Some(robot)) = (io.scan.updated(), io.pose.fresh(), io.robot.get()) {
             match robot.sensor(params.laser.as_str()) {
                 Some(laser) => state.integrate(&geometry, scan, mounted(pose, &laser.mount)),
-                None if !state.is_unknown => now.warn(format_args!(
+                None if state.unlisted == PATIENCE => now.warn(format_args!(
                     "the robot model lists no sensor `{}`, and its scans are not mapped; expected the laser's name as the parameter `laser`",
                     params.laser.as_str()
                 )),
                 None => {}
             }
-            state.is_unknown = robot.sensor(params.laser.as_str()).is_none();
+            let is_listed = robot.sensor(params.laser.as_str()).is_some();
+            state.unlisted = if is_listed { 0 } else { state.unlisted.saturating_add(1) };
         }
         let is_due = state.published.is_none_or(|published| {
             now.now().saturating_sub(published) as f64 >= params.publish_period * 1e9 - 1.0

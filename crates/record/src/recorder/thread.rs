@@ -170,7 +170,7 @@ impl Sink for Sinks {
         let Some(flight) = &mut self.flight else { return };
         flight.value(channel, id, items, stamp, bytes);
         if let Some(channel) = channel
-            && let Some(trigger) = self.triggers.look(channel, id, items, bytes)
+            && let Some(trigger) = self.triggers.look(channel, id, items, stamp, bytes)
         {
             self.happened.push((trigger, stamp.time, channel.path.clone()));
         }

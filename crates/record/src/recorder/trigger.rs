@@ -1,5 +1,6 @@
 //! Events of a robot that save its last seconds.
 
+use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Descriptor, FieldPath, Value, View, find};
 use slate_runtime::configuration::FlightTrigger;
 
@@ -26,8 +27,16 @@ pub(super) struct Triggers {
 
 enum Watched {
     Not,
-    /// Of what it may tell, where, and what it said last.
-    For(FlightTrigger, Vec<FieldPath>, Vec<Value>),
+    For(WatchedFields),
+}
+
+/// What a channel may tell.
+struct WatchedFields {
+    trigger: FlightTrigger,
+    fields: Vec<FieldPath>,
+    /// What it said last, and when.
+    last: Vec<Value>,
+    stamp: Stamp,
 }
 
 impl Triggers {
@@ -41,7 +50,17 @@ impl Triggers {
     }
 
     /// The trigger of a value, if it is new.
-    pub fn look(&mut self, channel: &Channel, id: u32, items: usize, bytes: &[u8]) -> Option<FlightTrigger> {
+    ///
+    /// Values of several threads, such as those of a gate, may come in another order than they were written: an older one
+    /// tells nothing.
+    pub fn look(
+        &mut self,
+        channel: &Channel,
+        id: u32,
+        items: usize,
+        stamp: Stamp,
+        bytes: &[u8],
+    ) -> Option<FlightTrigger> {
         let place = id as usize;
         if place >= self.watched.len() {
             self.watched.resize_with(place + 1, || None);
@@ -50,9 +69,17 @@ impl Triggers {
         let watched = self.watched[place].get_or_insert_with(|| {
             let found = |trigger: &FlightTrigger| Some((*trigger, fields(*trigger, channel.descriptor)?));
             let found = wanted.iter().find_map(found);
-            found.map_or(Watched::Not, |(trigger, fields)| Watched::For(trigger, fields, Vec::new()))
+            found.map_or(Watched::Not, |(trigger, fields)| {
+                Watched::For(WatchedFields { trigger, fields, last: Vec::new(), stamp: Stamp::default() })
+            })
         });
-        let Watched::For(trigger, fields, last) = watched else { return None };
+        let Watched::For(WatchedFields { trigger, fields, last, stamp: newest }) = watched else {
+            return None;
+        };
+        if stamp.generation == newest.generation && stamp.sequence < newest.sequence {
+            return None;
+        }
+        *newest = stamp;
         let view = View::new(channel.descriptor, bytes, items)?;
         let now: Vec<_> = fields.iter().filter_map(|field| view.at(field)).collect();
         let before = std::mem::replace(last, now);

@@ -14,6 +14,7 @@ use super::handle::{AgentHandle, ModuleStatus, PluginStatus, WeakHandle};
 use super::modules::ModuleAccess;
 use super::plugins::{Loaded, PluginError, PluginLoader, Reload, Reloader, ShadowRunner};
 use crate::recording::Recording;
+use crate::sharing::AfterTick;
 
 /// Changes an agent, from any thread and while it runs. One change is made at a time.
 #[derive(Clone)]
@@ -159,6 +160,12 @@ impl Composer {
     /// Waits until the changes that were made are in what records the agent, but not for long.
     pub fn settle_changes(&self) {
         self.agent.recorder.settle();
+    }
+
+    /// Adds what is called after each tick that wrote something, in the thread of the tick: it must not wait. It stays as long
+    /// as the agent. Returns false when there is no room for one more.
+    pub fn after_tick(&self, call: AfterTick) -> bool {
+        self.agent.shared.hooks.after_tick.add(call)
     }
 
     /// Everything that the robot knows.

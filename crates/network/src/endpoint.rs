@@ -1,0 +1,87 @@
+//! Endpoints, as Zenoh writes them.
+
+use std::net::IpAddr;
+
+use slate_runtime::configuration::Span;
+
+/// Where a session listens or connects.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NetworkEndpoint {
+    /// As Zenoh writes it, such as `tcp/127.0.0.1:7447`.
+    pub text: String,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+/// Carriers that Slate's sessions are built with.
+const CARRIERS: [&str; 2] = ["tcp", "udp"];
+
+impl NetworkEndpoint {
+    /// Reads an endpoint.
+    ///
+    /// # Errors
+    /// What is wrong with it, and what to do.
+    pub fn parse(text: &str) -> Result<Self, (String, &'static str)> {
+        const HELP: &str = "an endpoint is a carrier, a host and a port, such as \"tcp/127.0.0.1:7447\"";
+        let wrong = |reason: String| Err((reason, HELP));
+        let Some((carrier, address)) = text.split_once('/') else {
+            return wrong(format!("`{text}` is not an endpoint"));
+        };
+        match carrier {
+            "quic" | "tls" => {
+                let help = "QUIC between machines is not supported yet: reach the other machine by `ssh -L`, or by a \
+                            tunnel such as WireGuard, and `tcp/`";
+                return Err((format!("`{text}` needs an encrypted carrier"), help));
+            }
+            carrier if !CARRIERS.contains(&carrier) => {
+                return Err((
+                    format!("`{carrier}` is not a carrier of this program"),
+                    "use `tcp/` or `udp/`",
+                ));
+            }
+            _ => {}
+        }
+        if text.contains(['?', '#']) {
+            return Err((
+                format!("`{text}` has options"),
+                "options of endpoints are not supported yet; leave out what follows the port",
+            ));
+        }
+        let Some((host, port)) = address.rsplit_once(':').filter(|(host, _)| !host.is_empty()) else {
+            return wrong(format!("`{text}` has no host and port"));
+        };
+        if port.parse::<u16>().is_err() {
+            return wrong(format!("`{port}` is not a port"));
+        }
+        if host.contains(':') && !(host.starts_with('[') && host.ends_with(']')) {
+            return Err((
+                format!("`{host}` is not a host"),
+                "an address of IPv6 stands in brackets, such as \"tcp/[::1]:7447\"",
+            ));
+        }
+        Ok(Self { text: text.into(), place: None })
+    }
+
+    /// Carrier, such as `tcp`.
+    pub fn carrier(&self) -> &str {
+        self.text.split('/').next().unwrap_or_default()
+    }
+
+    /// Host and port.
+    pub fn address(&self) -> &str {
+        self.text.split_once('/').map_or("", |(_, address)| address)
+    }
+
+    /// Whether only programs of this machine are reached through it.
+    pub fn is_loopback(&self) -> bool {
+        let host = self.address().rsplit_once(':').map_or("", |(host, _)| host);
+        let host = host.trim_start_matches('[').trim_end_matches(']');
+        host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
+    }
+}
+
+impl std::fmt::Display for NetworkEndpoint {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.text)
+    }
+}

@@ -1,0 +1,71 @@
+use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
+
+/// Why an agent is not on its network.
+#[derive(Debug, thiserror::Error)]
+pub enum NetworkError {
+    /// It can't listen at an endpoint.
+    #[error("`{endpoint}` can't be listened at: {reason}")]
+    Listen {
+        /// The endpoint.
+        endpoint: String,
+        /// In words.
+        reason: String,
+        /// Where it is written.
+        place: Option<Span>,
+    },
+    /// No router is reached.
+    #[error("no router is reached at {endpoints}: {reason}")]
+    Connect {
+        /// The endpoints.
+        endpoints: String,
+        /// In words.
+        reason: String,
+        /// Where the first is written.
+        place: Option<Span>,
+    },
+    /// An input can't read from the network.
+    #[error("/{input} can't read from the network: {reason}")]
+    Input {
+        /// Its path.
+        input: String,
+        /// In words.
+        reason: String,
+        /// What to do.
+        help: &'static str,
+        /// Where it is written.
+        place: Option<Span>,
+    },
+    /// Zenoh refuses.
+    #[error("the network can't be used: {0}")]
+    Session(String),
+    /// No thread or descriptor is left.
+    #[error("the network can't be used: {0}")]
+    System(#[from] std::io::Error),
+}
+
+impl NetworkError {
+    /// What to do about it.
+    pub fn help(&self) -> &str {
+        match self {
+            Self::Listen { .. } => "take another port, or end the program that has it: ss -ltnup",
+            Self::Connect { .. } => {
+                "start the router first: a Zenoh router, or an agent with mode = \"router\"; a peer waits for it"
+            }
+            Self::Input { help, .. } => help,
+            Self::Session(_) | Self::System(_) => "see the log",
+        }
+    }
+
+    /// The error with file, line and what to do, of the configuration that the settings came from.
+    pub fn report(&self, configuration: &Configuration) -> Report {
+        let help = Some(self.help().to_owned());
+        let place = match self {
+            Self::Listen { place, .. } | Self::Connect { place, .. } | Self::Input { place, .. } => *place,
+            Self::Session(_) | Self::System(_) => None,
+        };
+        Report::from(match place {
+            Some(span) => configuration.diagnostic(span, self.to_string(), help),
+            None => Diagnostic::without_place(self.to_string(), help),
+        })
+    }
+}

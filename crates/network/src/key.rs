@@ -1,0 +1,90 @@
+//! Key expressions of an agent.
+
+use slate_blackboard::Url;
+
+/// The key expression of a property: `slate://arm/localizer/pose` is `slate/arm/localizer/pose`.
+pub fn property_key(agent: &str, path: &str) -> String {
+    format!("slate/{agent}/{path}")
+}
+
+/// The token that exists while an agent is on the network.
+pub fn alive_key(agent: &str) -> String {
+    format!("slate/{agent}/@alive")
+}
+
+/// Where an agent lists its properties.
+pub fn tree_key(agent: &str) -> String {
+    format!("slate/{agent}/@tree")
+}
+
+/// Where an agent describes an interface; `*` for all of them.
+pub fn schema_key(agent: &str, interface: &str) -> String {
+    format!("slate/{agent}/@schema/{interface}")
+}
+
+/// The agent whose token a key is.
+pub fn alive_agent(key: &str) -> Option<&str> {
+    key.strip_prefix("slate/")?.strip_suffix("/@alive").filter(|agent| !agent.contains('/'))
+}
+
+/// Where an input reads its values.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum InputSource {
+    /// A property of another agent, `slate://base/sensor/reading`.
+    Property {
+        /// The agent.
+        agent: String,
+        /// Path of the property in it.
+        path: String,
+    },
+    /// Any key of Zenoh, `zenoh:demo/temperature`.
+    Key(String),
+}
+
+impl InputSource {
+    /// Reads a source.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        if let Some(key) = text.strip_prefix("zenoh:") {
+            return match check_key(key) {
+                None => Ok(Self::Key(key.into())),
+                Some(reason) => Err(format!("`{key}` is not a key of Zenoh: {reason}")),
+            };
+        }
+        let url = Url::parse(text).map_err(|error| error.to_string())?;
+        match url.agent() {
+            Some(agent) => Ok(Self::Property { agent: agent.into(), path: url.path_in("") }),
+            None => Err(format!("`{text}` names no agent")),
+        }
+    }
+
+    /// Its key expression.
+    pub fn key(&self) -> String {
+        match self {
+            Self::Property { agent, path } => property_key(agent, path),
+            Self::Key(key) => key.clone(),
+        }
+    }
+}
+
+impl std::fmt::Display for InputSource {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Property { agent, path } => write!(f, "slate://{agent}/{path}"),
+            Self::Key(key) => write!(f, "zenoh:{key}"),
+        }
+    }
+}
+
+/// What keeps a text from being the key of one value.
+fn check_key(key: &str) -> Option<&'static str> {
+    if key.split('/').any(str::is_empty) {
+        return Some("its parts are separated by single slashes, and none is empty");
+    }
+    if key.contains(['*', '$', '?', '#']) {
+        return Some("an input reads one key, so `*`, `$`, `?` and `#` can't be in it");
+    }
+    None
+}

@@ -1,0 +1,47 @@
+//! Agents on a network of [Zenoh](https://zenoh.io): a property `slate://arm/localizer/pose` is the key
+//! `slate/arm/localizer/pose`, and any program of Zenoh reads it, sets it if the agent lets it, and sees that the agent is there.
+//!
+//! | key | what it is |
+//! |---|---|
+//! | `slate/AGENT/PATH` | a property: published when it changes, answers with its newest value, is set by a query with a payload |
+//! | `slate/AGENT/@alive` | liveliness token: the agent is there; answers with its name, as JSON |
+//! | `slate/AGENT/@tree` | answers with the list of its properties, as JSON |
+//! | `slate/AGENT/@schema/INTERFACE` | answers with the definition of an interface, as JSON |
+//!
+//! Values are CDR as in recordings, `application/cdr;slate_msgs/msg/NAME`, with a [`SampleAttachment`] beside them.
+//!
+//! A [`NetworkSettings`] is the table `[network]` of a configuration. `AgentNetwork` needs the feature `zenoh`.
+
+mod attachment;
+mod endpoint;
+mod error;
+mod input;
+mod key;
+#[cfg(feature = "zenoh")]
+mod namesake;
+#[cfg(feature = "zenoh")]
+mod network;
+mod payload;
+#[cfg(feature = "zenoh")]
+mod publishing;
+#[cfg(feature = "zenoh")]
+mod reading;
+#[cfg(feature = "zenoh")]
+mod requests;
+#[cfg(feature = "zenoh")]
+mod session;
+mod settings;
+#[cfg(feature = "zenoh")]
+mod shared;
+
+pub use attachment::{AttachmentError, SampleAttachment};
+pub use endpoint::NetworkEndpoint;
+pub use error::NetworkError;
+pub use input::check_inputs;
+pub use key::{InputSource, alive_agent, alive_key, property_key, schema_key, tree_key};
+#[cfg(feature = "zenoh")]
+pub use network::AgentNetwork;
+pub use payload::{Decoded, Payload, PayloadError, encoding};
+#[cfg(feature = "zenoh")]
+pub use reading::ReadingStatus;
+pub use settings::{NetworkInput, NetworkMode, NetworkSettings, TABLE};

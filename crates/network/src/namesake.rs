@@ -1,0 +1,53 @@
+//! Finds another agent of the same name.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use slate_module::Level;
+use zenoh::Wait;
+use zenoh::query::Reply;
+use zenoh::sample::Locality;
+
+use crate::key::alive_key;
+use crate::shared::NetworkShared;
+
+/// From one look to the next.
+const PERIOD: Duration = Duration::from_secs(5);
+
+/// Looks now and then whether somebody else answers in the agent's name: readers take two agents of a name for one.
+pub struct NamesakeSearch {
+    shared: Arc<NetworkShared>,
+    /// Time of the next look, ns.
+    next: u64,
+    is_found: Arc<AtomicBool>,
+}
+
+impl NamesakeSearch {
+    pub fn new(shared: Arc<NetworkShared>) -> Self {
+        Self { shared, next: 0, is_found: Arc::default() }
+    }
+
+    /// Asks once in a while, until one is found, which is logged once.
+    pub fn look(&mut self) {
+        let now = self.shared.surface.agent.composer().steady_now();
+        if now < self.next || self.is_found.load(Ordering::Relaxed) {
+            return;
+        }
+        self.next = now + PERIOD.as_nanos() as u64;
+        let (shared, is_found) = (Arc::clone(&self.shared), Arc::clone(&self.is_found));
+        let found = move |_: Reply| {
+            if !is_found.swap(true, Ordering::Relaxed) {
+                let text = format!(
+                    "another agent is called `{}` on this network: readers can't tell the two apart; give each a name: \
+                     agent.name",
+                    shared.board().agent()
+                );
+                shared.log(Level::Warn, &text);
+            }
+        };
+        let get = self.shared.session.get(alive_key(self.shared.board().agent()));
+        // What can't be asked now is asked at the next look.
+        let _ = get.allowed_destination(Locality::Remote).timeout(PERIOD).callback(found).wait();
+    }
+}

@@ -1,0 +1,194 @@
+//! An agent on its network.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{Builder, JoinHandle};
+use std::time::Duration;
+
+use slate_blackboard::wake::Wake;
+use slate_control::ControlSurface;
+use slate_module::Level;
+use zenoh::liveliness::LivelinessToken;
+use zenoh::pubsub::Subscriber;
+use zenoh::query::Queryable;
+use zenoh::sample::{Sample, SampleKind};
+use zenoh::{Session, Wait};
+
+use crate::error::NetworkError;
+use crate::input::check_inputs;
+use crate::key::{InputSource, alive_agent, alive_key, property_key, schema_key, tree_key};
+use crate::namesake::NamesakeSearch;
+use crate::publishing::Publishing;
+use crate::reading::{InputReader, ReadingStatus};
+use crate::requests::QueryThread;
+use crate::session;
+use crate::settings::NetworkSettings;
+use crate::shared::{NetworkShared, locked, refused};
+
+/// How often it is looked whether something has changed without a notice.
+const PAUSE: Duration = Duration::from_millis(500);
+
+/// How long an agent has for the answer to a query for its newest value.
+const ANSWER: Duration = Duration::from_secs(2);
+
+/// An agent on a network of Zenoh, until this is dropped: others read its properties, and set those that they may; its inputs
+/// read theirs. All of it runs in threads of its own: no tick waits for the network.
+pub struct AgentNetwork {
+    shared: Arc<NetworkShared>,
+    readers: Arc<[Arc<InputReader>]>,
+    requests: QueryThread,
+    thread: Option<JoinHandle<()>>,
+    declared: Option<Declared>,
+}
+
+/// What others see of the agent. Its token goes first.
+struct Declared {
+    _token: LivelinessToken,
+    _agents: Subscriber<()>,
+    _inputs: Vec<Subscriber<()>>,
+    _queryables: Vec<Queryable<()>>,
+}
+
+impl std::fmt::Debug for AgentNetwork {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("AgentNetwork").field("agent", &self.shared.board().agent()).finish_non_exhaustive()
+    }
+}
+
+impl AgentNetwork {
+    /// Connects an agent.
+    ///
+    /// # Errors
+    /// When a session can't be opened, or an input can't read. The agent is as before then.
+    pub fn start(surface: &Arc<ControlSurface>, settings: &NetworkSettings) -> Result<Self, NetworkError> {
+        let composer = surface.agent.composer();
+        check_inputs(composer, settings)?;
+        let inputs = settings.read.iter();
+        let readers: Arc<[_]> = inputs
+            .map(|(input, reading)| Arc::new(InputReader::new(composer, input, &reading.source)))
+            .collect();
+        let session = session::open(settings)?;
+        let wake = Arc::new(Wake::new());
+        let shared = Arc::new(NetworkShared {
+            surface: Arc::clone(surface),
+            settings: settings.clone(),
+            session,
+            wake: Arc::clone(&wake),
+            ended: AtomicBool::new(false),
+            agents: std::sync::Mutex::default(),
+        });
+        let mut publishing = Publishing::new(Arc::clone(&shared))?;
+        let requests = QueryThread::start(Arc::clone(&shared))?;
+        let declared = declare(&shared, &readers, &requests)?;
+        if !composer.after_tick(Box::new(move || wake.notify(1))) {
+            let text = format!(
+                "values are looked at every {} ms only, as the agent was connected often before",
+                PAUSE.as_millis()
+            );
+            shared.log(Level::Warn, &text);
+        }
+        let (own, due) = (Arc::clone(&shared), Arc::clone(&readers));
+        let mut namesake = NamesakeSearch::new(Arc::clone(&shared));
+        let thread = Builder::new().name("network".into()).spawn(move || {
+            while !own.ended.load(Ordering::Acquire) {
+                publishing.follow();
+                publishing.send();
+                due.iter().for_each(|reader| ask(&own.session, reader));
+                namesake.look();
+                own.wake.wait_timeout(PAUSE);
+            }
+        })?;
+        Ok(Self { shared, readers, requests, thread: Some(thread), declared: Some(declared) })
+    }
+
+    /// The agents that are on the network now, this one among them.
+    pub fn agents(&self) -> Vec<String> {
+        let mut agents = locked(&self.shared.agents).clone();
+        // A client without its router does not see itself.
+        agents.insert(self.shared.board().agent().to_owned());
+        agents.into_iter().collect()
+    }
+
+    /// How the inputs stand that read from the network, by path.
+    pub fn readings(&self) -> Vec<ReadingStatus> {
+        self.readers.iter().map(|reader| reader.status()).collect()
+    }
+}
+
+impl Drop for AgentNetwork {
+    fn drop(&mut self) {
+        self.declared = None;
+        self.requests.end();
+        self.shared.ended.store(true, Ordering::Release);
+        self.shared.wake.notify(1);
+        // One that panicked has ended, too.
+        let _ = self.thread.take().map(JoinHandle::join);
+        let _ = self.shared.session.close().wait();
+    }
+}
+
+fn declare(
+    shared: &Arc<NetworkShared>,
+    readers: &Arc<[Arc<InputReader>]>,
+    requests: &QueryThread,
+) -> Result<Declared, NetworkError> {
+    let session = &shared.session;
+    let agent = shared.board().agent();
+    let keys = [property_key(agent, "**"), alive_key(agent), tree_key(agent), schema_key(agent, "*")];
+    let queryable = |key: &String| session.declare_queryable(key).callback(requests.door()).wait();
+    let queryables = keys.iter().map(queryable).collect::<Result<_, _>>().map_err(refused)?;
+    let mut inputs = Vec::new();
+    for reader in readers.iter() {
+        let own = Arc::clone(reader);
+        let take = move |sample: Sample| own.take(&sample, false);
+        inputs.push(session.declare_subscriber(reader.source.key()).callback(take).wait().map_err(refused)?);
+    }
+    let (known, read) = (Arc::clone(shared), Arc::clone(readers));
+    let agents = session
+        .liveliness()
+        .declare_subscriber(alive_key("*"))
+        .history(true)
+        .callback(move |sample| note_agent(&known, &read, &sample))
+        .wait()
+        .map_err(refused)?;
+    // The last: who sees it finds all the rest.
+    let token = session.liveliness().declare_token(alive_key(agent)).wait().map_err(refused)?;
+    Ok(Declared { _token: token, _agents: agents, _inputs: inputs, _queryables: queryables })
+}
+
+/// An agent has come or gone.
+fn note_agent(shared: &NetworkShared, readers: &[Arc<InputReader>], sample: &Sample) {
+    let Some(agent) = alive_agent(sample.key_expr().as_str()) else { return };
+    let is_here = sample.kind() == SampleKind::Put;
+    let changed = match is_here {
+        true => locked(&shared.agents).insert(agent.into()),
+        false => locked(&shared.agents).remove(agent),
+    };
+    if changed && agent != shared.board().agent() {
+        let state = if is_here { "is on the network" } else { "has left the network" };
+        shared.log(Level::Info, &format!("agent `{agent}` {state}"));
+    }
+    if is_here {
+        for reader in readers {
+            if matches!(&reader.source, InputSource::Property { agent: other, .. } if other == agent) {
+                reader.restart();
+            }
+        }
+        shared.wake.notify(1);
+    }
+}
+
+/// Asks for the newest value of what an input reads, when it may have missed it.
+fn ask(session: &Session, reader: &Arc<InputReader>) {
+    if !reader.is_due.swap(false, Ordering::AcqRel) {
+        return;
+    }
+    let own = Arc::clone(reader);
+    let take = move |reply: zenoh::query::Reply| {
+        if let Ok(sample) = reply.result() {
+            own.take(sample, true);
+        }
+    };
+    // What can't be asked for comes with the next write.
+    let _ = session.get(reader.source.key()).timeout(ANSWER).callback(take).wait();
+}

@@ -1,0 +1,212 @@
+//! What a sample or a query holds, and the value that it is.
+
+use slate_blackboard::interface::{Descriptor, Field, Kind, Value};
+use slate_record::ros;
+
+use crate::attachment::{AttachmentError, SampleAttachment};
+
+/// Encoding of values in CDR, without the name of the message.
+const CDR: &str = "application/cdr";
+
+/// Encodings that say nothing.
+const UNSAID: [&str; 2] = ["", "zenoh/bytes"];
+
+/// Encodings of JSON.
+const JSON: [&str; 2] = ["application/json", "text/json"];
+
+/// Encodings of a number, a truth value or a word as text.
+const TEXT: [&str; 2] = ["text/plain", "zenoh/string"];
+
+/// The longest JSON or text, bytes: as a value it takes many times its length.
+const LONGEST: usize = 1 << 20;
+
+/// Package of the messages that recordings and networks name.
+const PACKAGE: &str = "slate_msgs/";
+
+/// The encoding of an interface's values, such as `application/cdr;slate_msgs/msg/Pose2`: CDR of the message that recordings
+/// define for it.
+pub fn encoding(descriptor: &Descriptor) -> String {
+    format!("{CDR};{}", ros::definition(descriptor).name)
+}
+
+/// Content of a sample or query.
+#[derive(Clone, Copy, Debug)]
+pub struct Payload<'a> {
+    /// Encoding as Zenoh writes it, with what follows the semicolon.
+    pub encoding: &'a str,
+    /// The bytes.
+    pub bytes: &'a [u8],
+    /// The bytes beside them; empty for none.
+    pub attachment: &'a [u8],
+}
+
+/// A value as it came.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Decoded {
+    /// The whole, as it lies in memory.
+    Bytes(Vec<u8>),
+    /// A value without its type, of the whole or of a field.
+    Value(Value),
+}
+
+/// Why a payload is no value of an interface.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PayloadError {
+    /// Another interface.
+    #[error("it is {found}, expected {expected}: name a source of that interface")]
+    Type {
+        /// Here.
+        expected: String,
+        /// There.
+        found: String,
+    },
+    /// The interface has other fields there.
+    #[error(
+        "{interface} has schema {found:016x} there and {expected:016x} here: both ends need the same version of it"
+    )]
+    Schema {
+        /// Its name.
+        interface: &'static str,
+        /// Hash here.
+        expected: u64,
+        /// Hash there.
+        found: u64,
+    },
+    /// The bytes are no such message.
+    #[error("it is not {expected}: {error}")]
+    Message {
+        /// Name of the message.
+        expected: String,
+        /// What is wrong.
+        error: ros::Error,
+    },
+    /// The bytes beside it are of Slate, and can't be read.
+    #[error(transparent)]
+    Attachment(#[from] AttachmentError),
+    /// It is no JSON.
+    #[error("it is not JSON: {0}")]
+    Json(String),
+    /// It is no text.
+    #[error("it is not UTF-8, as `{0}` says; send CDR, JSON or text")]
+    Text(String),
+    /// The text is too long.
+    #[error("it has {0} bytes of text, more than {longest}; send CDR", longest = LONGEST)]
+    Long(usize),
+    /// Nobody here knows how it is encoded.
+    #[error("its encoding is `{0}`; send application/cdr, application/json or text/plain")]
+    Encoding(String),
+    /// A whole value for a field.
+    #[error("a field takes JSON or text, and this is CDR of a whole value")]
+    Field,
+    /// A bare number for several fields.
+    #[error("{0} has several fields, and this is one value: name the field, or send an object")]
+    Several(&'static str),
+}
+
+impl Payload<'_> {
+    /// The value of an interface, or of a field of it.
+    ///
+    /// # Errors
+    /// What is wrong with it. Memory stays in proportion to the payload and the interface.
+    pub fn decode(&self, descriptor: &Descriptor, field: &str) -> Result<Decoded, PayloadError> {
+        let (name, schema) = self.encoding.split_once(';').unwrap_or((self.encoding, ""));
+        match name {
+            CDR => self.cdr(descriptor, field, schema),
+            // No text begins with the header of CDR.
+            name if UNSAID.contains(&name) && matches!(self.bytes, [0, 0 | 1, ..]) => {
+                self.cdr(descriptor, field, "")
+            }
+            name if is_text(name) && self.bytes.len() > LONGEST => Err(PayloadError::Long(self.bytes.len())),
+            name if JSON.contains(&name) => {
+                let json = serde_json::from_slice(self.bytes)
+                    .map_err(|error| PayloadError::Json(error.to_string()))?;
+                whole_or_field(descriptor, field, json)
+            }
+            name if is_text(name) => {
+                let text = std::str::from_utf8(self.bytes)
+                    .map_err(|_| PayloadError::Text(self.encoding.into()))?
+                    .trim();
+                whole_or_field(descriptor, field, value_of_text(text))
+            }
+            _ => Err(PayloadError::Encoding(shortened(self.encoding))),
+        }
+    }
+
+    /// Stamp and schema, if the sender is an agent.
+    ///
+    /// # Errors
+    /// When it claims to be one, and they can't be read.
+    pub fn attachment(&self) -> Result<Option<SampleAttachment>, AttachmentError> {
+        if self.attachment.is_empty() {
+            return Ok(None);
+        }
+        match SampleAttachment::decode(self.attachment) {
+            Ok(attachment) => Ok(Some(attachment)),
+            // Other programs have attachments of their own.
+            Err(error) if self.is_slate() => Err(error),
+            Err(_) => Ok(None),
+        }
+    }
+
+    fn is_slate(&self) -> bool {
+        self.encoding.split_once(';').is_some_and(|(_, schema)| schema.starts_with(PACKAGE))
+    }
+
+    fn cdr(&self, descriptor: &Descriptor, field: &str, schema: &str) -> Result<Decoded, PayloadError> {
+        let expected = || ros::definition(descriptor).name;
+        if !field.is_empty() {
+            return Err(PayloadError::Field);
+        }
+        if !schema.is_empty() && schema != expected() {
+            return Err(PayloadError::Type { expected: expected(), found: shortened(schema) });
+        }
+        if self.is_slate()
+            && let Some(found) = self.attachment()?.map(|attachment| attachment.hash)
+            && found != descriptor.hash
+        {
+            return Err(PayloadError::Schema {
+                interface: descriptor.name,
+                expected: descriptor.hash,
+                found,
+            });
+        }
+        let decoded = ros::decode(descriptor, self.bytes);
+        decoded.map(Decoded::Bytes).map_err(|error| PayloadError::Message { expected: expected(), error })
+    }
+}
+
+/// Whether an encoding is read as text, if it is not CDR.
+fn is_text(encoding: &str) -> bool {
+    [&JSON[..], &TEXT, &UNSAID].iter().any(|names| names.contains(&encoding))
+}
+
+/// A bare value belongs to the one field that there is.
+fn whole_or_field(descriptor: &Descriptor, field: &str, value: Value) -> Result<Decoded, PayloadError> {
+    match (field, &value, descriptor.fields) {
+        ("", Value::Table(_), _) => Ok(Decoded::Value(value)),
+        ("", _, [only]) if !is_nested(only) => {
+            Ok(Decoded::Value(Value::Table(vec![(only.name.into(), value)])))
+        }
+        ("", ..) => Err(PayloadError::Several(descriptor.name)),
+        _ => Ok(Decoded::Value(value)),
+    }
+}
+
+fn is_nested(field: &Field) -> bool {
+    matches!(field.kind, Kind::Nested(_))
+}
+
+/// A number, a truth value, or else the text itself.
+fn value_of_text(text: &str) -> Value {
+    match serde_json::from_str(text) {
+        Ok(
+            value @ (Value::Bool(_) | Value::Integer(_) | Value::Float(_) | Value::Table(_) | Value::List(_)),
+        ) => value,
+        _ => Value::Text(text.into()),
+    }
+}
+
+/// As much of a hostile text as a message should have.
+fn shortened(text: &str) -> String {
+    text.chars().take(80).filter(|letter| !letter.is_control()).collect()
+}

@@ -1,0 +1,192 @@
+//! Publishes what an agent writes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::wake::Wake;
+use slate_blackboard::{Event, Observer, Pattern, Property, Stamp, Watching};
+use slate_module::Level;
+use slate_record::ros;
+use zenoh::bytes::Encoding;
+use zenoh::matching::MatchingListener;
+use zenoh::pubsub::Publisher;
+use zenoh::qos::CongestionControl;
+use zenoh::{Session, Wait};
+
+use crate::attachment::SampleAttachment;
+use crate::error::NetworkError;
+use crate::key::property_key;
+use crate::payload::encoding;
+use crate::shared::{NetworkShared, refused};
+
+/// Events of properties that wait to be looked at; when more come, all properties are looked at.
+const EVENTS: usize = 256;
+
+/// The properties that others may read, each with its publisher. It belongs to the network's thread.
+pub struct Publishing {
+    shared: Arc<NetworkShared>,
+    exports: BTreeMap<String, PublishedProperty>,
+    observer: Observer,
+    missed: u64,
+}
+
+struct PublishedProperty {
+    /// Goes before its publisher.
+    _listener: MatchingListener<()>,
+    /// It stays when the property goes: Zenoh drops a query for a key whose publisher goes in the same moment, and who asks
+    /// waits in vain.
+    publisher: Publisher<'static>,
+    is_read: Arc<AtomicBool>,
+    /// The property, while it is there.
+    present: Option<PresentProperty>,
+    message: Vec<u8>,
+}
+
+struct PresentProperty {
+    property: Arc<Property>,
+    encoding: Encoding,
+    /// While somebody reads it, so that debug outputs are computed.
+    watching: Option<Watching>,
+    /// Number of the value that was sent last.
+    sent: u64,
+    /// Whether it was logged that it can't be sent.
+    is_told: bool,
+}
+
+impl Publishing {
+    /// Declares a publisher for each property that others may read.
+    ///
+    /// # Errors
+    /// When Zenoh refuses one.
+    pub fn new(shared: Arc<NetworkShared>) -> Result<Self, NetworkError> {
+        let all = Pattern::parse("**").map_err(|error| NetworkError::Session(error.to_string()))?;
+        let observer = shared.board().observe(&all, EVENTS, Some(Arc::clone(&shared.wake)));
+        let mut publishing = Self { shared, exports: BTreeMap::new(), observer, missed: 0 };
+        publishing.refresh()?;
+        Ok(publishing)
+    }
+
+    /// Follows properties that have come and gone.
+    pub fn follow(&mut self) {
+        let is_other = |event: &Event| matches!(event, Event::Appeared(_) | Event::Vanished(_));
+        let mut changed = false;
+        for event in &mut self.observer {
+            changed |= is_other(&event);
+        }
+        let missed = self.observer.missed();
+        changed |= std::mem::replace(&mut self.missed, missed) != missed;
+        if changed && let Err(error) = self.refresh() {
+            self.shared.log(Level::Warn, &error.to_string());
+        }
+    }
+
+    fn refresh(&mut self) -> Result<(), NetworkError> {
+        let published: BTreeMap<_, _> =
+            self.shared.published().map(|property| (property.path().to_owned(), property)).collect();
+        for (path, export) in &mut self.exports {
+            export.follow(published.get(path));
+        }
+        for (path, property) in &published {
+            if !self.exports.contains_key(path) {
+                let key = property_key(self.shared.board().agent(), path);
+                let mut export = PublishedProperty::new(&self.shared.session, key, &self.shared.wake)?;
+                export.follow(Some(property));
+                self.exports.insert(path.clone(), export);
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends the newest values that somebody reads and that were not sent.
+    pub fn send(&mut self) {
+        for (path, export) in &mut self.exports {
+            if let Err(reason) = export.send()
+                && let Some(present) = &mut export.present
+                && !std::mem::replace(&mut present.is_told, true)
+            {
+                self.shared.log(Level::Warn, &format!("/{path} is not published: {reason}"));
+            }
+        }
+    }
+}
+
+impl PublishedProperty {
+    fn new(session: &Session, key: String, wake: &Arc<Wake>) -> Result<Self, NetworkError> {
+        let publisher = session
+            .declare_publisher(key)
+            // Else one peer that does not read stops all.
+            .congestion_control(CongestionControl::Drop)
+            .wait()
+            .map_err(refused)?;
+        let is_read = Arc::new(AtomicBool::new(false));
+        let (known, woken) = (Arc::clone(&is_read), Arc::clone(wake));
+        let listener = publisher
+            .matching_listener()
+            .callback(move |status| {
+                known.store(status.matching(), Ordering::Release);
+                woken.notify(1);
+            })
+            .wait()
+            .map_err(refused)?;
+        if publisher.matching_status().wait().map_err(refused)?.matching() {
+            is_read.store(true, Ordering::Release);
+        }
+        Ok(Self { _listener: listener, publisher, is_read, present: None, message: Vec::new() })
+    }
+
+    /// Turns to the property that is there now, which may be another one.
+    fn follow(&mut self, property: Option<&Arc<Property>>) {
+        let known = self.present.as_ref().map(|present| &present.property);
+        let is_same = match (known, property) {
+            (Some(known), Some(property)) => Arc::ptr_eq(known, property),
+            (None, None) => true,
+            _ => false,
+        };
+        if !is_same {
+            self.present = property.map(|property| PresentProperty {
+                property: Arc::clone(property),
+                encoding: Encoding::from(encoding(property.descriptor())),
+                watching: None,
+                sent: 0,
+                is_told: false,
+            });
+        }
+    }
+
+    fn send(&mut self) -> Result<(), String> {
+        let Some(present) = &mut self.present else { return Ok(()) };
+        if !self.is_read.load(Ordering::Acquire) {
+            // Who reads it next gets the newest value at once.
+            (present.watching, present.sent) = (None, 0);
+            return Ok(());
+        }
+        present.watching.get_or_insert_with(|| present.property.watch());
+        if present.property.channel().is_none_or(|channel| channel.published() == present.sent) {
+            return Ok(());
+        }
+        self.message.clear();
+        let Some(stamp) = newest(&present.property, &mut self.message)? else { return Ok(()) };
+        present.sent = stamp.sequence;
+        let attachment = SampleAttachment { stamp, hash: present.property.descriptor().hash };
+        let put = self.publisher.put(&self.message).encoding(present.encoding.clone());
+        put.attachment(&attachment.encode()[..]).wait().map_err(|error| error.to_string())
+    }
+}
+
+/// Appends the newest value of a property as CDR; nothing before the first write.
+pub fn newest(property: &Property, message: &mut Vec<u8>) -> Result<Option<Stamp>, String> {
+    let Some((bytes, items, stamp)) = property.newest().map_err(|error| error.to_string())? else {
+        return Ok(None);
+    };
+    let value = exact(property.descriptor(), &bytes, items);
+    ros::encode(property.descriptor(), value, message).map_err(|error| error.to_string())?;
+    Ok(Some(stamp))
+}
+
+/// The bytes of a value without what rounds them up to its alignment.
+fn exact<'a>(descriptor: &Descriptor, bytes: &'a [u8], items: usize) -> &'a [u8] {
+    let item = descriptor.tail().map_or(0, Kind::size);
+    bytes.get(..descriptor.size + items * item).unwrap_or(bytes)
+}

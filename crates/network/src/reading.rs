@@ -1,0 +1,133 @@
+//! Inputs that read from the network.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use slate_module::Level;
+use slate_runtime::Composer;
+use zenoh::sample::{Sample, SampleKind};
+
+use crate::attachment::SampleAttachment;
+use crate::key::InputSource;
+use crate::payload::{Decoded, Payload};
+use crate::shared::locked;
+
+/// How an input that reads from the network stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReadingStatus {
+    /// Path of the input.
+    pub input: String,
+    /// Where it reads.
+    pub source: InputSource,
+    /// Values that it was set to.
+    pub received: u64,
+    /// Values of the writer that did not come, by its sequence numbers.
+    pub missed: u64,
+    /// Values that did not fit.
+    pub refused: u64,
+    /// Why the last value did not fit; nothing when it did.
+    pub error: Option<String>,
+}
+
+/// An input that reads. Values come in threads of Zenoh, and none of them waits for the agent.
+pub struct InputReader {
+    input: String,
+    pub source: InputSource,
+    composer: Composer,
+    state: Mutex<ReaderState>,
+    /// Whether its newest value is to be asked for.
+    pub is_due: AtomicBool,
+}
+
+#[derive(Default)]
+struct ReaderState {
+    received: u64,
+    missed: u64,
+    refused: u64,
+    error: Option<String>,
+    last: Option<SampleAttachment>,
+}
+
+impl InputReader {
+    /// An input of an agent that was [checked](crate::check_inputs).
+    pub fn new(composer: &Composer, input: &str, source: &InputSource) -> Self {
+        Self {
+            input: input.into(),
+            source: source.clone(),
+            composer: composer.clone(),
+            state: Mutex::default(),
+            is_due: AtomicBool::new(true),
+        }
+    }
+
+    pub fn status(&self) -> ReadingStatus {
+        let state = locked(&self.state);
+        ReadingStatus {
+            input: self.input.clone(),
+            source: self.source.clone(),
+            received: state.received,
+            missed: state.missed,
+            refused: state.refused,
+            error: state.error.clone(),
+        }
+    }
+
+    /// The agent that it reads of is there, perhaps again: its newest value is to be asked for, and its numbers may begin anew.
+    pub fn restart(&self) {
+        locked(&self.state).last = None;
+        self.is_due.store(true, Ordering::Release);
+    }
+
+    /// Sets the input to a value that came; one that was asked for may be older than what came meanwhile.
+    pub fn take(&self, sample: &Sample, was_asked: bool) {
+        if sample.kind() == SampleKind::Delete {
+            return;
+        }
+        let encoding = sample.encoding().to_string();
+        let attachment = sample.attachment().map(|bytes| bytes.to_bytes()).unwrap_or_default();
+        let bytes = sample.payload().to_bytes();
+        let payload = Payload { encoding: &encoding, bytes: &bytes, attachment: &attachment };
+        // One value after the other.
+        let mut state = locked(&self.state);
+        let stamp = payload.attachment().ok().flatten();
+        if let (true, Some(last), Some(stamp)) = (was_asked, state.last, stamp)
+            && last.stamp.generation == stamp.stamp.generation
+            && stamp.stamp.sequence <= last.stamp.sequence
+        {
+            return;
+        }
+        match self.set(&payload) {
+            Ok(()) => {
+                state.received += 1;
+                state.error = None;
+                if let (Some(last), Some(stamp)) = (state.last, stamp)
+                    && last.stamp.generation == stamp.stamp.generation
+                {
+                    state.missed += stamp.stamp.sequence.saturating_sub(last.stamp.sequence + 1);
+                }
+                state.last = stamp;
+            }
+            Err(error) => {
+                state.refused += 1;
+                if state.error.as_ref() != Some(&error) {
+                    let text =
+                        format!("network: a value of {} does not fit /{}: {error}", self.source, self.input);
+                    self.composer.log(Level::Warn, &text);
+                    state.error = Some(error);
+                }
+            }
+        }
+    }
+
+    fn set(&self, payload: &Payload<'_>) -> Result<(), String> {
+        let found = self.composer.board().get(&self.input);
+        let (property, field) = found.ok_or_else(|| format!("/{} is no longer there", self.input))?;
+        let decoded = payload.decode(property.descriptor(), &field).map_err(|error| error.to_string())?;
+        let now = self.composer.now();
+        let set = match decoded {
+            Decoded::Bytes(bytes) => property.set_bytes(&bytes, now),
+            Decoded::Value(value) => property.set(&field, &value, now),
+        };
+        set.map(drop).map_err(|error| error.to_string())
+    }
+}

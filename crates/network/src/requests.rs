@@ -1,0 +1,404 @@
+//! Answers queries: newest values, the tree, schemas, and changes that others ask for.
+
+use std::sync::Arc;
+use std::thread::{Builder, JoinHandle};
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::{Kind, View};
+use slate_blackboard::{Access, Property, nearest_paths};
+use slate_control::operations::by_name;
+use slate_control::{Caller, Connections, Dispatcher, OperationAnswer, Problem, Role, of_interface};
+use slate_module::encode_interface;
+use slate_record::ros;
+use tokio::sync::mpsc::{Receiver, Sender, channel};
+use tokio::sync::{OwnedSemaphorePermit, Semaphore};
+use zenoh::Wait;
+use zenoh::bytes::Encoding;
+use zenoh::key_expr::KeyExpr;
+use zenoh::query::Query;
+
+use crate::attachment::SampleAttachment;
+use crate::error::NetworkError;
+use crate::key::{property_key, schema_key, tree_key};
+use crate::payload::{Decoded, Payload, encoding};
+use crate::publishing::newest;
+use crate::shared::NetworkShared;
+
+/// Queries that wait for an answer.
+const WAITING: usize = 256;
+
+/// Changes and messages at work at a time.
+const CHANGES: usize = 16;
+
+/// The thread that answers, and the way to it.
+pub struct QueryThread {
+    thread: Option<JoinHandle<()>>,
+    /// Nothing ends the thread.
+    queries: Sender<Option<Query>>,
+}
+
+/// Answers that go back as an error.
+struct QueryRefusal {
+    /// `refused`, or `full` when it may be asked again.
+    status: &'static str,
+    reason: String,
+    help: String,
+    code: Option<String>,
+}
+
+impl QueryRefusal {
+    fn new(reason: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { status: "refused", reason: reason.into(), help: help.into(), code: None }
+    }
+
+    fn full(reason: impl Into<String>) -> Self {
+        Self { status: "full", ..Self::new(reason, "ask again later") }
+    }
+
+    fn json(&self) -> Json {
+        let mut body = json!({ "status": self.status, "reason": self.reason, "help": self.help });
+        if let Some(code) = &self.code {
+            body["code"] = json!(code);
+        }
+        body
+    }
+}
+
+impl From<Problem> for QueryRefusal {
+    fn from(problem: Problem) -> Self {
+        let body = problem.json();
+        let text = |name: &str| body[name].as_str().map(ToOwned::to_owned);
+        let status = if problem.status == 503 { "full" } else { "refused" };
+        Self {
+            status,
+            reason: problem.detail().into(),
+            help: text("help").unwrap_or_default(),
+            code: text("code"),
+        }
+    }
+}
+
+impl QueryThread {
+    /// Starts the thread.
+    pub fn start(shared: Arc<NetworkShared>) -> Result<Self, NetworkError> {
+        // Zenoh refuses to be used in a runtime of one thread.
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .enable_time()
+            .worker_threads(1)
+            .max_blocking_threads(CHANGES)
+            .thread_name("network change")
+            .build()?;
+        let (sender, receiver) = channel(WAITING);
+        let thread = Builder::new().name("network queries".into()).spawn(move || {
+            let answerer = Arc::new(Answerer::new(shared));
+            runtime.block_on(answerer.run(receiver));
+            // What still runs for somebody is no reason to wait.
+            runtime.shutdown_background();
+        })?;
+        Ok(Self { thread: Some(thread), queries: sender })
+    }
+
+    /// Takes queries in threads of Zenoh, which never wait.
+    pub fn door(&self) -> impl Fn(Query) + Send + Sync + 'static {
+        let queries = self.queries.clone();
+        move |query| {
+            if let Err(error) = queries.try_send(Some(query))
+                && let Some(query) = error.into_inner()
+            {
+                refuse(&query, &QueryRefusal::full(format!("{WAITING} queries wait for an answer")));
+            }
+        }
+    }
+
+    /// Ends the thread.
+    pub fn end(&mut self) {
+        // It has ended already if this can't be sent.
+        let _ = self.queries.blocking_send(None);
+        // One that panicked has ended, too.
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+struct Answerer {
+    shared: Arc<NetworkShared>,
+    dispatcher: Dispatcher,
+    caller: Caller,
+    places: Arc<Semaphore>,
+}
+
+impl Answerer {
+    fn new(shared: Arc<NetworkShared>) -> Self {
+        let slot = Arc::new(Connections::default()).admit();
+        let caller = Caller {
+            // What others may change is said by `set`, and nothing else is asked for here.
+            role: Role::Developer,
+            who: "network".into(),
+            local: None,
+            is_told: false,
+            place: Arc::new(slot),
+        };
+        Self {
+            dispatcher: Dispatcher::new(Arc::clone(&shared.surface), CHANGES, false),
+            caller,
+            places: Arc::new(Semaphore::new(CHANGES)),
+            shared,
+        }
+    }
+
+    async fn run(self: &Arc<Self>, mut queries: Receiver<Option<Query>>) {
+        while let Some(query) = queries.recv().await.flatten() {
+            if query.payload().is_none() {
+                self.read(&query);
+                continue;
+            }
+            match Arc::clone(&self.places).try_acquire_owned() {
+                Ok(place) => drop(tokio::spawn(Arc::clone(self).change(query, place))),
+                Err(_) => refuse(&query, &QueryRefusal::full(format!("{CHANGES} changes are at work"))),
+            }
+        }
+    }
+
+    fn agent(&self) -> &str {
+        self.shared.board().agent()
+    }
+
+    /// The path that a key of this agent names.
+    fn path_of<'k>(&self, key: &'k str) -> Option<&'k str> {
+        key.strip_prefix("slate/")?.strip_prefix(self.agent())?.strip_prefix('/')
+    }
+
+    fn read(&self, query: &Query) {
+        let key = query.key_expr().as_str();
+        let path = self.path_of(key).unwrap_or_default();
+        if path == "@alive" {
+            return answer_json(query, query.key_expr().clone(), &json!({ "agent": self.agent() }));
+        }
+        if path == "@tree" {
+            return answer_json(query, query.key_expr().clone(), &self.tree());
+        }
+        if path.starts_with("@schema/") {
+            return self.schemas(query);
+        }
+        if key.contains(['*', '$']) {
+            return self.values(query);
+        }
+        if let Err(refused) = self.value(query, path) {
+            refuse(query, &refused);
+        }
+    }
+
+    /// The newest values of all properties that a key with wildcards means.
+    fn values(&self, query: &Query) {
+        for property in self.shared.published() {
+            let Ok(key) = KeyExpr::try_from(property_key(self.agent(), property.path())) else { continue };
+            if key.intersects(query.key_expr()) {
+                // A property without a value has no answer.
+                let _ = answer_value(query, key, &property);
+            }
+        }
+    }
+
+    fn value(&self, query: &Query, path: &str) -> Result<(), QueryRefusal> {
+        let found = self
+            .shared
+            .board()
+            .get(path)
+            .filter(|(property, _)| self.shared.settings.is_published(property.path()));
+        let Some((property, field)) = found else {
+            let published: Vec<_> = self.shared.published().collect();
+            let near = nearest_paths(path, '/', published.iter().map(|property| property.path()));
+            let help = match near.is_empty() {
+                true => format!("{} lists the properties", tree_key(self.agent())),
+                false => format!("did you mean {}?", near.join(" or ")),
+            };
+            return Err(QueryRefusal::new(format!("nothing is published at {}", query.key_expr()), help));
+        };
+        if property.channel().is_none() {
+            return Err(QueryRefusal::new(
+                format!("/{path} takes messages, and has no value"),
+                "send one: a query with a payload",
+            ));
+        }
+        let as_json = query.parameters().get("format") == Some("json");
+        if field.is_empty() && !as_json {
+            return answer_value(query, query.key_expr().clone(), &property);
+        }
+        let wrong = |error: slate_blackboard::BoardError| {
+            QueryRefusal::new(error.to_string(), "@schema describes the fields")
+        };
+        let (value, _) =
+            self.shared.board().read(path).map_err(wrong)?.ok_or_else(|| unwritten(&property))?;
+        let json = serde_json::to_value(value).unwrap_or_default();
+        answer_json(query, query.key_expr().clone(), &json);
+        Ok(())
+    }
+
+    fn tree(&self) -> Json {
+        let entry = |property: Arc<Property>| {
+            let descriptor = property.descriptor();
+            json!({
+                "path": property.path(),
+                "key": property_key(self.agent(), property.path()),
+                "encoding": encoding(descriptor),
+                "interface": descriptor.name,
+                "schema": format!("{:016x}", descriptor.hash),
+                "doc": property.doc(),
+                "part": property.part(),
+                "has_writer": property.has_writer(),
+                "settable": self.is_settable(&property),
+            })
+        };
+        self.listed().map(entry).collect()
+    }
+
+    fn is_settable(&self, property: &Property) -> bool {
+        property.access() != Access::Output && self.shared.settings.is_settable(property.path())
+    }
+
+    /// The properties that others may read, and the mailboxes that they may send to.
+    fn listed(&self) -> impl Iterator<Item = Arc<Property>> {
+        let properties = self.shared.board().properties().into_iter();
+        properties.filter(|property| match property.access() {
+            Access::Messages => self.shared.settings.is_settable(property.path()),
+            _ => self.shared.settings.is_published(property.path()),
+        })
+    }
+
+    fn schemas(&self, query: &Query) {
+        let mut told = std::collections::BTreeSet::new();
+        for property in self.listed() {
+            let descriptor = property.descriptor();
+            let Ok(key) = KeyExpr::try_from(schema_key(self.agent(), descriptor.name)) else { continue };
+            if !key.intersects(query.key_expr()) || !told.insert(descriptor.hash) {
+                continue;
+            }
+            let definition = ros::definition(descriptor);
+            let portable = encode_interface(descriptor).unwrap_or_default();
+            let portable: String = portable.iter().map(|byte| format!("{byte:02x}")).collect();
+            let body = json!({
+                "interface": descriptor.name,
+                "schema": format!("{:016x}", descriptor.hash),
+                "message": definition.name,
+                "definition": definition.text,
+                "ros": descriptor.ros,
+                "json_schema": of_interface(descriptor),
+                "cbor": portable,
+            });
+            answer_json(query, key, &body);
+        }
+        if told.is_empty() && !query.key_expr().as_str().contains(['*', '$']) {
+            let help = format!("{} lists them", schema_key(self.agent(), "*"));
+            refuse(query, &QueryRefusal::new(format!("no interface at {}", query.key_expr()), help));
+        }
+    }
+
+    /// Sets a property, or sends a message, and answers how that went.
+    async fn change(self: Arc<Self>, query: Query, _place: OwnedSemaphorePermit) {
+        match self.carry_out(&query).await {
+            Ok(body) => answer_json(&query, query.key_expr().clone(), &body),
+            Err(refused) => refuse(&query, &refused),
+        }
+    }
+
+    async fn carry_out(self: &Arc<Self>, query: &Query) -> Result<Json, QueryRefusal> {
+        let (name, path, body) = self.request(query)?;
+        let unknown = || {
+            QueryRefusal::new(
+                format!("no operation is called `{name}`"),
+                "both ends need the same version of Slate",
+            )
+        };
+        let turn = self.dispatcher.turn(by_name(name).ok_or_else(unknown)?).await?;
+        let own = Arc::clone(self);
+        let work = move || {
+            // It ends with the work, also when nobody waits for the answer any more.
+            let _turn = turn;
+            own.dispatcher.carry_out(&own.caller, name, &path, body)
+        };
+        let done = tokio::task::spawn_blocking(work).await;
+        match done.map_err(|_| QueryRefusal::new("the change has failed", "see the log of the agent"))?? {
+            OperationAnswer::Json(_, body, _) if body.is_array() => {
+                Ok(json!({ "status": "accepted", "changes": body }))
+            }
+            OperationAnswer::Json(_, body, _) => Ok(body),
+            _ => Ok(json!({ "status": "accepted" })),
+        }
+    }
+
+    /// The operation that a query asks for: its name, path and body.
+    fn request(&self, query: &Query) -> Result<(&'static str, String, Json), QueryRefusal> {
+        let key = query.key_expr().as_str();
+        if key.contains(['*', '$']) {
+            return Err(QueryRefusal::new(format!("{key} means several properties"), "set them one by one"));
+        }
+        let path = self.path_of(key).filter(|path| !path.starts_with('@'));
+        let path =
+            path.ok_or_else(|| QueryRefusal::new(format!("{key} takes no payload"), "leave it out to read"))?;
+        let (property, field) = self.shared.board().find(path).map_err(Problem::from)?;
+        if !self.shared.settings.is_settable(property.path()) {
+            let help = format!("let the agent allow it: set = [\"{}\"] in [network]", property.path());
+            return Err(QueryRefusal::new(
+                format!("/{} may not be set from the network", property.path()),
+                help,
+            ));
+        }
+        let encoding = query.encoding().map(Encoding::to_string).unwrap_or_default();
+        let bytes = query.payload().map(|bytes| bytes.to_bytes()).unwrap_or_default();
+        let attachment = query.attachment().map(|bytes| bytes.to_bytes()).unwrap_or_default();
+        let payload = Payload { encoding: &encoding, bytes: &bytes, attachment: &attachment };
+        let decoded = payload.decode(property.descriptor(), &field);
+        let decoded =
+            decoded.map_err(|error| QueryRefusal::new(error.to_string(), "@schema describes the value"))?;
+        let body = body(&property, &decoded)?;
+        let is_patch = matches!(decoded, Decoded::Value(_)) && body.is_object();
+        let name = match property.access() {
+            Access::Messages => "send",
+            _ if is_patch => "patch",
+            _ => "write",
+        };
+        Ok((name, path.to_owned(), body))
+    }
+}
+
+fn body(property: &Property, decoded: &Decoded) -> Result<Json, QueryRefusal> {
+    let json = match decoded {
+        Decoded::Value(value) => serde_json::to_value(value),
+        Decoded::Bytes(bytes) => {
+            let descriptor = property.descriptor();
+            let item = descriptor.tail().map_or(0, Kind::size);
+            let items = bytes.len().saturating_sub(descriptor.size).checked_div(item).unwrap_or(0);
+            let view = View::new(descriptor, bytes, items);
+            let view =
+                view.ok_or_else(|| QueryRefusal::new("it is too short", "@schema describes the value"))?;
+            serde_json::to_value(view)
+        }
+    };
+    json.map_err(|error| QueryRefusal::new(error.to_string(), "@schema describes the value"))
+}
+
+fn unwritten(property: &Property) -> QueryRefusal {
+    QueryRefusal::new(
+        format!("/{} has no value yet", property.path()),
+        "subscribe, and it comes with the first write",
+    )
+}
+
+fn answer_value(query: &Query, key: KeyExpr<'static>, property: &Property) -> Result<(), QueryRefusal> {
+    let mut message = Vec::new();
+    let newest =
+        newest(property, &mut message).map_err(|reason| QueryRefusal::new(reason, "ask again later"))?;
+    let stamp = newest.ok_or_else(|| unwritten(property))?;
+    let attachment = SampleAttachment { stamp, hash: property.descriptor().hash };
+    let reply = query.reply(key, message).encoding(Encoding::from(encoding(property.descriptor())));
+    // Who has asked and is gone needs no answer.
+    let _ = reply.attachment(&attachment.encode()[..]).wait();
+    Ok(())
+}
+
+fn answer_json(query: &Query, key: KeyExpr<'static>, body: &Json) {
+    let _ = query.reply(key, body.to_string()).encoding(Encoding::APPLICATION_JSON).wait();
+}
+
+fn refuse(query: &Query, refused: &QueryRefusal) {
+    let _ = query.reply_err(refused.json().to_string()).encoding(Encoding::APPLICATION_JSON).wait();
+}

@@ -1,0 +1,333 @@
+//! The table `[network]` of a configuration.
+
+use std::collections::BTreeMap;
+
+use slate_blackboard::Pattern;
+use slate_runtime::Message;
+use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
+
+use crate::endpoint::NetworkEndpoint;
+use crate::key::InputSource;
+
+/// Name of the table.
+pub const TABLE: &str = "network";
+
+/// How an agent takes part in a network of Zenoh.
+///
+/// ```
+/// use slate_network::{NetworkMode, NetworkSettings};
+/// use slate_runtime::configuration::{Configuration, Options};
+///
+/// let options = Options { extra_tables: vec!["network".into()], ..Options::default() };
+/// let read = |text: &str| Configuration::from_text("arm.toml", text, &options);
+/// let text = "[network]\nlisten = [\"tcp/127.0.0.1:7447\"]\npublish = [\"localizer/**\"]";
+/// let settings = NetworkSettings::of(&read(text)?)?.unwrap_or_default();
+/// assert_eq!(settings.mode, NetworkMode::Peer);
+/// // In clear text to other machines: only where the file says so.
+/// let open = read("[network]\nlisten = [\"tcp/0.0.0.0:7447\"]")?;
+/// assert!(NetworkSettings::of(&open).is_err_and(|report| report.to_string().contains("clear text")));
+/// # Ok::<(), slate_runtime::configuration::Report>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkSettings {
+    /// Part in the network.
+    pub mode: NetworkMode,
+    /// Where others connect.
+    pub listen: Vec<NetworkEndpoint>,
+    /// Where it connects to others.
+    pub connect: Vec<NetworkEndpoint>,
+    /// Whether peers of the local network are found by multicast.
+    pub multicast: bool,
+    /// Properties that others read; nothing for all of them.
+    pub publish: Option<Vec<Pattern>>,
+    /// Properties that others set or send messages to; none unless said.
+    pub set: Vec<Pattern>,
+    /// Inputs that read from the network, by path.
+    pub read: BTreeMap<String, NetworkInput>,
+}
+
+/// What an input reads.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkInput {
+    /// Where the values come from.
+    pub source: InputSource,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+/// Part of a session in its network.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NetworkMode {
+    /// Speaks to the peers and routers that it is connected to.
+    Peer,
+    /// Speaks through one router.
+    Client,
+    /// Passes on what others say.
+    Router,
+}
+
+impl NetworkMode {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Peer, Self::Client, Self::Router];
+
+    /// As the configuration and Zenoh call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Peer => "peer",
+            Self::Client => "client",
+            Self::Router => "router",
+        }
+    }
+}
+
+impl Default for NetworkSettings {
+    /// A peer that reads nothing, lets others set nothing, and publishes all to those it is connected to: to nobody.
+    fn default() -> Self {
+        Self {
+            mode: NetworkMode::Peer,
+            listen: Vec::new(),
+            connect: Vec::new(),
+            multicast: false,
+            publish: None,
+            set: Vec::new(),
+            read: BTreeMap::new(),
+        }
+    }
+}
+
+const KNOWN: [&str; 7] = ["mode", "listen", "connect", "multicast", "publish", "set", "read"];
+
+impl NetworkSettings {
+    /// Whether others may read a property.
+    pub fn is_published(&self, path: &str) -> bool {
+        self.publish.as_ref().is_none_or(|patterns| patterns.iter().any(|pattern| pattern.matches(path)))
+    }
+
+    /// Whether others may set a property, or send messages to it.
+    pub fn is_settable(&self, path: &str) -> bool {
+        self.set.iter().any(|pattern| pattern.matches(path))
+    }
+
+    /// What a configuration says in its table `[network]`, which it has to be read with as one of
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables); nothing without the table.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it, and endpoints in clear text to other machines that are not trusted.
+    pub fn of(configuration: &Configuration) -> Result<Option<Self>, Report> {
+        let Some(root) = configuration.value(TABLE) else { return Ok(None) };
+        let mut reader = NetworkSettingsReader { configuration, wrong: Vec::new() };
+        let settings = reader.settings(root);
+        if reader.wrong.is_empty() { Ok(Some(settings)) } else { Err(Report::from(reader.wrong)) }
+    }
+}
+
+struct NetworkSettingsReader<'c> {
+    configuration: &'c Configuration,
+    wrong: Vec<Diagnostic>,
+}
+
+impl NetworkSettingsReader<'_> {
+    fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
+        self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
+    }
+
+    fn settings(&mut self, root: &Spanned<Value>) -> NetworkSettings {
+        let mut settings = NetworkSettings::default();
+        let Some(table) = root.as_table() else {
+            let message = format!("`{TABLE}` is a table, found {}", root.describe());
+            self.add(root.span, message, "write [network]");
+            return settings;
+        };
+        self.wrong.extend(self.configuration.unknown_keys(table, "in [network]", &KNOWN));
+        settings.mode = self.mode(table);
+        settings.listen = self.endpoints(table, "listen");
+        settings.connect = self.endpoints(table, "connect");
+        settings.multicast = self.multicast(table);
+        if table.get("publish").is_some() {
+            settings.publish = Some(self.patterns(table, "publish"));
+        }
+        settings.set = self.patterns(table, "set");
+        settings.read = self.readings(table);
+        self.check_mode(root.span, table, &settings);
+        settings
+    }
+
+    fn mode(&mut self, table: &Table) -> NetworkMode {
+        let Some(value) = table.get("mode") else { return NetworkMode::Peer };
+        let found = NetworkMode::ALL.into_iter().find(|mode| value.as_str() == Some(mode.name()));
+        if found.is_none() {
+            let message = format!("`mode` is `peer`, `client` or `router`, found {}", value.value);
+            self.add(value.span, message, "write mode = \"peer\", or leave it out");
+        }
+        found.unwrap_or(NetworkMode::Peer)
+    }
+
+    /// Whether the endpoints suit the mode.
+    fn check_mode(&mut self, place: Span, table: &Table, settings: &NetworkSettings) {
+        let span = table.get("mode").map_or(place, |value| value.span);
+        let is_alone = settings.listen.is_empty() && settings.connect.is_empty() && !settings.multicast;
+        match settings.mode {
+            _ if !self.wrong.is_empty() => {}
+            NetworkMode::Client if settings.connect.is_empty() => {
+                self.add(
+                    span,
+                    "a client connects to a router, and none is named",
+                    "add connect = [\"tcp/127.0.0.1:7447\"]",
+                );
+            }
+            NetworkMode::Client if !settings.listen.is_empty() => {
+                self.add(span, "a client does not listen", "take `listen` away, or write mode = \"peer\"");
+            }
+            NetworkMode::Router if settings.listen.is_empty() => {
+                self.add(
+                    span,
+                    "a router listens, and no endpoint is named",
+                    "add listen = [\"tcp/127.0.0.1:7447\"]",
+                );
+            }
+            _ if is_alone => {
+                let help = "add listen = [\"tcp/127.0.0.1:7447\"], or `connect`, or take [network] away";
+                self.add(span, "[network] reaches nobody: it names no endpoint", help);
+            }
+            _ => {}
+        }
+    }
+
+    fn endpoints(&mut self, table: &Table, name: &str) -> Vec<NetworkEndpoint> {
+        let mut endpoints = Vec::new();
+        for item in self.items(table, name, "tcp/127.0.0.1:7447") {
+            let (text, trusted) = match &item.value {
+                Value::Table(entries) => (self.endpoint_text(entries, &item), self.is_trusted(entries)),
+                _ => (item.as_str().map(ToOwned::to_owned), false),
+            };
+            let Some(text) = text else {
+                let help = format!("write {name} = [\"tcp/127.0.0.1:7447\"]");
+                self.add(item.span, format!("`{name}` takes endpoints, found {}", item.describe()), &help);
+                continue;
+            };
+            match NetworkEndpoint::parse(&text) {
+                Err((message, help)) => self.add(item.span, message, help),
+                Ok(endpoint) if !endpoint.is_loopback() && !trusted => {
+                    let message = format!(
+                        "`{text}` speaks to other machines in clear text, where others read and forge values"
+                    );
+                    let help = format!(
+                        "if the network is trusted, say so: {{ endpoint = \"{text}\", trusted = true }}; or stay on this \
+                         machine: tcp/127.0.0.1"
+                    );
+                    self.add(item.span, message, &help);
+                }
+                Ok(endpoint) => endpoints.push(NetworkEndpoint { place: Some(item.span), ..endpoint }),
+            }
+        }
+        endpoints
+    }
+
+    /// The endpoint of `{ endpoint = "tcp/…", trusted = true }`.
+    fn endpoint_text(&mut self, table: &Table, item: &Spanned<Value>) -> Option<String> {
+        let known = self.configuration.unknown_keys(table, "of an endpoint", &["endpoint", "trusted"]);
+        self.wrong.extend(known);
+        let text = table.get("endpoint").and_then(|value| value.as_str()).map(ToOwned::to_owned);
+        if text.is_none() {
+            self.add(
+                item.span,
+                "an endpoint lacks `endpoint`",
+                "write { endpoint = \"tcp/10.0.0.7:7447\", trusted = true }",
+            );
+        }
+        Some(text.unwrap_or_else(|| "tcp/127.0.0.1:7447".into()))
+    }
+
+    fn is_trusted(&mut self, table: &Table) -> bool {
+        let Some(value) = table.get("trusted") else { return false };
+        if value.as_bool().is_none() {
+            self.add(
+                value.span,
+                format!("`trusted` takes true or false, found {}", value.describe()),
+                "write trusted = true",
+            );
+        }
+        // What is wrong already needs no second message.
+        value.as_bool().unwrap_or(true)
+    }
+
+    /// `true` is refused, as it connects to machines that the file does not name.
+    fn multicast(&mut self, table: &Table) -> bool {
+        let Some(value) = table.get("multicast") else { return false };
+        let trusted = match &value.value {
+            Value::Table(entries) => {
+                let known = self.configuration.unknown_keys(entries, "in [network.multicast]", &["trusted"]);
+                self.wrong.extend(known);
+                self.is_trusted(entries)
+            }
+            Value::Bool(false) => return false,
+            Value::Bool(true) => false,
+            _ => {
+                let message = format!("`multicast` takes true or false, found {}", value.describe());
+                self.add(value.span, message, "write multicast = false");
+                return false;
+            }
+        };
+        if !trusted {
+            let message = "multicast connects in clear text to machines that the file does not name";
+            let help = "if the network is trusted, say so: multicast = { trusted = true }; or name endpoints in `connect`";
+            self.add(value.span, message, help);
+        }
+        trusted
+    }
+
+    fn patterns(&mut self, table: &Table, name: &str) -> Vec<Pattern> {
+        let mut patterns = Vec::new();
+        for item in self.items(table, name, "localizer/**") {
+            match item.as_str().map(Pattern::parse) {
+                Some(Ok(pattern)) => patterns.push(pattern),
+                Some(Err(error)) => self.add(item.span, error.to_string(), "such as \"localizer/**\""),
+                None => {
+                    let message = format!("`{name}` takes patterns of properties, found {}", item.describe());
+                    self.add(item.span, message, "such as \"localizer/**\"");
+                }
+            }
+        }
+        patterns
+    }
+
+    fn readings(&mut self, table: &Table) -> BTreeMap<String, NetworkInput> {
+        let mut readings = BTreeMap::new();
+        let Some(value) = table.get("read") else { return readings };
+        const EXAMPLE: &str =
+            "write read.\"follower/target\" = \"slate://base/mission/target\", or = \"zenoh:demo/target\"";
+        let Some(inputs) = value.as_table() else {
+            self.add(value.span, format!("`read` is a table of inputs, found {}", value.describe()), EXAMPLE);
+            return readings;
+        };
+        for (input, entry) in inputs.iter() {
+            let path = self.configuration.own_path(input);
+            let source = match entry.value.as_str() {
+                Some(text) => InputSource::parse(text),
+                None => Err(format!("an input reads a URL, found {}", entry.value.describe())),
+            };
+            match (path, source) {
+                (Ok(path), Ok(source)) => {
+                    readings.insert(path, NetworkInput { source, place: Some(entry.value.span) });
+                }
+                (Err(report), _) => {
+                    let message =
+                        report.diagnostics().first().map_or_else(String::new, |first| first.message().into());
+                    self.add(entry.key, message, EXAMPLE);
+                }
+                (_, Err(message)) => self.add(entry.value.span, message, EXAMPLE),
+            }
+        }
+        readings
+    }
+
+    fn items(&mut self, table: &Table, name: &str, example: &str) -> Vec<Spanned<Value>> {
+        let Some(value) = table.get(name) else { return Vec::new() };
+        let items = value.as_list().map(<[_]>::to_vec);
+        if items.is_none() {
+            let message = format!("`{name}` takes a list, found {}", value.describe());
+            self.add(value.span, message, &format!("write {name} = [\"{example}\"]"));
+        }
+        items.unwrap_or_default()
+    }
+}

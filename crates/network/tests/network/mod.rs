@@ -1,0 +1,18 @@
+//! Agents on networks.
+
+#[cfg(feature = "zenoh")]
+mod agent;
+#[cfg(feature = "zenoh")]
+mod hostile;
+mod layout;
+#[cfg(feature = "zenoh")]
+mod presence;
+#[cfg(feature = "external-tools")]
+mod python;
+#[cfg(feature = "zenoh")]
+mod reading;
+#[cfg(feature = "zenoh")]
+mod serving;
+#[cfg(feature = "zenoh")]
+mod setting;
+mod settings;

@@ -1,0 +1,75 @@
+//! How a run takes part in a network.
+
+use slate_network::{NetworkSettings, check_inputs};
+use slate_runtime::Agent;
+use slate_runtime::configuration::{Configuration, Report};
+
+/// Settings of the table `[network]`, when the configuration has one.
+///
+/// # Errors
+/// What is wrong with the table, or that this program is built without networks.
+pub fn network_settings(configuration: &Configuration) -> Result<Option<NetworkSettings>, Report> {
+    let settings = NetworkSettings::of(configuration)?;
+    let table = configuration.value(slate_network::TABLE).filter(|_| !cfg!(feature = "zenoh"));
+    match table {
+        Some(table) => {
+            let help = "build it with the feature `zenoh`: cargo build --release --features zenoh; or take the table away";
+            let message = "this program is built without Zenoh, which [network] needs";
+            Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
+        }
+        None => Ok(settings),
+    }
+}
+
+/// Whether an agent could take part in the network that its configuration describes; nothing is opened.
+///
+/// # Errors
+/// What is wrong with the table, or an input that can't read.
+pub fn check_network(agent: &Agent) -> Result<(), Report> {
+    let configuration = agent.configuration();
+    let Some(settings) = network_settings(&configuration)? else { return Ok(()) };
+    check_inputs(&agent.composer(), &settings).map_err(|error| error.report(&configuration))
+}
+
+#[cfg(feature = "zenoh")]
+mod built_in {
+    use std::sync::Arc;
+
+    use slate_control::ControlSurface;
+    use slate_network::AgentNetwork;
+
+    use super::{Configuration, NetworkSettings, Report};
+
+    /// An agent is on its network as long as this lives.
+    pub type RunNetwork = AgentNetwork;
+
+    pub fn connect(
+        surface: &Arc<ControlSurface>,
+        settings: &NetworkSettings,
+        configuration: &Configuration,
+    ) -> Result<RunNetwork, Report> {
+        AgentNetwork::start(surface, settings).map_err(|error| error.report(configuration))
+    }
+}
+
+#[cfg(not(feature = "zenoh"))]
+mod built_in {
+    use std::sync::Arc;
+
+    use slate_control::ControlSurface;
+
+    use super::{Configuration, NetworkSettings, Report};
+
+    /// Nothing: without the feature, no configuration has settings.
+    pub struct RunNetwork;
+
+    pub fn connect(
+        _: &Arc<ControlSurface>,
+        _: &NetworkSettings,
+        _: &Configuration,
+    ) -> Result<RunNetwork, Report> {
+        Ok(RunNetwork)
+    }
+}
+
+pub use built_in::connect;
