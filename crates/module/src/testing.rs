@@ -331,7 +331,7 @@ impl<M: Module> Fixture<M> {
 }
 
 fn slot(port: &crate::PortDescription, memory: &mut FixtureMemory, entries: &[Entry]) -> PortSlot {
-    // Without a value there is nobody who has written one.
+    // No value, no writer.
     let mut flags = if memory.sequence > 0 { Flags::ALIVE } else { 0 };
     if memory.new {
         flags |= Flags::NEW;

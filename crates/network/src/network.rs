@@ -151,7 +151,7 @@ fn declare(
         .callback(move |sample| note_agent(&known, &read, &sample))
         .wait()
         .map_err(refused)?;
-    // The last: who sees it finds all the rest.
+    // Last, so that everything else is there when it appears.
     let token = session.liveliness().declare_token(alive_key(agent)).wait().map_err(refused)?;
     Ok(Declared { _token: token, _agents: agents, _inputs: inputs, _queryables: queryables })
 }

@@ -35,8 +35,8 @@ pub struct Publishing {
 struct PublishedProperty {
     /// Goes before its publisher.
     _listener: MatchingListener<()>,
-    /// It stays when the property goes: Zenoh drops a query for a key whose publisher goes in the same moment, and who asks
-    /// waits in vain.
+    /// Kept after the property is removed: Zenoh drops a query for a key whose publisher is undeclared at that moment, and the
+    /// query would time out.
     publisher: Publisher<'static>,
     is_read: Arc<AtomicBool>,
     /// The property, while it is there.
@@ -158,7 +158,7 @@ impl PublishedProperty {
     fn send(&mut self) -> Result<(), String> {
         let Some(present) = &mut self.present else { return Ok(()) };
         if !self.is_read.load(Ordering::Acquire) {
-            // Who reads it next gets the newest value at once.
+            // The next subscriber receives the newest value at once.
             (present.watching, present.sent) = (None, 0);
             return Ok(());
         }

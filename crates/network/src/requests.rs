@@ -265,11 +265,11 @@ impl Answerer {
     }
 
     fn schemas(&self, query: &Query) {
-        let mut told = std::collections::BTreeSet::new();
+        let mut answered = std::collections::BTreeSet::new();
         for property in self.listed() {
             let descriptor = property.descriptor();
             let Ok(key) = KeyExpr::try_from(schema_key(self.agent(), descriptor.name)) else { continue };
-            if !key.intersects(query.key_expr()) || !told.insert(descriptor.hash) {
+            if !key.intersects(query.key_expr()) || !answered.insert(descriptor.hash) {
                 continue;
             }
             let definition = ros::definition(descriptor);
@@ -286,7 +286,7 @@ impl Answerer {
             });
             answer_json(query, key, &body);
         }
-        if told.is_empty() && !query.key_expr().as_str().contains(['*', '$']) {
+        if answered.is_empty() && !query.key_expr().as_str().contains(['*', '$']) {
             let help = format!("{} lists them", schema_key(self.agent(), "*"));
             refuse(query, &QueryRefusal::new(format!("no interface at {}", query.key_expr()), help));
         }
@@ -311,7 +311,7 @@ impl Answerer {
         let turn = self.dispatcher.turn(by_name(name).ok_or_else(unknown)?).await?;
         let own = Arc::clone(self);
         let work = move || {
-            // It ends with the work, also when nobody waits for the answer any more.
+            // Released at the end of the work, also when the query has timed out.
             let _turn = turn;
             own.dispatcher.carry_out(&own.caller, name, &path, body)
         };
@@ -390,7 +390,7 @@ fn answer_value(query: &Query, key: KeyExpr<'static>, property: &Property) -> Re
     let stamp = newest.ok_or_else(|| unwritten(property))?;
     let attachment = SampleAttachment { stamp, hash: property.descriptor().hash };
     let reply = query.reply(key, message).encoding(Encoding::from(encoding(property.descriptor())));
-    // Who has asked and is gone needs no answer.
+    // A session that has closed needs no answer.
     let _ = reply.attachment(&attachment.encode()[..]).wait();
     Ok(())
 }

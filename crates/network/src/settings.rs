@@ -81,7 +81,7 @@ impl NetworkMode {
 }
 
 impl Default for NetworkSettings {
-    /// A peer that reads nothing, lets others set nothing, and publishes all to those it is connected to: to nobody.
+    /// A peer without connections, which reads nothing, publishes everything and lets nothing be set.
     fn default() -> Self {
         Self {
             mode: NetworkMode::Peer,
@@ -187,7 +187,7 @@ impl NetworkSettingsReader<'_> {
             }
             _ if is_alone => {
                 let help = "add listen = [\"tcp/127.0.0.1:7447\"], or `connect`, or take [network] away";
-                self.add(span, "[network] reaches nobody: it names no endpoint", help);
+                self.add(span, "[network] reaches no other program: it names no endpoint", help);
             }
             _ => {}
         }

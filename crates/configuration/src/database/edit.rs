@@ -11,7 +11,7 @@ use super::location::{item_at, locate};
 use super::overwrite::{insert_inline, overwrite, overwrite_value};
 use super::senders;
 
-/// The table of a document at a path, which is added if there is none; all of it at the empty path.
+/// The table of a document at a path, created if it is missing; the whole document for an empty path.
 pub(super) fn part<'a>(document: &'a mut DocumentMut, path: &[&str]) -> &'a mut Item {
     let mut item = document.as_item_mut();
     for (at, key) in path.iter().enumerate() {

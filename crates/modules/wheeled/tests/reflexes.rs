@@ -161,7 +161,7 @@ fn a_wall_is_kept_at_its_distance_on_either_side() {
 #[test]
 fn where_the_wall_ends_it_drives_an_arc_about_the_end() {
     let mut model = along(0.5);
-    assert_eq!(motion(&mut model, scan(&[])), None, "there is none");
+    assert_eq!(motion(&mut model, scan(&[])), None, "no wall");
     // The wall is beside the hindmost sonar only.
     let mut ending = scan(&[(LEFT, 0.5)]);
     let mut echoes: Vec<_> = ending.echoes.iter().copied().collect();

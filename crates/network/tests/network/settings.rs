@@ -78,7 +78,7 @@ fn each_mistake_is_told_with_file_line_and_what_to_do() {
             "a client does not listen",
         ),
         ("mode = \"router\"\nconnect = [\"tcp/[::1]:2\"]", "a router listens"),
-        ("publish = []", "[network] reaches nobody"),
+        ("publish = []", "[network] reaches no other program"),
         ("multicast = 1", "`multicast` takes true or false, found a whole number"),
         ("set = [\"a//b\"]", "is no pattern of paths"),
         ("read = [\"a/in\"]", "`read` is a table of inputs, found a list"),
