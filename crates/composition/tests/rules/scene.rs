@@ -1,0 +1,291 @@
+//! A scene of two robots with blocks, a simulator and a referee.
+#![allow(dead_code, reason = "ports are looked at and never read")]
+
+use slate_composition::{Catalogue, Wired};
+use slate_configuration::{Configuration, Options};
+use slate_interfaces::Twist2;
+use slate_mapek::prelude::*;
+use slate_mapek::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
+use slate_module::prelude::*;
+use slate_module::{ModuleKind, Plugin};
+
+use crate::robot::{Actions, Avoid, Front, Near, WayIsFree};
+
+/// A simulator.
+#[ports]
+pub struct WorldIo {
+    near: Output<Near>,
+    #[role("truth")]
+    truth: Output<Near>,
+    #[role("actuation")]
+    wheels: Input<Twist2>,
+}
+
+pub struct World;
+
+#[module(stage = PreLoop)]
+impl Module for World {
+    type Io = WorldIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), _: &WorldIo, _: &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct JudgeIo {
+    #[role("truth")]
+    truth: Input<Near>,
+    other: Input<Near>,
+    opinion: Output<Near>,
+    tell: Outbox<Near>,
+}
+
+pub struct Judge;
+
+#[module(stage = PostLoop)]
+impl Module for Judge {
+    type Io = JudgeIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), _: &JudgeIo, _: &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[params]
+pub struct Tuning {
+    #[param(default = 1.0, unit = "m", doc = "distance")]
+    gain: f64,
+}
+
+/// A module that is no block.
+#[ports]
+pub struct PlainIo {
+    input: Input<Near>,
+    output: Output<Near>,
+    twist: Output<Twist2>,
+    say: Outbox<Near>,
+    hear: Inbox<Near>,
+    wheels: Command<Twist2>,
+    speed: Input<Twist2>,
+}
+
+pub struct Plain;
+
+#[module(stage = Act)]
+impl Module for Plain {
+    type Io = PlainIo;
+    type Params = Tuning;
+    type State = ();
+
+    fn tick(_: &mut (), _: &PlainIo, _: &Tuning, _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct Range {
+    near: Input<Near>,
+    more: Inbox<Near>,
+}
+
+pub struct Distance;
+
+impl Sensor for Distance {
+    const NAME: &'static str = "distance";
+    type Io = Range;
+    type Params = ();
+    type State = ();
+    type Value = Near;
+
+    fn get_data(_: &mut (), io: &Range, _: &(), _: &Tick) -> Option<Near> {
+        io.near.updated().copied()
+    }
+}
+
+#[ports]
+pub struct Facts {
+    fact: Known<Near>,
+    learn: Input<Near>,
+    rule: Output<Near>,
+    advice: Output<Twist2>,
+}
+
+pub struct Atlas;
+
+impl Knowledge for Atlas {
+    const NAME: &'static str = "atlas";
+    type Models = Facts;
+    type Params = ();
+    type State = ();
+
+    fn update(_: &mut (), _: &Facts, _: &(), _: &Tick) {}
+}
+
+#[ports]
+pub struct Noticing {
+    range: Noticed<Near>,
+    aim: Input<Near>,
+    past: Queue<Near>,
+    orders: Inbox<Near>,
+    goal: Output<Near>,
+    twist: Output<Twist2>,
+    call: Outbox<Near>,
+}
+
+pub struct Rover;
+
+impl Plan for Rover {
+    const NAME: &'static str = "rover";
+    type Noticed = Noticing;
+    type Params = Tuning;
+    type State = ();
+
+    fn run((): &mut (), _: &Noticing, _: &Situation<'_>, _: &Tuning, _: &Tick, _: &mut Agenda<'_>) {}
+}
+
+#[ports]
+pub struct Seeing {
+    range: Observed<Near>,
+    other: Input<Near>,
+}
+
+/// An Analyze with a plain input.
+pub struct Compare;
+
+impl Analyze for Compare {
+    const NAME: &'static str = "compare";
+    type Observed = Seeing;
+    type Params = ();
+    type State = ();
+    type Value = Near;
+
+    fn process((): &mut (), _: &Seeing, (): &(), _: &Tick) -> Option<Near> {
+        None
+    }
+}
+
+/// A Monitor of a Sensor alone.
+#[ports]
+pub struct Listening {
+    near: Sensed<Near>,
+}
+
+pub struct Listen;
+
+impl Monitor for Listen {
+    const NAME: &'static str = "listen";
+    type Sensors = Listening;
+    type Params = ();
+    type State = ();
+    type Value = Near;
+
+    fn interpret((): &mut (), _: &Listening, (): &(), _: &Tick) -> Option<Near> {
+        None
+    }
+}
+
+pub struct Motor;
+
+impl Actuator for Motor {
+    const NAME: &'static str = "motor";
+    type Io = Drive;
+    type Params = ();
+    type State = ();
+    type Command = Twist2;
+    const SAFE: Twist2 = Twist2::ZERO;
+
+    fn apply(_: &mut (), _: &Twist2, _: &Drive, _: &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct Drive {
+    moved: Output<Twist2>,
+    felt: Output<Near>,
+}
+
+const SCENE: &str = r#"
+[modules]
+simulator = { kind = "world" }
+judge = {}
+plain = {}
+[robots.r2.modules]
+sonar = { kind = "distance" }
+front = {}
+listen = {}
+compare = {}
+knowledge = { kind = "atlas" }
+planner = { kind = "rover" }
+avoid = {}
+execute = { kind = "execute" }
+motors = { kind = "motor" }
+[robots.r3.modules]
+front = {}
+way = { kind = "way_is_free" }
+[robots.r2.actuators]
+wheels = { command = "execute/wheels" }
+[robots.r2.links]
+"sonar/near" = "/simulator/near"
+"front/range" = "sonar/value"
+"avoid/range" = "sonar/value"
+"compare/range" = "front/percept"
+"compare/other" = false
+"planner/aim" = false
+"planner/past" = false
+"knowledge/learn" = false
+"listen/near" = "sonar/value"
+[robots.r3.links]
+"front/range" = "/r2/sonar/value"
+"#;
+
+pub fn catalogue() -> Catalogue {
+    let mut catalogue = Catalogue { shares: true, ..Catalogue::default() };
+    let blocks: [ModuleKind; 10] = [
+        sensor::<Distance>(),
+        monitor::<Front>(),
+        monitor::<Listen>(),
+        analyze::<Compare>(),
+        analyze::<WayIsFree>(),
+        plan::<Rover>(),
+        knowledge::<Atlas>(),
+        reactive::<Avoid>(),
+        execute::<Actions>(),
+        actuator::<Motor>(),
+    ];
+    blocks.into_iter().map(Plugin::from).for_each(|plugin| catalogue.add(plugin));
+    [Plugin::linked::<World>(), Plugin::linked::<Judge>(), Plugin::linked::<Plain>()]
+        .into_iter()
+        .for_each(|plugin| catalogue.add(plugin));
+    catalogue
+}
+
+pub fn read(more: &[&str]) -> Configuration {
+    let sets = more.iter().map(|set| (*set).to_owned()).collect();
+    Configuration::from_text("scene.toml", SCENE, &Options { sets, ..Options::default() }).unwrap()
+}
+
+pub fn check(more: &[&str], catalogue: &Catalogue) -> Result<(), String> {
+    let configuration = read(more);
+    let wired = Wired::new(&configuration, catalogue, &|_| false);
+    wired.check(catalogue).map(drop).map_err(|report| report.to_string())
+}
+
+/// The scene with a link; the complaint has all those parts.
+#[track_caller]
+pub fn refused(link: &str, parts: &[&str]) {
+    let complaint = check(&[link], &catalogue()).err().unwrap_or_else(|| panic!("{link} should be refused"));
+    for part in parts {
+        assert!(complaint.contains(part), "no `{part}` for {link} in\n{complaint}");
+    }
+}
+
+#[track_caller]
+pub fn allowed(link: &str) {
+    check(&[link], &catalogue()).unwrap_or_else(|complaint| panic!("{link}: {complaint}"));
+}
