@@ -9,11 +9,12 @@ use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
-use std::sync::{Mutex, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::process::{Command, Stdio};
+use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use common::{Running, wait_for};
 use serde_json::Value;
+use slate_test_tools::{node_packages, run};
 
 /// A browser wants a machine that draws and answers at once; those that look at little can share it.
 static TURN: RwLock<()> = RwLock::new(());
@@ -31,32 +32,9 @@ fn shared_turn() -> RwLockReadGuard<'static, ()> {
 /// What drives a browser, and what finds out whether everybody can use a page.
 const PACKAGES: [&str; 2] = ["playwright-core@1.65.1", "axe-core@4.14.1"];
 
-fn run(command: &mut Command, advice: &str) -> Output {
-    match command.output() {
-        Ok(output) if output.status.success() => output,
-        Ok(output) => panic!("{advice}\n{command:?}\n{}", String::from_utf8_lossy(&output.stderr)),
-        Err(error) => panic!("{advice}\n{command:?}: {error}"),
-    }
-}
-
 /// A folder that has the packages.
 fn packages() -> PathBuf {
-    // Made once, though tests run beside each other.
-    static MAKING: Mutex<()> = Mutex::new(());
-    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-node");
-    let marker = folder.join("packages");
-    let wanted = PACKAGES.join("\n");
-    if std::fs::read_to_string(&marker).is_ok_and(|found| found == wanted) {
-        return folder;
-    }
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("package.json"), "{\"private\": true}").unwrap();
-    let advice = "this test needs Node (apt-get install nodejs npm), and a network the first time";
-    run(Command::new("npm").args(["install", "--silent"]).args(PACKAGES).current_dir(&folder), advice);
-    std::fs::write(&marker, wanted).unwrap();
-    folder
+    node_packages(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("browser-node"), &PACKAGES)
 }
 
 fn chromium() -> PathBuf {

@@ -5,7 +5,6 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::{Mutex, PoisonError};
 
 use serde_json::{Value, json};
 
@@ -24,21 +23,7 @@ fn well(output: Output, advice: &str) -> Output {
 
 /// A Python that has the library.
 fn python() -> PathBuf {
-    // Made once, though tests run beside each other.
-    static MAKING: Mutex<()> = Mutex::new(());
-    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("mcp-python");
-    let (python, marker) = (folder.join("bin/python"), folder.join("packages"));
-    if std::fs::read_to_string(&marker).is_ok_and(|found| found == PACKAGE) {
-        return python;
-    }
-    let made = Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder).output();
-    well(made.unwrap(), "this test needs Python with virtual environments: apt-get install python3-venv");
-    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check", PACKAGE];
-    let installed = Command::new(&python).args(pip).output();
-    well(installed.unwrap(), "this test needs a package of PyPI, so it needs a network the first time");
-    std::fs::write(&marker, PACKAGE).unwrap();
-    python
+    slate_test_tools::python(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("mcp-python"), &[PACKAGE])
 }
 
 /// What a client finds and is answered that calls tools in a role.

@@ -2,11 +2,11 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
-use std::sync::{Mutex, PoisonError};
+use std::process::Command;
 
 use serde_json::{Value as Json, json};
 use slate_record::bag;
+use slate_test_tools::{node_packages, run};
 
 use crate::agent::Running;
 use crate::modules::CONFIGURATION;
@@ -20,32 +20,9 @@ const PACKAGES: [&str; 5] = [
     "ws@8.18.0",
 ];
 
-fn run(command: &mut Command, advice: &str) -> Output {
-    match command.output() {
-        Ok(output) if output.status.success() => output,
-        Ok(output) => panic!("{advice}\n{command:?}\n{}", String::from_utf8_lossy(&output.stderr)),
-        Err(error) => panic!("{advice}\n{command:?}: {error}"),
-    }
-}
-
 /// A folder that has the packages.
 fn packages() -> PathBuf {
-    // Made once, though tests run beside each other.
-    static MAKING: Mutex<()> = Mutex::new(());
-    let _making = MAKING.lock().unwrap_or_else(PoisonError::into_inner);
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("foxglove-node");
-    let marker = folder.join("packages");
-    let wanted = PACKAGES.join("\n");
-    if std::fs::read_to_string(&marker).is_ok_and(|found| found == wanted) {
-        return folder;
-    }
-    let _ = std::fs::remove_dir_all(&folder);
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("package.json"), "{\"private\": true}").unwrap();
-    let advice = "this test needs Node (apt-get install nodejs npm), and a network the first time";
-    run(Command::new("npm").args(["install", "--silent"]).args(PACKAGES).current_dir(&folder), advice);
-    std::fs::write(&marker, wanted).unwrap();
-    folder
+    node_packages(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("foxglove-node"), &PACKAGES)
 }
 
 #[test]

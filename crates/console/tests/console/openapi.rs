@@ -1,41 +1,18 @@
 //! Schemathesis, which is not ours, asks for whatever the document allows, and for what it does not.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
+
+use slate_test_tools::{run, virtual_environment};
 
 use crate::agent::Running;
 
 const PACKAGE: &str = "schemathesis==4.32.5";
 
-fn run(command: &mut Command, advice: &str) -> Output {
-    match command.output() {
-        Ok(output) if output.status.success() => output,
-        Ok(output) => panic!(
-            "{advice}\n{command:?}\n{}\n{}",
-            String::from_utf8_lossy(&output.stdout),
-            String::from_utf8_lossy(&output.stderr)
-        ),
-        Err(error) => panic!("{advice}\n{command:?}: {error}"),
-    }
-}
-
 /// The program.
 fn schemathesis() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("schemathesis");
-    let marker = folder.join("packages");
-    if std::fs::read_to_string(&marker).is_ok_and(|found| found == PACKAGE) {
-        return folder.join("bin/schemathesis");
-    }
-    run(
-        Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder),
-        "this test needs Python with virtual environments: apt-get install python3-venv",
-    );
-    run(
-        Command::new(folder.join("bin/python")).args(["-m", "pip", "install", "--quiet", PACKAGE]),
-        "this test needs a package of PyPI, so it needs a network the first time",
-    );
-    std::fs::write(&marker, PACKAGE).unwrap();
-    folder.join("bin/schemathesis")
+    virtual_environment(&folder, &[PACKAGE]).join("bin/schemathesis")
 }
 
 #[test]

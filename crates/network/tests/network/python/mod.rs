@@ -1,43 +1,17 @@
 //! A program in Python with its own Zenoh: `cargo test -p slate-network --features external-tools`.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
+
+use slate_test_tools::run;
 
 use crate::network::agent::{Running, ports};
 
 const PACKAGES: [&str; 1] = ["eclipse-zenoh==1.10.2"];
 
-/// Runs a command that ends well, or tells `advice`.
-fn run(command: &mut Command, advice: &str) -> Output {
-    match command.output() {
-        Ok(output) if output.status.success() => output,
-        Ok(output) => panic!("{advice}\n{command:?}\n{}", String::from_utf8_lossy(&output.stderr)),
-        Err(error) => panic!("{advice}\n{command:?}: {error}"),
-    }
-}
-
 /// A Python that has the packages.
 fn python() -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("zenoh-python");
-    let (python, marker) = (folder.join("bin/python"), folder.join("packages"));
-    let wanted = PACKAGES.join("\n");
-    let works =
-        || Command::new(&python).arg("--version").output().is_ok_and(|output| output.status.success());
-    if std::fs::read_to_string(&marker).is_ok_and(|found| found == wanted) && works() {
-        return python;
-    }
-    run(
-        Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder),
-        "this test needs Python with virtual environments: apt-get install python3-venv",
-    );
-    run(
-        Command::new(&python)
-            .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
-            .args(PACKAGES),
-        "this test needs packages of PyPI, so it needs a network the first time",
-    );
-    std::fs::write(&marker, wanted).unwrap();
-    python
+    slate_test_tools::python(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("zenoh-python"), &PACKAGES)
 }
 
 #[test]

@@ -1,0 +1,92 @@
+//! Python and Node for tests with programs of others, each with packages in a folder of its own.
+//!
+//! The first test that asks for packages installs them, from PyPI or npm; later ones find them.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Runs a command to its end.
+///
+/// # Panics
+/// It fails; the message has `advice`, the command and its output.
+#[track_caller]
+pub fn run(command: &mut Command, advice: &str) -> Output {
+    match command.output() {
+        Ok(output) if output.status.success() => output,
+        Ok(output) => panic!(
+            "{advice}\n{command:?}\n{}\n{}",
+            String::from_utf8_lossy(&output.stdout),
+            String::from_utf8_lossy(&output.stderr)
+        ),
+        Err(error) => panic!("{advice}\n{command:?}: {error}"),
+    }
+}
+
+/// Returns the virtual environment in `folder` that has these packages of PyPI; its programs are in `bin`.
+///
+/// # Panics
+/// Python lacks virtual environments, or PyPI is not reached.
+pub fn virtual_environment(folder: &Path, packages: &[&str]) -> PathBuf {
+    let _installing = one_at_a_time();
+    let python = folder.join("bin/python");
+    let works =
+        || Command::new(&python).arg("--version").output().is_ok_and(|output| output.status.success());
+    if is_complete(folder, packages) && works() {
+        return folder.into();
+    }
+    run(
+        Command::new("python3").args(["-m", "venv", "--clear"]).arg(folder),
+        "this test needs Python with virtual environments: apt-get install python3-venv",
+    );
+    run(
+        Command::new(&python)
+            .args(["-m", "pip", "install", "--quiet", "--disable-pip-version-check"])
+            .args(packages),
+        "this test needs packages of PyPI, so it needs a network the first time",
+    );
+    complete(folder, packages);
+    folder.into()
+}
+
+/// Returns the Python of a [virtual environment](virtual_environment).
+pub fn python(folder: &Path, packages: &[&str]) -> PathBuf {
+    virtual_environment(folder, packages).join("bin/python")
+}
+
+/// Returns the folder once it has these packages of npm, in `node_modules`.
+///
+/// # Panics
+/// npm is missing, or its registry is not reached.
+pub fn node_packages(folder: &Path, packages: &[&str]) -> PathBuf {
+    let _installing = one_at_a_time();
+    if is_complete(folder, packages) {
+        return folder.into();
+    }
+    // A folder that is not there yet is as good.
+    let _ = fs::remove_dir_all(folder);
+    fs::create_dir_all(folder).unwrap();
+    fs::write(folder.join("package.json"), "{\"private\": true}").unwrap();
+    run(
+        Command::new("npm").args(["install", "--silent"]).args(packages).current_dir(folder),
+        "this test needs Node (apt-get install nodejs npm), and a network the first time",
+    );
+    complete(folder, packages);
+    folder.into()
+}
+
+/// Tests run beside each other, and each folder is filled once.
+fn one_at_a_time() -> MutexGuard<'static, ()> {
+    static INSTALLING: Mutex<()> = Mutex::new(());
+    INSTALLING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn is_complete(folder: &Path, packages: &[&str]) -> bool {
+    fs::read_to_string(folder.join("packages")).is_ok_and(|found| found == packages.join("\n"))
+}
+
+fn complete(folder: &Path, packages: &[&str]) {
+    fs::write(folder.join("packages"), packages.join("\n")).unwrap();
+}
