@@ -59,6 +59,8 @@ fn wait(running: &Running, seconds: f64) {
 fn a_recording_of_a_running_agent_begins_with_what_holds_and_misses_nothing_from_then_on() {
     let mut running = Running::new("live-all");
     running.start("exp1", &RUN);
+    // Before the first cycle nothing has happened that the recording could miss.
+    wait(&running, 0.1);
     let said = running.done(&["record", "start", "--out", "all.mcap"]);
     assert_eq!(said, "exp1 records into all.mcap\n");
     wait(&running, 1.0);

@@ -1,7 +1,7 @@
 use std::cmp::Ordering;
 use std::path::Path;
 
-use super::choices::CHOICES;
+use super::layers::CHOICES;
 use super::model::{Agent, Link, Mission, Module};
 use super::path::absolute;
 use super::problems::Problems;
@@ -21,23 +21,37 @@ impl Build<'_> {
         let mut known =
             vec!["agent", "loop", "time", "mission", "log", "share", "snapshot", "record", CHOICES];
         known.extend(["plugins", "modules", "links", "actuators", "robots"]);
+        known.extend(extra.iter().map(String::as_str));
         let choices = self.choices(root, &known);
-        known.extend(extra.iter().map(String::as_str).chain(choices));
+        known.extend(choices);
         self.problems.unknown_keys(root, "at the top", &known);
     }
 
-    /// Names of the settings that choose; what can't be chosen is reported.
+    /// Names of the settings that choose a variant. Reports invalid choices, and unknown keys in variants.
     fn choices<'a>(&mut self, root: &'a Table, sections: &[&str]) -> Vec<&'a str> {
         let Some(choices) = self.problems.table(root, CHOICES) else { return Vec::new() };
+        // What a variant can't set is reported where it is read.
+        let reported = ["include", "agents"].into_iter().chain(choices.iter().map(|(name, _)| name));
+        let settable: Vec<&str> = sections.iter().copied().chain(reported).collect();
         for (name, entry) in choices.iter() {
             if sections.contains(&name) {
                 let message = Mistake::Key.of(format!("`{name}` is a section and chooses no variant"));
                 self.problems.add(entry.key, message, "give the choice another name");
                 continue;
             }
-            let variants = self.problems.as_table(&format!("{CHOICES}.{name}"), entry);
-            let known: Vec<_> = variants.into_iter().flat_map(Table::iter).map(|(known, _)| known).collect();
-            let expected = format!("expected one of {}", known.join(", "));
+            let Some(variants) = self.problems.as_table(&format!("{CHOICES}.{name}"), entry) else {
+                continue;
+            };
+            for (variant, entry) in variants.iter() {
+                let settings = entry.value.as_table().into_iter();
+                let place = format!("in [{CHOICES}.{name}.{variant}]");
+                settings.for_each(|settings| self.problems.unknown_keys(settings, &place, &settable));
+            }
+            let known: Vec<_> = variants.iter().map(|(known, _)| known).collect();
+            let expected = match known[..] {
+                [] => format!("write a variant, such as [{CHOICES}.{name}.usual]"),
+                _ => format!("expected one of {}", known.join(", ")),
+            };
             match root.get(name) {
                 Some(chosen) if chosen.as_str().is_some_and(|chosen| known.contains(&chosen)) => {}
                 Some(chosen) => {

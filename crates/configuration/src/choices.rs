@@ -1,71 +1,71 @@
-//! Variants of a configuration: `controller = "rocs"` takes over the settings of `[choices.controller.rocs]`.
+//! Variants of a configuration: `controller = "rocs"` applies the settings of `[choices.controller.rocs]`.
 
 use std::collections::BTreeMap;
 
 use super::Configuration;
-use super::layers::Layers;
+use super::layers::{CHOICES, Layers};
 use super::set::flat;
 use super::source::{Span, Spanned, TextPlace};
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
-/// Name of the table with the variants.
-pub(super) const CHOICES: &str = "choices";
-
-/// A variant that holds.
+/// A chosen variant.
 #[derive(Clone, Copy, Debug)]
 pub struct ChosenVariant<'a> {
     /// Name of the setting that chooses it.
     pub choice: &'a str,
     /// Name of the variant.
     pub name: &'a str,
-    /// Whether it has settings; the one without is the configuration as it is written.
-    pub is_other: bool,
+    /// Whether it has settings; the one without is the configuration as written.
+    pub has_settings: bool,
 }
 
 impl<'a> ChosenVariant<'a> {
-    /// The variants that hold, by name of the choice.
+    /// The chosen variants, by name of the choice.
     pub fn all(configuration: &'a Configuration) -> impl Iterator<Item = Self> {
         let all = configuration.table(CHOICES).into_iter().flat_map(Table::iter);
         all.filter_map(|(choice, variants)| {
             let name = configuration.merged.get(choice)?.as_str()?;
             let settings = variants.value.as_table()?.get(name)?.as_table()?;
-            Some(Self { choice, name, is_other: !settings.is_empty() })
+            Some(Self { choice, name, has_settings: !settings.is_empty() })
         })
     }
 }
 
 impl Layers {
-    /// Takes over the variants that the files choose, or `settings` above them, in the order of the names.
+    /// Applies the variants that the files choose, or `settings` above them, in the order of their names; checks the others.
     pub(super) fn choose<'a>(&mut self, settings: impl Iterator<Item = &'a str>) {
         let Some(choices) = self.merged.get(CHOICES).and_then(|choices| choices.as_table()).cloned() else {
             return;
         };
         let settings: Vec<_> = settings.filter_map(flat).collect();
+        let names: Vec<&str> = choices.iter().map(|(name, _)| name).collect();
         for (name, variants) in choices.iter() {
             let of_wanted = |setting: &Table| {
                 let wanted = self.agents.wanted.as_deref().unwrap_or_default();
                 let own = setting.at(["agents", wanted, name].into_iter()).or_else(|| setting.get(name))?;
                 own.as_str().map(str::to_owned)
             };
+            // An unknown variant is reported at the setting that chooses it.
             let chosen = settings.iter().rev().find_map(of_wanted);
             let chosen = chosen.or_else(|| self.merged.get(name)?.as_str().map(str::to_owned));
-            // An unknown one is reported where the setting is read.
-            let variant =
-                chosen.and_then(|variant| Some((variants.value.as_table()?.entries.get(&variant)?, variant)));
-            if let Some((entry, variant)) = variant
-                && let Some(settings) = self.problems.as_table(&format!("{CHOICES}.{name}.{variant}"), entry)
-            {
-                self.variant([CHOICES, name, &variant], settings.clone());
+            for (variant, entry) in variants.value.as_table().into_iter().flat_map(Table::iter) {
+                let path = [CHOICES, name, variant];
+                if let Some(settings) = self.problems.as_table(&path.join("."), entry) {
+                    let settings = self.variant(path, settings.clone(), &names);
+                    if chosen.as_deref() == Some(variant) {
+                        super::senders::merge_layer(&mut self.merged, settings);
+                    }
+                }
             }
         }
     }
 
-    /// Takes over a variant: a part of the texts that it is written in, which goes over all of them.
-    fn variant(&mut self, path: [&str; 3], mut settings: Table) {
-        for key in ["include", "agents", CHOICES] {
-            if let Some(TableEntry { key: span, .. }) = settings.entries.remove(key) {
-                let message = Mistake::Key.of(format!("`{key}` stands in a variant"));
+    /// Reads a variant: a part of the texts with its settings, above everything read before.
+    fn variant(&mut self, path: [&str; 3], mut settings: Table, choices: &[&str]) -> Table {
+        for key in ["include", "agents", CHOICES].iter().chain(choices) {
+            if let Some(TableEntry { key: span, .. }) = settings.entries.remove(*key) {
+                let message = Mistake::Key.of(format!("a variant can't set `{key}`"));
                 self.problems.add(span, message, "write it at the top of the file");
             }
         }
@@ -73,11 +73,16 @@ impl Layers {
         each_span(&mut settings, &mut |span| {
             span.source = *parts.entry(span.source).or_insert_with(|| self.part_at(span.source, &path));
         });
-        let settings = super::scope::flatten(settings, &mut self.problems);
-        super::senders::merge_layer(&mut self.merged, settings);
+        let mut settings = super::scope::flatten(settings, &mut self.problems);
+        // A module may be another agent's.
+        if !self.incomplete && self.agents.known.is_empty() {
+            self.refuse_new(false, &mut settings, "modules", "module", &["kind"]);
+            self.refuse_new(false, &mut settings, "actuators", "actuator", &["command", "commands"]);
+        }
+        settings
     }
 
-    /// A source of what stands in a table of a text, above all that was read.
+    /// A source for a table of a text, above everything read before.
     fn part_at(&mut self, text: usize, path: &[&str]) -> usize {
         let TextPlace { part_of, table, own, .. } = &self.sources.0[text].place;
         let (whole, own) = (part_of.unwrap_or(text), *own);

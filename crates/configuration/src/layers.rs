@@ -15,6 +15,9 @@ use super::source::{SettingSource, SourceKind, Sources, Span, TextPlace};
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
+/// Name of the table with the variants.
+pub(super) const CHOICES: &str = "choices";
+
 /// Reads the texts of a configuration and merges what they say.
 #[derive(Default)]
 pub(super) struct Layers {
@@ -135,6 +138,10 @@ impl Layers {
             if let Some(TableEntry { key, .. }) = table.entries.remove("include") {
                 self.problems.add(key, "only a file includes others", "write `include` in the file");
             }
+            if let Some(TableEntry { key, .. }) = table.entries.remove(CHOICES) {
+                let help = "change the file, or set what the variant sets";
+                self.problems.add(key, "a setting chooses a variant, and can't change one", help);
+            }
             let mut flat = flatten(table, &mut self.problems);
             // A change of before, which is read again.
             let was_good = kind == SourceKind::Change && equals.is_none();
@@ -148,7 +155,7 @@ impl Layers {
     }
 
     /// Takes out of a setting what names a module or an actuator that no file has, unless it is set up from the ground.
-    fn refuse_new(
+    pub(super) fn refuse_new(
         &mut self,
         was_good: bool,
         setting: &mut Table,

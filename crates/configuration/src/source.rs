@@ -70,7 +70,7 @@ pub struct SettingSource {
 pub(super) struct TextPlace {
     /// The file that this one was included by in the end; what its table of an agent says goes over all of them.
     pub(super) root: usize,
-    /// The text that this is a part of: the table of the agent that is read, or a variant that is chosen.
+    /// The text of which this is a table: that of the agent, or of a chosen variant.
     pub(super) part_of: Option<usize>,
     /// The path of that table.
     pub(super) table: Vec<String>,

@@ -158,7 +158,7 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
             conditions.insert("robot_sensor".into(), profile);
         }
     }
-    let others = ChosenVariant::all(configuration).filter(|variant| variant.is_other);
+    let others = ChosenVariant::all(configuration).filter(|variant| variant.has_settings);
     conditions.extend(others.map(|variant| (variant.choice.into(), variant.name.into())));
     conditions
 }

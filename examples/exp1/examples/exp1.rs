@@ -60,6 +60,8 @@ pub fn robot() -> Robot {
         .execute::<DifferentialActions>("execute")
         .gate("wheels", wheels())
         .world_of(slate_exp1::CONFIGURATION)
+        // Its variants name more kinds of blocks.
+        .plugin(slate_wheeled::plugin())
 }
 
 /// Both wheels of a Pioneer P3-DX, radians per second.

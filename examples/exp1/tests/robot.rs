@@ -128,6 +128,23 @@ fn a_sensor_that_stops_stops_the_robot_and_both_come_back() {
 }
 
 #[test]
+fn a_robot_without_sonars_or_rules_stops_in_its_second_cycle() {
+    let off = "modules.\"r2/sonar\".enabled=false";
+    let laws = ["controller=slate", "controller=rocs", "controller=rocs-fixed"];
+    let without_rules = ["links.\"r2/avoid_obstacle/rules\"=false"];
+    let all = laws.map(|law| vec![law, off]).into_iter().chain([without_rules.to_vec()]);
+    for sets in all {
+        let mut agent = agent(&sets);
+        // In the first cycle Knowledge has not yet said which robot it is.
+        agent.step();
+        while agent.now() < 3_000_000_000 {
+            agent.step();
+            assert_eq!(number(&agent, "r2/wheels/command/left"), 0.0, "{sets:?}, {} ns", agent.now());
+        }
+    }
+}
+
+#[test]
 fn a_reflex_clears_the_plan_which_is_made_anew() {
     let mut agent = agent(&[]);
     let mut replanned = false;

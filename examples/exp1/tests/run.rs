@@ -104,6 +104,14 @@ fn runs_as_slate_run_does() {
     }
     let (output, _) = call("exp1", "variant", &["--headless", "--set", "controller=other"]);
     assert!(text(&output.stderr).contains("expected one of rocs, rocs-fixed, slate"), "{output:?}");
+    for choice in ["planner=local", "controller=rocs", "pace=robots"] {
+        let (output, _) = call(
+            "exp1",
+            "choice",
+            &["--headless", "--set", choice, "--set", "modules.referee.params.time_limit=2.0"],
+        );
+        assert!(text(&output.stdout).contains("time is up"), "{choice}: {output:?}");
+    }
     let late = "modules.referee.params.time_limit=1.0";
     let (output, _) = call("exp1", "late", &["--headless", "--set", late]);
     assert_eq!(output.status.code(), Some(1), "{output:?}");

@@ -74,6 +74,8 @@ pub fn robot() -> Robot {
         .execute::<SkidSteerActions>("execute")
         .gate("wheels", wheels())
         .world_of(slate_exp2::CONFIGURATION)
+        // Its variants name more kinds of blocks.
+        .plugin(slate_wheeled::plugin())
 }
 
 /// A Summit XL, its goal and the rules of its reflex.

@@ -3,8 +3,8 @@ use std::path::PathBuf;
 
 use toml_edit::DocumentMut;
 
-use super::super::choices::CHOICES;
 use super::super::files;
+use super::super::layers::CHOICES;
 use super::super::path::render;
 use super::super::value::{Table, TableEntry};
 use super::*;
@@ -200,7 +200,7 @@ impl Database {
             read(&request, without.1).result_and_files()?
         };
         let lost = differences(&before.merged, &configuration.merged).into_iter().map(|(path, ..)| path);
-        // What was saved into a variant stands there and holds.
+        // A change that was saved into a variant.
         let lost = lost.filter(|path| path.first().is_none_or(|first| first != CHOICES));
         let unsaved = differences(&configuration.files, &configuration.merged)
             .into_iter()

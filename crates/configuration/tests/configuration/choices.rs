@@ -4,6 +4,24 @@ use slate_configuration::ChosenVariant;
 
 use super::*;
 
+/// The configuration of a text with those settings, of an application with a table `world`.
+fn with_sets(text: &str, sets: &[&str]) -> Result<Configuration, Report> {
+    let options = Options { extra_tables: vec!["world".into()], ..options(sets) };
+    Configuration::from_text("exp1.toml", text, &options)
+}
+
+fn read(text: &str) -> Result<Configuration, Report> {
+    with_sets(text, &[])
+}
+
+/// The only error of a text with a setting.
+#[track_caller]
+fn refusal(text: &str, sets: &[&str]) -> String {
+    let report = with_sets(text, sets).unwrap_err();
+    assert_eq!(report.diagnostics().len(), 1, "{report:?}");
+    report.to_string()
+}
+
 const FILE: &str = "controller = \"own\"\n[modules.turn]\n[modules.drive]\nparams = { speed = 0.5 }\n\
                     [choices.controller.own]\n[choices.controller.wall]\nmodules.turn.enabled = false\n\
                     modules.drive.params.speed = 0.1\n";
@@ -23,7 +41,8 @@ fn a_variant_goes_over_the_file_and_a_setting_over_the_variant() {
     assert_eq!(number(&usual, "modules.drive.params.speed"), Some(0.5));
     assert!(
         ChosenVariant::all(&usual)
-            .all(|variant| (variant.choice, variant.name, variant.is_other) == ("controller", "own", false))
+            .all(|variant| (variant.choice, variant.name, variant.has_settings)
+                == ("controller", "own", false))
     );
 
     let wall = with_sets(FILE, &["controller=wall"]).unwrap();
@@ -31,7 +50,7 @@ fn a_variant_goes_over_the_file_and_a_setting_over_the_variant() {
     assert_eq!(number(&wall, "modules.drive.params.speed"), Some(0.1));
     let origin = &wall.settings("modules.drive.params.speed").unwrap()[0].origin;
     assert_eq!(origin.to_string(), "exp1.toml:8");
-    assert!(ChosenVariant::all(&wall).all(|variant| variant.is_other));
+    assert!(ChosenVariant::all(&wall).all(|variant| variant.has_settings));
 
     let faster = with_sets(FILE, &["modules.drive.params.speed=0.3", "controller=wall"]).unwrap();
     assert_eq!(number(&faster, "modules.drive.params.speed"), Some(0.3));
@@ -61,7 +80,11 @@ fn a_file_that_includes_another_adds_a_variant_and_chooses_it() {
 fn an_agent_of_several_has_its_own_variant() {
     let text = format!("{FILE}[agents.first]\n[agents.second]\n");
     let read = |agent: &str| {
-        let options = Options { agent: Some(agent.into()), ..options(&["agents.second.controller=wall"]) };
+        let options = Options {
+            agent: Some(agent.into()),
+            extra_tables: Vec::new(),
+            ..options(&["agents.second.controller=wall"])
+        };
         Configuration::from_text("team.toml", &text, &options).unwrap()
     };
     assert_eq!(number(&read("first"), "modules.drive.params.speed"), Some(0.5));
@@ -71,27 +94,43 @@ fn an_agent_of_several_has_its_own_variant() {
 #[test]
 fn what_can_not_be_chosen_is_said_with_its_place() {
     assert_eq!(
-        set_error(FILE, "controller=best"),
+        refusal(FILE, &["controller=best"]),
         "--set:1:12: `controller` chooses `best`, which is no variant (expected one of own, wall)"
     );
     assert_eq!(
-        error("pace = 3\n[choices.pace]\nslow = {}\n"),
+        refusal("pace = 3\n[choices.pace]\nslow = {}\n", &[]),
         "exp1.toml:1:8: `pace` chooses a whole number, which is no variant (expected one of slow)"
     );
     assert_eq!(
-        error("[choices.pace]\nslow = {}\n"),
+        refusal("[choices.pace]\nslow = {}\n", &[]),
         "exp1.toml:1:10: no variant of `pace` is chosen (write pace = \"...\" at the top; expected one of slow)"
     );
     assert_eq!(
-        error("[choices.modules]\nslow = {}\n"),
+        refusal("[choices.modules]\nslow = {}\n", &[]),
         "exp1.toml:1:10: `modules` is a section and chooses no variant (give the choice another name)"
     );
     assert_eq!(
-        error("pace = \"slow\"\n[choices.pace.slow]\ninclude = [\"slow.toml\"]\n"),
-        "exp1.toml:3:1: `include` stands in a variant (write it at the top of the file)"
+        refusal("pace = \"slow\"\n[choices.pace.slow]\ninclude = [\"slow.toml\"]\n", &[]),
+        "exp1.toml:3:1: a variant can't set `include` (write it at the top of the file)"
     );
+    assert_eq!(
+        refusal("[choices.world]\nslow = {}\n", &[]),
+        "exp1.toml:1:10: `world` is a section and chooses no variant (give the choice another name)"
+    );
+    assert_eq!(
+        refusal("pace = \"slow\"\nkind = \"a\"\n[choices.kind.a]\n[choices.pace.slow]\nkind = \"b\"\n", &[]),
+        "exp1.toml:5:1: a variant can't set `kind` (write it at the top of the file)"
+    );
+    assert!(refusal("pace = \"slow\"\n[choices]\npace = {}\n", &[]).contains("[choices.pace.usual]"));
+    // Also in a variant that is not chosen.
+    let other = |settings: &str| refusal(&format!("{FILE}[choices.controller.other]\n{settings}\n"), &[]);
+    assert!(other("bad = 3").contains("unknown key `bad` in [choices.controller.other]"));
+    assert!(other("modules.ghost.params.gain = 1.0").contains("no module is called `ghost`"));
+    // Files have the variants; settings choose.
+    let set = "choices.controller.wall.modules.drive.params.speed=0.2";
+    assert!(refusal(FILE, &[set]).contains("a setting chooses a variant, and can't change one"));
     // Without variants it is no setting at all.
-    assert!(error("pace = \"slow\"\n").contains("unknown key `pace`"));
+    assert!(refusal("pace = \"slow\"\n", &[]).contains("unknown key `pace`"));
 }
 
 #[test]

@@ -367,7 +367,7 @@ impl<B: WheeledBody> Action<B> for ReleaseBumper {
     fn act(&mut self, acting: &Acting<'_, B>) -> Step {
         self.left -= acting.now.elapsed();
         if self.left < 0.0 {
-            // It goes no way out: the robot stands until nothing presses.
+            // No direction helps: the robot stands until the contact ends.
             self.drive.speeds.left = 0.0;
             self.drive.speeds.right = 0.0;
         }

@@ -32,7 +32,7 @@ const ROBOT_RADIUS: f64 = 0.28;
 
 /// Maps the newest measurements to `AvoidObstacle`, by the rules in Knowledge. It has no memory.
 ///
-/// It stops the robot while a sensor with a rule is late, and while the robot model has no valid outline.
+/// It stops the robot while a sensor with a rule is late, and without rules or a valid outline.
 pub struct AvoidObstacleModel;
 
 impl ReactiveModel for AvoidObstacleModel {
@@ -43,7 +43,6 @@ impl ReactiveModel for AvoidObstacleModel {
     type State = ();
 
     fn run(_: &mut (), sensors: &AvoidObstacleSensors, (): &(), now: &Tick) -> Option<ActionRequest> {
-        sensors.rules.get()?;
         let robot = sensors.robot.get()?;
         let Maneuver { angle, linear, duration } = maneuver(sensors, robot, now)?;
         let wheels = robot.wheels_for(linear, 0.0);
@@ -55,8 +54,10 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
     let AvoidObstacleSensors { sonar, robots, odometry, rules, .. } = sensors;
     let is_blind =
         is_blind(SONAR, sonar, rules, robot, now) || is_blind(ROBOT_SENSOR, robots, rules, robot, now);
-    // Without an outline nothing is known to be far enough away.
-    let (false, Ok(footprint)) = (is_blind, Footprint::of(&robot.chassis.outline)) else {
+    // Without an outline or a rule nothing is known to be far enough away.
+    let (false, Ok(footprint), Some(thresholds)) =
+        (is_blind, Footprint::of(&robot.chassis.outline), rules.get())
+    else {
         return Some(Maneuver::STOP);
     };
     let seen = robots.get().filter(|_| !is_late(ROBOT_SENSOR, robots, robot, now));
@@ -71,5 +72,5 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
         Some(_) => robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius,
         None => 0.0,
     };
-    react(rules.get()?, &footprint, &ReflexInput::new(sonar.get()?, discs, speed))
+    react(thresholds, &footprint, &ReflexInput::new(sonar.get()?, discs, speed))
 }

@@ -90,7 +90,7 @@ impl GiveWayParams {
         };
         let mut ways = robots.list.iter().filter(near).filter_map(side);
         let linear = ways.next()?;
-        // Between two there is no way, nor for a robot that drives towards the other one: that is the others' matter.
+        // Between two robots, or towards another one, no direction is free: the others must give way.
         if ways.any(|way| way != linear) || speed * linear.signum() < -self.standing_velocity {
             return None;
         }

@@ -353,6 +353,8 @@ impl Knowledge for WheeledKnowledge {
     ) {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
         let Some(known) = state.robot.model(params, now) else { return };
+        let (names, length) = models.sensors(known);
+        state.refused.update(rules, params.rules(), &names[..length], now);
         let mut sensors = [Device::default(); SENSORS];
         let mut length = 0;
         for (sensor, (measured, health)) in known.robot.sensors.iter().zip(&mut state.watched) {
@@ -373,7 +375,5 @@ impl Knowledge for WheeledKnowledge {
             model.accuracy = models.accuracy.get().copied().unwrap_or_default();
             model.robot.sensors = Sequence::new(sensors);
         });
-        let (names, length) = models.sensors(known);
-        state.refused.update(rules, params.rules(), &names[..length], now);
     }
 }

@@ -26,12 +26,20 @@ impl Monitor for RangeMonitor {
     const DOC: &'static str = "Monitors the sonars.";
     type Sensors = Sonar;
     type Params = ();
-    type State = ();
+    /// Whether the newest scan was dropped.
+    type State = bool;
     type Value = SonarScan;
 
-    fn interpret(_: &mut (), sensors: &Sonar, _: &(), _: &Tick) -> Option<SonarScan> {
+    fn interpret(is_dropped: &mut bool, sensors: &Sonar, _: &(), now: &Tick) -> Option<SonarScan> {
         let scan = sensors.sonar.updated()?;
-        is_valid(scan).then_some(*scan)
+        let is_valid = is_valid(scan);
+        if !is_valid && !*is_dropped {
+            now.warn(format_args!(
+                "the scans of the sensor `sonar` are invalid: a range is no number; they are dropped"
+            ));
+        }
+        *is_dropped = !is_valid;
+        is_valid.then_some(*scan)
     }
 }
 

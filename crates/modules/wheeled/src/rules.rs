@@ -14,22 +14,31 @@ pub struct RulePorts {
 
 /// The last refused rules: each is logged once.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RefusedRules(Option<RuleError>);
+pub struct RefusedRules {
+    error: Option<RuleError>,
+    /// Whether there are rules.
+    is_written: bool,
+}
 
 impl RefusedRules {
-    /// Writes the rules if the robot has their sensors; else the rules that hold stay.
+    /// Writes the rules if the robot has their sensors; else the previous rules remain.
+    ///
+    /// The first rules are written in any case: a sensor that never measures counts as near.
     pub fn update(&mut self, ports: &RulePorts, rules: ReflexRules, sensors: &[&str], now: &Tick) {
         let error = rules.check(sensors).err();
-        match error {
-            None => ports.rules.set(rules),
-            // A robot without sonars, of which nobody has said anything.
-            Some(_) if rules.sensors == default_sensor_rules() => {}
-            Some(error) if self.0 != Some(error) => {
-                now.error(format_args!("{}", RefusedRule { error, sensors }))
-            }
-            Some(_) => {}
+        if error.is_none() || !self.is_written {
+            ports.rules.set(rules);
+            self.is_written = true;
         }
-        self.0 = error;
+        match error {
+            // By default, of a robot that may have no sonars.
+            Some(_) if rules.sensors == default_sensor_rules() => {}
+            Some(error) if self.error != Some(error) => {
+                now.error(format_args!("{}", RefusedRule { error, sensors }));
+            }
+            _ => {}
+        }
+        self.error = error;
     }
 }
 

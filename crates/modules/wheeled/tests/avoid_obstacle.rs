@@ -218,14 +218,22 @@ fn wrong_rules_are_refused_with_the_place_of_the_rule() {
 }
 
 #[test]
-fn a_robot_without_sonars_has_no_rules() {
+fn sonars_that_are_missing_have_their_rule_and_count_as_near() {
     let params =
         WheeledKnowledgeParams { robot: Text::new("pioneer_p3dx"), ..WheeledKnowledgeParams::default() };
     let mut knowledge = Fixture::<KnowledgeBlock<WheeledKnowledge>>::with(params).unwrap();
     knowledge.set("position", Position::default());
     knowledge.set("orientation", Orientation::default());
     knowledge.tick();
-    assert!(knowledge.wrote("robot") && !knowledge.wrote("rules"));
+    let known = knowledge.output::<ReflexRules>("rules").unwrap();
+    assert_eq!(known.distance(SONAR), Some(0.1));
+    let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+    model.set("robot", pioneer());
+    model.tick();
+    assert_eq!(model.sent::<Reflex>("reflex").len(), 1, "without rules it stops");
+    model.set("rules", known);
+    model.tick();
+    assert_eq!(model.sent::<Reflex>("reflex").len(), 1, "and without a scan");
 }
 
 /// An Execute with a turn by that angle and a drive.

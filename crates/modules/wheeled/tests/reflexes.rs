@@ -253,7 +253,7 @@ fn a_median_over_time_drops_single_echoes_of_sonars_that_err() {
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
-        extra_tables: ["world", "report", "controller", "pace", "planner"].map(Into::into).to_vec(),
+        extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
     };
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../examples/reflexes/reflexes.toml");
