@@ -152,6 +152,7 @@ pub fn find(
         agent: agent.map(Into::into),
         extra_tables: EXTRA_TABLES.map(Into::into).to_vec(),
         paths: PATHS.map(Into::into).to_vec(),
+        ..Options::default()
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
         let file = format!("{name}.toml");

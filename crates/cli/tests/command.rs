@@ -142,7 +142,7 @@ fn who_does_not_arrive_in_time_exits_with_1() {
 }
 
 #[test]
-fn the_end_of_a_run_names_a_stopped_sensor() {
+fn the_end_of_a_run_names_a_sensor_that_stopped_or_never_measured() {
     let folder = folder("stopped-sensor");
     let fault = "world.faults.ring={ robot = \"r2\", sensor = \"sonar\", kind = \"silent\", from = 1.0, until = 100.0 }";
     let limit = "modules.referee.params.time_limit=4";
@@ -155,6 +155,10 @@ fn the_end_of_a_run_names_a_stopped_sensor() {
     assert!(warned.contains("r2/range_monitor: the sensor `sonar` has stopped"), "{warned}");
     let summary = std::fs::read_to_string(folder.join("here/summary.json")).unwrap();
     assert!(summary.contains("the sensor `sonar` stopped at 0.98 s"), "{summary}");
+    let never = "modules.\"r2/sonar\".enabled=false";
+    let output = slate(&folder, &["run", "exp1", "--headless", "--set", never, "--set", limit]);
+    let said = text(&output.stdout);
+    assert!(said.contains("r2: the sensor `sonar` never measured"), "{said}");
 }
 
 #[test]

@@ -49,6 +49,16 @@ fn verify(folder: &Path, file: &str) -> (String, Option<i32>) {
 }
 
 #[test]
+fn a_setting_above_a_variant_holds_when_the_run_is_made_again() {
+    let folder = folder("record-variant");
+    let speed = "modules.\"r2/planner\".params.max_linear_velocity=0.05";
+    let limit = "modules.referee.params.time_limit=3";
+    recorded(&folder, &["--set", "controller=rocs", "--set", speed, "--set", limit]);
+    let (said, code) = verify(&folder, "here/run.mcap");
+    assert!(said.contains("identical") && code == Some(0), "{said}");
+}
+
+#[test]
 fn every_value_of_every_property_is_in_the_file() {
     let folder = folder("record-all");
     let (file, summary) = recorded(&folder, &["--seed", "1"]);

@@ -34,7 +34,9 @@ impl<'a> ChosenVariant<'a> {
 
 impl Layers {
     /// Applies the variants that the files choose, or `settings` above them, in the order of their names; checks the others.
-    pub(super) fn choose<'a>(&mut self, settings: impl Iterator<Item = &'a str>) {
+    ///
+    /// A recorded text (`is_recorded`) has what its variants set.
+    pub(super) fn choose<'a>(&mut self, settings: impl Iterator<Item = &'a str>, is_recorded: bool) {
         let Some(choices) = self.merged.get(CHOICES).and_then(|choices| choices.as_table()).cloned() else {
             return;
         };
@@ -48,12 +50,14 @@ impl Layers {
             };
             // An unknown variant is reported at the setting that chooses it.
             let chosen = settings.iter().rev().find_map(of_wanted);
-            let chosen = chosen.or_else(|| self.merged.get(name)?.as_str().map(str::to_owned));
+            let of_text = self.merged.get(name).filter(|_| !is_recorded);
+            let chosen = chosen.or_else(|| of_text?.as_str().map(str::to_owned));
             for (variant, entry) in variants.value.as_table().into_iter().flat_map(Table::iter) {
                 let path = [CHOICES, name, variant];
                 if let Some(settings) = self.problems.as_table(&path.join("."), entry) {
-                    let settings = self.variant(path, settings.clone(), &names);
+                    let mut settings = self.variant(path, settings.clone(), &names);
                     if chosen.as_deref() == Some(variant) {
+                        self.refuse_ghosts(&mut settings);
                         super::senders::merge_layer(&mut self.merged, settings);
                     }
                 }
@@ -73,13 +77,16 @@ impl Layers {
         each_span(&mut settings, &mut |span| {
             span.source = *parts.entry(span.source).or_insert_with(|| self.part_at(span.source, &path));
         });
-        let mut settings = super::scope::flatten(settings, &mut self.problems);
+        super::scope::flatten(settings, &mut self.problems)
+    }
+
+    /// Reports settings of modules and actuators that nothing describes.
+    fn refuse_ghosts(&mut self, settings: &mut Table) {
         // A module may be another agent's.
         if !self.incomplete && self.agents.known.is_empty() {
-            self.refuse_new(false, &mut settings, "modules", "module", &["kind"]);
-            self.refuse_new(false, &mut settings, "actuators", "actuator", &["command", "commands"]);
+            self.refuse_new(false, settings, "modules", "module", &["kind"]);
+            self.refuse_new(false, settings, "actuators", "actuator", &["command", "commands"]);
         }
-        settings
     }
 
     /// A source for a table of a text, above everything read before.

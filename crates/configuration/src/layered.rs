@@ -78,7 +78,7 @@ impl Layered {
         let over: Vec<_> = sets.iter().flat_map(|set| super::set::flat_paths(set)).collect();
         let over: Vec<_> = over.iter().filter_map(|path| counterpart(path)).chain(over.clone()).collect();
         let sets = self.sets.iter().cloned().chain(sets).collect();
-        let options = Options { sets, extra_tables, ..Options::default() };
+        let options = Options { sets, extra_tables, is_recorded: true, ..Options::default() };
         Database::with_changes(name, &self.files, options, (&self.changes, &over))
     }
 }

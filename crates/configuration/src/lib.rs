@@ -123,6 +123,9 @@ pub struct Options {
     /// Settings of the application that may be paths, relative to the file that they are written in, such as `world.arena`;
     /// `*` is any name. What has neither a slash nor the ending `.toml` is a name, and no path.
     pub paths: Vec<String>,
+    /// Whether the main text is that of a running or recorded agent: what its variants set is part of it already, below later
+    /// settings.
+    pub is_recorded: bool,
 }
 
 /// A value and where it comes from.
@@ -415,14 +418,16 @@ impl Configuration {
 /// # Errors
 /// When it is none any more, or a setting is wrong.
 pub fn recorded_configuration(name: &str, text: &str, sets: Vec<String>) -> Result<Database, Report> {
-    let options = Options { sets, extra_tables: extra_tables(text), ..Options::default() };
+    let options = Options { sets, extra_tables: extra_tables(text), is_recorded: true, ..Options::default() };
     Database::from_text(name, text, options)
 }
 
-/// Whatever stands at the top of a configuration: it was meant for somebody.
+/// Whatever stands at the top of a configuration but chooses no variant: it was meant for somebody.
 pub fn extra_tables(text: &str) -> Vec<String> {
     let document = text.parse::<toml_edit::DocumentMut>().unwrap_or_default();
-    document.iter().map(|(name, _)| name.to_owned()).collect()
+    let chooses =
+        |name: &str| document.get(layers::CHOICES).is_some_and(|choices| choices.get(name).is_some());
+    document.iter().map(|(name, _)| name.to_owned()).filter(|name| !chooses(name)).collect()
 }
 
 /// All problems in the order of the texts; a setting that is written once is reported once.

@@ -68,7 +68,8 @@ pub(super) fn read(request: &ReadRequest<'_>, files: Files) -> ReadOutcome {
     let mut layers = layers(request, files);
     layers.incomplete |= !layers.agents.is_chosen(layers.incomplete, &mut layers.problems);
     layers.name_agent();
-    layers.choose(options.sets.iter().map(String::as_str).chain(changes.iter().map(|change| change.text)));
+    let settings = options.sets.iter().map(String::as_str).chain(changes.iter().map(|change| change.text));
+    layers.choose(settings, options.is_recorded);
     let of_files = layers.merged.clone();
     layers.flat_sets.clear();
     layers.sets(SourceKind::Set, options.sets.iter().map(|text| Written { text, equals: None }));

@@ -22,8 +22,8 @@ mod run;
 mod run_history;
 pub mod scene;
 mod sensor_profile;
+mod silent_sensors;
 mod stay;
-mod stopped_sensors;
 #[cfg(feature = "console")]
 mod trails;
 mod unfed;

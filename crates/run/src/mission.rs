@@ -20,7 +20,7 @@ use crate::observation::{JudgeMetrics, Observation};
 use crate::options::ModeName;
 use crate::run_history::{self, RunHistory};
 use crate::scene;
-use crate::stopped_sensors;
+use crate::silent_sensors;
 use crate::unfed::UnfedInputs;
 
 /// Figures of every judge, which are fields of the summary.
@@ -224,7 +224,7 @@ impl MissionRun {
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let judged = self.observation.metrics();
         let (outcome, message) = self.judge(&end, &judged);
-        let stopped = stopped_sensors::describe(self.agent.board());
+        let stopped = silent_sensors::describe(self.agent.board());
         let message = [message, stopped]
             .into_iter()
             .flatten()

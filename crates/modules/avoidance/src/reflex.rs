@@ -143,7 +143,7 @@ impl std::fmt::Display for RuleError {
                 "rule {number}, of the sensor `{sensor}`: expected a distance from 0 to {MAX_DISTANCE} m, found {distance}"
             ),
             Self::Sensor { number, sensor } => {
-                write!(formatter, "rule {number}: the robot model lists no sensor `{sensor}`")
+                write!(formatter, "rule {number}: no reflex of this robot has a threshold for a sensor `{sensor}`")
             }
         }
     }

@@ -7,6 +7,7 @@ use slate_plugin::prelude::*;
 use crate::actions::{Release, ReleaseBumper};
 use crate::knowledge::WheeledModel;
 use crate::late_sensors::{is_blind, is_late};
+use crate::rules::BUMPER;
 
 /// Sensors and knowledge of the reflex.
 #[ports]
@@ -73,7 +74,5 @@ impl ReactiveModel for BumperReleaseModel {
     }
 }
 
-/// Name of the bumpers in a robot model.
-const BUMPER: &str = "bumper";
 /// Duration of a stop unless it is renewed, seconds.
 const HOLD: f64 = 0.2;

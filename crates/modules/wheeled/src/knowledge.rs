@@ -10,7 +10,7 @@ use slate_plugin::mapek::{Device, DeviceHealth, Kinematics, RobotModel, Steering
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
 
-use crate::rules::{RefusedRule, RefusedRules, RulePorts, default_sensor_rules};
+use crate::rules::{RefusedRule, RefusedRules, RulePorts, default_sensor_rules, has_threshold};
 
 /// Model of a wheeled robot.
 #[interface]
@@ -160,12 +160,12 @@ impl WheeledModels {
         true
     }
 
-    /// Names of the described sensors that the robot has, and how many there are.
-    fn sensors<'m>(&self, model: &'m WheeledModel) -> ([&'m str; 16], usize) {
+    /// Names of the described sensors that the robot has and that may have a rule, and how many there are.
+    fn ruled_sensors<'m>(&self, model: &'m WheeledModel) -> ([&'m str; 16], usize) {
         let (mut names, mut length) = ([""; 16], 0);
         for device in model.robot.sensors.iter() {
             let name = device.name.as_str();
-            if self.sensor(name).is_some_and(SensorInput::is_there) {
+            if has_threshold(name) && self.sensor(name).is_some_and(SensorInput::is_there) {
                 names[length] = name;
                 length += 1;
             }
@@ -336,7 +336,8 @@ impl Knowledge for WheeledKnowledge {
         let robot = KnownRobot::new(params)?;
         if let Some(model) = robot.described() {
             // Which of them it has, the links say.
-            let names: Vec<_> = model.robot.sensors.iter().map(|device| device.name.as_str()).collect();
+            let names = model.robot.sensors.iter().map(|device| device.name.as_str());
+            let names: Vec<_> = names.filter(|name| has_threshold(name)).collect();
             params
                 .rules()
                 .check(&names)
@@ -353,7 +354,7 @@ impl Knowledge for WheeledKnowledge {
     ) {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
         let Some(known) = state.robot.model(params, now) else { return };
-        let (names, length) = models.sensors(known);
+        let (names, length) = models.ruled_sensors(known);
         state.refused.update(rules, params.rules(), &names[..length], now);
         let mut sensors = [Device::default(); SENSORS];
         let mut length = 0;
@@ -361,7 +362,8 @@ impl Knowledge for WheeledKnowledge {
             let mut sensor = Device { measured: *measured, health: DeviceHealth(*health), ..*sensor };
             let has_measured = models.watch(&mut sensor, now);
             (*measured, *health) = (sensor.measured, sensor.health.0);
-            if has_measured {
+            let has_rule = params.sensor_rules.iter().any(|rule| rule.sensor == sensor.name);
+            if has_measured || has_rule {
                 sensors[length] = sensor;
                 length += 1;
             }

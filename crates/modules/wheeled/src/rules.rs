@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use slate_avoidance::{ReflexRules, RuleError, SONAR, SensorRule};
+use slate_avoidance::{ROBOT_SENSOR, ReflexRules, RuleError, SONAR, SensorRule};
 use slate_plugin::prelude::*;
 
 /// Rules for the reflexes.
@@ -42,11 +42,14 @@ impl RefusedRules {
     }
 }
 
+/// Name of the bumpers in a robot model.
+pub const BUMPER: &str = "bumper";
+
 /// A refused rule of a robot with these sensors. It begins with the place of the rule, by which the host finds its line.
 pub struct RefusedRule<'a> {
     /// What is wrong.
     pub error: RuleError,
-    /// Names of the robot's sensors.
+    /// Names of the robot's sensors that may have a rule.
     pub sensors: &'a [&'a str],
 }
 
@@ -66,6 +69,11 @@ impl fmt::Display for RefusedRule<'_> {
         }
         Ok(())
     }
+}
+
+/// Returns whether a reflex has a threshold for a sensor of this name.
+pub fn has_threshold(sensor: &str) -> bool {
+    [SONAR, ROBOT_SENSOR, BUMPER].contains(&sensor)
 }
 
 /// The threshold of the sonars of a Pioneer.

@@ -213,7 +213,9 @@ fn wrong_rules_are_refused_with_the_place_of_the_rule() {
     assert_eq!(known(SONAR, 0.2), Some(0.2), "rules may change while it runs");
     assert_eq!(known(SONAR, 11.0), None, "the rules that hold stay");
     assert_eq!(known("whiskers", 0.1), None);
-    assert_eq!(known("laser", 0.1), None, "the description has it, and this robot does not");
+    assert_eq!(known("laser", 0.1), None, "no reflex reads it");
+    assert_eq!(known("odometry", 0.1), None);
+    assert_eq!(known("robot_sensor", 0.1), None, "the description has it, and this robot does not");
     assert_eq!(known(SONAR, 0.3), Some(0.3));
 }
 

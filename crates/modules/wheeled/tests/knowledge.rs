@@ -54,7 +54,9 @@ fn sensors_that_are_there_are_listed_with_mount_limits_and_rate() {
     let names = |model: &WheeledModel| -> Vec<String> {
         model.robot.sensors.iter().map(|sensor| sensor.name.as_str().to_owned()).collect()
     };
-    assert_eq!(names(&model(&mut knowledge)), ["position", "orientation"]);
+    let before = model(&mut knowledge);
+    assert_eq!(names(&before), ["position", "orientation", "sonar"], "the sonars have a rule");
+    assert_eq!(before.robot.sensor("sonar").unwrap().health, DeviceHealth::UNKNOWN);
     knowledge.set("robot_sensor", Sightings::default());
     knowledge.set("sonar", SonarScan { range_min: 0.1, range_max: 4.0, ..SonarScan::default() });
     let model = model(&mut knowledge);

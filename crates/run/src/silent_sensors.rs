@@ -1,4 +1,4 @@
-//! Stopped sensors, as the RobotModels of a run list them.
+//! Sensors that stopped or never measured, as the RobotModels of a run list them.
 
 use slate_blackboard::Board;
 use slate_blackboard::interface::{Descriptor, Interface, Kind, Value};
@@ -6,7 +6,7 @@ use slate_mapek::RobotModel;
 
 use crate::observation::value;
 
-/// Describes the stopped sensors of all robots, such as "r2: the sensor `sonar` stopped at 2.48 s"; none if all measure.
+/// Describes the sensors of all robots that do not measure, such as "r2: the sensor `sonar` stopped at 2.48 s"; none if all measure.
 pub fn describe(board: &Board) -> Option<String> {
     let mut stopped = Vec::new();
     for property in board.properties() {
@@ -17,10 +17,13 @@ pub fn describe(board: &Board) -> Option<String> {
         let robot = property.path().trim_start_matches('/').split('/').next().unwrap_or_default();
         for sensor in sensors {
             let text = |name: &str| sensor.get(name).and_then(Value::as_str).unwrap_or_default();
-            if text("health") == "SILENT" {
-                let since = sensor.get("measured").and_then(Value::as_f64).unwrap_or_default() * 1e-9;
-                stopped.push(format!("{robot}: the sensor `{}` stopped at {since:.2} s", text("name")));
-            }
+            let since = || sensor.get("measured").and_then(Value::as_f64).unwrap_or_default() * 1e-9;
+            let condition = match text("health") {
+                "SILENT" => format!("stopped at {:.2} s", since()),
+                "UNKNOWN" => "never measured".into(),
+                _ => continue,
+            };
+            stopped.push(format!("{robot}: the sensor `{}` {condition}", text("name")));
         }
     }
     stopped.sort();
