@@ -19,7 +19,7 @@ use zenoh::query::Query;
 
 use crate::attachment::SampleAttachment;
 use crate::error::NetworkError;
-use crate::key::{property_key, schema_key, tree_key};
+use crate::key::{property_key, schema_key, set_key, tree_key};
 use crate::payload::{Decoded, Payload, encoding};
 use crate::publishing::newest;
 use crate::shared::NetworkShared;
@@ -173,8 +173,12 @@ impl Answerer {
         if path == "@alive" {
             return answer_json(query, query.key_expr().clone(), &json!({ "agent": self.agent() }));
         }
-        if path == "@tree" {
-            return answer_json(query, query.key_expr().clone(), &self.tree());
+        if path == "@tree" || path.starts_with("@tree/") {
+            let tree = self.tree(path.strip_prefix("@tree/"));
+            return answer_json(query, query.key_expr().clone(), &tree);
+        }
+        if path.starts_with("@set/") {
+            return refuse(query, &QueryRefusal::new(format!("{key} takes a payload"), "send what to set"));
         }
         if path.starts_with("@schema/") {
             return self.schemas(query);
@@ -205,7 +209,9 @@ impl Answerer {
             .get(path)
             .filter(|(property, _)| self.shared.settings.is_published(property.path()));
         let Some((property, field)) = found else {
-            let published: Vec<_> = self.shared.published().collect();
+            // With access control, who asks may not know of the others.
+            let is_open = self.shared.settings.security.is_none();
+            let published: Vec<_> = self.shared.published().filter(|_| is_open).collect();
             let near = nearest_paths(path, '/', published.iter().map(|property| property.path()));
             let help = match near.is_empty() {
                 true => format!("{} lists the properties", tree_key(self.agent())),
@@ -233,7 +239,17 @@ impl Answerer {
         Ok(())
     }
 
-    fn tree(&self) -> Json {
+    /// The properties that an agent may use, or those that programs without a name may use.
+    fn tree(&self, reader: Option<&str>) -> Json {
+        let security = self.shared.settings.security.as_ref();
+        let rights = security.map(|security| match reader {
+            Some(reader) => security.rights(reader),
+            None => security.unauthenticated.as_ref(),
+        });
+        let may_send =
+            |path: &str| rights.is_none_or(|rights| rights.is_some_and(|found| found.may_send(path)));
+        let may_read =
+            |path: &str| rights.is_none_or(|rights| rights.is_some_and(|found| found.may_read(path)));
         let entry = |property: Arc<Property>| {
             let descriptor = property.descriptor();
             json!({
@@ -245,10 +261,14 @@ impl Answerer {
                 "doc": property.doc(),
                 "part": property.part(),
                 "has_writer": property.has_writer(),
-                "settable": self.is_settable(&property),
+                "settable": self.is_settable(&property) && may_send(property.path()),
             })
         };
-        self.listed().map(entry).collect()
+        let is_shown = |property: &Arc<Property>| {
+            let may_read = property.access() != Access::Messages && may_read(property.path());
+            may_read || may_send(property.path())
+        };
+        self.listed().filter(is_shown).map(entry).collect()
     }
 
     fn is_settable(&self, property: &Property) -> bool {
@@ -331,9 +351,20 @@ impl Answerer {
         if key.contains(['*', '$']) {
             return Err(QueryRefusal::new(format!("{key} means several properties"), "set them one by one"));
         }
-        let path = self.path_of(key).filter(|path| !path.starts_with('@'));
-        let path =
-            path.ok_or_else(|| QueryRefusal::new(format!("{key} takes no payload"), "leave it out to read"))?;
+        let path = self.path_of(key).unwrap_or_default();
+        let set = path.strip_prefix("@set/");
+        let path = set.unwrap_or(path);
+        if path.starts_with('@') || path.is_empty() {
+            return Err(QueryRefusal::new(format!("{key} takes no payload"), "leave it out to read"));
+        }
+        if set.is_none() && self.shared.settings.security.is_some() {
+            // Zenoh's access control goes by the key, and tells no payload.
+            let help = format!("send it to {}", set_key(self.agent(), path));
+            return Err(QueryRefusal::new(
+                format!("{key} is read only, as this agent has access control"),
+                help,
+            ));
+        }
         let (property, field) = self.shared.board().find(path).map_err(Problem::from)?;
         if !self.shared.settings.is_settable(property.path()) {
             let help = format!("let the agent allow it: set = [\"{}\"] in [network]", property.path());
