@@ -7,7 +7,7 @@ use slate_blackboard::Pattern;
 use zenoh::key_expr::KeyExpr;
 
 use crate::key::{InputSource, alive_key, property_key, schema_key, set_key, tree_key, tree_key_of};
-use crate::security::NetworkRights;
+use crate::settings::NetworkRights;
 use crate::settings::NetworkSettings;
 
 /// Any agent, in a key.
@@ -52,11 +52,11 @@ struct AccessControl {
 
 /// Keys by the messages that may carry them.
 #[derive(Default)]
-struct Flow {
+struct MessageKeys {
     messages: BTreeMap<&'static str, BTreeSet<String>>,
 }
 
-impl Flow {
+impl MessageKeys {
     fn allow(&mut self, messages: &[&'static str], keys: impl IntoIterator<Item = String>) {
         let keys: Vec<_> = keys.into_iter().filter_map(canonical).collect();
         for message in messages {
@@ -68,7 +68,7 @@ impl Flow {
 impl AccessControl {
     /// Rules for the agent with a certificate of that name. It speaks for the agents that match `speaks_for`.
     fn add_agent(&mut self, name: &str, speaks_for: &str, origins: &Agents<'_>) {
-        let (mut from, mut to) = (Flow::default(), Flow::default());
+        let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
         speak(&mut from, speaks_for);
         to.allow(&["query", "declare_subscriber"], own_keys(speaks_for));
         for (origin, settings) in origins.iter().filter(|(origin, _)| *origin != name) {
@@ -86,7 +86,7 @@ impl AccessControl {
 
     /// Rules for programs in clear text, which have no name and so speak for no agent.
     fn add_unauthenticated(&mut self, agent: &str, rights: &NetworkRights, settings: &NetworkSettings) {
-        let (mut from, mut to) = (Flow::default(), Flow::default());
+        let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
         serve(&mut from, &mut to, agent, rights, tree_key(agent));
         read_keys(&mut from, &mut to, settings);
         meet(&mut from, &mut to);
@@ -95,7 +95,7 @@ impl AccessControl {
         self.add(id, json!({ "id": id, "link_protocols": ["tcp", "udp"] }), from, to);
     }
 
-    fn add(&mut self, id: &str, subject: Json, from: Flow, to: Flow) {
+    fn add(&mut self, id: &str, subject: Json, from: MessageKeys, to: MessageKeys) {
         let mut names = Vec::new();
         for (direction, flow) in [("ingress", from), ("egress", to)] {
             for (message, keys) in flow.messages.into_iter().filter(|(_, keys)| !keys.is_empty()) {
@@ -138,7 +138,7 @@ fn own_keys(agent: &str) -> [String; 6] {
 }
 
 /// What comes from an agent in its own name.
-fn speak(from: &mut Flow, agent: &str) {
+fn speak(from: &mut MessageKeys, agent: &str) {
     from.allow(&["put"], [property_key(agent, "**")]);
     from.allow(&["reply", "declare_queryable"], own_keys(agent));
     // It asks whether somebody else has its name.
@@ -146,7 +146,7 @@ fn speak(from: &mut Flow, agent: &str) {
 }
 
 /// What an agent serves to somebody with rights; the list of its properties is at `tree`.
-fn serve(from: &mut Flow, to: &mut Flow, agent: &str, rights: &NetworkRights, tree: String) {
+fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &NetworkRights, tree: String) {
     let keys = |patterns: &[Pattern], key: fn(&str, &str) -> String| {
         patterns.iter().map(|pattern| key(agent, &pattern.to_string())).collect::<Vec<_>>()
     };
@@ -162,7 +162,7 @@ fn serve(from: &mut Flow, to: &mut Flow, agent: &str, rights: &NetworkRights, tr
 }
 
 /// Keys of Zenoh that an agent's inputs read: whoever is let in may write them.
-fn read_keys(from: &mut Flow, to: &mut Flow, settings: &NetworkSettings) {
+fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
     let sources = settings.read.values().map(|input| &input.source);
     let keys: Vec<_> =
         sources.filter(|source| matches!(source, InputSource::Key(_))).map(InputSource::key).collect();
@@ -171,7 +171,7 @@ fn read_keys(from: &mut Flow, to: &mut Flow, settings: &NetworkSettings) {
 }
 
 /// How agents find each other. What a subscriber receives is decided for each value.
-fn meet(from: &mut Flow, to: &mut Flow) {
+fn meet(from: &mut MessageKeys, to: &mut MessageKeys) {
     from.allow(&["declare_subscriber"], ["**".to_owned()]);
     for flow in [from, to] {
         flow.allow(&["liveliness_query", "declare_liveliness_subscriber"], [alive_key(ANY)]);

@@ -32,8 +32,9 @@ mod publishing;
 #[cfg(feature = "zenoh")]
 mod reading;
 #[cfg(feature = "zenoh")]
+mod refusal;
+#[cfg(feature = "zenoh")]
 mod requests;
-mod security;
 #[cfg(feature = "zenoh")]
 mod session;
 mod settings;
@@ -54,5 +55,6 @@ pub use network::AgentNetwork;
 pub use payload::{Decoded, Payload, PayloadError, encoding};
 #[cfg(feature = "zenoh")]
 pub use reading::ReadingStatus;
-pub use security::{NetworkFile, NetworkRights, NetworkSecurity};
-pub use settings::{NetworkInput, NetworkMode, NetworkSettings, TABLE};
+pub use settings::{
+    NetworkFile, NetworkInput, NetworkMode, NetworkRights, NetworkSecurity, NetworkSettings, TABLE,
+};

@@ -10,7 +10,7 @@ use zenoh::sample::SampleKind;
 use zenoh::session::{LinkEvent, LinkEventsListener};
 
 use crate::error::NetworkError;
-use crate::security::NetworkSecurity;
+use crate::settings::NetworkSecurity;
 use crate::shared::{NetworkShared, locked, refused};
 
 /// From one look at the files and endpoints to the next.

@@ -22,6 +22,7 @@ use crate::error::NetworkError;
 use crate::key::{property_key, schema_key, set_key, tree_key};
 use crate::payload::{Decoded, Payload, encoding};
 use crate::publishing::newest;
+use crate::refusal::{QueryRefusal, refuse};
 use crate::shared::NetworkShared;
 
 /// Queries that wait for an answer.
@@ -35,47 +36,6 @@ pub struct QueryThread {
     thread: Option<JoinHandle<()>>,
     /// Nothing ends the thread.
     queries: Sender<Option<Query>>,
-}
-
-/// Answers that go back as an error.
-struct QueryRefusal {
-    /// `refused`, or `full` when it may be asked again.
-    status: &'static str,
-    reason: String,
-    help: String,
-    code: Option<String>,
-}
-
-impl QueryRefusal {
-    fn new(reason: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { status: "refused", reason: reason.into(), help: help.into(), code: None }
-    }
-
-    fn full(reason: impl Into<String>) -> Self {
-        Self { status: "full", ..Self::new(reason, "ask again later") }
-    }
-
-    fn json(&self) -> Json {
-        let mut body = json!({ "status": self.status, "reason": self.reason, "help": self.help });
-        if let Some(code) = &self.code {
-            body["code"] = json!(code);
-        }
-        body
-    }
-}
-
-impl From<Problem> for QueryRefusal {
-    fn from(problem: Problem) -> Self {
-        let body = problem.json();
-        let text = |name: &str| body[name].as_str().map(ToOwned::to_owned);
-        let status = if problem.status == 503 { "full" } else { "refused" };
-        Self {
-            status,
-            reason: problem.detail().into(),
-            help: text("help").unwrap_or_default(),
-            code: text("code"),
-        }
-    }
 }
 
 impl QueryThread {
@@ -428,8 +388,4 @@ fn answer_value(query: &Query, key: KeyExpr<'static>, property: &Property) -> Re
 
 fn answer_json(query: &Query, key: KeyExpr<'static>, body: &Json) {
     let _ = query.reply(key, body.to_string()).encoding(Encoding::APPLICATION_JSON).wait();
-}
-
-fn refuse(query: &Query, refused: &QueryRefusal) {
-    let _ = query.reply_err(refused.json().to_string()).encoding(Encoding::APPLICATION_JSON).wait();
 }

@@ -9,7 +9,7 @@ use zenoh::{Config, Session, Wait};
 use crate::access::agent_access_control;
 use crate::endpoint::NetworkEndpoint;
 use crate::error::NetworkError;
-use crate::security::NetworkSecurity;
+use crate::settings::NetworkSecurity;
 use crate::settings::{NetworkMode, NetworkSettings};
 
 /// How long a client waits for its router, ms.

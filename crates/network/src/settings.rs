@@ -1,5 +1,7 @@
 //! The table `[network]` of a configuration.
 
+mod security;
+
 use std::collections::BTreeMap;
 
 use slate_blackboard::Pattern;
@@ -8,7 +10,8 @@ use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Span
 
 use crate::endpoint::NetworkEndpoint;
 use crate::key::InputSource;
-use crate::security::NetworkSecurity;
+
+pub use security::{NetworkFile, NetworkRights, NetworkSecurity};
 
 /// Name of the table.
 pub const TABLE: &str = "network";
@@ -125,17 +128,17 @@ impl NetworkSettings {
     }
 }
 
-pub(crate) struct NetworkSettingsReader<'c> {
-    pub(crate) configuration: &'c Configuration,
+struct NetworkSettingsReader<'c> {
+    configuration: &'c Configuration,
     wrong: Vec<Diagnostic>,
 }
 
 impl NetworkSettingsReader<'_> {
-    pub(crate) fn unknown_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
+    fn unknown_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
         self.wrong.extend(self.configuration.unknown_keys(table, place, known));
     }
 
-    pub(crate) fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
+    fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
         self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
     }
 
@@ -317,7 +320,7 @@ impl NetworkSettingsReader<'_> {
         trusted
     }
 
-    pub(crate) fn patterns(&mut self, table: &Table, name: &str) -> Vec<Pattern> {
+    fn patterns(&mut self, table: &Table, name: &str) -> Vec<Pattern> {
         let mut patterns = Vec::new();
         for item in self.items(table, name, "localizer/**") {
             match item.as_str().map(Pattern::parse) {

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use slate_blackboard::{Pattern, Url};
 use slate_runtime::configuration::{Span, Spanned, Table, Value};
 
-use crate::settings::NetworkSettingsReader;
+use super::NetworkSettingsReader;
 
 /// Certificates of an agent on a network, and what others may do.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +66,7 @@ impl NetworkRights {
 const FILES: [&str; 3] = ["certificate", "key", "authority"];
 
 impl NetworkSettingsReader<'_> {
-    pub(crate) fn security(&mut self, table: &Table) -> Option<NetworkSecurity> {
+    pub(super) fn security(&mut self, table: &Table) -> Option<NetworkSecurity> {
         let root = table.get("security")?;
         let Some(table) = root.as_table() else {
             let message = format!("`security` is a table, found {}", root.describe());
