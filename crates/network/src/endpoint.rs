@@ -14,7 +14,7 @@ pub struct NetworkEndpoint {
 }
 
 /// Carriers that Slate's sessions are built with.
-const CARRIERS: [&str; 2] = ["tcp", "udp"];
+const CARRIERS: [&str; 3] = ["quic", "tcp", "udp"];
 
 impl NetworkEndpoint {
     /// Reads an endpoint.
@@ -28,15 +28,16 @@ impl NetworkEndpoint {
             return wrong(format!("`{text}` is not an endpoint"));
         };
         match carrier {
-            "quic" | "tls" => {
-                let help = "QUIC between machines is not supported yet: reach the other machine by `ssh -L`, or by a \
-                            tunnel such as WireGuard, and `tcp/`";
-                return Err((format!("`{text}` needs an encrypted carrier"), help));
+            "tls" => {
+                let message = format!(
+                    "`{text}` can't be used: Zenoh's TLS lets two threads into one connection at once"
+                );
+                return Err((message, "use `quic/`, which is encrypted with the same certificates"));
             }
             carrier if !CARRIERS.contains(&carrier) => {
                 return Err((
                     format!("`{carrier}` is not a carrier of this program"),
-                    "use `tcp/` or `udp/`",
+                    "use `quic/`, `tcp/` or `udp/`",
                 ));
             }
             _ => {}
@@ -70,6 +71,11 @@ impl NetworkEndpoint {
     /// Host and port.
     pub fn address(&self) -> &str {
         self.text.split_once('/').map_or("", |(_, address)| address)
+    }
+
+    /// Whether both ends prove by certificates who they are.
+    pub fn is_encrypted(&self) -> bool {
+        self.carrier() == "quic"
     }
 
     /// Whether only programs of this machine are reached through it.

@@ -35,6 +35,16 @@ pub enum NetworkError {
         /// Where it is written.
         place: Option<Span>,
     },
+    /// Certificates can't be used.
+    #[error("{reason}")]
+    Security {
+        /// In words.
+        reason: String,
+        /// What to do.
+        help: String,
+        /// Where the file is written.
+        place: Option<Span>,
+    },
     /// Zenoh refuses.
     #[error("the network can't be used: {0}")]
     Session(String),
@@ -52,6 +62,7 @@ impl NetworkError {
                 "start the router first: a Zenoh router, or an agent with mode = \"router\"; a peer waits for it"
             }
             Self::Input { help, .. } => help,
+            Self::Security { help, .. } => help,
             Self::Session(_) | Self::System(_) => "see the log",
         }
     }
@@ -60,7 +71,10 @@ impl NetworkError {
     pub fn report(&self, configuration: &Configuration) -> Report {
         let help = Some(self.help().to_owned());
         let place = match self {
-            Self::Listen { place, .. } | Self::Connect { place, .. } | Self::Input { place, .. } => *place,
+            Self::Listen { place, .. }
+            | Self::Connect { place, .. }
+            | Self::Input { place, .. }
+            | Self::Security { place, .. } => *place,
             Self::Session(_) | Self::System(_) => None,
         };
         Report::from(match place {

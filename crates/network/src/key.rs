@@ -17,6 +17,16 @@ pub fn tree_key(agent: &str) -> String {
     format!("slate/{agent}/@tree")
 }
 
+/// Where an agent lists the properties that another one may use, as its access control says.
+pub fn tree_key_of(agent: &str, reader: &str) -> String {
+    format!("slate/{agent}/@tree/{reader}")
+}
+
+/// Where a property is set, or a message is sent, by a query with a payload.
+pub fn set_key(agent: &str, path: &str) -> String {
+    format!("slate/{agent}/@set/{path}")
+}
+
 /// Where an agent describes an interface; `*` for all of them.
 pub fn schema_key(agent: &str, interface: &str) -> String {
     format!("slate/{agent}/@schema/{interface}")

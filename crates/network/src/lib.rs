@@ -3,20 +3,25 @@
 //!
 //! | key | what it is |
 //! |---|---|
-//! | `slate/AGENT/PATH` | a property: published when it changes, answers with its newest value, is set by a query with a payload |
+//! | `slate/AGENT/PATH` | a property: published when it changes, answers with its newest value |
+//! | `slate/AGENT/@set/PATH` | sets a property or sends a message, by a query with a payload |
 //! | `slate/AGENT/@alive` | liveliness token: the agent is there; answers with its name, as JSON |
-//! | `slate/AGENT/@tree` | answers with the list of its properties, as JSON |
+//! | `slate/AGENT/@tree` | answers with the list of its properties, as JSON; `@tree/NAME` with those that NAME may use |
 //! | `slate/AGENT/@schema/INTERFACE` | answers with the definition of an interface, as JSON |
 //!
 //! Values are CDR as in recordings, `application/cdr;slate_msgs/msg/NAME`, with a [`SampleAttachment`] beside them.
 //!
 //! A [`NetworkSettings`] is the table `[network]` of a configuration. `AgentNetwork` needs the feature `zenoh`.
 
+#[cfg(feature = "zenoh")]
+mod access;
 mod attachment;
 mod endpoint;
 mod error;
 mod input;
 mod key;
+#[cfg(feature = "zenoh")]
+mod links;
 #[cfg(feature = "zenoh")]
 mod namesake;
 #[cfg(feature = "zenoh")]
@@ -27,6 +32,8 @@ mod publishing;
 #[cfg(feature = "zenoh")]
 mod reading;
 #[cfg(feature = "zenoh")]
+mod refusal;
+#[cfg(feature = "zenoh")]
 mod requests;
 #[cfg(feature = "zenoh")]
 mod session;
@@ -34,14 +41,20 @@ mod settings;
 #[cfg(feature = "zenoh")]
 mod shared;
 
+#[cfg(feature = "zenoh")]
+pub use access::router_access_control;
 pub use attachment::{AttachmentError, SampleAttachment};
 pub use endpoint::NetworkEndpoint;
 pub use error::NetworkError;
 pub use input::check_inputs;
-pub use key::{InputSource, alive_agent, alive_key, property_key, schema_key, tree_key};
+pub use key::{
+    InputSource, alive_agent, alive_key, property_key, schema_key, set_key, tree_key, tree_key_of,
+};
 #[cfg(feature = "zenoh")]
 pub use network::AgentNetwork;
 pub use payload::{Decoded, Payload, PayloadError, encoding};
 #[cfg(feature = "zenoh")]
 pub use reading::ReadingStatus;
-pub use settings::{NetworkInput, NetworkMode, NetworkSettings, TABLE};
+pub use settings::{
+    NetworkFile, NetworkInput, NetworkMode, NetworkRights, NetworkSecurity, NetworkSettings, TABLE,
+};

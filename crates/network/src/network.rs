@@ -12,11 +12,15 @@ use zenoh::liveliness::LivelinessToken;
 use zenoh::pubsub::Subscriber;
 use zenoh::query::Queryable;
 use zenoh::sample::{Sample, SampleKind};
+use zenoh::session::LinkEventsListener;
 use zenoh::{Session, Wait};
 
 use crate::error::NetworkError;
 use crate::input::check_inputs;
-use crate::key::{InputSource, alive_agent, alive_key, property_key, schema_key, tree_key};
+use crate::key::{
+    InputSource, alive_agent, alive_key, property_key, schema_key, set_key, tree_key, tree_key_of,
+};
+use crate::links::{self, LinkWatch};
 use crate::namesake::NamesakeSearch;
 use crate::publishing::Publishing;
 use crate::reading::{InputReader, ReadingStatus};
@@ -44,6 +48,7 @@ pub struct AgentNetwork {
 /// What others see of the agent. Its token goes first.
 struct Declared {
     _token: LivelinessToken,
+    _links: Option<LinkEventsListener<()>>,
     _agents: Subscriber<()>,
     _inputs: Vec<Subscriber<()>>,
     _queryables: Vec<Queryable<()>>,
@@ -67,7 +72,10 @@ impl AgentNetwork {
         let readers: Arc<[_]> = inputs
             .map(|(input, reading)| Arc::new(InputReader::new(composer, input, &reading.source)))
             .collect();
-        let session = session::open(settings)?;
+        let agent = composer.board().agent();
+        let security = settings.security.as_ref();
+        let credentials = security.map(|security| links::load(agent, security)).transpose()?;
+        let session = session::open(agent, settings)?;
         let wake = Arc::new(Wake::new());
         let shared = Arc::new(NetworkShared {
             surface: Arc::clone(surface),
@@ -76,6 +84,7 @@ impl AgentNetwork {
             wake: Arc::clone(&wake),
             ended: AtomicBool::new(false),
             agents: std::sync::Mutex::default(),
+            strangers: std::sync::Mutex::default(),
         });
         let mut publishing = Publishing::new(Arc::clone(&shared))?;
         let requests = QueryThread::start(Arc::clone(&shared))?;
@@ -89,12 +98,14 @@ impl AgentNetwork {
         }
         let (own, due) = (Arc::clone(&shared), Arc::clone(&readers));
         let mut namesake = NamesakeSearch::new(Arc::clone(&shared));
+        let mut watch = LinkWatch::new(Arc::clone(&shared), credentials);
         let thread = Builder::new().name("network".into()).spawn(move || {
             while !own.ended.load(Ordering::Acquire) {
                 publishing.follow();
                 publishing.send();
                 due.iter().for_each(|reader| ask(&own.session, reader));
                 namesake.look();
+                watch.look();
                 own.wake.wait_timeout(PAUSE);
             }
         })?;
@@ -123,7 +134,7 @@ impl Drop for AgentNetwork {
         self.shared.wake.notify(1);
         // One that panicked has ended, too.
         let _ = self.thread.take().map(JoinHandle::join);
-        let _ = self.shared.session.close().wait();
+        session::close(&self.shared.session, &self.shared.settings);
     }
 }
 
@@ -134,7 +145,14 @@ fn declare(
 ) -> Result<Declared, NetworkError> {
     let session = &shared.session;
     let agent = shared.board().agent();
-    let keys = [property_key(agent, "**"), alive_key(agent), tree_key(agent), schema_key(agent, "*")];
+    let keys = [
+        property_key(agent, "**"),
+        set_key(agent, "**"),
+        alive_key(agent),
+        tree_key(agent),
+        tree_key_of(agent, "*"),
+        schema_key(agent, "*"),
+    ];
     let queryable = |key: &String| session.declare_queryable(key).callback(requests.door()).wait();
     let queryables = keys.iter().map(queryable).collect::<Result<_, _>>().map_err(refused)?;
     let mut inputs = Vec::new();
@@ -151,9 +169,10 @@ fn declare(
         .callback(move |sample| note_agent(&known, &read, &sample))
         .wait()
         .map_err(refused)?;
+    let links = links::declare(shared)?;
     // Last, so that everything else is there when it appears.
     let token = session.liveliness().declare_token(alive_key(agent)).wait().map_err(refused)?;
-    Ok(Declared { _token: token, _agents: agents, _inputs: inputs, _queryables: queryables })
+    Ok(Declared { _token: token, _links: links, _agents: agents, _inputs: inputs, _queryables: queryables })
 }
 
 /// An agent has come or gone.

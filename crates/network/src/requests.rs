@@ -19,9 +19,10 @@ use zenoh::query::Query;
 
 use crate::attachment::SampleAttachment;
 use crate::error::NetworkError;
-use crate::key::{property_key, schema_key, tree_key};
+use crate::key::{property_key, schema_key, set_key, tree_key};
 use crate::payload::{Decoded, Payload, encoding};
 use crate::publishing::newest;
+use crate::refusal::{QueryRefusal, refuse};
 use crate::shared::NetworkShared;
 
 /// Queries that wait for an answer.
@@ -35,47 +36,6 @@ pub struct QueryThread {
     thread: Option<JoinHandle<()>>,
     /// Nothing ends the thread.
     queries: Sender<Option<Query>>,
-}
-
-/// Answers that go back as an error.
-struct QueryRefusal {
-    /// `refused`, or `full` when it may be asked again.
-    status: &'static str,
-    reason: String,
-    help: String,
-    code: Option<String>,
-}
-
-impl QueryRefusal {
-    fn new(reason: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { status: "refused", reason: reason.into(), help: help.into(), code: None }
-    }
-
-    fn full(reason: impl Into<String>) -> Self {
-        Self { status: "full", ..Self::new(reason, "ask again later") }
-    }
-
-    fn json(&self) -> Json {
-        let mut body = json!({ "status": self.status, "reason": self.reason, "help": self.help });
-        if let Some(code) = &self.code {
-            body["code"] = json!(code);
-        }
-        body
-    }
-}
-
-impl From<Problem> for QueryRefusal {
-    fn from(problem: Problem) -> Self {
-        let body = problem.json();
-        let text = |name: &str| body[name].as_str().map(ToOwned::to_owned);
-        let status = if problem.status == 503 { "full" } else { "refused" };
-        Self {
-            status,
-            reason: problem.detail().into(),
-            help: text("help").unwrap_or_default(),
-            code: text("code"),
-        }
-    }
 }
 
 impl QueryThread {
@@ -173,8 +133,12 @@ impl Answerer {
         if path == "@alive" {
             return answer_json(query, query.key_expr().clone(), &json!({ "agent": self.agent() }));
         }
-        if path == "@tree" {
-            return answer_json(query, query.key_expr().clone(), &self.tree());
+        if path == "@tree" || path.starts_with("@tree/") {
+            let tree = self.tree(path.strip_prefix("@tree/"));
+            return answer_json(query, query.key_expr().clone(), &tree);
+        }
+        if path.starts_with("@set/") {
+            return refuse(query, &QueryRefusal::new(format!("{key} takes a payload"), "send what to set"));
         }
         if path.starts_with("@schema/") {
             return self.schemas(query);
@@ -205,7 +169,9 @@ impl Answerer {
             .get(path)
             .filter(|(property, _)| self.shared.settings.is_published(property.path()));
         let Some((property, field)) = found else {
-            let published: Vec<_> = self.shared.published().collect();
+            // With access control, who asks may not know of the others.
+            let is_open = self.shared.settings.security.is_none();
+            let published: Vec<_> = self.shared.published().filter(|_| is_open).collect();
             let near = nearest_paths(path, '/', published.iter().map(|property| property.path()));
             let help = match near.is_empty() {
                 true => format!("{} lists the properties", tree_key(self.agent())),
@@ -233,7 +199,17 @@ impl Answerer {
         Ok(())
     }
 
-    fn tree(&self) -> Json {
+    /// The properties that an agent may use, or those that programs without a name may use.
+    fn tree(&self, reader: Option<&str>) -> Json {
+        let security = self.shared.settings.security.as_ref();
+        let rights = security.map(|security| match reader {
+            Some(reader) => security.rights(reader),
+            None => security.unauthenticated.as_ref(),
+        });
+        let may_send =
+            |path: &str| rights.is_none_or(|rights| rights.is_some_and(|found| found.may_send(path)));
+        let may_read =
+            |path: &str| rights.is_none_or(|rights| rights.is_some_and(|found| found.may_read(path)));
         let entry = |property: Arc<Property>| {
             let descriptor = property.descriptor();
             json!({
@@ -245,10 +221,14 @@ impl Answerer {
                 "doc": property.doc(),
                 "part": property.part(),
                 "has_writer": property.has_writer(),
-                "settable": self.is_settable(&property),
+                "settable": self.is_settable(&property) && may_send(property.path()),
             })
         };
-        self.listed().map(entry).collect()
+        let is_shown = |property: &Arc<Property>| {
+            let may_read = property.access() != Access::Messages && may_read(property.path());
+            may_read || may_send(property.path())
+        };
+        self.listed().filter(is_shown).map(entry).collect()
     }
 
     fn is_settable(&self, property: &Property) -> bool {
@@ -331,9 +311,20 @@ impl Answerer {
         if key.contains(['*', '$']) {
             return Err(QueryRefusal::new(format!("{key} means several properties"), "set them one by one"));
         }
-        let path = self.path_of(key).filter(|path| !path.starts_with('@'));
-        let path =
-            path.ok_or_else(|| QueryRefusal::new(format!("{key} takes no payload"), "leave it out to read"))?;
+        let path = self.path_of(key).unwrap_or_default();
+        let set = path.strip_prefix("@set/");
+        let path = set.unwrap_or(path);
+        if path.starts_with('@') || path.is_empty() {
+            return Err(QueryRefusal::new(format!("{key} takes no payload"), "leave it out to read"));
+        }
+        if set.is_none() && self.shared.settings.security.is_some() {
+            // Zenoh's access control goes by the key, and tells no payload.
+            let help = format!("send it to {}", set_key(self.agent(), path));
+            return Err(QueryRefusal::new(
+                format!("{key} is read only, as this agent has access control"),
+                help,
+            ));
+        }
         let (property, field) = self.shared.board().find(path).map_err(Problem::from)?;
         if !self.shared.settings.is_settable(property.path()) {
             let help = format!("let the agent allow it: set = [\"{}\"] in [network]", property.path());
@@ -397,8 +388,4 @@ fn answer_value(query: &Query, key: KeyExpr<'static>, property: &Property) -> Re
 
 fn answer_json(query: &Query, key: KeyExpr<'static>, body: &Json) {
     let _ = query.reply(key, body.to_string()).encoding(Encoding::APPLICATION_JSON).wait();
-}
-
-fn refuse(query: &Query, refused: &QueryRefusal) {
-    let _ = query.reply_err(refused.json().to_string()).encoding(Encoding::APPLICATION_JSON).wait();
 }

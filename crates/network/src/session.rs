@@ -6,8 +6,10 @@ use std::time::Duration;
 use serde_json::{Value as Json, json};
 use zenoh::{Config, Session, Wait};
 
+use crate::access::agent_access_control;
 use crate::endpoint::NetworkEndpoint;
 use crate::error::NetworkError;
+use crate::settings::NetworkSecurity;
 use crate::settings::{NetworkMode, NetworkSettings};
 
 /// How long a client waits for its router, ms.
@@ -19,6 +21,9 @@ const LEASE: u64 = 3_000;
 /// The largest message that is received, bytes: what others send must not fill the memory.
 const LARGEST: usize = 64 << 20;
 
+/// The longest that a closed session is waited for, and from one look to the next.
+const CLOSING: (Duration, Duration) = (Duration::from_secs(1), Duration::from_millis(5));
+
 /// How long it is looked why a router is not reached.
 const LOOK: Duration = Duration::from_millis(500);
 
@@ -26,17 +31,15 @@ const LOOK: Duration = Duration::from_millis(500);
 ///
 /// # Errors
 /// When an endpoint can't be listened at, or a client reaches no router.
-pub fn open(settings: &NetworkSettings) -> Result<Session, NetworkError> {
-    let config = config(settings)?;
+pub fn open(agent: &str, settings: &NetworkSettings) -> Result<Session, NetworkError> {
+    let config = config(agent, settings)?;
     zenoh::open(config).wait().map_err(|error| diagnosis(settings, &error.to_string()))
 }
 
-fn config(settings: &NetworkSettings) -> Result<Config, NetworkError> {
-    let texts = |endpoints: &[NetworkEndpoint]| {
-        Json::from_iter(endpoints.iter().map(|endpoint| endpoint.text.clone()))
-    };
+fn config(agent: &str, settings: &NetworkSettings) -> Result<Config, NetworkError> {
+    let texts = |endpoints: &[NetworkEndpoint]| Json::from_iter(endpoints.iter().map(endpoint_text));
     let is_client = settings.mode == NetworkMode::Client;
-    let entries = [
+    let mut entries = vec![
         ("mode", json!(settings.mode.name())),
         ("listen/endpoints", texts(&settings.listen)),
         ("listen/exit_on_failure", json!(true)),
@@ -55,6 +58,8 @@ fn config(settings: &NetworkSettings) -> Result<Config, NetworkError> {
         ("transport/link/rx/max_message_size", json!(LARGEST)),
         ("adminspace/enabled", json!(false)),
     ];
+    entries.extend(settings.security.as_ref().map(|security| ("transport/link/tls", certificates(security))));
+    entries.extend(agent_access_control(agent, settings).map(|access| ("access_control", access)));
     let mut config = Config::default();
     for (path, value) in entries {
         let wrong = |error: Box<dyn std::error::Error + Send + Sync>| {
@@ -63,6 +68,40 @@ fn config(settings: &NetworkSettings) -> Result<Config, NetworkError> {
         config.insert_json5(path, &value.to_string()).map_err(wrong)?;
     }
     Ok(config)
+}
+
+/// Closes a session, and waits until its ports are free: QUIC keeps them until the other ends know of it.
+pub fn close(session: &Session, settings: &NetworkSettings) {
+    // One that has closed already is what is wanted.
+    let _ = session.close().wait();
+    let (limit, pause) = CLOSING;
+    let mut waited = Duration::ZERO;
+    let is_open = |endpoint: &NetworkEndpoint| endpoint.is_encrypted() && listen(endpoint).is_err();
+    while waited < limit && settings.listen.iter().any(is_open) {
+        std::thread::sleep(pause);
+        waited += pause;
+    }
+}
+
+/// An endpoint with the options of its carrier: over QUIC, best effort goes by datagrams if the other end has them, too.
+fn endpoint_text(endpoint: &NetworkEndpoint) -> String {
+    let options = if endpoint.is_encrypted() { "?mixed_rel=auto" } else { "" };
+    format!("{endpoint}{options}")
+}
+
+fn certificates(security: &NetworkSecurity) -> Json {
+    json!({
+        "root_ca_certificate": security.authority.path,
+        "listen_certificate": security.certificate.path,
+        "listen_private_key": security.key.path,
+        "connect_certificate": security.certificate.path,
+        "connect_private_key": security.key.path,
+        "enable_mtls": true,
+        // An agent is who its certificate says, at whatever address. Zenoh also takes certificates of public authorities here:
+        // these name hosts with a dot, which no agent has in its name, so access control lets them do nothing.
+        "verify_name_on_connect": false,
+        "close_link_on_expiration": true,
+    })
 }
 
 /// Which endpoint kept a session from opening. Zenoh's message names the lines of its own code.
@@ -82,7 +121,14 @@ fn diagnosis(settings: &NetworkSettings, message: &str) -> NetworkError {
         return NetworkError::Connect {
             endpoints: texts.join(", "),
             reason: reason.map_or_else(
-                || format!("nothing answers as a router within {} s", ROUTER / 1_000),
+                || {
+                    let hint = if settings.security.is_some() {
+                        ", or one end refuses the other's certificate"
+                    } else {
+                        ""
+                    };
+                    format!("nothing answers as a router within {} s{hint}", ROUTER / 1_000)
+                },
                 |error| error.to_string(),
             ),
             place: settings.connect.first().and_then(|endpoint| endpoint.place),
@@ -93,14 +139,14 @@ fn diagnosis(settings: &NetworkSettings, message: &str) -> NetworkError {
 
 fn listen(endpoint: &NetworkEndpoint) -> std::io::Result<()> {
     match endpoint.carrier() {
-        "udp" => UdpSocket::bind(endpoint.address()).map(drop),
+        "quic" | "udp" => UdpSocket::bind(endpoint.address()).map(drop),
         _ => TcpListener::bind(endpoint.address()).map(drop),
     }
 }
 
 fn connect(endpoint: &NetworkEndpoint) -> std::io::Result<()> {
     let addresses = endpoint.address().to_socket_addrs()?;
-    if endpoint.carrier() == "udp" {
+    if endpoint.carrier() != "tcp" {
         return Ok(());
     }
     addresses.take(1).try_for_each(|address| TcpStream::connect_timeout(&address, LOOK).map(drop))

@@ -1,5 +1,7 @@
 //! The table `[network]` of a configuration.
 
+mod security;
+
 use std::collections::BTreeMap;
 
 use slate_blackboard::Pattern;
@@ -8,6 +10,8 @@ use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Span
 
 use crate::endpoint::NetworkEndpoint;
 use crate::key::InputSource;
+
+pub use security::{NetworkFile, NetworkRights, NetworkSecurity};
 
 /// Name of the table.
 pub const TABLE: &str = "network";
@@ -44,6 +48,8 @@ pub struct NetworkSettings {
     pub set: Vec<Pattern>,
     /// Inputs that read from the network, by path.
     pub read: BTreeMap<String, NetworkInput>,
+    /// Certificates, and what others may do; nothing without `quic/`.
+    pub security: Option<NetworkSecurity>,
 }
 
 /// What an input reads.
@@ -91,11 +97,12 @@ impl Default for NetworkSettings {
             publish: None,
             set: Vec::new(),
             read: BTreeMap::new(),
+            security: None,
         }
     }
 }
 
-const KNOWN: [&str; 7] = ["mode", "listen", "connect", "multicast", "publish", "set", "read"];
+const KNOWN: [&str; 8] = ["mode", "listen", "connect", "multicast", "publish", "set", "read", "security"];
 
 impl NetworkSettings {
     /// Whether others may read a property.
@@ -127,6 +134,10 @@ struct NetworkSettingsReader<'c> {
 }
 
 impl NetworkSettingsReader<'_> {
+    fn unknown_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
+        self.wrong.extend(self.configuration.unknown_keys(table, place, known));
+    }
+
     fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
         self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
     }
@@ -138,7 +149,7 @@ impl NetworkSettingsReader<'_> {
             self.add(root.span, message, "write [network]");
             return settings;
         };
-        self.wrong.extend(self.configuration.unknown_keys(table, "in [network]", &KNOWN));
+        self.unknown_keys(table, "in [network]", &KNOWN);
         settings.mode = self.mode(table);
         settings.listen = self.endpoints(table, "listen");
         settings.connect = self.endpoints(table, "connect");
@@ -148,8 +159,43 @@ impl NetworkSettingsReader<'_> {
         }
         settings.set = self.patterns(table, "set");
         settings.read = self.readings(table);
+        settings.security = self.security(table);
         self.check_mode(root.span, table, &settings);
+        self.check_security(table, &settings);
         settings
+    }
+
+    /// Whether the endpoints suit the certificates and rights.
+    fn check_security(&mut self, table: &Table, settings: &NetworkSettings) {
+        let mut endpoints = settings.listen.iter().chain(&settings.connect);
+        let encrypted = endpoints.clone().find(|endpoint| endpoint.is_encrypted());
+        let clear = endpoints.find(|endpoint| !endpoint.is_encrypted());
+        let Some(security) = &settings.security else {
+            let place = encrypted.and_then(|endpoint| Some((endpoint, endpoint.place?)));
+            if let (Some((endpoint, place)), None) = (place, table.get("security")) {
+                let message =
+                    format!("`{endpoint}` needs `certificate`, `key` and `authority` in [network.security]");
+                self.add(place, message, "add them, and [network.security.allow.NAME] for each other agent");
+            }
+            return;
+        };
+        let place = table.get("security").map(|security| security.span);
+        let Some(place) = place.filter(|_| self.wrong.is_empty()) else { return };
+        if settings.mode == NetworkMode::Router {
+            let help = "let a router of Zenoh pass on what others say, as the book describes, or write mode = \"peer\"";
+            self.add(place, "an agent with [network.security] passes on nothing of others", help);
+        }
+        if encrypted.is_none() {
+            let help = "name an endpoint such as \"quic/192.168.1.5:7447\", or take [network.security] away";
+            self.add(place, "[network.security] protects nothing: no endpoint is `quic/`", help);
+        }
+        let clear = clear.map(|endpoint| (endpoint.text.as_str(), endpoint.place));
+        let clear = clear.or_else(|| settings.multicast.then_some(("multicast", None)));
+        if let (Some((endpoint, at)), None) = (clear, &security.unauthenticated) {
+            let message = format!("others at `{endpoint}` have no name, and nothing says what they may do");
+            let help = "say it: unauthenticated = { read = [\"**\"], send = [] } in [network.security]; or use `quic/`";
+            self.add(at.unwrap_or(place), message, help);
+        }
     }
 
     fn mode(&mut self, table: &Table) -> NetworkMode {
@@ -207,13 +253,13 @@ impl NetworkSettingsReader<'_> {
             };
             match NetworkEndpoint::parse(&text) {
                 Err((message, help)) => self.add(item.span, message, help),
-                Ok(endpoint) if !endpoint.is_loopback() && !trusted => {
+                Ok(endpoint) if !endpoint.is_encrypted() && !endpoint.is_loopback() && !trusted => {
                     let message = format!(
                         "`{text}` speaks to other machines in clear text, where others read and forge values"
                     );
                     let help = format!(
-                        "if the network is trusted, say so: {{ endpoint = \"{text}\", trusted = true }}; or stay on this \
-                         machine: tcp/127.0.0.1"
+                        "use `quic/` with certificates; or if the network is trusted, say so: {{ endpoint = \"{text}\", \
+                         trusted = true }}; or stay on this machine: tcp/127.0.0.1"
                     );
                     self.add(item.span, message, &help);
                 }
@@ -225,8 +271,7 @@ impl NetworkSettingsReader<'_> {
 
     /// The endpoint of `{ endpoint = "tcp/…", trusted = true }`.
     fn endpoint_text(&mut self, table: &Table, item: &Spanned<Value>) -> Option<String> {
-        let known = self.configuration.unknown_keys(table, "of an endpoint", &["endpoint", "trusted"]);
-        self.wrong.extend(known);
+        self.unknown_keys(table, "of an endpoint", &["endpoint", "trusted"]);
         let text = table.get("endpoint").and_then(|value| value.as_str()).map(ToOwned::to_owned);
         if text.is_none() {
             self.add(
@@ -256,8 +301,7 @@ impl NetworkSettingsReader<'_> {
         let Some(value) = table.get("multicast") else { return false };
         let trusted = match &value.value {
             Value::Table(entries) => {
-                let known = self.configuration.unknown_keys(entries, "in [network.multicast]", &["trusted"]);
-                self.wrong.extend(known);
+                self.unknown_keys(entries, "in [network.multicast]", &["trusted"]);
                 self.is_trusted(entries)
             }
             Value::Bool(false) => return false,

@@ -22,6 +22,8 @@ pub struct NetworkShared {
     pub ended: AtomicBool,
     /// Agents that are there.
     pub agents: Mutex<BTreeSet<String>>,
+    /// Those with certificates that the settings do not name, as they were told.
+    pub strangers: Mutex<BTreeSet<String>>,
 }
 
 impl NetworkShared {

@@ -3,6 +3,8 @@
 #[cfg(feature = "zenoh")]
 mod agent;
 #[cfg(feature = "zenoh")]
+mod certificates;
+#[cfg(feature = "zenoh")]
 mod hostile;
 mod layout;
 #[cfg(feature = "zenoh")]
@@ -10,7 +12,11 @@ mod presence;
 #[cfg(feature = "external-tools")]
 mod python;
 #[cfg(feature = "zenoh")]
+mod quic;
+#[cfg(feature = "zenoh")]
 mod reading;
+#[cfg(feature = "zenoh")]
+mod rights;
 #[cfg(feature = "zenoh")]
 mod serving;
 #[cfg(feature = "zenoh")]

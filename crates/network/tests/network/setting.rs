@@ -19,6 +19,7 @@ fn start(name: &str, set: &str) -> (Running, Session) {
     let agent = Running::start(name, &format!("listen = [\"tcp/127.0.0.1:{port}\"]\nset = [{set}]"));
     let other = session("peer", &[], &[port]);
     wait_for_agent(&other, name);
+    eventually("the first cycle", || !agent.number("driver/seen/value").is_nan());
     (agent, other)
 }
 

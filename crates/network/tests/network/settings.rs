@@ -65,7 +65,11 @@ fn each_mistake_is_told_with_file_line_and_what_to_do() {
         ("listen = [\"tcp/127.0.0.1:http\"]", "`http` is not a port"),
         ("listen = [\"tcp/::1:7447\"]", "`::1` is not a host"),
         ("listen = [\"tcp/127.0.0.1:7447?rel=0\"]", "has options"),
-        ("listen = [\"quic/127.0.0.1:7447\"]", "needs an encrypted carrier"),
+        ("listen = [\"tls/127.0.0.1:7447\"]", "Zenoh's TLS lets two threads into one connection at once"),
+        (
+            "listen = [\"quic/10.0.0.7:7447\"]",
+            "needs `certificate`, `key` and `authority` in [network.security]",
+        ),
         ("listen = [\"ws/127.0.0.1:7447\"]", "`ws` is not a carrier"),
         ("listen = [7447]", "`listen` takes endpoints, found a whole number"),
         ("listen = \"tcp/127.0.0.1:7447\"", "`listen` takes a list, found text"),
@@ -91,6 +95,72 @@ fn each_mistake_is_told_with_file_line_and_what_to_do() {
         let text = wrong(table);
         assert!(text.starts_with("arm.toml:"), "{table}: {text}");
         assert!(text.contains(message), "{table}: {text}");
+        assert!(!text.contains("()"), "no help: {text}");
+    }
+}
+
+/// The certificates of a configuration that is beside them.
+const FILES: &str =
+    "certificate = \"keys/arm.pem\"\nkey = \"keys/arm.key\"\nauthority = \"keys/authority.pem\"";
+
+#[test]
+fn certificates_and_rights_are_read() {
+    let settings = read(&format!(
+        "listen = [\"quic/0.0.0.0:7447\", \"tcp/[::1]:7447\"]\n[network.security]\n{FILES}\n\
+         unauthenticated = {{ read = [\"**\"] }}\n[network.security.allow.base]\nread = [\"localizer/**\"]\n\
+         send = [\"mission/goal\"]\n[network.security.allow]\nhub = {{ router = true }}"
+    ))
+    .unwrap();
+    assert!(settings.listen[0].is_encrypted() && !settings.listen[1].is_encrypted());
+    let security = settings.security.unwrap();
+    assert!(security.key.path.ends_with("keys/arm.key"), "{:?}", security.key);
+    let base = &security.allow["base"];
+    assert!(
+        base.may_read("localizer/pose") && !base.may_read("mission/goal") && base.may_send("mission/goal")
+    );
+    assert!(!base.router && security.allow["hub"].router);
+    let unauthenticated = security.unauthenticated.as_ref().unwrap();
+    assert!(unauthenticated.may_read("mission/goal") && !unauthenticated.may_send("mission/goal"));
+    // Through a router that checks names, the others have at most its rights.
+    assert_eq!((security.rights("base"), security.rights("leg")), (Some(base), security.allow.get("hub")));
+}
+
+#[test]
+fn each_mistake_in_certificates_and_rights_is_told() {
+    let quic = "listen = [\"quic/[::1]:7447\"]";
+    let secure = |rest: &str| format!("{quic}\n[network.security]\n{FILES}\n{rest}");
+    let arm = "[network.security.allow.arm]";
+    let cases = [
+        (format!("{quic}\nsecurity = 1"), "`security` is a table, found a whole number"),
+        (format!("{quic}\n[network.security]\nkey = \"a\"\n{arm}"), "[network.security] lacks `certificate`"),
+        (secure("[network.security.allow.arm]").replace("\"keys/arm.key\"", "1"), "`key` takes text"),
+        (secure(arm).replace("keys/arm.key", "keys;1/arm.key"), "contains `;`"),
+        (secure(""), "says who this agent is, but not what others may do"),
+        (secure("allow = []"), "`allow` is a table, found a list"),
+        (secure("[network.security.allow.\"robot.local\"]"), "`robot.local` can't be an agent's name"),
+        (secure("[network.security.allow]\narm = 1"), "`network.security.allow.arm` is a table"),
+        (
+            secure("[network.security.allow.arm]\nwrite = []"),
+            "unknown key `write` in [network.security.allow.arm]",
+        ),
+        (secure("[network.security.allow.arm]\nread = [\"a b\"]"), "`a b` is no pattern of paths"),
+        (
+            secure("[network.security.allow.arm]\nteam = true"),
+            "facts of the team don't travel over [network]",
+        ),
+        (secure("[network.security.allow.arm]\nrouter = 1"), "`router` takes true or false"),
+        (secure("verify = 1\n[network.security.allow.arm]"), "unknown key `verify` in [network.security]"),
+        (format!("mode = \"router\"\n{}", secure(arm)), "passes on nothing of others"),
+        (secure(arm).replace("quic", "tcp"), "no endpoint is `quic/`"),
+        (
+            format!("connect = [\"tcp/[::1]:7448\"]\n{}", secure(arm)),
+            "others at `tcp/[::1]:7448` have no name",
+        ),
+        (format!("multicast = {{ trusted = true }}\n{}", secure(arm)), "others at `multicast` have no name"),
+    ];
+    for (table, message) in cases {
+        let text = wrong(&table);
+        assert!(text.starts_with("arm.toml:") && text.contains(message), "{table}: {text}");
         assert!(!text.contains("()"), "no help: {text}");
     }
 }

@@ -102,20 +102,31 @@ pub fn eventually(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// A program of Zenoh that is no agent; endpoints as in its own configuration.
+/// A program of Zenoh that is no agent, at ports for TCP.
 pub fn session(mode: &str, listen: &[u16], connect: &[u16]) -> Session {
-    let texts = |ports: &[u16]| {
-        ports.iter().map(|port| format!("tcp/127.0.0.1:{port}")).collect::<Json>().to_string()
-    };
+    let texts = |ports: &[u16]| ports.iter().map(|port| format!("tcp/127.0.0.1:{port}")).collect::<Vec<_>>();
+    session_with(mode, &texts(listen), &texts(connect), &[])
+}
+
+/// A program of Zenoh that is no agent, at endpoints, with more entries of Zenoh's configuration.
+pub fn session_with(
+    mode: &str,
+    listen: &[String],
+    connect: &[String],
+    more: &[(&'static str, Json)],
+) -> Session {
     let mut config = Config::default();
+    let retry =
+        serde_json::json!({ "period_init_ms": 100, "period_max_ms": 500, "period_increase_factor": 1.5 });
     let entries = [
-        ("mode", format!("\"{mode}\"")),
-        ("listen/endpoints", texts(listen)),
-        ("connect/endpoints", texts(connect)),
-        ("connect/retry", "{ period_init_ms: 100, period_max_ms: 500, period_increase_factor: 1.5 }".into()),
-        ("scouting/multicast/enabled", "false".into()),
+        ("mode", mode.into()),
+        ("listen/endpoints", listen.into()),
+        ("connect/endpoints", connect.into()),
+        ("connect/retry", retry),
+        ("scouting/multicast/enabled", false.into()),
     ];
-    for (path, value) in entries {
+    for (path, value) in entries.iter().chain(more) {
+        let value = value.to_string();
         config.insert_json5(path, &value).unwrap();
     }
     zenoh::open(config).wait().unwrap()

@@ -1,0 +1,184 @@
+//! Access control of Zenoh, from the rights in configurations.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::Pattern;
+use zenoh::key_expr::KeyExpr;
+
+use crate::key::{InputSource, alive_key, property_key, schema_key, set_key, tree_key, tree_key_of};
+use crate::settings::NetworkRights;
+use crate::settings::NetworkSettings;
+
+/// Any agent, in a key.
+const ANY: &str = "*";
+
+/// Agents and the rights in their configurations.
+type Agents<'a> = [(&'a str, &'a NetworkSettings)];
+
+/// Access control for a router of Zenoh between agents, from their names and settings: `access_control` in its configuration.
+/// Each agent speaks for itself alone there, and receives what the others' files let it read.
+pub fn router_access_control(agents: &Agents<'_>) -> Json {
+    let named = agents.iter().flat_map(|(_, settings)| settings.security.iter());
+    let named = named.flat_map(|security| security.allow.iter().filter(|(_, rights)| !rights.router));
+    let names = agents.iter().map(|(name, _)| *name).chain(named.map(|(name, _)| name.as_str()));
+    let mut access = AccessControl::default();
+    for name in names.collect::<BTreeSet<_>>() {
+        access.add_agent(name, name, agents);
+    }
+    access.json()
+}
+
+/// Access control of an agent's own session: what others may do with it, and that they speak for themselves alone.
+pub fn agent_access_control(agent: &str, settings: &NetworkSettings) -> Option<Json> {
+    let security = settings.security.as_ref()?;
+    let mut access = AccessControl::default();
+    for (name, rights) in &security.allow {
+        access.add_agent(name, if rights.router { ANY } else { name }, &[(agent, settings)]);
+    }
+    if let Some(rights) = &security.unauthenticated {
+        access.add_unauthenticated(agent, rights, settings);
+    }
+    Some(access.json())
+}
+
+/// Rules for subjects; what no rule allows is denied.
+#[derive(Default)]
+struct AccessControl {
+    rules: Vec<Json>,
+    subjects: Vec<Json>,
+    policies: Vec<Json>,
+}
+
+/// Keys by the messages that may carry them.
+#[derive(Default)]
+struct MessageKeys {
+    messages: BTreeMap<&'static str, BTreeSet<String>>,
+}
+
+impl MessageKeys {
+    fn allow(&mut self, messages: &[&'static str], keys: impl IntoIterator<Item = String>) {
+        let keys: Vec<_> = keys.into_iter().filter_map(canonical).collect();
+        for message in messages {
+            self.messages.entry(message).or_default().extend(keys.iter().cloned());
+        }
+    }
+}
+
+impl AccessControl {
+    /// Rules for the agent with a certificate of that name. It speaks for the agents that match `speaks_for`.
+    fn add_agent(&mut self, name: &str, speaks_for: &str, origins: &Agents<'_>) {
+        let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
+        speak(&mut from, speaks_for);
+        to.allow(&["query", "declare_subscriber"], own_keys(speaks_for));
+        for (origin, settings) in origins.iter().filter(|(origin, _)| *origin != name) {
+            let Some(rights) = settings.security.as_ref().and_then(|security| security.allow.get(name))
+            else {
+                continue;
+            };
+            serve(&mut from, &mut to, origin, rights, tree_key_of(origin, speaks_for));
+            read_keys(&mut from, &mut to, settings);
+        }
+        meet(&mut from, &mut to);
+        let subject = json!({ "id": name, "cert_common_names": [name], "link_protocols": ["quic"] });
+        self.add(name, subject, from, to);
+    }
+
+    /// Rules for programs in clear text, which have no name and so speak for no agent.
+    fn add_unauthenticated(&mut self, agent: &str, rights: &NetworkRights, settings: &NetworkSettings) {
+        let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
+        serve(&mut from, &mut to, agent, rights, tree_key(agent));
+        read_keys(&mut from, &mut to, settings);
+        meet(&mut from, &mut to);
+        // No name of an agent has a space.
+        let id = "in clear text";
+        self.add(id, json!({ "id": id, "link_protocols": ["tcp", "udp"] }), from, to);
+    }
+
+    fn add(&mut self, id: &str, subject: Json, from: MessageKeys, to: MessageKeys) {
+        let mut names = Vec::new();
+        for (direction, flow) in [("ingress", from), ("egress", to)] {
+            for (message, keys) in flow.messages.into_iter().filter(|(_, keys)| !keys.is_empty()) {
+                let name = format!("{id} {direction} {message}");
+                self.rules.push(json!({
+                    "id": name,
+                    "messages": [message],
+                    "flows": [direction],
+                    "permission": "allow",
+                    "key_exprs": keys,
+                }));
+                names.push(name);
+            }
+        }
+        self.subjects.push(subject);
+        self.policies.push(json!({ "rules": names, "subjects": [id] }));
+    }
+
+    fn json(self) -> Json {
+        json!({
+            "enabled": true,
+            "default_permission": "deny",
+            "rules": self.rules,
+            "subjects": self.subjects,
+            "policies": self.policies,
+        })
+    }
+}
+
+/// All keys of an agent; `**` leaves out names that begin with `@`.
+fn own_keys(agent: &str) -> [String; 6] {
+    [
+        property_key(agent, "**"),
+        alive_key(agent),
+        tree_key(agent),
+        tree_key_of(agent, "*"),
+        schema_key(agent, "*"),
+        set_key(agent, "**"),
+    ]
+}
+
+/// What comes from an agent in its own name.
+fn speak(from: &mut MessageKeys, agent: &str) {
+    from.allow(&["put"], [property_key(agent, "**")]);
+    from.allow(&["reply", "declare_queryable"], own_keys(agent));
+    // It asks whether somebody else has its name.
+    from.allow(&["liveliness_token", "query"], [alive_key(agent)]);
+}
+
+/// What an agent serves to somebody with rights; the list of its properties is at `tree`.
+fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &NetworkRights, tree: String) {
+    let keys = |patterns: &[Pattern], key: fn(&str, &str) -> String| {
+        patterns.iter().map(|pattern| key(agent, &pattern.to_string())).collect::<Vec<_>>()
+    };
+    let open = [alive_key(agent), tree, schema_key(agent, "*")];
+    let (read, send) = (keys(&rights.read, property_key), keys(&rights.send, set_key));
+    // Somebody may ask or subscribe by wildcards, and receives those that may be read.
+    from.allow(&["query"], [property_key(agent, "**")]);
+    from.allow(&["query"], open.iter().chain(&send).cloned());
+    to.allow(&["put"], read.iter().cloned());
+    to.allow(&["reply"], open.into_iter().chain(read).chain(send));
+    to.allow(&["declare_queryable"], own_keys(agent));
+    to.allow(&["liveliness_token", "query"], [alive_key(agent)]);
+}
+
+/// Keys of Zenoh that an agent's inputs read: whoever is let in may write them.
+fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
+    let sources = settings.read.values().map(|input| &input.source);
+    let keys: Vec<_> =
+        sources.filter(|source| matches!(source, InputSource::Key(_))).map(InputSource::key).collect();
+    from.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
+    to.allow(&["query", "declare_subscriber"], keys);
+}
+
+/// How agents find each other. What a subscriber receives is decided for each value.
+fn meet(from: &mut MessageKeys, to: &mut MessageKeys) {
+    from.allow(&["declare_subscriber"], ["**".to_owned()]);
+    for flow in [from, to] {
+        flow.allow(&["liveliness_query", "declare_liveliness_subscriber"], [alive_key(ANY)]);
+    }
+}
+
+/// A key as Zenoh takes it: of several ways to write wildcards, one. Nothing if it is no key, which then nobody may use.
+fn canonical(key: String) -> Option<String> {
+    KeyExpr::autocanonize(key).ok().map(|key| key.as_str().to_owned())
+}
