@@ -6,7 +6,10 @@ use serde_json::{Value as Json, json};
 use slate_blackboard::Pattern;
 use zenoh::key_expr::KeyExpr;
 
-use crate::key::{InputSource, alive_key, property_key, schema_key, set_key, tree_key, tree_key_of};
+use crate::key::{
+    InputSource, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
+};
+use crate::options::ReadOptions;
 use crate::settings::NetworkRights;
 use crate::settings::NetworkSettings;
 
@@ -126,9 +129,11 @@ impl AccessControl {
 }
 
 /// All keys of an agent; `**` leaves out names that begin with `@`.
-fn own_keys(agent: &str) -> [String; 6] {
+fn own_keys(agent: &str) -> [String; 8] {
     [
         property_key(agent, "**"),
+        read_key(agent, "*", "**"),
+        kept_key(agent, "**"),
         alive_key(agent),
         tree_key(agent),
         tree_key_of(agent, "*"),
@@ -137,9 +142,14 @@ fn own_keys(agent: &str) -> [String; 6] {
     ]
 }
 
+/// Where an agent sends lost values again, and which value was the last.
+fn kept_key(agent: &str, path: &str) -> String {
+    format!("{}/@adv/pub/**", read_key(agent, "*", path))
+}
+
 /// What comes from an agent in its own name.
 fn speak(from: &mut MessageKeys, agent: &str) {
-    from.allow(&["put"], [property_key(agent, "**")]);
+    from.allow(&["put"], [property_key(agent, "**"), read_key(agent, "*", "**"), kept_key(agent, "**")]);
     from.allow(&["reply", "declare_queryable"], own_keys(agent));
     // It asks whether somebody else has its name.
     from.allow(&["liveliness_token", "query"], [alive_key(agent)]);
@@ -151,7 +161,11 @@ fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &Net
         patterns.iter().map(|pattern| key(agent, &pattern.to_string())).collect::<Vec<_>>()
     };
     let open = [alive_key(agent), tree, schema_key(agent, "*")];
-    let (read, send) = (keys(&rights.read, property_key), keys(&rights.send, set_key));
+    let send = keys(&rights.send, set_key);
+    let with_options = keys(&rights.read, |agent, path| read_key(agent, "*", path));
+    let kept = keys(&rights.read, kept_key);
+    from.allow(&["query", "declare_subscriber"], with_options.iter().chain(&kept).cloned());
+    let read: Vec<_> = [keys(&rights.read, property_key), with_options, kept].into_iter().flatten().collect();
     // Somebody may ask or subscribe by wildcards, and receives those that may be read.
     from.allow(&["query"], [property_key(agent, "**")]);
     from.allow(&["query"], open.iter().chain(&send).cloned());
@@ -164,8 +178,10 @@ fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &Net
 /// Keys of Zenoh that an agent's inputs read: whoever is let in may write them.
 fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
     let sources = settings.read.values().map(|input| &input.source);
-    let keys: Vec<_> =
-        sources.filter(|source| matches!(source, InputSource::Key(_))).map(InputSource::key).collect();
+    let keys: Vec<_> = sources
+        .filter(|source| matches!(source, InputSource::Key(_)))
+        .map(|source| source.key(&ReadOptions::default()))
+        .collect();
     from.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
     to.allow(&["query", "declare_subscriber"], keys);
 }

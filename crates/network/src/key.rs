@@ -2,6 +2,8 @@
 
 use slate_blackboard::Url;
 
+use crate::options::ReadOptions;
+
 /// The key expression of a property: `slate://arm/localizer/pose` is `slate/arm/localizer/pose`.
 pub fn property_key(agent: &str, path: &str) -> String {
     format!("slate/{agent}/{path}")
@@ -25,6 +27,11 @@ pub fn tree_key_of(agent: &str, reader: &str) -> String {
 /// Where a property is set, or a message is sent, by a query with a payload.
 pub fn set_key(agent: &str, path: &str) -> String {
     format!("slate/{agent}/@set/{path}")
+}
+
+/// Where a property is published for readers with [options](crate::ReadOptions).
+pub fn read_key(agent: &str, options: &str, path: &str) -> String {
+    format!("slate/{agent}/@read/{options}/{path}")
 }
 
 /// Where an agent describes an interface; `*` for all of them.
@@ -70,9 +77,12 @@ impl InputSource {
         }
     }
 
-    /// Its key expression.
-    pub fn key(&self) -> String {
+    /// Its key expression for a reader with those options.
+    pub fn key(&self, options: &ReadOptions) -> String {
         match self {
+            Self::Property { agent, path } if *options != ReadOptions::default() => {
+                read_key(agent, &options.to_string(), path)
+            }
             Self::Property { agent, path } => property_key(agent, path),
             Self::Key(key) => key.clone(),
         }

@@ -4,6 +4,7 @@
 //! | key | what it is |
 //! |---|---|
 //! | `slate/AGENT/PATH` | a property: published when it changes, answers with its newest value |
+//! | `slate/AGENT/@read/OPTIONS/PATH` | the same for readers with [`ReadOptions`], which begin with a query |
 //! | `slate/AGENT/@set/PATH` | sets a property or sends a message, by a query with a payload |
 //! | `slate/AGENT/@alive` | liveliness token: the agent is there; answers with its name, as JSON |
 //! | `slate/AGENT/@tree` | answers with the list of its properties, as JSON; `@tree/NAME` with those that NAME may use |
@@ -26,7 +27,10 @@ mod links;
 mod namesake;
 #[cfg(feature = "zenoh")]
 mod network;
+mod options;
 mod payload;
+#[cfg(feature = "zenoh")]
+mod publisher;
 #[cfg(feature = "zenoh")]
 mod publishing;
 #[cfg(feature = "zenoh")]
@@ -40,6 +44,10 @@ mod session;
 mod settings;
 #[cfg(feature = "zenoh")]
 mod shared;
+#[cfg(feature = "zenoh")]
+mod streams;
+#[cfg(feature = "zenoh")]
+mod subscriber;
 
 #[cfg(feature = "zenoh")]
 pub use access::router_access_control;
@@ -48,10 +56,11 @@ pub use endpoint::NetworkEndpoint;
 pub use error::NetworkError;
 pub use input::check_inputs;
 pub use key::{
-    InputSource, alive_agent, alive_key, property_key, schema_key, set_key, tree_key, tree_key_of,
+    InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
 };
 #[cfg(feature = "zenoh")]
 pub use network::AgentNetwork;
+pub use options::{ReadMode, ReadOptions, ReadRate, ReadValues};
 pub use payload::{Decoded, Payload, PayloadError, encoding};
 #[cfg(feature = "zenoh")]
 pub use reading::ReadingStatus;

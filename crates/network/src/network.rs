@@ -18,7 +18,7 @@ use zenoh::{Session, Wait};
 use crate::error::NetworkError;
 use crate::input::check_inputs;
 use crate::key::{
-    InputSource, alive_agent, alive_key, property_key, schema_key, set_key, tree_key, tree_key_of,
+    InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
 };
 use crate::links::{self, LinkWatch};
 use crate::namesake::NamesakeSearch;
@@ -28,6 +28,8 @@ use crate::requests::QueryThread;
 use crate::session;
 use crate::settings::NetworkSettings;
 use crate::shared::{NetworkShared, locked, refused};
+use crate::streams::Streams;
+use crate::subscriber::InputSubscriber;
 
 /// How often it is looked whether something has changed without a notice.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -50,7 +52,7 @@ struct Declared {
     _token: LivelinessToken,
     _links: Option<LinkEventsListener<()>>,
     _agents: Subscriber<()>,
-    _inputs: Vec<Subscriber<()>>,
+    _inputs: Vec<InputSubscriber>,
     _queryables: Vec<Queryable<()>>,
 }
 
@@ -69,9 +71,8 @@ impl AgentNetwork {
         let composer = surface.agent.composer();
         check_inputs(composer, settings)?;
         let inputs = settings.read.iter();
-        let readers: Arc<[_]> = inputs
-            .map(|(input, reading)| Arc::new(InputReader::new(composer, input, &reading.source)))
-            .collect();
+        let readers: Arc<[_]> =
+            inputs.map(|(input, reading)| Arc::new(InputReader::new(composer, input, reading))).collect();
         let agent = composer.board().agent();
         let security = settings.security.as_ref();
         let credentials = security.map(|security| links::load(agent, security)).transpose()?;
@@ -85,6 +86,8 @@ impl AgentNetwork {
             ended: AtomicBool::new(false),
             agents: std::sync::Mutex::default(),
             strangers: std::sync::Mutex::default(),
+            wanted: std::sync::Mutex::default(),
+            streams: std::sync::Mutex::default(),
         });
         let mut publishing = Publishing::new(Arc::clone(&shared))?;
         let requests = QueryThread::start(Arc::clone(&shared))?;
@@ -98,15 +101,17 @@ impl AgentNetwork {
         }
         let (own, due) = (Arc::clone(&shared), Arc::clone(&readers));
         let mut namesake = NamesakeSearch::new(Arc::clone(&shared));
+        let mut streams = Streams::new(Arc::clone(&shared));
         let mut watch = LinkWatch::new(Arc::clone(&shared), credentials);
         let thread = Builder::new().name("network".into()).spawn(move || {
             while !own.ended.load(Ordering::Acquire) {
                 publishing.follow();
                 publishing.send();
+                let pause = streams.step(PAUSE);
                 due.iter().for_each(|reader| ask(&own.session, reader));
                 namesake.look();
                 watch.look();
-                own.wake.wait_timeout(PAUSE);
+                own.wake.wait_timeout(pause);
             }
         })?;
         Ok(Self { shared, readers, requests, thread: Some(thread), declared: Some(declared) })
@@ -148,6 +153,7 @@ fn declare(
     let keys = [
         property_key(agent, "**"),
         set_key(agent, "**"),
+        read_key(agent, "*", "**"),
         alive_key(agent),
         tree_key(agent),
         tree_key_of(agent, "*"),
@@ -159,7 +165,7 @@ fn declare(
     for reader in readers.iter() {
         let own = Arc::clone(reader);
         let take = move |sample: Sample| own.take(&sample, false);
-        inputs.push(session.declare_subscriber(reader.source.key()).callback(take).wait().map_err(refused)?);
+        inputs.push(InputSubscriber::new(session, reader.key(), reader.options.mode, take)?);
     }
     let (known, read) = (Arc::clone(shared), Arc::clone(readers));
     let agents = session
@@ -209,5 +215,5 @@ fn ask(session: &Session, reader: &Arc<InputReader>) {
         }
     };
     // What can't be asked for comes with the next write.
-    let _ = session.get(reader.source.key()).timeout(ANSWER).callback(take).wait();
+    let _ = session.get(reader.key()).timeout(ANSWER).callback(take).wait();
 }

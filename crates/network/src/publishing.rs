@@ -2,24 +2,18 @@
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
-use slate_blackboard::interface::{Descriptor, Kind};
-use slate_blackboard::wake::Wake;
 use slate_blackboard::{Event, Observer, Pattern, Property, Stamp, Watching};
 use slate_module::Level;
 use slate_record::ros;
 use zenoh::bytes::Encoding;
-use zenoh::matching::MatchingListener;
-use zenoh::pubsub::Publisher;
-use zenoh::qos::CongestionControl;
-use zenoh::{Session, Wait};
 
-use crate::attachment::SampleAttachment;
 use crate::error::NetworkError;
 use crate::key::property_key;
+use crate::options::ReadMode;
 use crate::payload::encoding;
-use crate::shared::{NetworkShared, refused};
+use crate::publisher::{ValuePublisher, exact};
+use crate::shared::NetworkShared;
 
 /// Events of properties that wait to be looked at; when more come, all properties are looked at.
 const EVENTS: usize = 256;
@@ -33,15 +27,11 @@ pub struct Publishing {
 }
 
 struct PublishedProperty {
-    /// Goes before its publisher.
-    _listener: MatchingListener<()>,
     /// Kept after the property is removed: Zenoh drops a query for a key whose publisher is undeclared at that moment, and the
     /// query would time out.
-    publisher: Publisher<'static>,
-    is_read: Arc<AtomicBool>,
+    publisher: ValuePublisher,
     /// The property, while it is there.
     present: Option<PresentProperty>,
-    message: Vec<u8>,
 }
 
 struct PresentProperty {
@@ -91,7 +81,13 @@ impl Publishing {
         for (path, property) in &published {
             if !self.exports.contains_key(path) {
                 let key = property_key(self.shared.board().agent(), path);
-                let mut export = PublishedProperty::new(&self.shared.session, key, &self.shared.wake)?;
+                let publisher = ValuePublisher::new(
+                    &self.shared.session,
+                    (key, 0),
+                    ReadMode::default(),
+                    &self.shared.wake,
+                )?;
+                let mut export = PublishedProperty { publisher, present: None };
                 export.follow(Some(property));
                 self.exports.insert(path.clone(), export);
             }
@@ -113,29 +109,6 @@ impl Publishing {
 }
 
 impl PublishedProperty {
-    fn new(session: &Session, key: String, wake: &Arc<Wake>) -> Result<Self, NetworkError> {
-        let publisher = session
-            .declare_publisher(key)
-            // Else one peer that does not read stops all.
-            .congestion_control(CongestionControl::Drop)
-            .wait()
-            .map_err(refused)?;
-        let is_read = Arc::new(AtomicBool::new(false));
-        let (known, woken) = (Arc::clone(&is_read), Arc::clone(wake));
-        let listener = publisher
-            .matching_listener()
-            .callback(move |status| {
-                known.store(status.matching(), Ordering::Release);
-                woken.notify(1);
-            })
-            .wait()
-            .map_err(refused)?;
-        if publisher.matching_status().wait().map_err(refused)?.matching() {
-            is_read.store(true, Ordering::Release);
-        }
-        Ok(Self { _listener: listener, publisher, is_read, present: None, message: Vec::new() })
-    }
-
     /// Turns to the property that is there now, which may be another one.
     fn follow(&mut self, property: Option<&Arc<Property>>) {
         let known = self.present.as_ref().map(|present| &present.property);
@@ -157,7 +130,7 @@ impl PublishedProperty {
 
     fn send(&mut self) -> Result<(), String> {
         let Some(present) = &mut self.present else { return Ok(()) };
-        if !self.is_read.load(Ordering::Acquire) {
+        if !self.publisher.is_read() {
             // The next subscriber receives the newest value at once.
             (present.watching, present.sent) = (None, 0);
             return Ok(());
@@ -166,12 +139,10 @@ impl PublishedProperty {
         if present.property.channel().is_none_or(|channel| channel.published() == present.sent) {
             return Ok(());
         }
-        self.message.clear();
-        let Some(stamp) = newest(&present.property, &mut self.message)? else { return Ok(()) };
+        let newest = present.property.newest().map_err(|error| error.to_string())?;
+        let Some((bytes, items, stamp)) = newest else { return Ok(()) };
         present.sent = stamp.sequence;
-        let attachment = SampleAttachment { stamp, hash: present.property.descriptor().hash };
-        let put = self.publisher.put(&self.message).encoding(present.encoding.clone());
-        put.attachment(&attachment.encode()[..]).wait().map_err(|error| error.to_string())
+        self.publisher.put(present.property.descriptor(), &present.encoding, (&bytes, items, stamp))
     }
 }
 
@@ -183,10 +154,4 @@ pub fn newest(property: &Property, message: &mut Vec<u8>) -> Result<Option<Stamp
     let value = exact(property.descriptor(), &bytes, items);
     ros::encode(property.descriptor(), value, message).map_err(|error| error.to_string())?;
     Ok(Some(stamp))
-}
-
-/// The bytes of a value without what rounds them up to its alignment.
-fn exact<'a>(descriptor: &Descriptor, bytes: &'a [u8], items: usize) -> &'a [u8] {
-    let item = descriptor.tail().map_or(0, Kind::size);
-    bytes.get(..descriptor.size + items * item).unwrap_or(bytes)
 }

@@ -9,7 +9,9 @@ use zenoh::sample::{Sample, SampleKind};
 
 use crate::attachment::SampleAttachment;
 use crate::key::InputSource;
+use crate::options::{ReadOptions, ReadValues};
 use crate::payload::{Decoded, Payload};
+use crate::settings::NetworkInput;
 use crate::shared::locked;
 
 /// How an input that reads from the network stands.
@@ -21,8 +23,10 @@ pub struct ReadingStatus {
     pub source: InputSource,
     /// Values that it was set to.
     pub received: u64,
-    /// Values of the writer that did not come, by its sequence numbers.
-    pub missed: u64,
+    /// Values that were sent and did not come.
+    pub lost: u64,
+    /// Values that were not sent, as a newer one took their place or the options wanted fewer.
+    pub thinned: u64,
     /// Values that did not fit.
     pub refused: u64,
     /// Why the last value did not fit; nothing when it did.
@@ -33,6 +37,7 @@ pub struct ReadingStatus {
 pub struct InputReader {
     input: String,
     pub source: InputSource,
+    pub options: ReadOptions,
     composer: Composer,
     state: Mutex<ReaderState>,
     /// Whether its newest value is to be asked for.
@@ -42,18 +47,22 @@ pub struct InputReader {
 #[derive(Default)]
 struct ReaderState {
     received: u64,
-    missed: u64,
+    lost: u64,
+    thinned: u64,
     refused: u64,
     error: Option<String>,
     last: Option<SampleAttachment>,
+    /// Whether the agent that it reads of has come back, perhaps as a new process.
+    may_be_new: bool,
 }
 
 impl InputReader {
     /// An input of an agent that was [checked](crate::check_inputs).
-    pub fn new(composer: &Composer, input: &str, source: &InputSource) -> Self {
+    pub fn new(composer: &Composer, input: &str, reading: &NetworkInput) -> Self {
         Self {
             input: input.into(),
-            source: source.clone(),
+            source: reading.source.clone(),
+            options: reading.options,
             composer: composer.clone(),
             state: Mutex::default(),
             is_due: AtomicBool::new(true),
@@ -66,7 +75,8 @@ impl InputReader {
             input: self.input.clone(),
             source: self.source.clone(),
             received: state.received,
-            missed: state.missed,
+            lost: state.lost,
+            thinned: state.thinned,
             refused: state.refused,
             error: state.error.clone(),
         }
@@ -74,7 +84,7 @@ impl InputReader {
 
     /// The agent that it reads of is there, perhaps again: its newest value is to be asked for, and its numbers may begin anew.
     pub fn restart(&self) {
-        locked(&self.state).last = None;
+        locked(&self.state).may_be_new = true;
         self.is_due.store(true, Ordering::Release);
     }
 
@@ -90,6 +100,15 @@ impl InputReader {
         // One value after the other.
         let mut state = locked(&self.state);
         let stamp = payload.attachment().ok().flatten();
+        if stamp.is_some() && std::mem::take(&mut state.may_be_new) {
+            // What is older than the last one is of a new process.
+            let goes_on = |last: &SampleAttachment| {
+                stamp.is_some_and(|new| {
+                    new.stamp.sequence >= last.stamp.sequence && new.stamp.time >= last.stamp.time
+                })
+            };
+            state.last = state.last.filter(goes_on);
+        }
         if let (true, Some(last), Some(stamp)) = (was_asked, state.last, stamp)
             && last.stamp.generation == stamp.stamp.generation
             && stamp.stamp.sequence <= last.stamp.sequence
@@ -100,10 +119,10 @@ impl InputReader {
             Ok(()) => {
                 state.received += 1;
                 state.error = None;
-                if let (Some(last), Some(stamp)) = (state.last, stamp)
-                    && last.stamp.generation == stamp.stamp.generation
-                {
-                    state.missed += stamp.stamp.sequence.saturating_sub(last.stamp.sequence + 1);
+                if let (Some(last), Some(new)) = (state.last, stamp) {
+                    let (lost, thinned) = self.missed(&last, &new);
+                    state.lost += lost;
+                    state.thinned += thinned;
                 }
                 state.last = stamp;
             }
@@ -117,6 +136,26 @@ impl InputReader {
                 }
             }
         }
+    }
+
+    /// The key that it reads.
+    pub fn key(&self) -> String {
+        self.source.key(&self.options)
+    }
+
+    /// Values between two samples that were lost, and that were not sent.
+    fn missed(&self, last: &SampleAttachment, new: &SampleAttachment) -> (u64, u64) {
+        if last.stamp.generation != new.stamp.generation {
+            return (0, 0);
+        }
+        let between = |last: u64, new: u64| new.saturating_sub(last.saturating_add(1));
+        let written = between(last.stamp.sequence, new.stamp.sequence);
+        if self.options.values == ReadValues::All {
+            return (written, 0);
+        }
+        // An answer has no number.
+        let lost = if last.number == 0 { 0 } else { between(last.number, new.number).min(written) };
+        (lost, written - lost)
     }
 
     fn set(&self, payload: &Payload<'_>) -> Result<(), String> {

@@ -20,10 +20,12 @@ use zenoh::query::Query;
 use crate::attachment::SampleAttachment;
 use crate::error::NetworkError;
 use crate::key::{property_key, schema_key, set_key, tree_key};
+use crate::options::ReadOptions;
 use crate::payload::{Decoded, Payload, encoding};
 use crate::publishing::newest;
 use crate::refusal::{QueryRefusal, refuse};
-use crate::shared::NetworkShared;
+use crate::shared::{NetworkShared, locked};
+use crate::streams::STREAMS;
 
 /// Queries that wait for an answer.
 const WAITING: usize = 256;
@@ -143,6 +145,12 @@ impl Answerer {
         if path.starts_with("@schema/") {
             return self.schemas(query);
         }
+        if let Some(wanted) = path.strip_prefix("@read/") {
+            if let Err(refused) = self.stream(query, wanted) {
+                refuse(query, &refused);
+            }
+            return;
+        }
         if key.contains(['*', '$']) {
             return self.values(query);
         }
@@ -197,6 +205,32 @@ impl Answerer {
         let json = serde_json::to_value(value).unwrap_or_default();
         answer_json(query, query.key_expr().clone(), &json);
         Ok(())
+    }
+
+    /// Opens a stream for readers with options, `OPTIONS/PATH`, and answers with the newest value.
+    fn stream(&self, query: &Query, wanted: &str) -> Result<(), QueryRefusal> {
+        let (options, path) = wanted.split_once('/').unwrap_or((wanted, ""));
+        let options = ReadOptions::parse(options)
+            .map_err(|reason| QueryRefusal::new(reason, "such as slate/AGENT/@read/rate=100ms/PATH"))?;
+        let found = self.shared.board().get(path).filter(|(property, field)| {
+            field.is_empty()
+                && property.channel().is_some()
+                && self.shared.settings.is_published(property.path())
+        });
+        let Some((property, _)) = found else {
+            let help = format!("{} lists the properties; a field has no options", tree_key(self.agent()));
+            return Err(QueryRefusal::new(format!("nothing is published at {}", query.key_expr()), help));
+        };
+        {
+            let open = *locked(&self.shared.streams);
+            let mut wanted = locked(&self.shared.wanted);
+            if open + wanted.len() >= STREAMS {
+                return Err(QueryRefusal::full(format!("{STREAMS} streams are open")));
+            }
+            wanted.insert((property.path().to_owned(), options));
+        }
+        self.shared.wake.notify(1);
+        answer_value(query, query.key_expr().clone(), &property)
     }
 
     /// The properties that an agent may use, or those that programs without a name may use.
@@ -379,7 +413,7 @@ fn answer_value(query: &Query, key: KeyExpr<'static>, property: &Property) -> Re
     let newest =
         newest(property, &mut message).map_err(|reason| QueryRefusal::new(reason, "ask again later"))?;
     let stamp = newest.ok_or_else(|| unwritten(property))?;
-    let attachment = SampleAttachment { stamp, hash: property.descriptor().hash };
+    let attachment = SampleAttachment { stamp, hash: property.descriptor().hash, number: 0 };
     let reply = query.reply(key, message).encoding(Encoding::from(encoding(property.descriptor())));
     // A session that has closed needs no answer.
     let _ = reply.attachment(&attachment.encode()[..]).wait();

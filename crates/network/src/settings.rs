@@ -1,5 +1,6 @@
 //! The table `[network]` of a configuration.
 
+mod reading;
 mod security;
 
 use std::collections::BTreeMap;
@@ -9,8 +10,8 @@ use slate_runtime::Message;
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
 
 use crate::endpoint::NetworkEndpoint;
-use crate::key::InputSource;
 
+pub use reading::NetworkInput;
 pub use security::{NetworkFile, NetworkRights, NetworkSecurity};
 
 /// Name of the table.
@@ -50,15 +51,6 @@ pub struct NetworkSettings {
     pub read: BTreeMap<String, NetworkInput>,
     /// Certificates, and what others may do; nothing without `quic/`.
     pub security: Option<NetworkSecurity>,
-}
-
-/// What an input reads.
-#[derive(Clone, Debug, PartialEq)]
-pub struct NetworkInput {
-    /// Where the values come from.
-    pub source: InputSource,
-    /// Where it is written in the configuration.
-    pub place: Option<Span>,
 }
 
 /// Part of a session in its network.
@@ -333,36 +325,6 @@ impl NetworkSettingsReader<'_> {
             }
         }
         patterns
-    }
-
-    fn readings(&mut self, table: &Table) -> BTreeMap<String, NetworkInput> {
-        let mut readings = BTreeMap::new();
-        let Some(value) = table.get("read") else { return readings };
-        const EXAMPLE: &str =
-            "write read.\"follower/target\" = \"slate://base/mission/target\", or = \"zenoh:demo/target\"";
-        let Some(inputs) = value.as_table() else {
-            self.add(value.span, format!("`read` is a table of inputs, found {}", value.describe()), EXAMPLE);
-            return readings;
-        };
-        for (input, entry) in inputs.iter() {
-            let path = self.configuration.own_path(input);
-            let source = match entry.value.as_str() {
-                Some(text) => InputSource::parse(text),
-                None => Err(format!("an input reads a URL, found {}", entry.value.describe())),
-            };
-            match (path, source) {
-                (Ok(path), Ok(source)) => {
-                    readings.insert(path, NetworkInput { source, place: Some(entry.value.span) });
-                }
-                (Err(report), _) => {
-                    let message =
-                        report.diagnostics().first().map_or_else(String::new, |first| first.message().into());
-                    self.add(entry.key, message, EXAMPLE);
-                }
-                (_, Err(message)) => self.add(entry.value.span, message, EXAMPLE),
-            }
-        }
-        readings
     }
 
     fn items(&mut self, table: &Table, name: &str, example: &str) -> Vec<Spanned<Value>> {

@@ -11,6 +11,7 @@ use slate_module::Level;
 use zenoh::Session;
 
 use crate::error::NetworkError;
+use crate::options::StreamName;
 use crate::settings::NetworkSettings;
 
 pub struct NetworkShared {
@@ -20,6 +21,9 @@ pub struct NetworkShared {
     /// Wakes the network's thread.
     pub wake: Arc<Wake>,
     pub ended: AtomicBool,
+    /// Streams that were asked for since the network's thread looked, and how many are open.
+    pub wanted: Mutex<BTreeSet<StreamName>>,
+    pub streams: Mutex<usize>,
     /// Agents that are there.
     pub agents: Mutex<BTreeSet<String>>,
     /// Those with certificates that the settings do not name, as they were told.

@@ -5,8 +5,8 @@ use slate_blackboard::Stamp;
 use slate_blackboard::interface::{Descriptor, Interface, Value};
 use slate_interfaces::{LaserScan, Path, Pose2, Twist2};
 use slate_network::{
-    AttachmentError, Decoded, InputSource, Payload, PayloadError, SampleAttachment, alive_agent, alive_key,
-    encoding, property_key,
+    AttachmentError, Decoded, InputSource, Payload, PayloadError, ReadOptions, SampleAttachment, alive_agent,
+    alive_key, encoding, property_key,
 };
 use slate_record::ros;
 
@@ -15,22 +15,24 @@ fn interfaces() -> [&'static Descriptor; 4] {
 }
 
 fn attachment() -> impl Strategy<Value = SampleAttachment> {
-    any::<[u64; 4]>().prop_map(|[sequence, time, generation, hash]| SampleAttachment {
+    any::<[u64; 5]>().prop_map(|[sequence, time, generation, hash, number]| SampleAttachment {
         stamp: Stamp { sequence, time, generation },
         hash,
+        number,
     })
 }
 
 #[test]
 fn an_attachment_has_the_documented_bytes() {
     let stamp = Stamp { sequence: 1, time: 0x0203, generation: 4 };
-    let bytes = SampleAttachment { stamp, hash: 0xf0f1_f2f3_f4f5_f6f7 }.encode();
+    let bytes = SampleAttachment { stamp, hash: 0xf0f1_f2f3_f4f5_f6f7, number: 5 }.encode();
     let expected = [
         &[1, 1, 0, 0, 0, 0, 0, 0, 0, 3, 2, 0, 0, 0, 0, 0, 0, 4, 0, 0, 0, 0, 0, 0, 0][..],
         &[0xf7, 0xf6, 0xf5, 0xf4, 0xf3, 0xf2, 0xf1, 0xf0],
+        &[5, 0, 0, 0, 0, 0, 0, 0],
     ];
     assert_eq!(bytes[..], expected.concat());
-    assert_eq!(SampleAttachment::decode(&bytes[..32]), Err(AttachmentError::Length(32)));
+    assert_eq!(SampleAttachment::decode(&bytes[..40]), Err(AttachmentError::Length(40)));
     let other = [[2].as_slice(), &bytes[1..]].concat();
     assert_eq!(SampleAttachment::decode(&other), Err(AttachmentError::Layout(2)));
 }
@@ -39,9 +41,10 @@ fn an_attachment_has_the_documented_bytes() {
 fn keys_are_urls_without_their_scheme() {
     assert_eq!(property_key("arm", "localizer/pose"), "slate/arm/localizer/pose");
     let source = InputSource::parse("slate://arm/localizer/pose").unwrap();
-    assert_eq!(source.key(), "slate/arm/localizer/pose");
+    let plain = ReadOptions::default();
+    assert_eq!(source.key(&plain), "slate/arm/localizer/pose");
     assert_eq!(source.to_string(), "slate://arm/localizer/pose");
-    assert_eq!(InputSource::parse("zenoh:demo/temperature").unwrap().key(), "demo/temperature");
+    assert_eq!(InputSource::parse("zenoh:demo/temperature").unwrap().key(&plain), "demo/temperature");
     assert_eq!(alive_agent(&alive_key("arm")), Some("arm"));
     for wrong in
         ["zenoh:", "zenoh:a//b", "zenoh:a/*", "zenoh:a?b", "/own/property", "ros2:/scan", "slate://arm"]
@@ -60,7 +63,7 @@ fn a_value_of_another_interface_or_schema_is_named() {
     assert_eq!(payload.decode(Pose2::DESCRIPTOR, ""), Ok(Decoded::Bytes(vec![0; 24])));
     let other = payload.decode(Twist2::DESCRIPTOR, "").unwrap_err().to_string();
     assert!(other.contains("slate_msgs/msg/Pose2") && other.contains("slate_msgs/msg/Twist2"), "{other}");
-    let attachment = SampleAttachment { stamp: Stamp::default(), hash: 7 }.encode();
+    let attachment = SampleAttachment { stamp: Stamp::default(), hash: 7, number: 0 }.encode();
     let old = Payload { attachment: &attachment, ..payload }.decode(Pose2::DESCRIPTOR, "").unwrap_err();
     assert_eq!(old, PayloadError::Schema { interface: "Pose2", expected: Pose2::DESCRIPTOR.hash, found: 7 });
 }
@@ -123,5 +126,28 @@ proptest! {
         if let Ok(source) = InputSource::parse(&text) {
             prop_assert_eq!(InputSource::parse(&source.to_string()), Ok(source));
         }
+    }
+}
+
+#[test]
+fn options_have_one_text_and_mistakes_in_them_are_named() {
+    let source = InputSource::parse("slate://arm/localizer/pose").unwrap();
+    for text in ["rate=100ms", "interval=1500us", "all", "all,reliable", "best-effort,rate=1s", "reliable"] {
+        let options = ReadOptions::parse(text).unwrap();
+        assert_eq!(options.to_string(), text);
+        assert_eq!(source.key(&options), format!("slate/arm/@read/{text}/localizer/pose"));
+    }
+    for (text, reason) in [
+        ("fast", "unknown option `fast`"),
+        ("", "unknown option ``"),
+        ("rate=0ms", "`0ms` is no duration"),
+        ("rate=often", "`often` is no duration"),
+        ("rate=99h", "`99h` is no duration"),
+        ("rate=0.1s", "write `rate=100ms`"),
+        ("reliable,all", "write `all,reliable`"),
+        ("all,rate=1s", "neither a rate nor an interval"),
+    ] {
+        let error = ReadOptions::parse(text).unwrap_err();
+        assert!(error.contains(reason), "{text}: {error}");
     }
 }

@@ -8,6 +8,8 @@ mod certificates;
 mod hostile;
 mod layout;
 #[cfg(feature = "zenoh")]
+mod options;
+#[cfg(feature = "zenoh")]
 mod presence;
 #[cfg(feature = "external-tools")]
 mod python;

@@ -120,7 +120,7 @@ fn what_may_not_be_set_is_refused_with_the_reason() {
 #[test]
 fn a_value_of_another_schema_sets_nothing() {
     let (agent, other) = start("schema", "\"driver/goal\"");
-    let attachment = SampleAttachment { stamp: Stamp::default(), hash: 1 }.encode();
+    let attachment = SampleAttachment { stamp: Stamp::default(), hash: 1, number: 0 }.encode();
     let replies = other
         .get("slate/schema/driver/goal")
         .payload(pose(9.0))

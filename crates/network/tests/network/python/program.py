@@ -30,10 +30,22 @@ with zenoh.open(config) as session:
     subscriber = session.declare_subscriber(f"slate/{agent}/sensor/pose")
     sample = subscriber.recv()
     pose = struct.unpack("<4xddd", bytes(sample.payload))
-    layout, sequence, stamp, generation, schema = struct.unpack("<BQQQQ", bytes(sample.attachment))
+    layout, sequence, stamp, generation, schema, number = struct.unpack("<BQQQQQ", bytes(sample.attachment))
     assert pose == (1.5, -2.5, 0.25), pose
     assert layout == 1 and sequence > 0 and stamp > 0 and generation == 1
     assert str(sample.encoding) == "application/cdr;slate_msgs/msg/Pose2", sample.encoding
+    assert number > 0
+    subscriber.undeclare()
+
+    # Its own options: the newest value twice a second.
+    key = f"slate/{agent}/@read/rate=500ms/sensor/count"
+    subscriber = session.declare_subscriber(key)
+    is_ok, newest = reply(session, key)
+    assert is_ok, newest.payload.to_string()
+    samples = [subscriber.recv() for _ in range(3)]
+    numbers = [struct.unpack("<BQQQQQ", bytes(sample.attachment)) for sample in samples]
+    assert [entry[5] for entry in numbers] == [1, 2, 3], numbers
+    assert numbers[2][2] - numbers[1][2] > 250_000_000, numbers
     subscriber.undeclare()
 
     is_ok, tree = reply(session, f"slate/{agent}/@tree")

@@ -1,0 +1,130 @@
+//! A publisher that knows whether somebody reads.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use slate_blackboard::Stamp;
+use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::wake::Wake;
+use slate_record::ros;
+use zenoh::bytes::Encoding;
+use zenoh::matching::{MatchingListener, MatchingStatus};
+use zenoh::pubsub::Publisher;
+use zenoh::qos::{CongestionControl, Reliability};
+use zenoh::{Session, Wait};
+use zenoh_ext::{AdvancedPublisher, AdvancedPublisherBuilderExt, CacheConfig, MissDetectionConfig};
+
+use crate::attachment::SampleAttachment;
+use crate::error::NetworkError;
+use crate::options::ReadMode;
+use crate::shared::refused;
+
+/// Memory for values that are kept for readers that want lost ones again, bytes; and the fewest and the most of them.
+const KEPT: usize = 8 << 20;
+const FEWEST: usize = 8;
+const MOST: usize = 512;
+
+/// How often such a reader is told which value was the last, to miss it.
+const HEARTBEAT: Duration = Duration::from_millis(100);
+
+/// Publishes values at a key, each with its stamp and number.
+pub struct ValuePublisher {
+    /// Goes before its publisher.
+    _listener: MatchingListener<()>,
+    publisher: AnyPublisher,
+    is_read: Arc<AtomicBool>,
+    number: u64,
+    message: Vec<u8>,
+}
+
+enum AnyPublisher {
+    Plain(Publisher<'static>),
+    /// Keeps the last values.
+    Caching(AdvancedPublisher<'static>),
+}
+
+impl ValuePublisher {
+    /// Declares a publisher of values of about `size` bytes at a key; `wake` is notified when its first reader comes or its last
+    /// one goes.
+    ///
+    /// # Errors
+    /// When Zenoh refuses it.
+    pub fn new(
+        session: &Session,
+        (key, size): (String, usize),
+        mode: ReadMode,
+        wake: &Arc<Wake>,
+    ) -> Result<Self, NetworkError> {
+        // Else one peer that does not read stops all.
+        let publisher = session.declare_publisher(key).congestion_control(CongestionControl::Drop);
+        let is_read = Arc::new(AtomicBool::new(false));
+        let (known, woken) = (Arc::clone(&is_read), Arc::clone(wake));
+        let note = move |status: MatchingStatus| {
+            known.store(status.matching(), Ordering::Release);
+            woken.notify(1);
+        };
+        let (publisher, listener, status) = match mode {
+            ReadMode::Usual | ReadMode::BestEffort => {
+                let reliability = match mode {
+                    ReadMode::BestEffort => Reliability::BestEffort,
+                    _ => Reliability::Reliable,
+                };
+                let publisher = publisher.reliability(reliability).wait().map_err(refused)?;
+                let listener = publisher.matching_listener().callback(note).wait().map_err(refused)?;
+                let status = publisher.matching_status().wait().map_err(refused)?;
+                (AnyPublisher::Plain(publisher), listener, status)
+            }
+            ReadMode::Reliable => {
+                let publisher = publisher
+                    .reliability(Reliability::Reliable)
+                    .advanced()
+                    .cache(CacheConfig::default().max_samples((KEPT / size.max(1)).clamp(FEWEST, MOST)))
+                    .sample_miss_detection(MissDetectionConfig::default().heartbeat(HEARTBEAT))
+                    .wait()
+                    .map_err(refused)?;
+                let listener = publisher.matching_listener().callback(note).wait().map_err(refused)?;
+                let status = publisher.matching_status().wait().map_err(refused)?;
+                (AnyPublisher::Caching(publisher), listener, status)
+            }
+        };
+        if status.matching() {
+            is_read.store(true, Ordering::Release);
+        }
+        Ok(Self { _listener: listener, publisher, is_read, number: 0, message: Vec::new() })
+    }
+
+    /// Whether somebody reads.
+    pub fn is_read(&self) -> bool {
+        self.is_read.load(Ordering::Acquire)
+    }
+
+    /// Sends a value of an interface: its bytes and the items of its tail.
+    ///
+    /// # Errors
+    /// When it can't be encoded or sent, in words.
+    pub fn put(
+        &mut self,
+        descriptor: &Descriptor,
+        encoding: &Encoding,
+        (bytes, items, stamp): (&[u8], usize, Stamp),
+    ) -> Result<(), String> {
+        self.message.clear();
+        let value = exact(descriptor, bytes, items);
+        ros::encode(descriptor, value, &mut self.message).map_err(|error| error.to_string())?;
+        self.number += 1;
+        let attachment = SampleAttachment { stamp, hash: descriptor.hash, number: self.number }.encode();
+        let (message, encoding, attachment) = (&self.message, encoding.clone(), &attachment[..]);
+        let sent = match &self.publisher {
+            AnyPublisher::Plain(own) => own.put(message).encoding(encoding).attachment(attachment).wait(),
+            AnyPublisher::Caching(own) => own.put(message).encoding(encoding).attachment(attachment).wait(),
+        };
+        sent.map_err(|error| error.to_string())
+    }
+}
+
+/// The bytes of a value without what rounds them up to its alignment.
+pub fn exact<'a>(descriptor: &Descriptor, bytes: &'a [u8], items: usize) -> &'a [u8] {
+    let item = descriptor.tail().map_or(0, Kind::size);
+    bytes.get(..descriptor.size + items * item).unwrap_or(bytes)
+}
