@@ -13,6 +13,7 @@ mod certificates;
 use std::io::Read;
 use std::net::UdpSocket;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use agent::{Running, eventually};
 use certificates::{Authority, Certificate};
@@ -22,23 +23,29 @@ const RESTARTS: u32 = 20;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    match &arguments[..] {
-        [_, role, table] if role == "agent" => be_an_agent(table),
-        [_, filter, ..] if !filter.starts_with('-') && !NAME.contains(filter.as_str()) => {}
-        _ => {
-            killed();
-            println!("test {NAME} ... ok");
+    if let [_, role, name, table] = &arguments[..]
+        && role == "agent"
+    {
+        return be_an_agent(name, table);
+    }
+    let tests: [(&str, fn()); 2] = [
+        ("a_killed_agent_comes_back_over_quic_and_leaves_nothing_behind", killed),
+        ("a_stopped_agent_delays_no_other_over_quic", stopped),
+    ];
+    let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
+    for (name, test) in tests {
+        if filter.is_none_or(|filter| name.contains(filter.as_str())) {
+            test();
+            println!("test {name} ... ok");
         }
     }
 }
 
-const NAME: &str = "a_killed_agent_comes_back_over_quic_and_leaves_nothing_behind";
-
-/// Agent `arm`, until nobody holds its input any more.
-fn be_an_agent(table: &str) {
-    let arm = Running::start("arm", table);
+/// An agent, until nobody holds its input any more.
+fn be_an_agent(name: &str, table: &str) {
+    let agent = Running::start(name, table);
     let _ = std::io::stdin().read(&mut [0]);
-    drop(arm);
+    drop(agent);
 }
 
 /// A table `[network]` at an endpoint, for one other agent.
@@ -47,9 +54,9 @@ fn table(endpoint: &str, entries: &str, certificate: &Certificate, other: &str) 
     format!("{endpoint}\n{entries}\n{}\n{rights}", certificate.table())
 }
 
-fn start(table: &str) -> Child {
+fn start(name: &str, table: &str) -> Child {
     let own = std::env::current_exe().unwrap();
-    Command::new(own).args(["agent", table]).stdin(Stdio::piped()).spawn().unwrap()
+    Command::new(own).args(["agent", name, table]).stdin(Stdio::piped()).spawn().unwrap()
 }
 
 /// Files and threads of this process.
@@ -74,7 +81,7 @@ fn killed() {
             0 => format!("connect = [\"quic/127.0.0.1:{listened}\"]"),
             _ => format!("listen = [\"quic/127.0.0.1:{dialled}\"]"),
         };
-        let mut arm = start(&table(&endpoint, "", &other, "base"));
+        let mut arm = start("arm", &table(&endpoint, "", &other, "base"));
         let received = base.network().readings()[0].received;
         eventually("values", || base.network().readings()[0].received > received + 10);
         arm.kill().unwrap();
@@ -89,4 +96,43 @@ fn killed() {
     }
     eventually("its end", || base.network().agents() == ["base"]);
     assert_eq!(base.network().readings()[0].refused, 0);
+}
+
+/// Sends a signal to a process.
+fn signal(child: &Child, name: &str) {
+    let status = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+}
+
+/// One agent reads two, of which one is stopped while it reads the first, too.
+fn stopped() {
+    let authority = Authority::new();
+    let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let read = "read.\"driver/ambient\" = \"slate://arm/sensor/count\"\nread.\"driver/goal\" = \"slate://leg/sensor/pose\"";
+    let rights = "[network.security.allow.leg]\nread = [\"sensor/**\"]";
+    let base = table(&format!("listen = [\"quic/127.0.0.1:{port}\"]"), read, &authority.sign("base"), "arm");
+    let base = Running::start("base", &format!("{base}\n{rights}"));
+    let connect = format!("connect = [\"quic/127.0.0.1:{port}\"]");
+    let reads_base = "read.\"driver/ambient\" = \"slate://base/sensor/count\"";
+    let [arm, leg] =
+        ["arm", "leg"].map(|name| start(name, &table(&connect, reads_base, &authority.sign(name), "base")));
+    let received = |input: usize| base.network().readings()[input].received;
+    eventually("values of both", || received(0) > 10 && received(1) > 10);
+    signal(&leg, "-STOP");
+    let (start, mut longest) = (Instant::now(), Duration::ZERO);
+    while start.elapsed() < Duration::from_secs(6) {
+        let (before, since) = (received(0), Instant::now());
+        eventually("values of the other one", || received(0) > before);
+        longest = longest.max(since.elapsed());
+    }
+    assert!(longest < Duration::from_secs(1), "{longest:?} without a value");
+    println!("longest time without a value: {} ms", longest.as_millis());
+    eventually("its end", || base.network().agents() == ["arm", "base"]);
+    signal(&leg, "-CONT");
+    let before = received(1);
+    eventually("values again", || received(1) > before + 10);
+    for mut child in [arm, leg] {
+        drop(child.stdin.take());
+        assert!(child.wait().unwrap().success());
+    }
 }
