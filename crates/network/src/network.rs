@@ -24,6 +24,7 @@ use crate::links::{self, LinkWatch};
 use crate::namesake::NamesakeSearch;
 use crate::publishing::Publishing;
 use crate::reading::{InputReader, ReadingStatus};
+use crate::rejections;
 use crate::requests::QueryThread;
 use crate::session;
 use crate::settings::NetworkSettings;
@@ -85,7 +86,9 @@ impl AgentNetwork {
             ended: AtomicBool::new(false),
             agents: std::sync::Mutex::default(),
             strangers: std::sync::Mutex::default(),
+            rejections: std::sync::Mutex::default(),
         });
+        rejections::add(&shared);
         let mut publishing = Publishing::new(Arc::clone(&shared))?;
         let requests = QueryThread::start(Arc::clone(&shared))?;
         let declared = declare(&shared, &readers, &requests)?;
