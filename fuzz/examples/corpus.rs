@@ -7,9 +7,12 @@ use serde_json::json;
 use slate_blackboard::interface::{Descriptor, Interface, View};
 use slate_fuzz::agents::{Agent, Blob, MILLISECOND, Number};
 use slate_fuzz::input::append_counted;
-use slate_fuzz::{bag, configuration, definition, knowledge, logs as others, peer, robot, shared_memory};
+use slate_fuzz::{
+    bag, configuration, definition, knowledge, logs as others, network, peer, robot, shared_memory,
+};
 use slate_interfaces::{Chassis, Image, ImageFormat, LaserScan, Odometry, Pose2, Sightings, Transform};
 use slate_module::encode_interface;
+use slate_network::SampleAttachment;
 use slate_record::bag::Compression as Chunks;
 use slate_record::ros;
 use slate_share::encoding::encode;
@@ -33,6 +36,7 @@ fn main() {
     recordings();
     logs();
     definitions();
+    samples();
 }
 
 fn keep(target: &str, name: &str, bytes: &[u8]) {
@@ -343,7 +347,8 @@ fn calls() {
 fn libraries() {
     let folder = slate_fuzz::folder();
     let (source, library) = (folder.join("plugin.c"), folder.join("plugin.so"));
-    let outline = r#"{\"abi\":1,\"symbol\":\"slate_plugin_x\",\"name\":\"x\",\"modules\":[{\"name\":\"x\",\"ports\":[{\"name\":\"in\",\"direction\":\"input\",\"interface\":\"Number\"}]}]}"#;
+    let outline = r#"{\"abi\":ABI,\"symbol\":\"slate_plugin_x\",\"name\":\"x\",\"modules\":[{\"name\":\"x\",\"ports\":[{\"name\":\"in\",\"direction\":\"input\",\"interface\":\"Number\"}]}]}"#;
+    let outline = outline.replace("ABI", &slate_module::table::ABI.to_string());
     let text = format!(
         "int slate_plugin_x = 1;\n__attribute__((section(\".slate\"), used)) static const char outline[] = \"{outline}\";\n"
     );
@@ -465,4 +470,34 @@ fn recordings() {
         flipped[whole.len() / 3] ^= 16;
         keep("bag", &format!("{name}-flipped"), &flipped);
     }
+}
+
+/// What programs of Zenoh send, as agents and other programs write it.
+fn samples() {
+    let stamp = slate_blackboard::Stamp { sequence: 7, time: MILLISECOND, generation: 1 };
+    let sample = |name: &str, interface: usize, encoding: usize, texts: [&str; 2], content: &[u8]| {
+        let mut script = vec![interface as u8, encoding as u8];
+        let attachment = SampleAttachment { stamp, hash: network::INTERFACES[interface].hash }.encode();
+        for part in [texts[0].as_bytes(), texts[1].as_bytes(), &attachment] {
+            append_counted(part, &mut script);
+        }
+        script.extend(content);
+        keep("network", name, &script);
+    };
+    let own = network::ENCODINGS.len();
+    for (interface, descriptor) in network::INTERFACES.iter().enumerate() {
+        let mut message = Vec::new();
+        let value = vec![0; descriptor.size];
+        ros::encode(descriptor, &value, &mut message).expect("it is a value of its interface");
+        sample(descriptor.name, interface, own, ["", "slate/arm/@alive"], &message);
+        sample(&format!("{}-unsaid", descriptor.name), interface, 0, ["", "zenoh:demo/value"], &message);
+        let view = View::new(descriptor, &value, 0).expect("it is a value of its interface");
+        let json = serde_json::to_vec(&view.value()).expect("it can be written");
+        sample(&format!("{}-json", descriptor.name), interface, 2, ["", "slate://arm/x"], &json);
+    }
+    sample("field", 0, 3, ["x", ""], b"0.5");
+    sample("field-json", 0, 2, ["theta", ""], b"1e3");
+    sample("other-schema", 0, own + 1, ["", "application/cdr;slate_msgs/msg/Twist2"], &[0, 1, 0, 0]);
+    sample("other-encoding", 0, own + 1, ["", "image/png;1"], b"\x89PNG");
+    sample("nested", 1, 2, ["", ""], "[".repeat(200).as_bytes());
 }

@@ -17,6 +17,7 @@ pub mod knowledge;
 pub mod knowledge_file;
 pub mod logs;
 pub mod memory;
+pub mod network;
 pub mod outline;
 pub mod peer;
 pub mod robot;

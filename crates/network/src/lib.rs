@@ -38,6 +38,8 @@ mod reading;
 #[cfg(feature = "zenoh")]
 mod refusal;
 #[cfg(feature = "zenoh")]
+mod rejections;
+#[cfg(feature = "zenoh")]
 mod requests;
 #[cfg(feature = "zenoh")]
 mod session;
@@ -64,6 +66,8 @@ pub use options::{ReadMode, ReadOptions, ReadRate, ReadValues};
 pub use payload::{Decoded, Payload, PayloadError, encoding};
 #[cfg(feature = "zenoh")]
 pub use reading::ReadingStatus;
+#[cfg(feature = "zenoh")]
+pub use rejections::log_rejections;
 pub use settings::{
     NetworkFile, NetworkInput, NetworkMode, NetworkRights, NetworkSecurity, NetworkSettings, TABLE,
 };

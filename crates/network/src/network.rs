@@ -24,6 +24,7 @@ use crate::links::{self, LinkWatch};
 use crate::namesake::NamesakeSearch;
 use crate::publishing::Publishing;
 use crate::reading::{InputReader, ReadingStatus};
+use crate::rejections;
 use crate::requests::QueryThread;
 use crate::session;
 use crate::settings::NetworkSettings;
@@ -88,7 +89,9 @@ impl AgentNetwork {
             strangers: std::sync::Mutex::default(),
             wanted: std::sync::Mutex::default(),
             streams: std::sync::Mutex::default(),
+            rejections: std::sync::Mutex::default(),
         });
+        rejections::add(&shared);
         let mut publishing = Publishing::new(Arc::clone(&shared))?;
         let requests = QueryThread::start(Arc::clone(&shared))?;
         let declared = declare(&shared, &readers, &requests)?;
@@ -108,7 +111,8 @@ impl AgentNetwork {
                 publishing.follow();
                 publishing.send();
                 let pause = streams.step(PAUSE);
-                due.iter().for_each(|reader| ask(&own.session, reader));
+                let now = own.surface.agent.composer().steady_now();
+                due.iter().for_each(|reader| ask(&own.session, reader, now));
                 namesake.look();
                 watch.look();
                 own.wake.wait_timeout(pause);
@@ -204,8 +208,8 @@ fn note_agent(shared: &NetworkShared, readers: &[Arc<InputReader>], sample: &Sam
 }
 
 /// Asks for the newest value of what an input reads, when it may have missed it.
-fn ask(session: &Session, reader: &Arc<InputReader>) {
-    if !reader.is_due.swap(false, Ordering::AcqRel) {
+fn ask(session: &Session, reader: &Arc<InputReader>, now: u64) {
+    if !reader.is_to_ask(now) {
         return;
     }
     let own = Arc::clone(reader);

@@ -1,7 +1,7 @@
 //! Inputs that read from the network.
 
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use slate_module::Level;
 use slate_runtime::Composer;
@@ -13,6 +13,9 @@ use crate::options::{ReadOptions, ReadValues};
 use crate::payload::{Decoded, Payload};
 use crate::settings::NetworkInput;
 use crate::shared::locked;
+
+/// After so long without a value, ns, a stream is asked for again.
+const RETRY: u64 = 1_000_000_000;
 
 /// How an input that reads from the network stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -41,7 +44,10 @@ pub struct InputReader {
     composer: Composer,
     state: Mutex<ReaderState>,
     /// Whether its newest value is to be asked for.
-    pub is_due: AtomicBool,
+    is_due: AtomicBool,
+    /// Whether a value has come since it was asked for, and when that was, ns.
+    is_answered: AtomicBool,
+    asked: AtomicU64,
 }
 
 #[derive(Default)]
@@ -66,7 +72,24 @@ impl InputReader {
             composer: composer.clone(),
             state: Mutex::default(),
             is_due: AtomicBool::new(true),
+            is_answered: AtomicBool::new(false),
+            asked: AtomicU64::new(0),
         }
+    }
+
+    /// Whether its newest value is to be asked for now. What begins a stream is asked again until a value comes: a query may be lost.
+    pub fn is_to_ask(&self, now: u64) -> bool {
+        let is_late = || {
+            self.options != ReadOptions::default()
+                && !self.is_answered.load(Ordering::Acquire)
+                && now.saturating_sub(self.asked.load(Ordering::Acquire)) > RETRY
+        };
+        let is_due = self.is_due.swap(false, Ordering::AcqRel) || is_late();
+        if is_due {
+            self.is_answered.store(false, Ordering::Release);
+            self.asked.store(now, Ordering::Release);
+        }
+        is_due
     }
 
     pub fn status(&self) -> ReadingStatus {
@@ -93,6 +116,7 @@ impl InputReader {
         if sample.kind() == SampleKind::Delete {
             return;
         }
+        self.is_answered.store(true, Ordering::Release);
         let encoding = sample.encoding().to_string();
         let attachment = sample.attachment().map(|bytes| bytes.to_bytes()).unwrap_or_default();
         let bytes = sample.payload().to_bytes();
@@ -150,12 +174,15 @@ impl InputReader {
         }
         let between = |last: u64, new: u64| new.saturating_sub(last.saturating_add(1));
         let written = between(last.stamp.sequence, new.stamp.sequence);
-        if self.options.values == ReadValues::All {
-            return (written, 0);
+        match (last.number, self.options.values) {
+            // After an answer to a query the stream only begins.
+            (0, _) => (0, written),
+            (_, ReadValues::All) => (written, 0),
+            (number, ReadValues::Newest) => {
+                let lost = between(number, new.number).min(written);
+                (lost, written - lost)
+            }
         }
-        // An answer has no number.
-        let lost = if last.number == 0 { 0 } else { between(last.number, new.number).min(written) };
-        (lost, written - lost)
     }
 
     fn set(&self, payload: &Payload<'_>) -> Result<(), String> {

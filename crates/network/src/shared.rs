@@ -1,6 +1,6 @@
 //! What all parts of an agent's network use.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -28,6 +28,8 @@ pub struct NetworkShared {
     pub agents: Mutex<BTreeSet<String>>,
     /// Those with certificates that the settings do not name, as they were told.
     pub strangers: Mutex<BTreeSet<String>>,
+    /// Rejections that were logged, each with its time, ns.
+    pub rejections: Mutex<BTreeMap<String, u64>>,
 }
 
 impl NetworkShared {

@@ -48,6 +48,7 @@ mod built_in {
         settings: &NetworkSettings,
         configuration: &Configuration,
     ) -> Result<RunNetwork, Report> {
+        slate_network::log_rejections();
         AgentNetwork::start(surface, settings).map_err(|error| error.report(configuration))
     }
 }

@@ -1,5 +1,7 @@
 //! What each agent may do, checked at the origin.
 
+use std::time::Duration;
+
 use serde_json::{Value as Json, json};
 use slate_network::{NetworkSettings, router_access_control, set_key};
 use zenoh::{Session, Wait};
@@ -96,6 +98,33 @@ fn wildcards_mean_what_may_be_read() {
     let set = ask_json(&both, &set_key("base", "driver/goal"), Some((b"{\"x\": 3}", "application/json")));
     assert_eq!(set.unwrap()["status"], "accepted");
     eventually("the goal", || agent.number("driver/seen/value") == 3.0);
+}
+
+#[test]
+fn rights_hold_for_readers_with_options() {
+    let (port, authority) = (udp_port(), Authority::new());
+    let _agent = base(port, &authority, "");
+    let reader = connected(port, &authority, "reader");
+    for options in ["all", "rate=50ms", "reliable"] {
+        let key = format!("slate/base/@read/{options}/sensor/count");
+        let subscriber = reader.declare_subscriber(&key).wait().unwrap();
+        eventually("an answer", || ask(&reader, &key, None).iter().any(Result::is_ok));
+        for _ in 0..5 {
+            let sample = subscriber.recv_timeout(Duration::from_secs(20)).unwrap();
+            assert!(sample.is_some(), "{options}");
+        }
+    }
+    let both = connected(port, &authority, "both");
+    let other = both.declare_subscriber("slate/base/@read/all/sensor/count").wait().unwrap();
+    let own = both.declare_subscriber("slate/base/@read/all/sensor/pose").wait().unwrap();
+    let answers =
+        |path: &str| ask(&both, &format!("slate/base/@read/all/{path}"), None).iter().any(Result::is_ok);
+    eventually("an answer", || answers("sensor/pose"));
+    assert!(!answers("sensor/count"));
+    for _ in 0..20 {
+        assert!(own.recv_timeout(Duration::from_secs(20)).unwrap().is_some());
+    }
+    assert!(other.try_recv().unwrap().is_none());
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod certificates;
 use std::io::Read;
 use std::net::UdpSocket;
 use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
 
 use agent::{Running, eventually};
 use certificates::{Authority, Certificate};
@@ -22,23 +23,30 @@ const RESTARTS: u32 = 20;
 
 fn main() {
     let arguments: Vec<String> = std::env::args().collect();
-    match &arguments[..] {
-        [_, role, table] if role == "agent" => be_an_agent(table),
-        [_, filter, ..] if !filter.starts_with('-') && !NAME.contains(filter.as_str()) => {}
-        _ => {
-            killed();
-            println!("test {NAME} ... ok");
+    if let [_, role, name, table] = &arguments[..]
+        && role == "agent"
+    {
+        return be_an_agent(name, table);
+    }
+    let tests: [(&str, fn()); 3] = [
+        ("a_killed_agent_comes_back_over_quic_and_leaves_nothing_behind", killed),
+        ("a_stopped_agent_delays_no_other_over_quic", stopped),
+        ("ten_thousand_mutated_packets_disturb_nobody", mutated),
+    ];
+    let filter = arguments.get(1).filter(|argument| !argument.starts_with('-'));
+    for (name, test) in tests {
+        if filter.is_none_or(|filter| name.contains(filter.as_str())) {
+            test();
+            println!("test {name} ... ok");
         }
     }
 }
 
-const NAME: &str = "a_killed_agent_comes_back_over_quic_and_leaves_nothing_behind";
-
-/// Agent `arm`, until nobody holds its input any more.
-fn be_an_agent(table: &str) {
-    let arm = Running::start("arm", table);
+/// An agent, until nobody holds its input any more.
+fn be_an_agent(name: &str, table: &str) {
+    let agent = Running::start(name, table);
     let _ = std::io::stdin().read(&mut [0]);
-    drop(arm);
+    drop(agent);
 }
 
 /// A table `[network]` at an endpoint, for one other agent.
@@ -47,9 +55,9 @@ fn table(endpoint: &str, entries: &str, certificate: &Certificate, other: &str) 
     format!("{endpoint}\n{entries}\n{}\n{rights}", certificate.table())
 }
 
-fn start(table: &str) -> Child {
+fn start(name: &str, table: &str) -> Child {
     let own = std::env::current_exe().unwrap();
-    Command::new(own).args(["agent", table]).stdin(Stdio::piped()).spawn().unwrap()
+    Command::new(own).args(["agent", name, table]).stdin(Stdio::piped()).spawn().unwrap()
 }
 
 /// Files and threads of this process.
@@ -74,7 +82,7 @@ fn killed() {
             0 => format!("connect = [\"quic/127.0.0.1:{listened}\"]"),
             _ => format!("listen = [\"quic/127.0.0.1:{dialled}\"]"),
         };
-        let mut arm = start(&table(&endpoint, "", &other, "base"));
+        let mut arm = start("arm", &table(&endpoint, "", &other, "base"));
         let received = base.network().readings()[0].received;
         eventually("values", || base.network().readings()[0].received > received + 10);
         arm.kill().unwrap();
@@ -89,4 +97,95 @@ fn killed() {
     }
     eventually("its end", || base.network().agents() == ["base"]);
     assert_eq!(base.network().readings()[0].refused, 0);
+}
+
+/// Sends a signal to a process.
+fn signal(child: &Child, name: &str) {
+    let status = Command::new("kill").args([name, &child.id().to_string()]).status().unwrap();
+    assert!(status.success());
+}
+
+/// One agent reads two, of which one is stopped while it reads the first, too.
+fn stopped() {
+    let authority = Authority::new();
+    let port = UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+    let read = "read.\"driver/ambient\" = \"slate://arm/sensor/count\"\nread.\"driver/goal\" = \"slate://leg/sensor/pose\"";
+    let rights = "[network.security.allow.leg]\nread = [\"sensor/**\"]";
+    let base = table(&format!("listen = [\"quic/127.0.0.1:{port}\"]"), read, &authority.sign("base"), "arm");
+    let base = Running::start("base", &format!("{base}\n{rights}"));
+    let connect = format!("connect = [\"quic/127.0.0.1:{port}\"]");
+    let reads_base = "read.\"driver/ambient\" = \"slate://base/sensor/count\"";
+    let [arm, leg] =
+        ["arm", "leg"].map(|name| start(name, &table(&connect, reads_base, &authority.sign(name), "base")));
+    let received = |input: usize| base.network().readings()[input].received;
+    eventually("values of both", || received(0) > 10 && received(1) > 10);
+    signal(&leg, "-STOP");
+    let (start, mut longest) = (Instant::now(), Duration::ZERO);
+    while start.elapsed() < Duration::from_secs(6) {
+        let (before, since) = (received(0), Instant::now());
+        eventually("values of the other one", || received(0) > before);
+        longest = longest.max(since.elapsed());
+    }
+    assert!(longest < Duration::from_secs(2), "{longest:?} without a value");
+    println!("longest time without a value: {} ms", longest.as_millis());
+    eventually("its end", || base.network().agents() == ["arm", "base"]);
+    signal(&leg, "-CONT");
+    let before = received(1);
+    eventually("values again", || received(1) > before + 10);
+    for mut child in [arm, leg] {
+        drop(child.stdin.take());
+        assert!(child.wait().unwrap().success());
+    }
+}
+
+/// Memory of this process, bytes.
+fn memory() -> usize {
+    let pages = std::fs::read_to_string("/proc/self/statm").unwrap();
+    pages.split_whitespace().nth(1).unwrap().parse::<usize>().unwrap() * 4096
+}
+
+/// The first packet of a true handshake is changed in a few bytes, and sent again and again.
+fn mutated() {
+    let authority = Authority::new();
+    let sockets = [(); 2].map(|()| UdpSocket::bind("127.0.0.1:0").unwrap());
+    let [port, trap_port] = sockets.each_ref().map(|socket| socket.local_addr().unwrap().port());
+    let [socket, trap] = sockets;
+    drop(socket);
+    let read = "read.\"driver/ambient\" = \"slate://arm/sensor/count\"";
+    let base = table(&format!("listen = [\"quic/127.0.0.1:{port}\"]"), read, &authority.sign("base"), "arm");
+    let base = Running::start("base", &base);
+    let connect = |port: u16| format!("connect = [\"quic/127.0.0.1:{port}\"]");
+    let mut arm = start("arm", &table(&connect(port), "", &authority.sign("arm"), "base"));
+    let received = || base.network().readings()[0].received;
+    eventually("values", || received() > 10);
+    let mut lab = start("lab", &table(&connect(trap_port), "", &authority.sign("lab"), "base"));
+    let mut packet = [0; 2048];
+    let length = trap.recv(&mut packet).unwrap();
+    lab.kill().unwrap();
+    lab.wait().unwrap();
+    let before = memory();
+    let mut random = 1_u64;
+    let mut next = |limit: usize| {
+        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (random >> 33) as usize % limit
+    };
+    for number in 0..10_000 {
+        let mut bytes = packet[..length].to_vec();
+        for _ in 0..=next(4) {
+            // The header of the packet takes half of the changes.
+            let place = next(if number % 2 == 0 { 64 } else { length });
+            bytes[place] = next(256) as u8;
+        }
+        bytes.truncate(if number % 5 == 0 { next(length) } else { length });
+        trap.send_to(&bytes, ("127.0.0.1", port)).unwrap();
+        if number % 100 == 0 {
+            let count = received();
+            eventually("values meanwhile", || received() > count);
+        }
+    }
+    let grown = memory().saturating_sub(before) >> 20;
+    println!("memory has grown by {grown} MiB");
+    assert!(grown < 64, "{grown} MiB");
+    drop(arm.stdin.take());
+    assert!(arm.wait().unwrap().success());
 }

@@ -58,6 +58,7 @@ impl Running {
 
     /// Connects it.
     pub fn connect(&mut self) -> Result<(), NetworkError> {
+        slate_network::log_rejections();
         let settings = NetworkSettings::of(&self.configuration).unwrap().unwrap();
         self.network = Some(AgentNetwork::start(&self.surface, &settings)?);
         Ok(())

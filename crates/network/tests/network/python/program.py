@@ -58,7 +58,7 @@ with zenoh.open(config) as session:
     # Text, JSON and CDR set a property, and what does not fit says why.
     for key, payload, encoding in [
         ("sensor/params/step", "2.5", zenoh.Encoding.TEXT_PLAIN),
-        ("driver/goal", '{"x": 4}', zenoh.Encoding.APPLICATION_JSON),
+        ("@set/driver/goal", '{"x": 4}', zenoh.Encoding.APPLICATION_JSON),
         ("driver/goal", struct.pack("<4Bddd", 0, 1, 0, 0, 7, 0, 0), zenoh.Encoding.APPLICATION_CDR),
         ("sensor/params/step", "1.5", None),
     ]:
