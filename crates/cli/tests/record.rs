@@ -388,6 +388,27 @@ fn what_is_changed_during_the_run_is_changed_again() {
     assert_eq!(output.status.code(), Some(0));
 }
 
+#[test]
+fn a_variant_that_is_left_during_the_run_is_left_again() {
+    let mut running = Running::new("record-variant-left");
+    let run =
+        ["run", "exp1", "--headless", "--out", "here", "--set", "pace=robots", "--set", "controller=rocs"];
+    running.start("exp1", &[&run[..], &ON, &LONG].concat());
+    running.done(&["config", "set", "pace=default", "controller=slate"]);
+    running.finish();
+    let (said, code) = verify(running.folder(), "here/run.mcap");
+    assert!(said.starts_with("identical, ") && code == Some(0), "{said}");
+}
+
+#[test]
+fn a_change_that_a_module_asks_for_in_the_last_cycle_is_made_again() {
+    let folder = folder("record-last-change");
+    let run = ["run", "suave", "--headless", "--rate", "max", "--set", "controller=random", "--seed", "3"];
+    slate(&folder, &[&run[..], &ON, &["--out", "here"]].concat());
+    let (said, code) = verify(&folder, "here/run.mcap");
+    assert!(said.starts_with("identical, ") && code == Some(0), "{said}");
+}
+
 /// Records a run that goes on while something is done to it, and makes it again.
 fn done_again(name: &str, commands: &[&[&str]]) {
     let mut running = Running::new(name);

@@ -85,6 +85,10 @@ impl Agent {
         // SAFETY: the token was taken.
         unsafe { shared.core() }.observer = None;
         shared.give_token_back();
+        if end == End::Stopped && started.is_ok() {
+            // What modules asked for in the last cycle, as after each step.
+            shared.change();
+        }
         let automatic = self.handle.composition().snapshots.automatic.clone();
         if let Some(automatic) = automatic {
             automatic.wait();

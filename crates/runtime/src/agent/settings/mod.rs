@@ -94,6 +94,39 @@ fn some_of(changes: &[Change]) -> String {
     format!("{}{more}", paths.join(", "))
 }
 
+/// What holds where no setting does, as TOML: the default of a parameter, or a module that is switched on.
+fn default_text(composition: &Composition, names: &[String]) -> Option<String> {
+    match names {
+        [section, _, switch] if section == "modules" && switch == "enabled" => Some("true".into()),
+        [section, module, part, name] if section == "modules" && part == "params" => {
+            toml_text(&composition.assembly.default_of(module, name)?)
+        }
+        _ => None,
+    }
+}
+
+/// A value as TOML; nothing for what TOML lacks.
+fn toml_text(value: &Value) -> Option<String> {
+    Some(match value {
+        Value::Null => return None,
+        Value::Bool(value) => value.to_string(),
+        Value::Integer(value) => value.to_string(),
+        Value::Float(value) => toml_edit::Value::from(*value).to_string(),
+        Value::Text(value) => toml_edit::Value::from(value).to_string(),
+        Value::List(items) => {
+            let items: Option<Vec<_>> = items.iter().map(toml_text).collect();
+            format!("[{}]", items?.join(", "))
+        }
+        Value::Table(fields) => {
+            let field = |(name, value): &(String, Value)| {
+                Some(format!("{} = {}", toml_edit::Value::from(name), toml_text(value)?))
+            };
+            let fields: Option<Vec<_>> = fields.iter().map(field).collect();
+            format!("{{ {} }}", fields?.join(", "))
+        }
+    })
+}
+
 /// What changes of a module.
 #[derive(Default)]
 struct ModuleChange<'a> {
@@ -194,7 +227,12 @@ impl<'c> SettingsChanger<'c> {
             if change.after.is_none() {
                 change.after = configuration.inferred_value(change.names());
             }
-            Recorded::from(&change)
+            let mut recorded = Recorded::from(&change);
+            // The configuration that a recording began with may set it: by a variant, or by a file that was edited since.
+            if let Recorded::Setting { value: value @ None, .. } = &mut recorded {
+                *value = default_text(&composition, change.names());
+            }
+            recorded
         };
         let Ok(()) = self.agent.recorder.make(changes.iter().map(recorded).collect(), || {
             if of_links || composition.waiting.unlinked.is_some() {
