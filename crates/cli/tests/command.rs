@@ -159,6 +159,10 @@ fn the_end_of_a_run_names_a_sensor_that_stopped_or_never_measured() {
     let output = slate(&folder, &["run", "exp1", "--headless", "--set", never, "--set", limit]);
     let said = text(&output.stdout);
     assert!(said.contains("r2: the sensor `sonar` never measured"), "{said}");
+    let lost = "modules.\"r2/position\".enabled=false";
+    let output = slate(&folder, &["run", "exp1", "--headless", "--set", lost, "--set", limit]);
+    let said = text(&output.stdout);
+    assert!(said.contains("time is up; r2: never a pose"), "{said}");
 }
 
 #[test]

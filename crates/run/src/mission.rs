@@ -224,7 +224,7 @@ impl MissionRun {
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let judged = self.observation.metrics();
         let (outcome, message) = self.judge(&end, &judged);
-        let stopped = silent_sensors::describe(self.agent.board());
+        let stopped = silent_sensors::describe(self.agent.board(), self.agent.now());
         let message = [message, stopped]
             .into_iter()
             .flatten()
