@@ -146,6 +146,21 @@ fn config_diff_and_revert_work_after_a_resume() {
 }
 
 /// What is told, without where it comes from: a resumed run has no files.
+#[test]
+fn a_snapshot_of_another_variant_is_refused_with_the_one_to_choose() {
+    let mut running = Running::new("snapshot-variant");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1", "--set", "controller=rocs"]);
+    running.done(&["snapshot", "save", "here.snapshot"]);
+    running.done(&["config", "set", "controller=slate"]);
+    running.fails(
+        5,
+        &["snapshot", "load", "here.snapshot"],
+        &["`controller` is `slate` here", "slate config set controller=rocs"],
+    );
+    running.done(&["config", "set", "controller=rocs"]);
+    running.done(&["snapshot", "load", "here.snapshot"]);
+}
+
 fn lines(told: &str) -> Vec<String> {
     told.lines().map(|line| line.split("  #").next().unwrap().trim().to_owned()).collect()
 }

@@ -11,7 +11,7 @@ use crate::agent::composition::{Composition, Fitting};
 use crate::agent::handle::AgentHandle;
 use crate::aspects::TimePlace;
 use crate::snapshot::{FrozenModule, Snapshot, SnapshotError};
-use slate_configuration::{Configuration, Database};
+use slate_configuration::{ChosenVariant, Configuration, Database};
 use slate_engine::log::Levels;
 use slate_engine::runner::Retired;
 
@@ -37,7 +37,8 @@ impl<'c> SnapshotRestorer<'c> {
             let different = DifferentSetting::between(&here, &there);
             // What can't change while the agent runs is found out before anything is proposed.
             let is_fixed = |own: &&DifferentSetting| own.property().is_none() && !own.is_link();
-            let fixed: Vec<_> = different.iter().filter(is_fixed).map(DifferentSetting::tell).collect();
+            let fixed = different.iter().filter(is_fixed).map(DifferentSetting::tell);
+            let fixed: Vec<_> = fixed.chain(other_variants(&here, &there)).collect();
             if !fixed.is_empty() {
                 return Err(unfit(snapshot, self.problems(snapshot)?.into_iter().chain(fixed).collect()));
             }
@@ -301,4 +302,16 @@ fn with_links_of(snapshot: &Snapshot, configuration: &Arc<Configuration>) -> Arc
 
 fn unfit(snapshot: &Snapshot, problems: Vec<String>) -> SnapshotError {
     SnapshotError::Unfit { agent: snapshot.agent().into(), problems }
+}
+
+/// The variants that a snapshot was taken with and an agent does not run with: with its settings alone, the agent would have the ones
+/// and the name of the others.
+fn other_variants(here: &Configuration, there: &Configuration) -> Vec<String> {
+    let own: BTreeMap<_, _> =
+        ChosenVariant::all(here).map(|variant| (variant.choice, variant.name)).collect();
+    let others = ChosenVariant::all(there).filter_map(|ChosenVariant { choice, name, .. }| {
+        let own = own.get(choice).filter(|own| **own != name)?;
+        Some(format!("`{choice}` is `{own}` here and `{name}` in it: slate config set {choice}={name}"))
+    });
+    others.collect()
 }
