@@ -5,7 +5,7 @@ mod operation;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use slate_blackboard::{Board, BoardError, Property};
 use slate_module::{Level, Parameter, PortDescription};
@@ -193,6 +193,16 @@ impl Composer {
     /// The agent's time, nanoseconds.
     pub fn now(&self) -> u64 {
         self.agent.now()
+    }
+
+    /// The date of a time of the agent.
+    pub fn date_of(&self, time: u64) -> SystemTime {
+        self.agent.shared.clock.date_of(time)
+    }
+
+    /// Whether the agent is in lockstep: its time is set, and wall-clock time changes nothing.
+    pub fn is_lockstep(&self) -> bool {
+        self.agent.shared.lockstep
     }
 
     /// Writes a line into the log.

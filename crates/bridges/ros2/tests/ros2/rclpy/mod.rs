@@ -1,0 +1,6 @@
+//! Agents and nodes of ROS 2 in Python, with rclpy and Fast DDS.
+
+mod agent;
+mod peer;
+mod replay;
+mod topics;
