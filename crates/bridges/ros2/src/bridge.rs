@@ -13,11 +13,11 @@ use slate_runtime::Composer;
 
 use crate::check::{input, output};
 use crate::error::RosError;
-use crate::inbound::{Inbound, InboundTopic};
+use crate::inbound::{InboundTopic, InboundTopics};
 use crate::matches::{Matches, OwnEndpoint};
 use crate::message::RosMessage;
 use crate::name::wire_topic;
-use crate::outbound::{Outbound, OutboundCounts, OutboundTopic};
+use crate::outbound::{OutboundCounts, OutboundTopic, OutboundTopics};
 use crate::participant::{RosParticipant, TopicReader};
 use crate::settings::RosSettings;
 
@@ -52,7 +52,7 @@ pub struct RosBridge {
     composer: Composer,
     participant: Arc<RosParticipant>,
     matches: Arc<Matches>,
-    inbound: Arc<Inbound>,
+    inbound: Arc<InboundTopics>,
     /// By place among those that are read.
     readers: Vec<GUID>,
     outbound: Vec<OutboundStatus>,
@@ -119,7 +119,7 @@ impl RosBridge {
             composer: composer.clone(),
             participant: Arc::new(participant),
             matches: Arc::new(Matches::new(own)),
-            inbound: Arc::new(Inbound::new(composer.clone(), topics)),
+            inbound: Arc::new(InboundTopics::new(composer.clone(), topics)),
             readers: guids,
             outbound: outbound.collect(),
             wake: Arc::new(Wake::new()),
@@ -141,7 +141,7 @@ impl RosBridge {
                 "ros2: values are looked at now and then only, as the agent was connected often before";
             self.composer.log(Level::Warn, text);
         }
-        let outbound = Outbound {
+        let outbound = OutboundTopics {
             topics,
             composer: self.composer.clone(),
             matches: Arc::clone(&self.matches),

@@ -39,7 +39,7 @@ pub struct InboundTopic {
 }
 
 /// Inputs that read topics, and what came for them and was not set yet.
-pub struct Inbound {
+pub struct InboundTopics {
     pub topics: Vec<InboundTopic>,
     composer: Composer,
     queue: Mutex<InboundQueue>,
@@ -119,7 +119,7 @@ impl InboundTopic {
     }
 }
 
-impl Inbound {
+impl InboundTopics {
     pub fn new(composer: Composer, topics: Vec<InboundTopic>) -> Self {
         let queue = InboundQueue { values: VecDeque::new(), counts: vec![0; topics.len()] };
         Self {

@@ -48,7 +48,7 @@ pub struct OutboundTopic {
 }
 
 /// All of them.
-pub struct Outbound {
+pub struct OutboundTopics {
     pub topics: Vec<OutboundTopic>,
     pub composer: Composer,
     pub matches: Arc<Matches>,
@@ -132,7 +132,7 @@ impl OutboundTopic {
     }
 }
 
-impl Outbound {
+impl OutboundTopics {
     /// Sends what is written, until the end.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     pub fn run(mut self) {

@@ -6,22 +6,9 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 
 use serde_json::{Value as Json, json};
 
-/// A community's build of ROS 2 Kilted: rclpy, rcl and Fast DDS.
-const PACKAGES: [&str; 9] = [
-    "ros-rclpy==9.1.2",
-    "ros-rcl==10.1.3",
-    "ros-rmw-fastrtps-cpp==9.3.3",
-    "ros-rmw-implementation==3.0.4",
-    "ros-fastdds==3.2.3",
-    "ros-std-msgs==5.5.1",
-    "ros-geometry-msgs==5.5.1",
-    "ros-sensor-msgs==5.5.1",
-    "ros-nav-msgs==5.5.1",
-];
-
-/// A Python that has the packages.
+/// A Python that has ROS 2.
 pub fn python() -> PathBuf {
-    slate_test_tools::python(&Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros2-python"), &PACKAGES)
+    slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")))
 }
 
 /// A node that does what it is told, until this is dropped.
