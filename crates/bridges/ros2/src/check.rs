@@ -3,7 +3,7 @@ use std::sync::Arc;
 use slate_blackboard::Property;
 use slate_runtime::Composer;
 
-use crate::error::RosError;
+use crate::error::{RosError, TopicMisfit};
 use crate::message::RosMessage;
 use crate::settings::{RosSettings, TopicInput, TopicOutput};
 
@@ -18,12 +18,9 @@ pub fn check_topics(composer: &Composer, settings: &RosSettings) -> Result<(), R
 
 /// The input that reads a topic, and what it reads.
 pub fn input(composer: &Composer, own: &TopicInput) -> Result<(Arc<Property>, RosMessage), RosError> {
-    let wrong = |reason: String, help: &str| RosError::Topic {
-        property: own.input.clone(),
-        topic: own.topic.clone(),
-        reason,
-        help: help.into(),
-        place: own.place,
+    let wrong = |reason: String, help: &'static str| {
+        let (property, topic) = (own.input.clone(), own.topic.clone());
+        RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place: own.place }))
     };
     let found = composer.external_input(&own.input);
     let property = found.map_err(|error| wrong(error.reason, error.help))?;
@@ -36,12 +33,9 @@ pub fn input(composer: &Composer, own: &TopicInput) -> Result<(Arc<Property>, Ro
 
 /// The property that a topic has, and how it lies there.
 pub fn output(composer: &Composer, own: &TopicOutput) -> Result<(Arc<Property>, RosMessage), RosError> {
-    let wrong = |reason: String, help: &str| RosError::Topic {
-        property: own.property.clone(),
-        topic: own.topic.clone(),
-        reason,
-        help: help.into(),
-        place: own.place,
+    let wrong = |reason: String, help: &'static str| {
+        let (property, topic) = (own.property.clone(), own.topic.clone());
+        RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place: own.place }))
     };
     let (property, field) = composer
         .board()

@@ -1,22 +1,27 @@
 use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
 
+/// A property that does not fit its topic.
+#[derive(Debug, thiserror::Error)]
+#[error("/{property} and {topic}: {reason}")]
+pub struct TopicMisfit {
+    /// Path of the property.
+    pub property: String,
+    /// The topic.
+    pub topic: String,
+    /// In words.
+    pub reason: String,
+    /// What to do.
+    pub help: &'static str,
+    /// Where it is written.
+    pub place: Option<Span>,
+}
+
 /// Why an agent has no topics of ROS.
 #[derive(Debug, thiserror::Error)]
 pub enum RosError {
     /// A property does not fit its topic.
-    #[error("/{property} and {topic}: {reason}")]
-    Topic {
-        /// Path of the property.
-        property: String,
-        /// The topic.
-        topic: String,
-        /// In words.
-        reason: String,
-        /// What to do.
-        help: String,
-        /// Where it is written.
-        place: Option<Span>,
-    },
+    #[error(transparent)]
+    Topic(#[from] Box<TopicMisfit>),
     /// DDS refuses.
     #[error("DDS can't be used in domain {domain}: {reason}")]
     Network {
@@ -34,7 +39,7 @@ impl RosError {
     /// What to do about it.
     pub fn help(&self) -> &str {
         match self {
-            Self::Topic { help, .. } => help,
+            Self::Topic(misfit) => misfit.help,
             Self::Network { .. } => {
                 "take another domain, or end programs that have its UDP ports, 7400 + 250 x domain: ss -lunp"
             }
@@ -45,9 +50,10 @@ impl RosError {
     /// The error with file, line and what to do, of the configuration that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
         let help = Some(self.help().to_owned());
-        Report::from(match self {
-            Self::Topic { place: Some(span), .. } => configuration.diagnostic(*span, self.to_string(), help),
-            _ => Diagnostic::without_place(self.to_string(), help),
+        let place = if let Self::Topic(misfit) = self { misfit.place } else { None };
+        Report::from(match place {
+            Some(span) => configuration.diagnostic(span, self.to_string(), help),
+            None => Diagnostic::without_place(self.to_string(), help),
         })
     }
 }

@@ -31,7 +31,7 @@ mod settings;
 #[cfg(feature = "dds")]
 pub use bridge::{RosBridge, TopicStatus};
 pub use check::check_topics;
-pub use error::RosError;
+pub use error::{RosError, TopicMisfit};
 pub use message::RosMessage;
 pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use quality::TopicQuality;

@@ -1,4 +1,5 @@
 //! Topics both ways.
+#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
 use serde_json::{Value as Json, json};
 use slate_ros2::TopicStatus;
