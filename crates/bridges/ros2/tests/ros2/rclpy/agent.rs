@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use slate_blackboard::interface::Value;
-use slate_interfaces::{LaserScan, Odometry, Pose2, Twist2};
+use slate_interfaces::{Image, LaserScan, Odometry, Pose2, Twist2};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_ros2::{RosBridge, RosSettings};
@@ -96,13 +96,34 @@ impl Module for Driver {
     }
 }
 
+#[ports]
+pub struct EyeIo {
+    #[capacity(1_048_576)]
+    image: Input<Image>,
+}
+
+/// Looks at nothing.
+pub struct Eye;
+
+#[module(stage = SensorProcess)]
+impl Module for Eye {
+    type Io = EyeIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &EyeIo, _: &(), _: &Tick) -> Outcome {
+        let _ = io.image.get();
+        Outcome::Ok
+    }
+}
+
 pub fn plugins() -> Vec<Plugin> {
-    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>()]
+    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>(), Plugin::linked::<Eye>()]
 }
 
 pub fn configuration(name: &str, ros2: &str) -> String {
     format!(
-        "[agent]\nname = \"{name}\"\n[loop]\nperiod = \"10ms\"\n[modules.sensor]\n[modules.driver]\n[links]\n\
+        "[agent]\nname = \"{name}\"\n[loop]\nperiod = \"10ms\"\n[modules.sensor]\n[modules.driver]\n[modules.eye]\n[links]\n\
          \"driver/linked\" = \"sensor/count\"\n[ros2]\n{ros2}\n"
     )
 }

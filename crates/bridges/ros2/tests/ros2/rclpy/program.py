@@ -1,9 +1,11 @@
 """A node of ROS 2 that does what a test tells it: a line of JSON for each command, and one for its result."""
 
+import array
 import json
 import math
 import sys
 import threading
+import time
 
 import rclpy
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
@@ -62,6 +64,26 @@ class Peer:
     def publish(self, topic, value):
         publisher = self.publishers[topic]
         publisher.publish(fill(publisher.msg_type(), value))
+
+    def burst(self, topic, count, period):
+        """Publishes speeds 1, 2, ... at a rate."""
+        publisher = self.publishers[topic]
+        message, due = publisher.msg_type(), time.monotonic()
+        for number in range(1, count + 1):
+            message.linear.x = float(number)
+            publisher.publish(message)
+            due += period
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    def show(self, topic, size):
+        """Publishes an image of so many bytes, and so many rows of a KiB."""
+        image = fill(self.publishers[topic].msg_type(), {"width": 1024, "height": size // 1024, "step": 1024, "encoding": "mono8"})
+        image.data = array.array("B", (number % 251 for number in range(size)))
+        self.publishers[topic].publish(image)
+
+    def see(self, topic):
+        """Sizes and checksums of the images that were heard."""
+        return [[image["height"], len(image["data"]), sum(image["data"])] for image in self.take(topic)]
 
     def matched(self, topic):
         return self.publishers[topic].get_subscription_count()

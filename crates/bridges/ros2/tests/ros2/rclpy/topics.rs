@@ -217,3 +217,50 @@ fn a_killed_node_comes_back() {
         assert_eq!(agent.number("driver/command/linear"), 0.5);
     });
 }
+
+#[test]
+fn a_reliable_topic_loses_nothing_at_a_thousand_messages_a_second() {
+    alone("ros2::rclpy::topics::a_reliable_topic_loses_nothing_at_a_thousand_messages_a_second", |domain| {
+        let table =
+            format!("domain = {domain}\nread.\"driver/command\" = {{ topic = \"/cmd_vel\", depth = 1000 }}");
+        let agent = Running::start("counter", &table);
+        let mut peer = Peer::start("quick", domain);
+        peer.advertise("/cmd_vel", "geometry_msgs/msg/Twist", json!({ "depth": 1000 }));
+        eventually("a subscription", || {
+            peer.matched("/cmd_vel") == 1 && status(&agent, "/cmd_vel").others == 1
+        });
+        let (input, _) = agent.composer.board().get("driver/command").unwrap();
+        peer.tell(json!({ "do": "burst", "topic": "/cmd_vel", "count": 3000, "period": 0.001 }));
+        eventually("all of them", || status(&agent, "/cmd_vel").count == 3000);
+        let status = status(&agent, "/cmd_vel");
+        assert_eq!((status.dropped, status.refused), (0, 0));
+        // Each was a write of its own, and the last one is there.
+        assert_eq!(input.channel().unwrap().published(), 3000);
+        assert_eq!(agent.number("driver/command/linear"), 3000.0);
+    });
+}
+
+#[test]
+fn an_image_of_a_mebibyte_goes_through_the_agent() {
+    alone("ros2::rclpy::topics::an_image_of_a_mebibyte_goes_through_the_agent", |domain| {
+        let table = format!(
+            "domain = {domain}\nread.\"eye/image\" = {{ topic = \"/camera\", depth = 1 }}\n\
+             write.\"/seen\" = {{ from = \"eye/image\", frame = \"camera\", depth = 1 }}"
+        );
+        let agent = Running::start("mirror", &table);
+        let mut peer = Peer::start("camera", domain);
+        peer.advertise("/camera", "sensor_msgs/msg/Image", json!({ "depth": 1 }));
+        peer.subscribe("/seen", "sensor_msgs/msg/Image", json!({ "depth": 1 }));
+        eventually("a subscription", || peer.matched("/camera") == 1 && status(&agent, "/seen").others == 1);
+        let size: u64 = 1 << 20;
+        peer.tell(json!({ "do": "show", "topic": "/camera", "size": size }));
+        eventually("the image", || status(&agent, "/camera").count == 1);
+        let sum: u64 = (0..size).map(|number| number % 251).sum();
+        let mut seen = Vec::new();
+        eventually("the image again", || {
+            seen.extend(peer.tell(json!({ "do": "see", "topic": "/seen" })).as_array().unwrap().clone());
+            !seen.is_empty()
+        });
+        assert_eq!(seen, [json!([1024, size, sum])]);
+    });
+}
