@@ -203,3 +203,33 @@ fn what_has_no_room_in_the_interface_is_refused_by_its_field() {
     message.extend([0; 4]);
     refused(WheelSpeeds::DESCRIPTOR, &message, "`velocity` of the message has no number of `left_wheel`");
 }
+
+#[test]
+fn mutated_messages_are_refused_or_are_values() {
+    let mut state = 1_u64;
+    let mut next = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    let (mut read, mut refused) = (0, 0);
+    for descriptor in all() {
+        let Some(own) = standard(descriptor).filter(|own| own.check_decodable().is_ok()) else { continue };
+        for seed in 0..2_000 {
+            let mut message = encoded(descriptor, &value(descriptor, next(20), seed));
+            for _ in 0..1 + next(4) {
+                let place = 4 + next(message.len() - 4);
+                message[place] = next(256) as u8;
+            }
+            message.truncate(message.len() - next(2) * next(8));
+            let Ok(bytes) = own.decode(&message) else {
+                refused += 1;
+                continue;
+            };
+            read += 1;
+            // Nothing takes much more than what came.
+            assert!(bytes.len() <= descriptor.size + 4 * message.len());
+            own.encode(&bytes, 0, "map", &mut Vec::new()).unwrap();
+        }
+    }
+    assert!(read > 1_000 && refused > 1_000, "{read} {refused}");
+}
