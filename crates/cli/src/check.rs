@@ -16,7 +16,7 @@ use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, Survey, Wired, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report};
 use slate::runtime::directory::check_reach;
-use slate_run::{Application, ConfigurationFinding, Observation, check_network};
+use slate_run::{Application, ConfigurationFinding, Observation, check_network, check_ros2};
 
 use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
@@ -152,6 +152,7 @@ fn look(application: &Application) -> Result<(usize, Vec<Diagnostic>), Failure> 
     Observation::new(configuration, agent.board())?;
     scene::of(configuration)?;
     check_network(&agent)?;
+    check_ros2(&agent)?;
     let mut warnings = unused(configuration, &catalogue, &survey);
     warnings.extend(loose(wired.configuration(), &survey));
     warnings.extend(unrecorded(configuration, agent.board()));

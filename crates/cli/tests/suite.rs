@@ -31,6 +31,7 @@ mod refusals;
 mod remote;
 mod replay;
 mod report;
+mod ros2;
 mod sharing;
 mod snapshot;
 mod stop;

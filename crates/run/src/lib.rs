@@ -18,6 +18,7 @@ mod options;
 pub mod output;
 mod printed_error;
 mod robot;
+mod ros2;
 mod run;
 mod run_history;
 pub mod scene;
@@ -39,6 +40,7 @@ pub use observation::Observation;
 pub use options::{ApplicationOptions, MAXIMUM_SEED, ModeName, RunOptions, parse_rate};
 pub use printed_error::PrintedError;
 pub use robot::RunRobot;
+pub use ros2::check_ros2;
 pub use run::{RunContext, Supervision, run};
 pub use run_history::RunHistory;
 pub use sensor_profile::with_sensor_profile;
@@ -47,7 +49,7 @@ use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;
 
 /// Names at the top of a configuration that belong to applications.
-pub const EXTRA_TABLES: [&str; 4] = ["world", "report", "console", "network"];
+pub const EXTRA_TABLES: [&str; 5] = ["world", "report", "console", "network", "ros2"];
 
 /// Settings of applications that may be paths.
 pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];

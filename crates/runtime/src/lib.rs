@@ -18,9 +18,9 @@ pub mod stop_line;
 pub mod tls;
 
 pub use agent::{
-    Agent, CommandError, Composer, ControlsError, ControlsHolder, LinkStatus, Loaded, Mode, ModuleStatus,
-    NewLink, Options, PluginError, PluginStatus, Reload, RemoteEnd, StartError, Stopper, SystemClock,
-    Teleoperation, WeakComposer, catalogue,
+    Agent, CommandError, Composer, ControlsError, ControlsHolder, ExternalInputError, ExternalValue,
+    LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus, Reload, RemoteEnd,
+    StartError, Stopper, SystemClock, Teleoperation, WeakComposer, catalogue,
 };
 pub use slate_composition as composition;
 pub use slate_configuration as configuration;

@@ -25,6 +25,8 @@ pub struct Property {
     probe: Mutex<Option<Latest>>,
     /// Fields that links fill, so that nobody sets them, each with what it is linked to.
     reserved: Mutex<Vec<(String, String)>>,
+    /// Program outside of the agent that fills it.
+    external: Mutex<String>,
     watchers: Watchers,
     listeners: Mutex<Vec<Arc<Wake>>>,
 }
@@ -73,6 +75,7 @@ impl Property {
             setter: Mutex::new(setter),
             probe: Mutex::new(None),
             reserved: Mutex::new(Vec::new()),
+            external: Mutex::new(String::new()),
             watchers: Watchers::default(),
             listeners: Mutex::new(Vec::new()),
         }
@@ -104,6 +107,17 @@ impl Property {
     /// What it is for.
     pub fn doc(&self) -> &str {
         &self.doc
+    }
+
+    /// Source outside of the agent that fills it, such as `ros2:/scan`; empty for none.
+    pub fn external(&self) -> String {
+        locked(&self.external).clone()
+    }
+
+    /// Sets the source outside of the agent that fills it from now on, by [`set_bytes`](Property::set_bytes): nobody else
+    /// [sets](Property::set) it then.
+    pub fn set_external(&self, source: &str) {
+        source.clone_into(&mut *locked(&self.external));
     }
 
     /// Its type.
@@ -178,6 +192,10 @@ impl Property {
 
     /// Whether a link fills what would be set.
     fn check_reserved(&self, field: &str, value: &Value) -> Result<(), BoardError> {
+        let external = self.external();
+        if !external.is_empty() {
+            return Err(BoardError::Linked { url: self.url(), from: external });
+        }
         let reserved = locked(&self.reserved);
         let has = |name: &str| match value {
             Value::Table(entries) => entries.iter().any(|(own, _)| own == name),

@@ -127,6 +127,11 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
         let help = "settings of the host are changed by `slate config set` and PATCH /api/v1/settings";
         return not_allowed(Mistake::OneWriter, message, help, "GET");
     };
+    let external = property.external();
+    if !external.is_empty() {
+        let message = format!("/{own} has the values of {external}, and a property has one writer");
+        return not_allowed(Mistake::OneWriter, message, "send the value there", "GET");
+    }
     match property.access() {
         Access::Setting if surface.agent.properties.access(&property) == "queue" => {
             let message = format!("/{own} is a queue, which takes the values of its link alone");

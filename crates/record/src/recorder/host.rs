@@ -94,6 +94,12 @@ impl Host {
             ("stages", told_stages(composer.order())),
             ("links", composer.links().into_iter().collect()),
         ];
+        let properties = composer.board().properties();
+        let external = properties.iter().map(|property| (property.path().to_owned(), property.external()));
+        let external: BTreeMap<_, _> = external.filter(|(_, source)| !source.is_empty()).collect();
+        if !external.is_empty() {
+            metadata.push(("external", external));
+        }
         if !inboxes.is_empty() {
             metadata.push(("inboxes", inboxes));
         }

@@ -15,6 +15,7 @@ use slate_runtime::snapshot::PluginMark;
 use super::changes;
 use super::comparer::{Comparer, ComparisonProgress, mark};
 use super::expected::Expected;
+use super::external::ExternalValues;
 use super::run::Run;
 use super::verdict::Verdict;
 use crate::recorder::Hub;
@@ -25,6 +26,7 @@ pub struct Comparison {
     run: Run,
     hub: Arc<Hub>,
     expected: Expected,
+    external: ExternalValues,
 }
 
 impl std::fmt::Debug for Comparison {
@@ -43,9 +45,10 @@ impl Comparison {
         let run = Run::read_all(&mut reader)?;
         reader.rewind();
         let expected = Expected::new(reader);
+        let external = ExternalValues::find(path, run.epoch(), run.external.keys().cloned().collect())?;
         let hub = Hub::new(Record::default().buffer);
         hub.want(0, Box::new(|_| true));
-        Ok(Self { run, hub, expected })
+        Ok(Self { run, hub, expected, external })
     }
 
     /// The recorded run.
@@ -71,13 +74,13 @@ impl Comparison {
         if self.run.is_empty() {
             return Ok(Verdict::Nothing);
         }
-        let Self { run, hub, expected } = self;
+        let Self { run, hub, expected, mut external } = self;
         let comparer = Comparer::new(expected, Arc::clone(&hub), &run);
         let course = ComparisonProgress::default();
         let (mut comparer, driven) = std::thread::scope(|scope| {
             let worker = scope.spawn(|| comparer.follow(&course));
             hub.begin(true, worker.thread().clone());
-            let driven = drive(&run, &mut agent, &hub, &course);
+            let driven = drive(&run, &mut agent, &hub, &course, &mut external);
             course.is_over.store(true, Ordering::Release);
             hub.wake();
             let comparer = worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
@@ -108,15 +111,25 @@ fn believed(verdict: Verdict, unchecked: u64) -> Verdict {
     }
 }
 
-/// Repeats the cycles of the run, with the changes between them, until it is over or everything is compared.
+/// Repeats the cycles of the run, with the changes and the values from outside between them, until it is over or everything is compared.
 ///
 /// # Errors
 /// Why the run can't be made again.
-fn drive(run: &Run, agent: &mut Agent, hub: &Hub, course: &ComparisonProgress) -> Result<(), String> {
+fn drive(
+    run: &Run,
+    agent: &mut Agent,
+    hub: &Hub,
+    course: &ComparisonProgress,
+    external: &mut ExternalValues,
+) -> Result<(), String> {
     let mut changes = run.changes.iter().cloned().collect();
     let mut cycle = 0;
     loop {
         changes::make_until(agent, &mut changes, cycle, &format!("after cycle {cycle}"))?;
+        // None is taken before the first cycle.
+        if cycle > 0 {
+            external.set_until(agent, agent.now())?;
+        }
         mark(hub, cycle, agent.now());
         if course.is_enough.load(Ordering::Acquire) || run.cycles().is_some_and(|cycles| cycle >= cycles) {
             return Ok(());

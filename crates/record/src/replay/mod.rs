@@ -14,6 +14,7 @@ mod comparer;
 mod coverage;
 mod difference;
 mod expected;
+mod external;
 mod fate;
 mod form;
 mod lacks;

@@ -126,6 +126,13 @@ impl Player {
         while let Err(reason) = make_until(agent, &mut self.changes, until, &place) {
             self.misses.push(reason);
         }
+        // In lockstep they came after the cycle of their time; none came before the first.
+        let next = self.period.map(|period| turn.time.saturating_add(period));
+        if let Some(time) = next.or(turn.has_begun.then_some(turn.time))
+            && let Err(reason) = self.external.set_until(agent, time)
+        {
+            self.misses.push(reason);
+        }
         if !agent.step() {
             return Err(PlayError::Hung);
         }

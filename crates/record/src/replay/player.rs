@@ -11,6 +11,7 @@ use slate_runtime::configuration::{Database, Report};
 use slate_runtime::playback::{Playback, PlaybackControl};
 use slate_runtime::recording::{Change, Recording, configuration};
 
+use super::external::ExternalValues;
 use super::opening::{Opening, PastChanges, ReplacedModules, with_libraries};
 use super::orders::{Counter, Orders, orders};
 use super::plan::{Plan, PlayError};
@@ -44,6 +45,8 @@ pub struct Player {
     /// Changes in the modules that run, made while it was recorded: after which cycle of a run in lockstep, and on the wall clock
     /// at which time.
     pub(super) changes: VecDeque<(u64, Change)>,
+    /// Values that came from outside to inputs of the modules that run.
+    pub(super) external: ExternalValues,
     /// From cycle to cycle, nanoseconds, of a run that was on the wall clock.
     pub(super) period: Option<u64>,
     pub(super) witness: Option<Witness>,
@@ -103,6 +106,7 @@ impl Player {
         let ReplacedModules { written, mailboxes, deaf } = opening.replace(&mut reel, &excerpt);
         let mut unheard = excerpt.outboxes.clone();
         unheard.retain(|_, to| !mailboxes.contains_key(to) && !deaf.contains_key(to));
+        let external = opening.external()?;
         let reel = SharedReel::new(reel);
         let witness = (!plan.modules.is_empty())
             .then(|| Witness::new(&reel, is_whole, thin, mailboxes.into_keys(), deaf, &excerpt));
@@ -122,6 +126,7 @@ impl Player {
             line: 0,
             reached: bounds.0,
             changes,
+            external,
             period: (!is_lockstep).then(|| full.period().value),
             witness,
             written,

@@ -30,6 +30,8 @@ pub struct Run {
     pub(super) stages: Texts,
     /// Links of its inputs.
     links: Texts,
+    /// Inputs that programs outside of the agent filled, each with its source.
+    pub(super) external: Texts,
     text: Option<String>,
     /// Files attached beside it: names and content.
     files: Vec<(String, Vec<u8>)>,
@@ -108,6 +110,7 @@ impl Run {
                 "modules" => run.modules = metadata,
                 "stages" => run.stages = metadata,
                 "links" => run.links = metadata,
+                "external" => run.external = metadata,
                 "plugins" => run.plugins = metadata,
                 "memories" => run.memories = metadata,
                 "unwritten" => run.unwritten = metadata,

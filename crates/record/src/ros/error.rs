@@ -19,6 +19,14 @@ pub enum Error {
         /// Found and expected.
         reason: String,
     },
+    /// A field of a message fits no value of the interface.
+    #[error("`{field}` of the message {reason}")]
+    Field {
+        /// Its path.
+        field: String,
+        /// Found and expected.
+        reason: String,
+    },
     /// A definition can't be read.
     #[error("line {line} of the definition of {name}: {reason}")]
     Definition {

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 mod editions;
+mod external;
 mod files;
 mod flight;
 mod orders;

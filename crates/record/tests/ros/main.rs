@@ -3,6 +3,7 @@
 #![allow(missing_docs, reason = "the interfaces here are read by nobody")]
 
 mod codec;
+mod decode;
 mod definition;
 mod described;
 mod interfaces;

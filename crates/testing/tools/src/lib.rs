@@ -56,6 +56,27 @@ pub fn python(folder: &Path, packages: &[&str]) -> PathBuf {
     virtual_environment(folder, packages).join("bin/python")
 }
 
+/// Packages of PyPI: a build of ROS 2 Kilted with rclpy and Fast DDS.
+const ROS2: [&str; 9] = [
+    "ros-rclpy==9.1.2",
+    "ros-rcl==10.1.3",
+    "ros-rmw-fastrtps-cpp==9.3.3",
+    "ros-rmw-implementation==3.0.4",
+    "ros-fastdds==3.2.3",
+    "ros-std-msgs==5.5.1",
+    "ros-geometry-msgs==5.5.1",
+    "ros-sensor-msgs==5.5.1",
+    "ros-nav-msgs==5.5.1",
+];
+
+/// Returns a Python that has ROS 2, in a folder of a target's temporary ones.
+///
+/// # Panics
+/// As [`virtual_environment`].
+pub fn ros2_python(temporary: &Path) -> PathBuf {
+    python(&temporary.join("ros2-python"), &ROS2)
+}
+
 /// Returns the folder once it has these packages of npm, in `node_modules`.
 ///
 /// # Panics

@@ -2,12 +2,17 @@ use slate_blackboard::interface::{Descriptor, Kind, find};
 
 use super::messages::{FieldOrigin, RULES};
 use super::{
-    Cloud, EncodeStep, FieldLocation, Items, NumberSource, Primitive, RosPrimitive, Schema, TextSource,
+    Cloud, EncodeStep, FieldLocation, Items, MessageStep, NumberSource, Primitive, RosPrimitive, Schema,
+    TextSource,
 };
 use crate::ros::schema::{Count, FieldType, Item};
 
 /// The steps that encode a value as message `name`; `None` when it does not fit.
-pub(super) fn steps(descriptor: &'static Descriptor, name: &str, schema: &Schema) -> Option<Vec<EncodeStep>> {
+pub(super) fn steps(
+    descriptor: &'static Descriptor,
+    name: &str,
+    schema: &Schema,
+) -> Option<Vec<MessageStep>> {
     let mut compiler = Compiler { descriptor, message: name, schema, steps: Vec::new(), used: false };
     compiler.record(0, "", Some(""))?;
     compiler.used.then_some(compiler.steps)
@@ -17,7 +22,7 @@ struct Compiler<'a> {
     descriptor: &'static Descriptor,
     message: &'a str,
     schema: &'a Schema,
-    steps: Vec<EncodeStep>,
+    steps: Vec<MessageStep>,
     /// Whether anything of the value is in the message.
     used: bool,
 }
@@ -28,7 +33,7 @@ impl Compiler<'_> {
         let schema = self.schema;
         let record = &schema.records()[index];
         if record.types.is_empty() {
-            self.steps.push(EncodeStep::Empty);
+            self.push(path, EncodeStep::Empty);
         }
         for (name, of) in record.names.iter().zip(&record.types) {
             self.field(&joined(path, name), *of, scope.map(|scope| joined(scope, name)))?;
@@ -74,8 +79,12 @@ impl Compiler<'_> {
             (_, Count::Any) if same.is_none() => EncodeStep::Zeros(Primitive::U8, None),
             _ => return None,
         };
-        self.steps.push(step);
+        self.push(path, step);
         Some(())
+    }
+
+    fn push(&mut self, path: &str, encode: EncodeStep) {
+        self.steps.push(MessageStep { field: path.to_owned(), encode });
     }
 
     fn stamp(&self, path: &str) -> EncodeStep {
@@ -248,7 +257,7 @@ impl Compiler<'_> {
         let mut inner = Compiler { descriptor, message, schema, steps: Vec::new(), used: false };
         inner.record(index, path, Some(""))?;
         let Compiler { steps, used, .. } = inner;
-        used.then_some(EncodeStep::Messages { count, start, size: item.size(), steps })
+        used.then_some(EncodeStep::Messages { count, start, item: descriptor, steps })
     }
 
     fn list(&self, kind: Primitive, fixed: Option<usize>, path: &str) -> Option<EncodeStep> {

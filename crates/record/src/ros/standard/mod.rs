@@ -1,5 +1,6 @@
 mod cloud;
 mod compiler;
+mod decode;
 mod messages;
 mod source;
 
@@ -22,7 +23,16 @@ use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 pub struct Standard {
     descriptor: &'static Descriptor,
     definition: Definition,
-    steps: Vec<EncodeStep>,
+    schema: Schema,
+    steps: Vec<MessageStep>,
+}
+
+/// What is appended for a field of a message.
+#[derive(Debug)]
+struct MessageStep {
+    /// Path of the field.
+    field: String,
+    encode: EncodeStep,
 }
 
 /// Step of encoding a message, in order.
@@ -39,13 +49,13 @@ enum EncodeStep {
         start: usize,
         from: Primitive,
     },
-    /// A list of messages with its length: where its items begin in the value, how far one is from the next, and what is
-    /// appended for each.
+    /// A list of messages with its length: where its items begin in the value, what they are there, and what is appended for
+    /// each.
     Messages {
         count: Items,
         start: usize,
-        size: usize,
-        steps: Vec<EncodeStep>,
+        item: &'static Descriptor,
+        steps: Vec<MessageStep>,
     },
     /// Numbers of several fields, with their count.
     Listed(Primitive, Vec<FieldLocation>),
@@ -135,7 +145,7 @@ pub fn standard(descriptor: &'static Descriptor) -> Option<Standard> {
     let schema = Schema::parse(descriptor.ros, &text).ok()?;
     let steps = steps(descriptor, &short, &schema)?;
     let definition = Definition { name: descriptor.ros.into(), text };
-    Some(Standard { descriptor, definition, steps })
+    Some(Standard { descriptor, definition, schema, steps })
 }
 
 impl Standard {
@@ -168,14 +178,14 @@ fn robot(frame: &str) -> &str {
 
 /// Appends what the steps make of a value.
 fn append(
-    steps: &[EncodeStep],
+    steps: &[MessageStep],
     value: &ValueBytes<'_>,
     stamp: u64,
     frame: &str,
     writer: &mut CdrWriter<'_>,
 ) -> Result<(), Error> {
     for step in steps {
-        match step {
+        match &step.encode {
             EncodeStep::Number(kind, number) => write(writer, *kind, value.number(number)),
             EncodeStep::Stamp(own) => {
                 let own = own.as_ref().filter(|(_, unless)| !value.holds(unless));
@@ -214,11 +224,12 @@ fn append(
                     }
                 }
             }
-            EncodeStep::Messages { count, start, size, steps } => {
+            EncodeStep::Messages { count, start, item: descriptor, steps } => {
                 let count = value.count(*count);
                 writer.length(wire_length(count)?);
                 for item in 0..count {
-                    let bytes = &value.bytes[*start + item * size..][..*size];
+                    let size = descriptor.size;
+                    let bytes = &value.bytes[*start + item * size..][..size];
                     append(steps, &ValueBytes { bytes, tail: 0 }, stamp, frame, writer)?;
                 }
             }

@@ -5,11 +5,12 @@ mod operation;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
-use slate_blackboard::{Board, BoardError};
+use slate_blackboard::{Board, BoardError, Property};
 use slate_module::{Level, Parameter, PortDescription};
 
+use super::external::{ExternalInputError, ExternalInputs, ExternalValue};
 use super::handle::{AgentHandle, ModuleStatus, PluginStatus, WeakHandle};
 use super::modules::ModuleAccess;
 use super::plugins::{Loaded, PluginError, PluginLoader, Reload, Reloader, ShadowRunner};
@@ -162,6 +163,22 @@ impl Composer {
         self.agent.recorder.settle();
     }
 
+    /// Returns an input that a program outside of the agent can fill: it holds one value, and no link fills it. Its
+    /// [`set_external`](Property::set_external) says so to tools and recordings, from which a rerun takes the values.
+    ///
+    /// # Errors
+    /// Why it can't be filled.
+    pub fn external_input(&self, input: &str) -> Result<Arc<Property>, ExternalInputError> {
+        ExternalInputs::new(&self.agent).find(input)
+    }
+
+    /// Sets inputs to values from outside, in their order; returns what came of each. In lockstep it waits for the end of
+    /// the cycle and sets all of them before the next one; before the first cycle, values are refused. Nothing is returned
+    /// when the loop has ended by a panic.
+    pub fn set_external(&self, values: Vec<ExternalValue>) -> Vec<Result<(), ExternalInputError>> {
+        ExternalInputs::new(&self.agent).set(values)
+    }
+
     /// Adds what is called after each tick that wrote something, in the thread of the tick: it must not wait. It stays as long
     /// as the agent. Returns false when there is no room for one more.
     pub fn after_tick(&self, call: AfterTick) -> bool {
@@ -176,6 +193,16 @@ impl Composer {
     /// The agent's time, nanoseconds.
     pub fn now(&self) -> u64 {
         self.agent.now()
+    }
+
+    /// The date of a time of the agent.
+    pub fn date_of(&self, time: u64) -> SystemTime {
+        self.agent.shared.clock.date_of(time)
+    }
+
+    /// Whether the agent is in lockstep: its time is set, and wall-clock time changes nothing.
+    pub fn is_lockstep(&self) -> bool {
+        self.agent.shared.lockstep
     }
 
     /// Writes a line into the log.

@@ -1,0 +1,230 @@
+//! From topics to inputs.
+
+use std::collections::VecDeque;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::task::Waker;
+use std::time::Duration;
+
+use slate_blackboard::interface::Kind;
+use slate_blackboard::wake::Wake;
+use slate_module::Level;
+use slate_runtime::recording::RecordedAgent;
+use slate_runtime::{Composer, ExternalValue};
+
+use crate::message::RosMessage;
+use crate::participant::TopicReader;
+use crate::settings::TopicInput;
+
+/// How long a thread sleeps when nothing comes.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// How often it is looked whether an agent in lockstep has begun.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Messages of a topic that are taken before those of the next.
+const TURN: usize = 256;
+
+/// An input that reads a topic.
+pub struct InboundTopic {
+    pub settings: TopicInput,
+    pub message: RosMessage,
+    /// Items of the input's tail, at most.
+    pub capacity: usize,
+    path: Arc<str>,
+    pub received: AtomicU64,
+    pub refused: AtomicU64,
+    pub dropped: AtomicU64,
+    error: Mutex<Option<String>>,
+}
+
+/// Inputs that read topics, and what came for them and was not set yet.
+pub struct InboundTopics {
+    pub topics: Vec<InboundTopic>,
+    composer: Composer,
+    queue: Mutex<InboundQueue>,
+    /// Wakes who sets the inputs.
+    set: Wake,
+    /// Wakes who receives.
+    received: Arc<Wake>,
+    ended: AtomicBool,
+}
+
+/// Values in the order in which they came, each with the place of its topic.
+#[derive(Default)]
+struct InboundQueue {
+    values: VecDeque<(usize, Vec<u8>)>,
+    /// By topic.
+    counts: Vec<usize>,
+}
+
+/// Wakes the thread that receives.
+struct ReaderWaker(Arc<Wake>);
+
+impl std::task::Wake for ReaderWaker {
+    fn wake(self: Arc<Self>) {
+        self.0.notify(1);
+    }
+}
+
+impl InboundTopic {
+    pub fn new(settings: TopicInput, message: RosMessage, capacity: usize) -> Self {
+        Self {
+            path: settings.input.as_str().into(),
+            settings,
+            message,
+            capacity,
+            received: AtomicU64::new(0),
+            refused: AtomicU64::new(0),
+            dropped: AtomicU64::new(0),
+            error: Mutex::default(),
+        }
+    }
+
+    /// Why the last message did not fit; nothing when it did.
+    pub fn error(&self) -> Option<String> {
+        locked(&self.error).clone()
+    }
+
+    fn decode(&self, message: &[u8]) -> Result<Vec<u8>, String> {
+        let bytes = self.message.decode(message).map_err(|error| error.to_string())?;
+        let descriptor = self.message.descriptor();
+        let item = descriptor.tail().map_or(1, Kind::size);
+        let items = bytes.len().saturating_sub(descriptor.size) / item.max(1);
+        if items > self.capacity {
+            let tail = descriptor.fields.last().map_or("", |field| field.name);
+            return Err(format!("`{tail}` has {items} items, and the input has room for {}", self.capacity));
+        }
+        Ok(bytes)
+    }
+
+    /// Takes note of what became of a message; the same reason is logged once.
+    fn note(&self, result: Result<(), String>, composer: &Composer) {
+        let mut error = locked(&self.error);
+        match result {
+            Ok(()) => {
+                self.received.fetch_add(1, Ordering::Relaxed);
+                *error = None;
+            }
+            Err(reason) => {
+                self.refused.fetch_add(1, Ordering::Relaxed);
+                if error.as_ref() != Some(&reason) {
+                    let TopicInput { topic, input, .. } = &self.settings;
+                    let text = format!("ros2: a message of {topic} does not fit /{input}: {reason}");
+                    composer.log(Level::Warn, &text);
+                    *error = Some(reason);
+                }
+            }
+        }
+    }
+}
+
+impl InboundTopics {
+    pub fn new(composer: Composer, topics: Vec<InboundTopic>) -> Self {
+        let queue = InboundQueue { values: VecDeque::new(), counts: vec![0; topics.len()] };
+        Self {
+            topics,
+            composer,
+            queue: Mutex::new(queue),
+            set: Wake::new(),
+            received: Arc::new(Wake::new()),
+            ended: AtomicBool::new(false),
+        }
+    }
+
+    /// Ends both loops.
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::Release);
+        self.set.notify(1);
+        self.received.notify(1);
+    }
+
+    /// Takes what comes, until the end; `look` is called now and then.
+    pub fn receive(&self, readers: &[TopicReader], look: impl Fn()) {
+        let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&self.received))));
+        while !self.ended.load(Ordering::Acquire) {
+            look();
+            let mut is_done = true;
+            for (place, reader) in readers.iter().enumerate() {
+                reader.drain_read_notifications();
+                // Before it is looked: what comes after that wakes this thread.
+                reader.set_waker(Some(waker.clone()));
+                is_done &= self.take(place, reader);
+            }
+            if is_done {
+                self.received.wait_timeout(PAUSE);
+            }
+        }
+    }
+
+    /// Takes what came of a topic; whether that is all.
+    fn take(&self, place: usize, reader: &TopicReader) -> bool {
+        let topic = &self.topics[place];
+        for _ in 0..TURN {
+            let message = match reader.try_take_one() {
+                Ok(Some(change)) => change.into_value(),
+                Ok(None) => return true,
+                Err(error) => {
+                    topic.note(Err(error.to_string()), &self.composer);
+                    continue;
+                }
+            };
+            match topic.decode(&message.0) {
+                Ok(bytes) => self.push(place, bytes),
+                Err(reason) => topic.note(Err(reason), &self.composer),
+            }
+        }
+        false
+    }
+
+    /// Puts a value behind the others; the oldest of its topic goes when there are as many as its depth.
+    fn push(&self, place: usize, bytes: Vec<u8>) {
+        let topic = &self.topics[place];
+        let mut queue = locked(&self.queue);
+        if queue.counts[place] >= topic.settings.quality.depth.into() {
+            let oldest = queue.values.iter().position(|(own, _)| *own == place);
+            drop(oldest.and_then(|oldest| queue.values.remove(oldest)));
+            topic.dropped.fetch_add(1, Ordering::Relaxed);
+        } else {
+            queue.counts[place] += 1;
+        }
+        queue.values.push_back((place, bytes));
+        drop(queue);
+        self.set.notify(1);
+    }
+
+    /// Sets the inputs to what came, until the end.
+    pub fn deliver(&self) {
+        while !self.ended.load(Ordering::Acquire) {
+            if RecordedAgent::cycles(&self.composer) == 0 {
+                self.set.wait_timeout(LOOK);
+                continue;
+            }
+            let values = self.waiting();
+            if values.is_empty() {
+                self.set.wait_timeout(PAUSE);
+                continue;
+            }
+            let places: Vec<_> = values.iter().map(|(place, _)| *place).collect();
+            let external = values.into_iter().map(|(place, bytes)| {
+                let input = Arc::clone(&self.topics[place].path);
+                ExternalValue { input, bytes }
+            });
+            let results = self.composer.set_external(external.collect());
+            for (place, result) in places.into_iter().zip(results) {
+                self.topics[place].note(result.map_err(|error| error.to_string()), &self.composer);
+            }
+        }
+    }
+
+    fn waiting(&self) -> VecDeque<(usize, Vec<u8>)> {
+        let mut queue = locked(&self.queue);
+        queue.counts.fill(0);
+        std::mem::take(&mut queue.values)
+    }
+}
+
+/// What stays intact when another thread panicked while it held the lock.
+pub fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

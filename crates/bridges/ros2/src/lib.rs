@@ -1,0 +1,38 @@
+//! Topics of [ROS 2](https://docs.ros.org) as properties of an agent, both ways, over DDS.
+//!
+//! A [`RosSettings`] is the table `[ros2]` of a configuration: inputs that read topics, and topics that have the values of
+//! properties. A [`RosMessage`] is how values lie on the wire: as the message that ROS has for their interface, or else as that
+//! of recordings, `slate_msgs/msg/NAME`. `RosBridge` needs the feature `dds`.
+//!
+//! Nothing of it runs in a tick. What comes in waits in a bounded queue; a thread takes it from there and sets the inputs, in
+//! lockstep between two cycles, so that a run with ROS is repeated bit for bit from its recording.
+
+#[cfg(feature = "dds")]
+mod bridge;
+mod check;
+mod error;
+#[cfg(feature = "dds")]
+mod graph;
+#[cfg(feature = "dds")]
+mod inbound;
+#[cfg(feature = "dds")]
+mod matches;
+mod message;
+mod name;
+#[cfg(feature = "dds")]
+mod outbound;
+#[cfg(feature = "dds")]
+mod participant;
+mod quality;
+#[cfg(feature = "dds")]
+mod raw;
+mod settings;
+
+#[cfg(feature = "dds")]
+pub use bridge::{RosBridge, TopicStatus};
+pub use check::check_topics;
+pub use error::{RosError, TopicMisfit};
+pub use message::RosMessage;
+pub use name::{NodeName, check_topic, type_name, wire_topic};
+pub use quality::TopicQuality;
+pub use settings::{RosSettings, TABLE, TopicInput, TopicOutput};

@@ -1,0 +1,164 @@
+//! Who reads and writes an agent's topics, and who can't.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Mutex;
+
+use rustdds::policy::{Durability, Reliability};
+use rustdds::{DomainParticipantStatusEvent as Event, EndpointDescription, GUID, QosPolicies};
+use slate_module::Level;
+use slate_runtime::Composer;
+
+use crate::inbound::locked;
+use crate::name::message_name;
+
+/// An endpoint of the agent.
+pub struct OwnEndpoint {
+    /// As ROS calls it.
+    pub topic: String,
+    /// As DDS calls both.
+    pub wire: (String, String),
+    pub message: String,
+    pub is_reader: bool,
+}
+
+/// The other ends of an agent's topics.
+#[derive(Default)]
+pub struct Matches {
+    own: BTreeMap<GUID, OwnEndpoint>,
+    state: Mutex<MatchState>,
+}
+
+#[derive(Default)]
+struct MatchState {
+    /// By own endpoint.
+    others: BTreeMap<GUID, BTreeSet<GUID>>,
+    /// What was logged already.
+    told: BTreeSet<(GUID, String)>,
+}
+
+impl Matches {
+    pub fn new(own: BTreeMap<GUID, OwnEndpoint>) -> Self {
+        Self { own, state: Mutex::default() }
+    }
+
+    /// How many there are for an endpoint of the agent.
+    pub fn count(&self, own: GUID) -> usize {
+        locked(&self.state).others.get(&own).map_or(0, BTreeSet::len)
+    }
+
+    /// Takes note of what has happened in the domain, and logs what can't work.
+    pub fn note(&self, event: &Event, composer: &Composer) {
+        let mut state = locked(&self.state);
+        match event {
+            Event::RemoteReaderMatched { local_writer: own, remote_reader: other }
+            | Event::RemoteWriterMatched { local_reader: own, remote_writer: other }
+                if self.own.contains_key(own) =>
+            {
+                state.others.entry(*own).or_default().insert(*other);
+            }
+            Event::ReaderLost { guid, .. } | Event::WriterLost { guid, .. } => {
+                for others in state.others.values_mut() {
+                    others.remove(guid);
+                }
+                state.told.retain(|(other, _)| other != guid);
+            }
+            Event::ParticipantLost { id, .. } => {
+                let is_lost = |guid: &GUID| guid.prefix == *id;
+                state.others.values_mut().for_each(|others| others.retain(|other| !is_lost(other)));
+                state.told.retain(|(other, _)| !is_lost(other));
+            }
+            Event::RemoteReaderQosIncompatible {
+                local_writer: own,
+                remote_reader: other,
+                requested_qos,
+                offered_qos,
+            }
+            | Event::RemoteWriterQosIncompatible {
+                local_reader: own,
+                remote_writer: other,
+                requested_qos,
+                offered_qos,
+            } => {
+                let Some(endpoint) = self.own.get(own) else { return };
+                let text = incompatible(endpoint, requested_qos, offered_qos);
+                tell(&mut state, composer, *other, text);
+            }
+            Event::ReaderDetected { reader: other } => self.note_type(&mut state, other, false, composer),
+            Event::WriterDetected { writer: other } => self.note_type(&mut state, other, true, composer),
+            _ => {}
+        }
+    }
+
+    /// A topic of another type is never matched, and nobody says so.
+    fn note_type(
+        &self,
+        state: &mut MatchState,
+        other: &EndpointDescription,
+        writes: bool,
+        composer: &Composer,
+    ) {
+        let same_topic = |own: &&OwnEndpoint| own.is_reader == writes && own.wire.0 == other.topic_name;
+        for own in self.own.values().filter(same_topic).filter(|own| own.wire.1 != other.type_name) {
+            let (who, there) = (role(writes), message_name(&other.type_name));
+            let text = format!(
+                "{}: a {who} has type {there} and this agent {}, so they exchange nothing: use another topic or interface",
+                own.topic, own.message
+            );
+            tell(state, composer, other.guid, text);
+        }
+    }
+}
+
+fn role(writes: bool) -> &'static str {
+    if writes { "publisher" } else { "subscription" }
+}
+
+fn tell(state: &mut MatchState, composer: &Composer, other: GUID, text: String) {
+    if state.told.insert((other, text.clone())) {
+        composer.log(Level::Warn, &format!("ros2: {text}"));
+    }
+}
+
+/// Which policy keeps two ends from each other, in the words of ROS.
+fn incompatible(own: &OwnEndpoint, requested: &QosPolicies, offered: &QosPolicies) -> String {
+    let (who, verb, effect) = match own.is_reader {
+        true => ("publisher", "offers", "nothing is received from it"),
+        false => ("subscription", "requests", "nothing is sent to it"),
+    };
+    let policy = offered.compliance_failure_wrt(requested).map(|policy| format!("{policy:?}"));
+    let policy = policy.unwrap_or_else(|| "unknown".into()).to_uppercase();
+    let [requested, offered] = [requested, offered].map(|qos| match policy.as_str() {
+        "RELIABILITY" => reliability(qos).to_owned(),
+        "DURABILITY" => durability(qos).to_owned(),
+        "DEADLINE" => format!("{:?}", qos.deadline()),
+        "LIVELINESS" => format!("{:?}", qos.liveliness()),
+        _ => "another".to_owned(),
+    });
+    let help = match (policy.as_str(), own.is_reader) {
+        ("RELIABILITY", true) => "; reliable = false reads it",
+        ("RELIABILITY", false) => "; take reliable = false away",
+        ("DURABILITY", true) => "; take transient_local = true away",
+        ("DURABILITY", false) => "; transient_local = true offers it",
+        _ => "",
+    };
+    format!(
+        "{}: a {who} {verb} incompatible QoS, so {effect}: {policy} (offered {offered}, requested {requested}){help}",
+        own.topic
+    )
+}
+
+fn reliability(qos: &QosPolicies) -> &'static str {
+    match qos.reliability() {
+        Some(Reliability::Reliable { .. }) => "RELIABLE",
+        _ => "BEST_EFFORT",
+    }
+}
+
+fn durability(qos: &QosPolicies) -> &'static str {
+    match qos.durability() {
+        Some(Durability::TransientLocal) => "TRANSIENT_LOCAL",
+        Some(Durability::Transient) => "TRANSIENT",
+        Some(Durability::Persistent) => "PERSISTENT",
+        _ => "VOLATILE",
+    }
+}

@@ -1,0 +1,97 @@
+//! Names of nodes, topics and types, as ROS and DDS have them.
+
+/// A node: its namespace, such as `/` or `/robots/r2`, and its name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NodeName {
+    /// Begins with a slash.
+    pub namespace: String,
+    /// Without a slash.
+    pub name: String,
+}
+
+impl NodeName {
+    /// The node of an agent: what ROS forbids in a name becomes `_`.
+    pub fn of_agent(agent: &str) -> Self {
+        let mut name: String =
+            agent.chars().map(|own| if own.is_ascii_alphanumeric() { own } else { '_' }).collect();
+        if name.starts_with(|first: char| first.is_ascii_digit()) {
+            name.insert(0, '_');
+        }
+        Self { namespace: "/".into(), name }
+    }
+
+    /// The whole name of a topic: `scan` is in the namespace, `~/scan` in that of the node.
+    ///
+    /// # Errors
+    /// What ROS forbids in it, in words.
+    pub fn topic(&self, name: &str) -> Result<String, String> {
+        let space = self.namespace.trim_end_matches('/');
+        let whole = match name.strip_prefix('~') {
+            Some(private) if private.starts_with('/') => format!("{space}/{}{private}", self.name),
+            Some(_) => return Err("`~` is followed by a slash, as in ~/scan".into()),
+            None if name.starts_with('/') => name.to_owned(),
+            None => format!("{space}/{name}"),
+        };
+        check_topic(&whole)?;
+        Ok(whole)
+    }
+}
+
+/// The longest name of a topic that `rmw` accepts.
+const LONGEST: usize = 247;
+
+/// Checks the whole name of a topic, such as `/r2/scan`.
+///
+/// # Errors
+/// What ROS forbids in it, in words.
+pub fn check_topic(name: &str) -> Result<(), String> {
+    let Some(parts) = name.strip_prefix('/') else { return Err("it does not begin with a slash".into()) };
+    if name.len() > LONGEST {
+        return Err(format!("it has {} letters, more than {LONGEST}", name.len()));
+    }
+    parts.split('/').try_for_each(check_part)
+}
+
+/// Checks the name of a node.
+///
+/// # Errors
+/// What ROS forbids in it, in words.
+pub fn check_node(name: &str) -> Result<(), String> {
+    check_part(name)
+}
+
+fn check_part(part: &str) -> Result<(), String> {
+    let wrong = part.chars().find(|own| !own.is_ascii_alphanumeric() && *own != '_');
+    match (part, wrong) {
+        ("", _) => Err("a part of it is empty: single slashes separate parts, and none is at the end".into()),
+        (_, Some(wrong)) => Err(format!("it has {wrong:?}, and ROS allows letters, digits, `_` and `/`")),
+        _ if part.starts_with(|first: char| first.is_ascii_digit()) => {
+            Err(format!("`{part}` begins with a digit"))
+        }
+        _ if part.contains("__") => Err(format!("`{part}` has two `_` in a row")),
+        _ => Ok(()),
+    }
+}
+
+/// The topic of DDS: `/scan` is `rt/scan`.
+pub fn wire_topic(topic: &str) -> String {
+    format!("rt{topic}")
+}
+
+/// The type of DDS: `sensor_msgs/msg/LaserScan` is `sensor_msgs::msg::dds_::LaserScan_`.
+pub fn type_name(message: &str) -> String {
+    match message.rsplit_once('/') {
+        Some((package, name)) => format!("{}::dds_::{name}_", package.replace('/', "::")),
+        None => message.into(),
+    }
+}
+
+/// The message of a type of DDS, as ROS calls it; other types as they are.
+#[cfg(feature = "dds")]
+pub fn message_name(type_name: &str) -> String {
+    let found = type_name.strip_suffix('_').and_then(|name| name.split_once("::dds_::"));
+    found.map_or_else(
+        || type_name.chars().take(120).collect(),
+        |(package, name)| format!("{}/{name}", package.replace("::", "/")),
+    )
+}

@@ -1,0 +1,135 @@
+//! An agent in a domain of DDS.
+
+use std::net::{IpAddr, Ipv4Addr};
+
+use rustdds::no_key::{DataWriter, SimpleDataReader};
+use rustdds::policy::{Durability, History, Reliability, ResourceLimits};
+use rustdds::{
+    DomainParticipant, DomainParticipantBuilder, DomainParticipantStatusEvent,
+    DomainParticipantStatusListener, Duration, GUID, Publisher, QosPolicies, QosPolicyBuilder, RTPSEntity,
+    StatusEvented, Subscriber, Topic, TopicKind,
+};
+
+use crate::error::RosError;
+use crate::graph;
+use crate::name::{NodeName, type_name, wire_topic};
+use crate::quality::TopicQuality;
+use crate::raw::{RawAdapter, RawMessage};
+use crate::settings::RosSettings;
+
+/// Reads a topic.
+pub type TopicReader = SimpleDataReader<RawMessage, RawAdapter>;
+
+/// Writes a topic.
+pub type TopicWriter = DataWriter<RawMessage, RawAdapter>;
+
+/// The longest that a reliable writer waits for room, in its own thread.
+const BLOCKING: Duration = Duration::from_millis(100);
+
+/// Values for late subscriptions that are kept at least. RustDDS tidies up every 6 s, so for so long it keeps more than the depth; with
+/// fewer it would wait for each acknowledgement.
+const KEPT: i32 = 64;
+
+/// A participant of DDS with the node of an agent.
+pub struct RosParticipant {
+    node: NodeName,
+    domain: u16,
+    participant: DomainParticipant,
+    publisher: Publisher,
+    subscriber: Subscriber,
+    graph: TopicWriter,
+    status: DomainParticipantStatusListener,
+}
+
+impl RosParticipant {
+    /// Joins the domain: on this machine, and on others if they are trusted.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn open(settings: &RosSettings) -> Result<Self, RosError> {
+        let domain = settings.domain;
+        let mut builder = DomainParticipantBuilder::new(domain);
+        if !settings.trusted {
+            builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
+        }
+        let participant = builder.build().map_err(|error| refused(domain, &error))?;
+        let any = QosPolicyBuilder::new().build();
+        let publisher = participant.create_publisher(&any).map_err(|error| refused(domain, &error))?;
+        let subscriber = participant.create_subscriber(&any).map_err(|error| refused(domain, &error))?;
+        let quality = TopicQuality { reliable: true, transient_local: true, depth: 1 };
+        let topic = create_topic(&participant, graph::TOPIC.into(), graph::MESSAGE, quality)?;
+        let graph = publisher
+            .create_datawriter_no_key(&topic, Some(policies(quality)))
+            .map_err(|error| refused(domain, &error))?;
+        let status = participant.status_listener();
+        Ok(Self { node: settings.node.clone(), domain, participant, publisher, subscriber, graph, status })
+    }
+
+    /// Reads a topic of ROS.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn reader(&self, topic: &str, message: &str, quality: TopicQuality) -> Result<TopicReader, RosError> {
+        let topic = create_topic(&self.participant, wire_topic(topic), message, quality)?;
+        let reader = self.subscriber.create_simple_datareader_no_key(&topic, Some(policies(quality)));
+        reader.map_err(|error| refused(self.domain, &error))
+    }
+
+    /// Writes a topic of ROS.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn writer(&self, topic: &str, message: &str, quality: TopicQuality) -> Result<TopicWriter, RosError> {
+        let topic = create_topic(&self.participant, wire_topic(topic), message, quality)?;
+        let writer = self.publisher.create_datawriter_no_key(&topic, Some(policies(quality)));
+        writer.map_err(|error| refused(self.domain, &error))
+    }
+
+    /// Tells the others of the node, with what it reads and writes.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn announce(&self, readers: &[GUID], writers: &[GUID]) -> Result<(), RosError> {
+        let message = graph::entities(self.participant.guid(), &self.node, readers, writers);
+        self.graph.write(message, None).map_err(|error| refused(self.domain, &error))
+    }
+
+    /// What has happened in the domain, if anything has.
+    pub fn next_status(&self) -> Option<DomainParticipantStatusEvent> {
+        self.status.try_recv_status()
+    }
+}
+
+fn create_topic(
+    participant: &DomainParticipant,
+    name: String,
+    message: &str,
+    quality: TopicQuality,
+) -> Result<Topic, RosError> {
+    participant
+        .create_topic(name, type_name(message), &policies(quality), TopicKind::NoKey)
+        .map_err(|error| refused(participant.domain_id(), &error))
+}
+
+fn refused(domain: u16, error: &dyn std::fmt::Display) -> RosError {
+    RosError::Network { domain, reason: error.to_string() }
+}
+
+fn policies(quality: TopicQuality) -> QosPolicies {
+    let reliability = match quality.reliable {
+        true => Reliability::Reliable { max_blocking_time: BLOCKING },
+        false => Reliability::BestEffort,
+    };
+    let durability = if quality.transient_local { Durability::TransientLocal } else { Durability::Volatile };
+    let depth = i32::from(quality.depth);
+    let policies = QosPolicyBuilder::new()
+        .reliability(reliability)
+        .durability(durability)
+        .history(History::KeepLast { depth });
+    if !quality.transient_local {
+        return policies.build();
+    }
+    let kept = depth.max(KEPT);
+    let limits = ResourceLimits { max_samples: kept, max_instances: 1, max_samples_per_instance: kept };
+    policies.resource_limits(limits).build()
+}

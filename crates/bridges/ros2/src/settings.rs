@@ -1,0 +1,313 @@
+//! The table `[ros2]` of a configuration.
+
+use std::collections::BTreeMap;
+
+use slate_runtime::Message;
+use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
+
+use crate::name::{NodeName, check_node, check_topic};
+use crate::quality::TopicQuality;
+
+/// Name of the table.
+pub const TABLE: &str = "ros2";
+
+/// The variable that programs of ROS have their domain from.
+const DOMAIN: &str = "ROS_DOMAIN_ID";
+
+/// The highest domain whose ports exist.
+const HIGHEST: i64 = 232;
+
+/// Largest depth.
+const DEEPEST: i64 = 10_000;
+
+/// Which topics of ROS an agent reads and writes.
+///
+/// ```
+/// use slate_ros2::RosSettings;
+/// use slate_runtime::configuration::{Configuration, Options};
+///
+/// let options = Options { extra_tables: vec!["ros2".into()], ..Options::default() };
+/// let read = |text: &str| Configuration::from_text("r2.toml", text, &options);
+/// let text = "[ros2]\ndomain = 7\nread.\"driver/scan\" = { topic = \"/scan\", reliable = false }";
+/// let settings = RosSettings::of(&read(text)?)?.ok_or("no table")?;
+/// assert_eq!((settings.domain, settings.read[0].topic.as_str()), (7, "/scan"));
+/// let wrong = read("[ros2]\nwrite.\"/cmd-vel\" = \"r2/wheels/command\"")?;
+/// assert!(RosSettings::of(&wrong).is_err_and(|report| report.to_string().contains("cmd-vel")));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct RosSettings {
+    /// Programs see each other within a domain.
+    pub domain: u16,
+    /// As what the agent appears.
+    pub node: NodeName,
+    /// Whether it speaks to other machines, in clear text.
+    pub trusted: bool,
+    /// Inputs that read topics.
+    pub read: Vec<TopicInput>,
+    /// Topics that have the values of properties.
+    pub write: Vec<TopicOutput>,
+}
+
+/// An input that reads a topic.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TopicInput {
+    /// Path of the input.
+    pub input: String,
+    /// The topic, from the root.
+    pub topic: String,
+    /// Quality of service that it requests.
+    pub quality: TopicQuality,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+/// A topic that has the values of a property.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TopicOutput {
+    /// The topic, from the root.
+    pub topic: String,
+    /// Path of the property.
+    pub property: String,
+    /// Frame in the header of messages that have one.
+    pub frame: String,
+    /// Quality of service that it offers.
+    pub quality: TopicQuality,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+const KNOWN: [&str; 6] = ["domain", "node", "namespace", "trusted", "read", "write"];
+const READ: &str = "write read.\"driver/scan\" = \"/scan\", or = { topic = \"/scan\", reliable = false }";
+const WRITE: &str =
+    "write write.\"/cmd_vel\" = \"r2/wheels/command\", or = { from = \"r2/wheels/command\", depth = 1 }";
+
+impl RosSettings {
+    /// What a configuration says in its table `[ros2]`, which it has to be read with as one of
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables); nothing without the table.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn of(configuration: &Configuration) -> Result<Option<Self>, Report> {
+        let Some(root) = configuration.value(TABLE) else { return Ok(None) };
+        let mut reader = RosSettingsReader { configuration, wrong: Vec::new() };
+        let settings = reader.settings(root);
+        if reader.wrong.is_empty() { Ok(Some(settings)) } else { Err(Report::from(reader.wrong)) }
+    }
+}
+
+struct RosSettingsReader<'c> {
+    configuration: &'c Configuration,
+    wrong: Vec<Diagnostic>,
+}
+
+impl RosSettingsReader<'_> {
+    fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
+        self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
+    }
+
+    fn settings(&mut self, root: &Spanned<Value>) -> RosSettings {
+        let mut settings = RosSettings {
+            domain: 0,
+            node: NodeName::of_agent(self.configuration.agent_name()),
+            trusted: false,
+            read: Vec::new(),
+            write: Vec::new(),
+        };
+        let Some(table) = root.as_table() else {
+            let message = format!("`{TABLE}` is a table, found {}", root.describe());
+            self.add(root.span, message, "write [ros2]");
+            return settings;
+        };
+        self.wrong.extend(self.configuration.unknown_keys(table, "in [ros2]", &KNOWN));
+        settings.domain = self.domain(table, root.span);
+        settings.node = self.node(table, settings.node);
+        settings.trusted = self.truth(table, "trusted");
+        settings.read = self.inputs(table, &settings.node);
+        settings.write = self.outputs(table, &settings.node);
+        self.check_twice(&settings);
+        if settings.read.is_empty() && settings.write.is_empty() && self.wrong.is_empty() {
+            let help = format!("{READ}; or take [ros2] away");
+            self.add(root.span, "[ros2] names no topic", &help);
+        }
+        settings
+    }
+
+    /// That of the file, or of the environment.
+    fn domain(&mut self, table: &Table, place: Span) -> u16 {
+        let (number, span, found) = match table.get("domain") {
+            Some(value) => (value.as_integer(), value.span, value.value.to_string()),
+            None => match std::env::var(DOMAIN) {
+                Ok(text) if !text.is_empty() => (text.parse().ok(), place, format!("{DOMAIN}={text}")),
+                _ => return 0,
+            },
+        };
+        match number.filter(|number| (0..=HIGHEST).contains(number)) {
+            Some(number) => number as u16,
+            None => {
+                let message = format!("a domain is a number from 0 to {HIGHEST}, found {found}");
+                self.add(span, message, "write domain = 7, as ROS_DOMAIN_ID of the other programs");
+                0
+            }
+        }
+    }
+
+    fn node(&mut self, table: &Table, mut node: NodeName) -> NodeName {
+        if let Some((name, span)) = self.text(table, "node", "node = \"r2\"") {
+            if let Err(reason) = check_node(&name) {
+                let message = format!("`{name}` can't be the name of a node: {reason}");
+                self.add(span, message, "write node = \"r2\"");
+            }
+            node.name = name;
+        }
+        if let Some((name, span)) = self.text(table, "namespace", "namespace = \"/robots\"") {
+            if let Err(reason) = if name == "/" { Ok(()) } else { check_topic(&name) } {
+                let message = format!("`{name}` can't be a namespace: {reason}");
+                self.add(span, message, "write namespace = \"/robots\"");
+            }
+            node.namespace = name;
+        }
+        node
+    }
+
+    fn inputs(&mut self, table: &Table, node: &NodeName) -> Vec<TopicInput> {
+        let mut inputs: Vec<TopicInput> = Vec::new();
+        for (input, span, entry) in self.entries(table, "read", READ) {
+            let path = self.path(&input, span, READ);
+            let given = self.given(&entry, "topic", &["topic"], READ);
+            let topic = given.and_then(|topic| self.topic(&topic, entry.span, node, READ));
+            let quality = self.quality(&entry);
+            let (Some(input), Some(topic)) = (path, topic) else { continue };
+            if inputs.iter().any(|other| other.input == input) {
+                self.add(span, format!("/{input} reads two topics"), "an input reads one: take one away");
+            }
+            inputs.push(TopicInput { input, topic, quality, place: Some(entry.span) });
+        }
+        inputs
+    }
+
+    fn outputs(&mut self, table: &Table, node: &NodeName) -> Vec<TopicOutput> {
+        let mut outputs = Vec::new();
+        for (topic, span, entry) in self.entries(table, "write", WRITE) {
+            let topic = self.topic(&topic, span, node, WRITE);
+            let given = self.given(&entry, "from", &["from", "frame"], WRITE);
+            let property = given.and_then(|path| self.path(&path, entry.span, WRITE));
+            let own = entry.as_table().and_then(|own| self.text(own, "frame", "frame = \"laser\""));
+            let frame = own.map_or_else(|| "base_link".to_owned(), |(frame, _)| frame);
+            let quality = self.quality(&entry);
+            let (Some(topic), Some(property)) = (topic, property) else { continue };
+            outputs.push(TopicOutput { topic, property, frame, quality, place: Some(span) });
+        }
+        outputs
+    }
+
+    /// A topic has one entry that writes it, and then none that reads it.
+    fn check_twice(&mut self, settings: &RosSettings) {
+        let mut written: BTreeMap<&str, &TopicOutput> = BTreeMap::new();
+        for output in &settings.write {
+            if let Some(other) = written.insert(&output.topic, output)
+                && let Some(span) = output.place
+            {
+                let message = format!(
+                    "{} is written by two entries, of /{} and /{}",
+                    output.topic, other.property, output.property
+                );
+                self.add(span, message, "a topic has the values of one property: take one away");
+            }
+        }
+        for input in &settings.read {
+            if let (Some(output), Some(span)) = (written.get(input.topic.as_str()), input.place) {
+                let message = format!(
+                    "{} is read by /{} and written by /{} here",
+                    input.topic, input.input, output.property
+                );
+                self.add(span, message, "link the two: \"driver/scan\" = \"laser/scan\" in [links]");
+            }
+        }
+    }
+
+    /// The entries of a table in the table: key, its place, and value.
+    fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<(String, Span, Spanned<Value>)> {
+        let Some(value) = table.get(name) else { return Vec::new() };
+        let Some(entries) = value.as_table() else {
+            self.add(value.span, format!("`{name}` is a table, found {}", value.describe()), help);
+            return Vec::new();
+        };
+        entries.iter().map(|(key, entry)| (key.to_owned(), entry.key, entry.value.clone())).collect()
+    }
+
+    /// What an entry is alone, or has under a key.
+    fn given(&mut self, entry: &Spanned<Value>, key: &str, own: &[&str], help: &str) -> Option<String> {
+        if let Some(table) = entry.as_table() {
+            let known: Vec<_> =
+                own.iter().chain(&["reliable", "transient_local", "depth"]).copied().collect();
+            self.wrong.extend(self.configuration.unknown_keys(table, "of a topic", &known));
+            if table.get(key).is_none() {
+                self.add(entry.span, format!("an entry lacks `{key}`"), help);
+            }
+            return self.text(table, key, help).map(|(text, _)| text);
+        }
+        if entry.as_str().is_none() {
+            let message = format!("an entry is a text or a table, found {}", entry.describe());
+            self.add(entry.span, message, help);
+        }
+        entry.as_str().map(ToOwned::to_owned)
+    }
+
+    fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
+        match node.topic(name) {
+            Ok(topic) => Some(topic),
+            Err(reason) => {
+                self.add(span, format!("`{name}` can't be the name of a topic: {reason}"), help);
+                None
+            }
+        }
+    }
+
+    fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
+        match self.configuration.own_path(text) {
+            Ok(path) => Some(path),
+            Err(report) => {
+                let first = report.diagnostics().first();
+                self.add(span, first.map_or_else(String::new, |first| first.message().into()), help);
+                None
+            }
+        }
+    }
+
+    fn quality(&mut self, entry: &Spanned<Value>) -> TopicQuality {
+        let mut quality = TopicQuality::default();
+        let Some(table) = entry.as_table() else { return quality };
+        if table.get("reliable").is_some() {
+            quality.reliable = self.truth(table, "reliable");
+        }
+        quality.transient_local = self.truth(table, "transient_local");
+        if let Some(value) = table.get("depth") {
+            match value.as_integer().filter(|depth| (1..=DEEPEST).contains(depth)) {
+                Some(depth) => quality.depth = depth as u16,
+                None => {
+                    let message = format!("`depth` is a number from 1 to {DEEPEST}, found {}", value.value);
+                    self.add(value.span, message, "write depth = 10");
+                }
+            }
+        }
+        quality
+    }
+
+    fn truth(&mut self, table: &Table, name: &str) -> bool {
+        let Some(value) = table.get(name) else { return false };
+        if value.as_bool().is_none() {
+            let message = format!("`{name}` takes true or false, found {}", value.describe());
+            self.add(value.span, message, &format!("write {name} = true"));
+        }
+        value.as_bool().unwrap_or(false)
+    }
+
+    fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
+        let value = table.get(name)?;
+        if value.as_str().is_none() {
+            self.add(value.span, format!("`{name}` takes a text, found {}", value.describe()), help);
+        }
+        Some((value.as_str()?.to_owned(), value.span))
+    }
+}

@@ -1,0 +1,6 @@
+//! An agent with topics of ROS 2.
+
+mod names;
+#[cfg(feature = "external-tools")]
+mod rclpy;
+mod settings;

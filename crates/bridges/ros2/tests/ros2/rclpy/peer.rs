@@ -1,0 +1,85 @@
+//! A node of ROS 2, in Python: `cargo test -p slate-ros2 --features external-tools`.
+
+use std::io::{BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+
+use serde_json::{Value as Json, json};
+
+/// A Python that has ROS 2.
+pub fn python() -> PathBuf {
+    slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")))
+}
+
+/// A node that does what it is told, until this is dropped.
+pub struct Peer {
+    child: Child,
+    input: ChildStdin,
+    output: BufReader<ChildStdout>,
+}
+
+impl Peer {
+    pub fn start(name: &str, domain: u16) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros2-logs");
+        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros2/rclpy/program.py");
+        let mut child = Command::new(python())
+            .arg(script)
+            .arg(name)
+            .env("ROS_DOMAIN_ID", domain.to_string())
+            .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+            .env("ROS_LOG_DIR", folder)
+            .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
+        let mut peer = Self { child, input, output };
+        assert_eq!(peer.tell(json!({ "do": "about" })), "rmw_fastrtps_cpp");
+        peer
+    }
+
+    /// Has it do something; returns what comes of it.
+    pub fn tell(&mut self, command: Json) -> Json {
+        writeln!(self.input, "{command}").unwrap();
+        self.input.flush().unwrap();
+        let mut line = String::new();
+        self.output.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).unwrap_or_else(|error| panic!("{command}: {error}: {line:?}"))
+    }
+
+    pub fn advertise(&mut self, topic: &str, message: &str, qos: Json) {
+        self.tell(json!({ "do": "advertise", "topic": topic, "type": message, "qos": qos }));
+    }
+
+    pub fn publish(&mut self, topic: &str, value: &Json) {
+        self.tell(json!({ "do": "publish", "topic": topic, "value": value }));
+    }
+
+    pub fn subscribe(&mut self, topic: &str, message: &str, qos: Json) {
+        self.tell(json!({ "do": "subscribe", "topic": topic, "type": message, "qos": qos }));
+    }
+
+    /// What it has heard since it was asked last.
+    pub fn take(&mut self, topic: &str) -> Vec<Json> {
+        let taken = self.tell(json!({ "do": "take", "topic": topic }));
+        taken.as_array().unwrap().clone()
+    }
+
+    pub fn matched(&mut self, topic: &str) -> u64 {
+        self.tell(json!({ "do": "matched", "topic": topic })).as_u64().unwrap()
+    }
+
+    /// Ends it without a word, as a crash does.
+    pub fn kill(mut self) {
+        self.child.kill().unwrap();
+    }
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        // It may have ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}

@@ -1,0 +1,133 @@
+"""A node of ROS 2 that does what a test tells it: a line of JSON for each command, and one for its result."""
+
+import array
+import json
+import math
+import sys
+import threading
+import time
+
+import rclpy
+from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.executors import SingleThreadedExecutor
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.utilities import get_rmw_implementation_identifier
+
+
+def load(name):
+    package, kind = name.split("/msg/")
+    return getattr(__import__(f"{package}.msg", fromlist=[kind]), kind)
+
+
+def fill(message, values):
+    for name, value in values.items():
+        own = getattr(message, name)
+        if isinstance(value, dict):
+            fill(own, value)
+        else:
+            setattr(message, name, value)
+    return message
+
+
+def plain(value):
+    if hasattr(value, "get_fields_and_field_types"):
+        return {name: plain(getattr(value, name)) for name in value.get_fields_and_field_types()}
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, (str, int, float, bool)):
+        return value
+    return [plain(item) for item in value]
+
+
+def quality(options):
+    return QoSProfile(
+        depth=options.get("depth", 10),
+        reliability=ReliabilityPolicy.RELIABLE if options.get("reliable", True) else ReliabilityPolicy.BEST_EFFORT,
+        durability=DurabilityPolicy.TRANSIENT_LOCAL if options.get("transient_local") else DurabilityPolicy.VOLATILE,
+    )
+
+
+class Peer:
+    def __init__(self, name):
+        self.node = rclpy.create_node(name)
+        self.publishers, self.heard, self.incompatible = {}, {}, []
+        self.lock = threading.Lock()
+
+    def note(self, topic, event):
+        with self.lock:
+            self.incompatible.append([topic, str(event.last_policy_kind)])
+
+    def advertise(self, topic, type, qos={}):
+        events = PublisherEventCallbacks(incompatible_qos=lambda event: self.note(topic, event))
+        self.publishers[topic] = self.node.create_publisher(load(type), topic, quality(qos), event_callbacks=events)
+
+    def publish(self, topic, value):
+        publisher = self.publishers[topic]
+        publisher.publish(fill(publisher.msg_type(), value))
+
+    def burst(self, topic, count, period):
+        """Publishes speeds 1, 2, ... at a rate."""
+        publisher = self.publishers[topic]
+        message, due = publisher.msg_type(), time.monotonic()
+        for number in range(1, count + 1):
+            message.linear.x = float(number)
+            publisher.publish(message)
+            due += period
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    def show(self, topic, size):
+        """Publishes an image of so many bytes, and so many rows of a KiB."""
+        image = fill(self.publishers[topic].msg_type(), {"width": 1024, "height": size // 1024, "step": 1024, "encoding": "mono8"})
+        image.data = array.array("B", (number % 251 for number in range(size)))
+        self.publishers[topic].publish(image)
+
+    def see(self, topic):
+        """Sizes and checksums of the images that were heard."""
+        return [[image["height"], len(image["data"]), sum(image["data"])] for image in self.take(topic)]
+
+    def matched(self, topic):
+        return self.publishers[topic].get_subscription_count()
+
+    def subscribe(self, topic, type, qos={}):
+        def hear(message):
+            with self.lock:
+                self.heard.setdefault(topic, []).append(plain(message))
+
+        events = SubscriptionEventCallbacks(incompatible_qos=lambda event: self.note(topic, event))
+        self.node.create_subscription(load(type), topic, hear, quality(qos), event_callbacks=events)
+
+    def take(self, topic):
+        with self.lock:
+            return self.heard.pop(topic, [])
+
+    def take_incompatible(self):
+        with self.lock:
+            taken, self.incompatible = self.incompatible, []
+            return taken
+
+    def nodes(self):
+        return [space + name if space == "/" else f"{space}/{name}" for name, space in self.node.get_node_names_and_namespaces()]
+
+    def topics(self):
+        return {name: kinds for name, kinds in self.node.get_topic_names_and_types()}
+
+    def endpoints(self, topic, publishers):
+        get = self.node.get_publishers_info_by_topic if publishers else self.node.get_subscriptions_info_by_topic
+        return [
+            [own.node_name, own.topic_type, own.qos_profile.reliability.name, own.qos_profile.durability.name]
+            for own in get(topic)
+        ]
+
+    def about(self):
+        return get_rmw_implementation_identifier()
+
+
+rclpy.init()
+peer = Peer(sys.argv[1])
+executor = SingleThreadedExecutor()
+executor.add_node(peer.node)
+threading.Thread(target=executor.spin, daemon=True).start()
+for line in sys.stdin:
+    command = json.loads(line)
+    result = getattr(peer, command.pop("do"))(**command)
+    print(json.dumps(result), flush=True)

@@ -1,0 +1,90 @@
+//! The table `[ros2]`.
+
+use slate_ros2::{RosSettings, TABLE, TopicQuality};
+use slate_runtime::configuration::{Configuration, Options, Report};
+
+fn read(table: &str) -> Result<Option<RosSettings>, Report> {
+    let options = Options { extra_tables: vec![TABLE.into()], ..Options::default() };
+    let text = format!("agent.name = \"r2-d2\"\n[ros2]\n{table}\n");
+    RosSettings::of(&Configuration::from_text("r2.toml", &text, &options).unwrap())
+}
+
+#[test]
+fn entries_are_a_text_or_a_table() {
+    let table = "domain = 7\nnamespace = \"/robots\"\nread.\"driver/scan\" = { topic = \"scan\", reliable = false, depth = 1 }\n\
+                 read.\"/driver/goal\" = \"/goal\"\nwrite.\"/cmd_vel\" = \"wheels/command\"\n\
+                 write.\"~/scan\" = { from = \"laser/scan\", frame = \"laser\", transient_local = true }";
+    let settings = read(table).unwrap().unwrap();
+    assert_eq!((settings.domain, settings.trusted), (7, false));
+    assert_eq!((settings.node.namespace.as_str(), settings.node.name.as_str()), ("/robots", "r2_d2"));
+    let read: Vec<_> =
+        settings.read.iter().map(|own| (own.input.as_str(), own.topic.as_str(), own.quality)).collect();
+    let usual = TopicQuality { reliable: true, transient_local: false, depth: 10 };
+    let lossy = TopicQuality { reliable: false, transient_local: false, depth: 1 };
+    assert_eq!(read, [("driver/goal", "/goal", usual), ("driver/scan", "/robots/scan", lossy)]);
+    let written: Vec<_> = settings
+        .write
+        .iter()
+        .map(|own| (own.topic.as_str(), own.property.as_str(), own.frame.as_str()))
+        .collect();
+    assert_eq!(
+        written,
+        [("/cmd_vel", "wheels/command", "base_link"), ("/robots/r2_d2/scan", "laser/scan", "laser")]
+    );
+    let kept = settings.write.iter().find(|own| own.frame == "laser").unwrap().quality;
+    assert_eq!(kept, TopicQuality { transient_local: true, ..usual });
+}
+
+#[test]
+fn what_is_wrong_is_said_with_its_line() {
+    let cases = [
+        ("", 2, "[ros2] names no topic"),
+        ("domain = 233", 3, "a domain is a number from 0 to 232, found 233"),
+        ("domain = \"a\"", 3, "a domain is a number"),
+        ("node = \"r2-d2\"", 3, "`r2-d2` can't be the name of a node: it has '-'"),
+        ("namespace = \"robots\"", 3, "`robots` can't be a namespace: it does not begin with a slash"),
+        ("trusted = 1", 3, "`trusted` takes true or false"),
+        ("multicast = true", 3, "multicast"),
+        ("read = 1", 3, "`read` is a table"),
+        ("read.\"driver/scan\" = 1", 3, "a text or a table"),
+        ("read.\"driver/scan\" = \"/my-scan\"", 3, "`/my-scan` can't be the name of a topic: it has '-'"),
+        ("read.\"driver/scan\" = { reliable = true }", 3, "an entry lacks `topic`"),
+        (
+            "read.\"driver/scan\" = { topic = \"/scan\", depth = 0 }",
+            3,
+            "`depth` is a number from 1 to 10000, found 0",
+        ),
+        ("read.\"driver/scan\" = { topic = \"/scan\", best_effort = true }", 3, "best_effort"),
+        ("read.\"driver/scan\" = { topic = \"/scan\", reliable = 1 }", 3, "`reliable` takes true or false"),
+        ("write.\"/a b\" = \"wheels/command\"", 3, "`/a b` can't be the name of a topic"),
+        ("write.\"/cmd_vel\" = { topic = \"wheels/command\" }", 3, "topic"),
+        ("write.\"/cmd_vel\" = \"slate://other/wheels/command\"", 3, "belongs to agent `other`"),
+        (
+            "read.\"driver/scan\" = \"/scan\"\nread.\"/driver/scan\" = \"/scan2\"",
+            4,
+            "/driver/scan reads two topics",
+        ),
+        (
+            "write.\"cmd_vel\" = \"a/b\"\nwrite.\"/cmd_vel\" = \"c/d\"",
+            4,
+            "/cmd_vel is written by two entries, of /c/d and /a/b",
+        ),
+        (
+            "write.\"/scan\" = \"a/b\"\nread.\"driver/scan\" = \"scan\"",
+            4,
+            "/scan is read by /driver/scan and written by /a/b here",
+        ),
+    ];
+    for (table, line, words) in cases {
+        let report = read(table).unwrap_err();
+        let found = report.diagnostics().iter().find(|own| own.message().contains(words));
+        let found = found.unwrap_or_else(|| panic!("{table}: {report}"));
+        assert!(found.help_text().is_some(), "{table}");
+        // The order of the entries is that of their names.
+        let placed = found.placed();
+        assert!(line == 4 || placed.starts_with(&format!("r2.toml:{line}:")), "{table}: {placed}");
+    }
+    let options = Options { extra_tables: vec![TABLE.into()], ..Options::default() };
+    let without = Configuration::from_text("r2.toml", "agent.name = \"r2\"\n", &options).unwrap();
+    assert_eq!(RosSettings::of(&without).unwrap(), None);
+}

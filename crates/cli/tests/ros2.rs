@@ -1,0 +1,71 @@
+//! Agents as nodes of ROS 2.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+use crate::common::Running;
+
+const BOOK: &str = include_str!("../../../book/src/31-ros2.md");
+
+/// The first block of the book in a language.
+fn block(language: &str) -> &'static str {
+    let (_, rest) = BOOK.split_once(&format!("```{language}\n")).unwrap();
+    rest.split_once("```").unwrap().0
+}
+
+#[test]
+fn topics_that_do_not_fit_are_told_before_a_run() {
+    let running = Running::new("ros2-check");
+    let robot = running.folder().join("robot.toml");
+    std::fs::write(&robot, block("toml")).unwrap();
+    if !cfg!(feature = "ros2") {
+        running.fails(7, &["check", "robot.toml"], &["built without ROS 2"]);
+        running.fails(2, &["run", "robot.toml", "--headless"], &["cargo build --release --features ros2"]);
+        return;
+    }
+    running.done(&["check", "robot.toml"]);
+    let cases = [
+        ("\"/wheels\"", "\"/my-wheels\"", "`/my-wheels` can't be the name of a topic: it has '-'"),
+        ("simulator/r2/wheels", "simulator/r2/wheel", "simulator/r2/wheels"),
+        ("simulator/r2/wheels", "simulator/r2/odometry", "it is no input that holds one value"),
+        ("from = \"simulator/r2/odometry\"", "from = \"simulator/r2/odometer\"", "simulator/r2/odometry"),
+        (
+            "\"/wheels\"",
+            "\"/odom\"",
+            "/odom is read by /simulator/r2/wheels and written by /simulator/r2/odometry here",
+        ),
+    ];
+    for (from, to, words) in cases {
+        std::fs::write(&robot, block("toml").replacen(from, to, 1)).unwrap();
+        running.fails(7, &["check", "robot.toml"], &[words, "robot.toml:1"]);
+        running.fails(2, &["run", "robot.toml", "--headless"], &[words]);
+    }
+}
+
+#[test]
+#[cfg(all(feature = "ros2", feature = "external-tools"))]
+fn a_node_drives_a_robot_as_the_book_says_and_the_run_is_made_again() {
+    use std::path::Path;
+    use std::process::Command;
+
+    let mut running = Running::new("ros2-drive");
+    let folder = running.folder().to_owned();
+    // A domain that hardly anybody has.
+    let domain = (100 + std::process::id() % 100).to_string();
+    let text = block("toml").replacen("domain = 7", &format!("domain = {domain}"), 1);
+    std::fs::write(folder.join("robot.toml"), text).unwrap();
+    std::fs::write(folder.join("driver.py"), block("python")).unwrap();
+    let python = slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")));
+    running.start("pioneer", &["run", "robot.toml", "--headless", "--rate", "1", "--out", "here"]);
+    let mut driver = Command::new("timeout");
+    driver.arg("60").arg(python).arg("driver.py").current_dir(&folder);
+    driver.env("ROS_DOMAIN_ID", domain).env("ROS_LOG_DIR", folder.join("log"));
+    let output = slate_test_tools::run(&mut driver, "the node does not drive the robot");
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "there");
+    // What comes from ROS is overwritten, and a tool is told by whom.
+    running.fails(5, &["set", "/simulator/r2/wheels/left", "1.0", "--agent", "pioneer"], &["ros2:/wheels"]);
+    running.interrupt();
+    running.finish();
+    let verdict = running.done(&["replay", "--verify", "here/run.mcap"]);
+    assert!(verdict.starts_with("identical, "), "{verdict}");
+    let info = running.done(&["bag", "info", "here/run.mcap"]);
+    assert!(info.contains("simulator/r2/wheels  ros2:/wheels"), "{info}");
+}

@@ -1,0 +1,74 @@
+//! Values that came from outside of a recorded agent, set once more in a rerun.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use slate_runtime::Agent;
+
+use crate::ros;
+use crate::storage::{Error, Reader, Spot};
+
+/// A value in the file.
+struct ExternalSpot {
+    time: u64,
+    /// Place of the input among all.
+    input: usize,
+    spot: Spot,
+}
+
+/// The values of those inputs that programs outside of the agent filled.
+pub(super) struct ExternalValues {
+    reader: Option<Reader<BufReader<File>>>,
+    inputs: Vec<String>,
+    /// In the order in which they were set.
+    waiting: VecDeque<ExternalSpot>,
+}
+
+impl ExternalValues {
+    /// Finds the values of these inputs; the file is read once more if there are any.
+    ///
+    /// # Errors
+    /// When the file can't be read.
+    pub fn find(path: &Path, epoch: u64, inputs: Vec<String>) -> Result<Self, Error> {
+        let mut values = Self { reader: None, inputs, waiting: VecDeque::new() };
+        if values.inputs.is_empty() {
+            return Ok(values);
+        }
+        let mut reader = Reader::open_unfinished(path)?;
+        let topics = values.inputs.iter().enumerate();
+        let topics: BTreeMap<_, _> = topics.map(|(place, input)| (format!("/{input}"), place)).collect();
+        let mut found = Vec::new();
+        while let Some((spot, _, message)) = reader.next_spot()? {
+            if let Some(input) = topics.get(&message.channel.topic) {
+                let time = message.log_time.saturating_sub(epoch);
+                found.push(ExternalSpot { time, input: *input, spot });
+            }
+        }
+        // Those of one time stay in the order of the file.
+        found.sort_by_key(|value| value.time);
+        values.waiting = found.into();
+        values.reader = Some(reader);
+        Ok(values)
+    }
+
+    /// Sets the values that came until a time.
+    ///
+    /// # Errors
+    /// Why one of them can't be set again.
+    pub fn set_until(&mut self, agent: &Agent, until: u64) -> Result<(), String> {
+        let Some(reader) = &mut self.reader else { return Ok(()) };
+        while let Some(value) = self.waiting.pop_front_if(|value| value.time <= until) {
+            let input = &self.inputs[value.input];
+            let lost = |error: &dyn std::fmt::Display| {
+                format!("a value that came to /{input} from outside can't be set again: {error}")
+            };
+            let (property, _) = agent.board().get(input).ok_or_else(|| lost(&"the input is not there"))?;
+            let message = reader.message_at(value.spot).map_err(|error| lost(&error))?;
+            let bytes = ros::decode(property.descriptor(), message.data).map_err(|error| lost(&error))?;
+            property.set_bytes(&bytes, value.time).map_err(|error| lost(&error))?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,158 @@
+//! Values that programs outside of an agent send to its inputs.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use slate_blackboard::interface::Value;
+use slate_record::Recorder;
+use slate_record::replay::{Plan, Verdict};
+use slate_runtime::configuration::{Database, Options as Layers};
+use slate_runtime::{Agent, Composer, Control, Cycle, ExternalValue, Options, RecordedTimes};
+
+use crate::replay::repaired::verdict;
+use crate::replay::support::{ROBOT, file, play, plugins, times, values};
+
+/// Nothing of the robot fills this input.
+fn robot() -> String {
+    ROBOT.replace("\"front/other\" = { from = \"back/sum\", previous = true }\n", "")
+}
+
+const INPUT: &str = "front/other";
+
+fn external(value: f64) -> ExternalValue {
+    ExternalValue { input: INPUT.into(), bytes: value.to_ne_bytes().to_vec() }
+}
+
+fn set(composer: &Composer, values: &[f64]) {
+    let results = composer.set_external(values.iter().copied().map(external).collect());
+    assert!(results.len() == values.len() && results.iter().all(Result::is_ok), "{results:?}");
+}
+
+/// The robot, as it begins to be recorded; its input has a source outside if that is `declared`.
+fn begun(path: &Path, declared: bool) -> (Agent, Recorder) {
+    let database = Database::from_text("robot.toml", &robot(), Layers::default()).unwrap();
+    let recorder = Recorder::new(database.current().record());
+    let options = Options {
+        time_source: Some(Box::new(RecordedTimes::new(times()))),
+        recording: Some(Arc::new(recorder.clone())),
+        ..Options::default()
+    };
+    let agent = Agent::load_with(&database, &plugins(), options).unwrap();
+    let input = agent.composer().external_input(INPUT).unwrap();
+    input.set_external(if declared { "ros2:/other" } else { "" });
+    recorder.begin(&agent, path);
+    (agent, recorder)
+}
+
+/// Records the robot; `between` is called before each cycle.
+fn recorded(path: &Path, declared: bool, between: impl Fn(&Composer, usize)) {
+    let (mut agent, recorder) = begun(path, declared);
+    for cycle in 0..times().len() {
+        between(&agent.composer(), cycle);
+        assert!(agent.step());
+    }
+    recorder.end(&mut agent).unwrap();
+}
+
+fn recomputed(path: &Path) {
+    for modules in [&["front"][..], &["front", "back"]] {
+        let plan =
+            Plan { modules: modules.iter().map(|name| (*name).to_owned()).collect(), ..Plan::default() };
+        assert_eq!(play(path, plan).1.unwrap().first, None, "{modules:?}");
+    }
+}
+
+#[test]
+fn values_from_outside_come_in_the_same_cycle_of_a_rerun() {
+    let path = file("external.mcap");
+    recorded(&path, true, |composer, cycle| match cycle {
+        0 => {
+            let refused = composer.set_external(vec![external(-2.0)]);
+            assert!(refused[0].as_ref().is_err_and(|error| error.to_string().contains("first cycle")));
+        }
+        // Two in one cycle, and more after them.
+        9 => {
+            set(composer, &[5.0, 1.0 / 3.0]);
+            set(composer, &[7.0]);
+        }
+        10 => set(composer, &[9.0]),
+        20 => set(composer, &[f64::MAX]),
+        _ => {}
+    });
+    assert_eq!(values(&path, "/front/other").len(), 5);
+    let found = verdict(&path);
+    assert!(matches!(found, Verdict::Identical { values: 100.., whole: true, cycles: 30 }), "{found:?}");
+    recomputed(&path);
+}
+
+#[test]
+fn a_rerun_differs_when_no_source_outside_is_recorded() {
+    let path = file("undeclared.mcap");
+    recorded(&path, false, |composer, cycle| {
+        if cycle == 9 {
+            set(composer, &[5.0]);
+        }
+    });
+    let Verdict::Different(difference) = verdict(&path) else { panic!("nothing says where it came from") };
+    assert!(["/front/other", "/front/sum"].contains(&difference.url.as_str()), "{difference}");
+}
+
+#[test]
+#[allow(clippy::disallowed_methods, reason = "a program outside goes by a clock of its own")]
+fn values_from_another_thread_do_not_change_a_cycle_that_runs() {
+    let path = file("external-thread.mcap");
+    let (mut agent, recorder) = begun(&path, true);
+    let (composer, is_over) = (agent.composer(), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let mut number = 0.0;
+            while composer.set_external(vec![external(0.5)])[0].is_err() {}
+            while !is_over.load(Ordering::Relaxed) {
+                set(&composer, &[number, number * 3.0]);
+                number += 1.0;
+            }
+        });
+        let look = |cycle: &Cycle<'_>| {
+            std::thread::sleep(Duration::from_millis(2));
+            if cycle.number < 30 { Control::Continue } else { Control::Stop }
+        };
+        agent.run(Box::new(look)).unwrap();
+        is_over.store(true, Ordering::Relaxed);
+    });
+    recorder.end(&mut agent).unwrap();
+    assert!(values(&path, "/front/other").len() >= 20);
+    let found = verdict(&path);
+    assert!(matches!(found, Verdict::Identical { whole: true, cycles: 30, .. }), "{found:?}");
+    recomputed(&path);
+}
+
+#[test]
+fn only_inputs_without_a_link_are_filled_from_outside() {
+    recorded(&file("refused.mcap"), true, |composer, cycle| {
+        if cycle != 1 {
+            return;
+        }
+        let cases = [
+            ("front/otter", "front/other"),
+            ("front/other/value", "field"),
+            ("front/number", "it is linked, from /source/number"),
+            ("gatherer/numbers", "it is linked"),
+            ("front/params", "it is no input"),
+            ("front/sum", "it is no input"),
+        ];
+        for (input, reason) in cases {
+            let error = composer.external_input(input).unwrap_err();
+            assert!(error.to_string().contains(reason) && !error.help.is_empty(), "{error}");
+        }
+        let wrong = ExternalValue { bytes: vec![0; 3], ..external(0.0) };
+        let gone = ExternalValue { input: "front/gone".into(), ..external(0.0) };
+        let results = composer.set_external(vec![wrong, external(1.0), gone]);
+        assert!(matches!(&results[..], [Err(_), Ok(()), Err(_)]), "{results:?}");
+        // A tool would be overwritten, and nobody would see by whom.
+        let (property, _) = composer.board().get(INPUT).unwrap();
+        let tool = property.set("value", &Value::Float(2.0), 0).unwrap_err();
+        assert!(tool.to_string().contains("ros2:/other"), "{tool}");
+    });
+}

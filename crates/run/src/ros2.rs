@@ -1,0 +1,75 @@
+//! How a run takes part in ROS 2.
+
+use slate_runtime::Agent;
+use slate_runtime::configuration::{Configuration, Report};
+
+#[cfg(feature = "ros2")]
+mod built_in {
+    use slate_ros2::{RosBridge, RosSettings, check_topics};
+
+    use super::{Agent, Configuration, Report};
+    use crate::RunError;
+
+    /// An agent is a node of ROS as long as this lives.
+    pub struct RunBridge(RosBridge);
+
+    impl RunBridge {
+        /// Joins the domain that a configuration names, if it names one; nothing is sent or set yet.
+        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+            let configuration = agent.configuration();
+            let Some(settings) = RosSettings::of(&configuration)? else { return Ok(None) };
+            let bridge = RosBridge::open(&agent.composer(), &settings);
+            bridge.map(|bridge| Some(Self(bridge))).map_err(|error| error.report(&configuration))
+        }
+
+        /// Begins to send and to set inputs.
+        pub fn start(&mut self, agent: &Agent) -> Result<(), RunError> {
+            self.0.start().map_err(|error| error.report(&agent.configuration()).into())
+        }
+    }
+
+    pub fn check(agent: &Agent, configuration: &Configuration) -> Result<(), Report> {
+        let Some(settings) = RosSettings::of(configuration)? else { return Ok(()) };
+        check_topics(&agent.composer(), &settings).map_err(|error| error.report(configuration))
+    }
+}
+
+#[cfg(not(feature = "ros2"))]
+mod built_in {
+    use super::{Agent, Configuration, Report};
+    use crate::RunError;
+
+    /// Name of the table.
+    const TABLE: &str = "ros2";
+
+    /// Nothing: without the feature, no agent is a node.
+    pub struct RunBridge;
+
+    impl RunBridge {
+        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+            check(agent, &agent.configuration()).map(|()| None)
+        }
+
+        pub fn start(&mut self, _: &Agent) -> Result<(), RunError> {
+            Ok(())
+        }
+    }
+
+    pub fn check(_: &Agent, configuration: &Configuration) -> Result<(), Report> {
+        let Some(table) = configuration.value(TABLE) else { return Ok(()) };
+        let help =
+            "build it with the feature `ros2`: cargo build --release --features ros2; or take the table away";
+        let message = "this program is built without ROS 2, which [ros2] needs";
+        Err(configuration.diagnostic(table.span, message, Some(help.into())).into())
+    }
+}
+
+pub use built_in::RunBridge;
+
+/// Whether an agent could be the node of ROS that its configuration describes; nothing is opened.
+///
+/// # Errors
+/// What is wrong with the table `[ros2]`, or a property that does not fit its topic.
+pub fn check_ros2(agent: &Agent) -> Result<(), Report> {
+    built_in::check(agent, &agent.configuration())
+}
