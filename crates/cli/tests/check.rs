@@ -106,6 +106,12 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
     );
     let far = "{ sensor = \"robot_sensor\", distance = 30.0 }";
     found(&with(far), &["from 0 to 10 m", "found 30"], far);
+    // No item has what another one of the default says.
+    let unnamed = "{ distance = 0.1 }";
+    found(&with(unnamed), &["item 2 of `sensor_rules` has no `sensor`"], unnamed);
+    let endless = "{ sensor = \"robot_sensor\" }";
+    found(&with(endless), &["item 2 of `sensor_rules` has no `distance`"], endless);
+    found("sensor_rules = [{ distance = 0.3 }]", &["item 1 of `sensor_rules` has no `sensor`"], "distance");
     found("sensor_rules = []", &["expected a rule such as", "found none"], "sensor_rules = []");
     // Another parameter of Knowledge.
     let text = EXP3.replacen("robot = \"summit_xl\"", "robot = \"summit\"", 1);

@@ -47,6 +47,33 @@ fn an_execute_without_a_plan_is_warned_of() {
 }
 
 #[test]
+fn a_reflex_without_what_knowledge_has_for_it_is_warned_of() {
+    let links = "[robots.r2.links]\n";
+    for input in ["rules", "robot"] {
+        let text = EXP1.replacen(links, &format!("{links}\"avoid_obstacle/{input}\" = false\n"), 1);
+        assert_ne!(text, EXP1);
+        let found = warnings("loose-reflex", &text);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(
+            found[0].starts_with(&format!("input `r2/avoid_obstacle/{input}` has no source")),
+            "{found:?}"
+        );
+        let line = format!("write \"/r2/avoid_obstacle/{input}\" = \"/r2/knowledge/{input}\"");
+        assert!(found[0].contains(&line), "{found:?}");
+        // One that is switched off does nothing anyway.
+        let module = "avoid_obstacle = { kind = \"avoid_obstacle_model\"";
+        let off = text.replacen(module, &format!("{module}, enabled = false"), 1);
+        assert_ne!(off, text);
+        assert_eq!(warnings("loose-reflex", &off), Vec::<String>::new());
+    }
+    let running = Running::new("loose-reflex-run");
+    let limit = ["run", "exp1", "--headless", "--set", "modules.referee.params.time_limit=0.5"];
+    let output = running.call(&[&limit[..], &["--set", "links.\"/r2/avoid_obstacle/rules\"=false"]].concat());
+    let shown = text(&output.stdout) + &text(&output.stderr);
+    assert!(shown.contains("input `r2/avoid_obstacle/rules` has no source"), "{shown}");
+}
+
+#[test]
 fn a_robot_without_sonars_offers_none_to_its_monitors() {
     let model = "robots.r2 = { model = \"pioneer_p3dx\"";
     let deaf = EXP1.replacen(model, &format!("{model}, sonar = \"\""), 1);

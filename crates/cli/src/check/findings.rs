@@ -9,9 +9,9 @@ use slate_run::ConfigurationFinding;
 
 /// Errors and warnings of all compositions.
 #[derive(Default)]
-pub struct Findings(Vec<Finding>);
+pub struct Findings(Vec<VariantFinding>);
 
-struct Finding {
+struct VariantFinding {
     severity: &'static str,
     diagnostic: Diagnostic,
     /// Settings of the variants in which it is wrong; none where that does not depend on a variant that is not chosen.
@@ -32,7 +32,7 @@ impl Findings {
     /// Adds what is new of a composition, that of a variant which is not chosen (`variant`) or that of the chosen ones.
     pub fn add(&mut self, severity: &'static str, diagnostics: &[Diagnostic], variant: Option<&str>) {
         for diagnostic in diagnostics {
-            let is_same = |one: &&mut Finding| place(&one.diagnostic) == place(diagnostic);
+            let is_same = |one: &&mut VariantFinding| place(&one.diagnostic) == place(diagnostic);
             match (self.0.iter_mut().find(is_same), variant) {
                 (Some(known), Some(variant)) if !known.variants.is_empty() => {
                     // Each agent of a file has the variant.
@@ -44,7 +44,7 @@ impl Findings {
                 (Some(_), _) => {}
                 (None, variant) => {
                     let variants = variant.map(String::from).into_iter().collect();
-                    self.0.push(Finding { severity, diagnostic: diagnostic.clone(), variants });
+                    self.0.push(VariantFinding { severity, diagnostic: diagnostic.clone(), variants });
                 }
             }
         }
@@ -62,7 +62,7 @@ impl Findings {
 
     /// Their text for a terminal.
     pub fn render(&self, colour: bool) -> String {
-        let one = |finding: &Finding| {
+        let one = |finding: &VariantFinding| {
             let report = Report::from(finding.in_words());
             match finding.severity {
                 "error" => report.render(colour),
@@ -74,7 +74,7 @@ impl Findings {
 
     /// They in JSON.
     pub fn json(&self) -> Vec<JsonFinding> {
-        let one = |finding: &Finding| JsonFinding {
+        let one = |finding: &VariantFinding| JsonFinding {
             finding: ConfigurationFinding::new(finding.severity, &finding.in_words()),
             variants: finding.variants.clone(),
         };
@@ -82,7 +82,7 @@ impl Findings {
     }
 }
 
-impl Finding {
+impl VariantFinding {
     /// The diagnostic, which names the variants.
     fn in_words(&self) -> Diagnostic {
         if self.variants.is_empty() {
