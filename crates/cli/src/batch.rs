@@ -53,7 +53,7 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
         return Err(Failure::Seeds);
     }
     let ending = BatchEnding::on_request();
-    let queue = SeedQueue { options, begun: AtomicU64::new(0), ending: &ending };
+    let queue = SeedQueue { options, sets: sets(options)?, begun: AtomicU64::new(0), ending: &ending };
     let summaries = all(&queue)?;
     if ending.is_asked() {
         eprintln!("interrupted: {} of {} runs are done", summaries.len(), options.runs);
@@ -64,6 +64,19 @@ pub fn batch(options: &BatchOptions) -> Result<bool, Failure> {
         output::document("slate.batch/1", &batch);
     }
     Ok(summaries.len() as u64 == options.runs && summaries.iter().all(Summary::succeeded))
+}
+
+/// Time of a step that counts as hung, unless a setting says otherwise, seconds. A batch loads the machine by itself, and the
+/// limit is of the wall clock.
+const HANG: u64 = 60;
+
+/// The settings of all runs: the later one of two holds.
+fn sets(options: &BatchOptions) -> Result<Vec<String>, Failure> {
+    let BatchOptions { name, common, .. } = options;
+    let application = examples::find(name, None, Vec::new(), common.set.clone(), common.host.as_deref())?;
+    let is_raised = application.configuration.hang().value < HANG * 1_000_000_000;
+    let raised = is_raised.then(|| format!("loop.hang={HANG}s"));
+    Ok(raised.into_iter().chain(common.set.iter().cloned()).collect())
 }
 
 /// Makes the runs, and returns what they left in the order of their seeds.
@@ -120,6 +133,7 @@ fn jobs(options: &BatchOptions) -> u64 {
 /// The seeds, which threads take one by one.
 struct SeedQueue<'a> {
     options: &'a BatchOptions,
+    sets: Vec<String>,
     /// How many seeds were taken.
     begun: AtomicU64,
     ending: &'a Arc<BatchEnding>,
@@ -150,7 +164,7 @@ impl SeedQueue<'_> {
         let rate = if common.mode == ModeName::Threaded { Rate::REALTIME } else { Rate::Max };
         // Nobody could tell which of the runs a line of the log is from.
         let defaults = vec!["log.targets.console=false".into()];
-        let mut sets = common.set.clone();
+        let mut sets = self.sets.clone();
         sets.push(format!("agent.seed={seed}"));
         let application = examples::find(name, None, defaults, sets, common.host.as_deref())?;
         // On the wall clock every run would be a real one, of robots or with others, and they would be at once.

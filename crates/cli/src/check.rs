@@ -1,6 +1,7 @@
 //! Checks of a configuration without running it.
 
-use std::collections::BTreeSet;
+mod findings;
+
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -14,14 +15,15 @@ use slate::module::Plugin;
 use slate::record::{Misspelt, misspelt};
 use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, Survey, Wired, loose};
-use slate::runtime::configuration::{Configuration, Diagnostic, Report};
+use slate::runtime::configuration::{Configuration, Diagnostic, Report, UnchosenVariant};
 use slate::runtime::directory::check_reach;
-use slate_run::{Application, ConfigurationFinding, Observation, check_network, check_ros2};
+use slate_run::{Application, Observation, check_network, check_ros2};
 
 use crate::examples;
 use crate::failure::{ASSERTION_FALSE, Failure};
 use crate::offline::{QUIET, catalogue, load};
 use crate::{complete, output, scene};
+use findings::Findings;
 
 #[derive(Debug, Args)]
 pub struct CheckOptions {
@@ -61,83 +63,113 @@ struct CompositionCounts {
 
 /// Checks it, and returns what the process ends with.
 pub fn check(options: &CheckOptions) -> Result<u8, Failure> {
-    let (mut findings, mut counts) = (Vec::new(), CompositionCounts::default());
-    let mut rendered = String::new();
-    let colour = output::has_colour(&std::io::stderr());
-    let mut complain = |severity, report: &Report| {
-        match severity {
-            "error" => rendered.push_str(&report.render(colour)),
-            _ => report.to_string().lines().for_each(|line| rendered.push_str(&format!("warning: {line}\n"))),
-        }
-        findings.extend(report.diagnostics().iter().map(|one| ConfigurationFinding::new(severity, one)));
-    };
+    let (mut findings, mut counts) = (Findings::default(), CompositionCounts::default());
     let names = match &options.agent {
         Some(name) => vec![Some(name.clone())],
         None => match examples::agents(&options.name, options.host.as_deref()) {
             Ok(agents) if agents.is_empty() => vec![None],
             Ok(agents) => agents.into_iter().map(Some).collect(),
             Err(Failure::Configuration(report)) => {
-                complain("error", &report);
+                findings.add("error", report.diagnostics(), None);
                 Vec::new()
             }
             Err(other) => return Err(other),
         },
     };
     for agent in &names {
-        let sets = [QUIET.map(String::from).to_vec(), options.set.clone()].concat();
-        let found =
-            examples::find(&options.name, agent.as_deref(), Vec::new(), sets, options.host.as_deref());
-        let loaded = found.and_then(|application| look(&application).map(|seen| (application, seen)));
-        match loaded {
-            Ok((application, (links, warnings))) => {
-                let configuration = &application.configuration;
-                counts.agents += 1;
-                counts.modules += configuration.modules().len();
-                counts.links += links;
-                counts.actuators += configuration.actuators().len();
-                complain("warning", &Report::from(warnings));
+        check_agent(options, agent.as_deref(), &mut findings, &mut counts)?;
+    }
+    let warnings = findings.count("warning");
+    let errors = findings.count("error") + if options.strict { warnings } else { 0 };
+    print(options, &findings, &counts, errors);
+    Ok(if errors == 0 { 0 } else { ASSERTION_FALSE })
+}
+
+/// Checks an agent as it is configured, and then with each variant that is not chosen, in the place of the chosen one.
+fn check_agent(
+    options: &CheckOptions,
+    agent: Option<&str>,
+    findings: &mut Findings,
+    counts: &mut CompositionCounts,
+) -> Result<(), Failure> {
+    let find = |more: Option<String>| {
+        let sets = QUIET.map(String::from).into_iter().chain(options.set.clone()).chain(more).collect();
+        examples::find(&options.name, agent, Vec::new(), sets, options.host.as_deref())
+    };
+    let application = match find(None).map_err(as_report) {
+        Ok(application) => application,
+        Err(Ok(report)) => {
+            findings.add("error", report.diagnostics(), None);
+            return Ok(());
+        }
+        Err(Err(other)) => return Err(other),
+    };
+    let configuration = &application.configuration;
+    counts.agents += 1;
+    counts.modules += configuration.modules().len();
+    counts.actuators += configuration.actuators().len();
+    match look(&application).map_err(as_report) {
+        Ok((links, warnings)) => {
+            counts.links += links;
+            findings.add("warning", &warnings, None);
+        }
+        Err(Ok(report)) => findings.add("error", report.diagnostics(), None),
+        Err(Err(other)) => return Err(other),
+    }
+    for variant in UnchosenVariant::all(configuration) {
+        let setting = variant.setting();
+        let looked = find(Some(setting.clone())).and_then(|application| look(&application));
+        match looked.map_err(as_report) {
+            Ok((_, warnings)) => findings.add("warning", &warnings, Some(&setting)),
+            Err(Ok(report)) => findings.add("error", report.diagnostics(), Some(&setting)),
+            // Such as a file that only this variant names.
+            Err(Err(other)) => {
+                let diagnostic = configuration.diagnostic(variant.span, other.to_string(), None);
+                findings.add("error", &[diagnostic], Some(&setting));
             }
-            Err(Failure::Configuration(report)) => complain("error", &report),
-            Err(Failure::Start(StartError::Configuration(report))) => complain("error", &report),
-            Err(other) => return Err(other),
         }
     }
-    // What several agents of a file have in common is wrong once.
-    let mut seen = BTreeSet::new();
-    findings
-        .retain(|one: &ConfigurationFinding| seen.insert((one.file.clone(), one.line, one.message.clone())));
-    let errors = findings.iter().filter(|one| options.strict || one.severity == "error").count();
+    Ok(())
+}
+
+/// What is wrong with a configuration, or else why it can't be checked.
+fn as_report(failure: Failure) -> Result<Report, Failure> {
+    match failure {
+        Failure::Configuration(report) | Failure::Start(StartError::Configuration(report)) => Ok(report),
+        other => Err(other),
+    }
+}
+
+/// Prints the findings and their sum.
+fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts, errors: usize) {
     if options.json {
-        let ok = errors == 0;
+        let (ok, findings) = (errors == 0, findings.json());
         output::json(&json!({
             "schema": "slate.check/1", "configuration": options.name, "ok": ok, "findings": findings, "counts": counts,
         }));
-    } else {
-        eprint!("{rendered}");
-        let codes: BTreeSet<_> =
-            findings.iter().map(|one| one.code).filter(|code| !code.is_empty()).collect();
-        if !codes.is_empty() && std::io::stderr().is_terminal() {
-            let codes: Vec<_> = codes.into_iter().collect();
-            eprintln!("more: slate explain {}", codes.join(" "));
-        }
-        let CompositionCounts { agents, modules, links, actuators } = counts;
-        let number =
-            |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
-        let warnings = findings.len() - findings.iter().filter(|one| one.severity == "error").count();
-        output::line(match errors {
-            0 => format!(
-                "{} is good: {}, {}, {}, {}{}",
-                options.name,
-                number(agents, "agent"),
-                number(modules, "module"),
-                number(links, "link"),
-                number(actuators, "actuator"),
-                if warnings > 0 { format!("; {}", number(warnings, "warning")) } else { String::new() }
-            ),
-            errors => format!("{}: {}", options.name, number(errors, "error")),
-        });
+        return;
     }
-    Ok(if errors == 0 { 0 } else { ASSERTION_FALSE })
+    eprint!("{}", findings.render(output::has_colour(&std::io::stderr())));
+    let codes = findings.codes();
+    if !codes.is_empty() && std::io::stderr().is_terminal() {
+        let codes: Vec<_> = codes.into_iter().collect();
+        eprintln!("more: slate explain {}", codes.join(" "));
+    }
+    let CompositionCounts { agents, modules, links, actuators } = *counts;
+    let number = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
+    let warnings = findings.count("warning");
+    output::line(match errors {
+        0 => format!(
+            "{} is good: {}, {}, {}, {}{}",
+            options.name,
+            number(agents, "agent"),
+            number(modules, "module"),
+            number(links, "link"),
+            number(actuators, "actuator"),
+            if warnings > 0 { format!("; {}", number(warnings, "warning")) } else { String::new() }
+        ),
+        errors => format!("{}: {}", options.name, number(errors, "error")),
+    });
 }
 
 /// Whether all of it fits, and then makes it; returns how many links it has, and what is no mistake and yet looks like

@@ -28,6 +28,27 @@ fn the_number_of_jobs_changes_no_byte() {
     }
 }
 
+#[test]
+fn a_busy_machine_is_no_hang_in_a_batch() {
+    let folder = folder("busy");
+    let text = include_str!("../../../examples/exp1/exp1.toml");
+    // No machine makes a simulator as fast as that.
+    let hasty = text.replacen("hang = \"1s\"", "hang = \"20us\"", 1);
+    assert_ne!(hasty, text);
+    std::fs::write(folder.join("hasty.toml"), hasty).unwrap();
+    let run = slate(&folder, &["run", "hasty.toml", "--headless", "--set", SHORT]);
+    assert_eq!(run.status.code(), Some(2), "{run:?}");
+    let batch = |more: &[&str]| {
+        let batch = ["batch", "hasty.toml", "--runs", "3", "--seed", "1", "--json"];
+        slate(&folder, &[&batch[..], more].concat())
+    };
+    let raised = batch(&[]);
+    assert_eq!(raised.status.code(), Some(0), "{raised:?}");
+    // Whoever sets a limit means it.
+    let own = batch(&["--set", "loop.hang=20us"]);
+    assert_ne!(own.status.code(), Some(0), "{own:?}");
+}
+
 /// EXP1 with a second judge, whose robot is R1.
 fn with_two_judges() -> String {
     let text = include_str!("../../../examples/exp1/exp1.toml");

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Running, text};
+use common::{Running, text, text as text_of};
 use serde_json::Value;
 
 const EXP1: &str = include_str!("../../../examples/exp1/exp1.toml");
@@ -106,6 +106,12 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
     );
     let far = "{ sensor = \"robot_sensor\", distance = 30.0 }";
     found(&with(far), &["from 0 to 10 m", "found 30"], far);
+    // No item has what another one of the default says.
+    let unnamed = "{ distance = 0.1 }";
+    found(&with(unnamed), &["item 2 of `sensor_rules` has no `sensor`"], unnamed);
+    let endless = "{ sensor = \"robot_sensor\" }";
+    found(&with(endless), &["item 2 of `sensor_rules` has no `distance`"], endless);
+    found("sensor_rules = [{ distance = 0.3 }]", &["item 1 of `sensor_rules` has no `sensor`"], "distance");
     found("sensor_rules = []", &["expected a rule such as", "found none"], "sensor_rules = []");
     // Another parameter of Knowledge.
     let text = EXP3.replacen("robot = \"summit_xl\"", "robot = \"summit\"", 1);
@@ -113,6 +119,66 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
     let checked = findings(&running, 7, &["check", "rules.toml"]);
     let place = checked["findings"][0]["line"].as_u64().unwrap() as usize;
     assert_eq!(text.lines().nth(place - 1).unwrap(), "robot = \"summit\"", "{checked}");
+}
+
+/// EXP1 with more in it, before its first variant.
+fn with_variants(settings: &str) -> String {
+    let first = "[choices.controller.slate]\n";
+    assert_eq!(EXP1.matches(first).count(), 1);
+    EXP1.replacen(first, &format!("{settings}\n{first}"), 1)
+}
+
+#[test]
+fn a_variant_that_is_not_chosen_is_checked_in_the_place_of_the_chosen_one() {
+    let running = Running::new("check-variants");
+    let file = running.folder().join("variants.toml");
+    for (settings, words) in [
+        ("robots.r2.modules.second = { kind = \"go_to_origin_planner\" }", "a robot has one plan"),
+        ("robots.r2.modules.planner.kind = \"no_such_kind\"", "no_such_kind"),
+        ("robots.r2.links.\"planner/position\" = \"sonar/value\"", "`/r2/sonar/value`"),
+        ("modules.referee.params.time_limit = -1.0", "outside 0 to"),
+        ("robots.r2.modules.avoid_obstcle.enabled = false", "avoid_obstcle"),
+    ] {
+        let text = with_variants(&format!("[choices.controller.x]\n{settings}"));
+        std::fs::write(&file, &text).unwrap();
+        let checked = findings(&running, 7, &["check", "variants.toml"]);
+        let found = checked["findings"].as_array().unwrap();
+        assert!(!found.is_empty(), "{checked}");
+        for one in found {
+            let message = one["message"].as_str().unwrap();
+            assert!(message.starts_with("with `controller = \"x\"`: "), "{checked}");
+            assert_eq!(one["variants"], serde_json::json!(["controller = \"x\""]), "{checked}");
+        }
+        let named = found.iter().find(|one| one["message"].as_str().unwrap().contains(words));
+        let place = named.unwrap_or_else(|| panic!("{words}: {checked}"))["line"].as_u64().unwrap() as usize;
+        assert_eq!(text.lines().nth(place - 1), Some(settings), "{checked}");
+        let output = running.call(&["check", "variants.toml"]);
+        assert!(text_of(&output.stderr).contains("with `controller = \"x\"`: "), "{output:?}");
+    }
+}
+
+#[test]
+fn what_is_wrong_in_all_variants_is_told_once_and_names_none() {
+    let running = Running::new("check-anyhow");
+    let text =
+        with_variants("[choices.controller.x]\n").replacen("time_limit = 120.0", "time_limit = -1.0", 1);
+    std::fs::write(running.folder().join("wrong.toml"), text).unwrap();
+    let checked = findings(&running, 7, &["check", "wrong.toml"]);
+    let found = checked["findings"].as_array().unwrap();
+    assert_eq!(found.len(), 1, "{checked}");
+    assert_eq!(found[0].get("variants"), None, "{checked}");
+    let output = running.call(&["check", "wrong.toml"]);
+    assert_eq!(text_of(&output.stderr).matches("outside 0 to").count(), 1, "{output:?}");
+    // What is wrong with one of two names that.
+    let wrong = "modules.referee.params.time_limit = -1.0";
+    let both = with_variants(&format!("[choices.controller.x]\n[choices.controller.y]\n{wrong}"));
+    std::fs::write(running.folder().join("one.toml"), both).unwrap();
+    let checked = findings(&running, 7, &["check", "one.toml", "--set", "controller=x"]);
+    assert_eq!(checked["findings"].as_array().unwrap().len(), 1, "{checked}");
+    assert_eq!(checked["findings"][0]["variants"], serde_json::json!(["controller = \"y\""]));
+    // The chosen one is the configuration as it is.
+    let checked = findings(&running, 7, &["check", "one.toml", "--set", "controller=y"]);
+    assert_eq!(checked["findings"][0].get("variants"), None, "{checked}");
 }
 
 #[test]
@@ -173,11 +239,13 @@ fn what_leads_nowhere_is_warned_of_and_fails_a_strict_check() {
     assert_eq!(wheels["severity"], "warning", "{wheels}");
     assert_eq!(wheels["help"], "write \"/simulator/r2/wheels\" = \"/r2/motors/wheels\"", "{wheels}");
     assert_eq!(about("input `r2/pass_range/range` has no source")["severity"], "warning");
-    assert_eq!(found.len(), 2, "{checked}");
+    // The local planner's map has no Monitor either.
+    assert_eq!(about("input `r2/map_obstacles/range` has no source")["variants"][0], "planner = \"local\"");
+    assert_eq!(found.len(), 3, "{checked}");
     findings(&running, 7, &["check", "loose.toml", "--strict"]);
     // A port may be without a link on purpose.
     let meant = ["check", "loose.toml", "--set", "robots.r2.links.\"pass_range/range\"=false"];
-    assert_eq!(findings(&running, 0, &meant)["findings"].as_array().unwrap().len(), 1);
+    assert_eq!(findings(&running, 0, &meant)["findings"].as_array().unwrap().len(), 2);
 }
 
 #[test]

@@ -17,16 +17,18 @@ fn without(lines: &[&str]) -> String {
     })
 }
 
-/// The warnings of a configuration, each with its help.
+/// The warnings of a configuration as it is, whatever its variants lack, each with its help.
 fn warnings(name: &str, configuration: &str) -> Vec<String> {
     let running = Running::new(name);
     std::fs::write(running.folder().join("robot.toml"), configuration).unwrap();
-    let checked: Value = serde_json::from_str(&running.done(&["check", "robot.toml", "--json"])).unwrap();
+    let output = running.call(&["check", "robot.toml", "--json"]);
+    let checked: Value = serde_json::from_str(&text(&output.stdout)).unwrap();
     let words = |one: &Value| {
         assert_eq!(one["severity"], "warning", "{checked}");
         format!("{}: {}", one["message"].as_str().unwrap(), one["help"].as_str().unwrap())
     };
-    checked["findings"].as_array().unwrap().iter().map(words).collect()
+    let found = checked["findings"].as_array().unwrap();
+    found.iter().filter(|one| one.get("variants").is_none()).map(words).collect()
 }
 
 #[test]
@@ -42,6 +44,33 @@ fn an_execute_without_a_plan_is_warned_of() {
     let reactive = without(&lines).replacen(links, &plan, 1);
     assert!(reactive.contains(&plan));
     assert_eq!(warnings("loose-reactive", &reactive), Vec::<String>::new());
+}
+
+#[test]
+fn a_reflex_without_what_knowledge_has_for_it_is_warned_of() {
+    let links = "[robots.r2.links]\n";
+    for input in ["rules", "robot"] {
+        let text = EXP1.replacen(links, &format!("{links}\"avoid_obstacle/{input}\" = false\n"), 1);
+        assert_ne!(text, EXP1);
+        let found = warnings("loose-reflex", &text);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(
+            found[0].starts_with(&format!("input `r2/avoid_obstacle/{input}` has no source")),
+            "{found:?}"
+        );
+        let line = format!("write \"/r2/avoid_obstacle/{input}\" = \"/r2/knowledge/{input}\"");
+        assert!(found[0].contains(&line), "{found:?}");
+        // One that is switched off does nothing anyway.
+        let module = "avoid_obstacle = { kind = \"avoid_obstacle_model\"";
+        let off = text.replacen(module, &format!("{module}, enabled = false"), 1);
+        assert_ne!(off, text);
+        assert_eq!(warnings("loose-reflex", &off), Vec::<String>::new());
+    }
+    let running = Running::new("loose-reflex-run");
+    let limit = ["run", "exp1", "--headless", "--set", "modules.referee.params.time_limit=0.5"];
+    let output = running.call(&[&limit[..], &["--set", "links.\"/r2/avoid_obstacle/rules\"=false"]].concat());
+    let shown = text(&output.stdout) + &text(&output.stderr);
+    assert!(shown.contains("input `r2/avoid_obstacle/rules` has no source"), "{shown}");
 }
 
 #[test]

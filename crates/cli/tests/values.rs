@@ -281,6 +281,7 @@ fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
     );
     set(5, "[{ sensor = \"sonar\", distance = 11.0 }]", &["params.sensor_rules.0", "from 0 to 10 m"]);
     set(5, "[]", &["expected a rule such as", "found none"]);
+    set(5, "[{ distance = 0.2 }]", &["item 1 of `sensor_rules` has no `sensor`", "distance"]);
     running.done(&["set", rules, "[{ sensor = \"sonar\", distance = 0.15 }]"]);
     running.done(&["wait", "/r2/knowledge/rules/sensors/0/distance", "== 0.15", "--timeout", "20s"]);
     // A link that the rule needs is not removed.

@@ -87,6 +87,17 @@ pub fn bytes(description: &Description, table: &Table, complaints: &mut Complain
             );
             continue;
         }
+        if let Some(field) = descriptor.field(name)
+            && let interface::Kind::Sequence(item, _) = &field.kind
+        {
+            // Items of the default with the same place are no default of these.
+            bytes[field.offset..field.offset + field.kind.size()].fill(0);
+            if let interface::Kind::Nested(item) = item
+                && refuse_gaps(name, &entry.value.value, item, complaints)
+            {
+                continue;
+            }
+        }
         if let Err(error) = edit(descriptor, &mut bytes, 0, name, &value) {
             let unit = descriptor.field(name).map_or("", |field| field.unit);
             let help = if unit.is_empty() {
@@ -98,4 +109,21 @@ pub fn bytes(description: &Description, table: &Table, complaints: &mut Complain
         }
     }
     bytes
+}
+
+/// Reports items of a list that lack a field; returns whether there are any.
+fn refuse_gaps(name: &str, value: &Value, item: &Descriptor, complaints: &mut Complaints<'_>) -> bool {
+    let before = complaints.diagnostics.len();
+    for (number, one) in value.as_list().into_iter().flatten().enumerate() {
+        let Some(table) = one.value.as_table() else { continue };
+        let is_wanted = |kind: &interface::Kind| !matches!(kind, interface::Kind::Optional(_));
+        for field in item.fields.iter().filter(|field| is_wanted(&field.kind)) {
+            if table.get(field.name).is_none() {
+                let message = format!("item {} of `{name}` has no `{}`", number + 1, field.name);
+                let help = format!("write all fields of it: {}", fields(item));
+                complaints.add(one.span, Mistake::Value.of(message), help);
+            }
+        }
+    }
+    complaints.diagnostics.len() > before
 }

@@ -32,11 +32,41 @@ impl<'a> ChosenVariant<'a> {
     }
 }
 
+/// A variant that is not chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct UnchosenVariant<'a> {
+    /// Name of the setting that chooses it.
+    pub choice: &'a str,
+    /// Name of the variant.
+    pub name: &'a str,
+    /// Place of its name.
+    pub span: Span,
+}
+
+impl<'a> UnchosenVariant<'a> {
+    /// The variants that are not chosen, by name of the choice.
+    pub fn all(configuration: &'a Configuration) -> impl Iterator<Item = Self> {
+        let all = configuration.table(CHOICES).into_iter().flat_map(Table::iter);
+        all.flat_map(|(choice, variants)| {
+            let chosen = configuration.merged.get(choice).and_then(|chosen| chosen.as_str());
+            let names = variants.value.as_table().into_iter().flat_map(|table| &table.entries);
+            let others = names.filter(move |(name, _)| chosen != Some(name.as_str()));
+            others.map(move |(name, entry)| Self { choice, name, span: entry.key })
+        })
+    }
+
+    /// The setting that chooses it, such as `controller = "rocs"`.
+    pub fn setting(&self) -> String {
+        format!("{} = {:?}", self.choice, self.name)
+    }
+}
+
 impl Layers {
     /// Applies the variants that the files choose, or `settings` above them, in the order of their names; checks the others.
     ///
     /// A recorded text (`is_recorded`) has what its variants set.
     pub(super) fn choose<'a>(&mut self, settings: impl Iterator<Item = &'a str>, is_recorded: bool) {
+        self.drop_choices();
         let Some(choices) = self.merged.get(CHOICES).and_then(|choices| choices.as_table()).cloned() else {
             return;
         };
@@ -62,6 +92,17 @@ impl Layers {
                     }
                 }
             }
+        }
+    }
+
+    /// Removes the choices of included files that are `false`, with the settings that choose.
+    fn drop_choices(&mut self) {
+        let choices = self.merged.entries.get_mut(CHOICES).map(|entry| &mut entry.value.value);
+        let Some(Value::Table(choices)) = choices else { return };
+        let is_dropped = |entry: &TableEntry| matches!(entry.value.value, Value::Bool(false));
+        let dropped: Vec<_> = choices.entries.extract_if(.., |_, entry| is_dropped(entry)).collect();
+        for (name, _) in dropped {
+            self.merged.entries.remove(&name);
         }
     }
 

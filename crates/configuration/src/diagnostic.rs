@@ -83,6 +83,12 @@ impl Diagnostic {
         (!path.starts_with("links")).then_some(path)
     }
 
+    /// The same with such words before the message.
+    pub fn prefixed(mut self, words: &str) -> Self {
+        self.message.insert_str(0, words);
+        self
+    }
+
     /// The message.
     pub fn message(&self) -> &str {
         &self.message

@@ -16,7 +16,7 @@ pub const DEFENDER: &str = "defender";
 pub struct ObservedTeam {
     /// Outcomes of this robot's plans, from its Knowledge.
     report: Input<StrategyReport>,
-    /// Claims of another robot from its Knowledge, or of the team.
+    /// Claims of others, from this robot's Knowledge.
     #[stale(after = "3s")]
     claims: Input<FactTable<RoleClaim>>,
     /// Role, for Knowledge.

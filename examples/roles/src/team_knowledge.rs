@@ -23,6 +23,8 @@ pub struct RoleClaim {
 pub struct TeamPorts {
     /// Claim of this robot, from its Analyze.
     claim: Input<RoleClaim>,
+    /// Statements of another robot about roles, from its Knowledge, or those of the team.
+    pub others: Known<FactTable<RoleClaim>>,
     /// Statements of this robot about roles, by its name.
     #[capacity(8)]
     claims: Output<FactTable<RoleClaim>>,

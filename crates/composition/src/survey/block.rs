@@ -151,6 +151,15 @@ impl Block {
         }
     }
 
+    /// Whether it may read a value from there that a block of another robot writes, as far as [`Self::may_read`] permits.
+    pub fn may_read_abroad(self, origin: Provenance) -> bool {
+        match (self, origin) {
+            // To a Sensor, another robot is a part of the world; robots tell each other facts through Knowledge.
+            (Self::Sensor, _) | (Self::Knowledge, Provenance::Block(Self::Knowledge)) => true,
+            (_, origin) => !matches!(origin, Provenance::Block(_)),
+        }
+    }
+
     /// Advice for a value that the block may not read.
     pub fn advice(self, origin: Provenance) -> &'static str {
         match (self, origin) {

@@ -47,7 +47,16 @@ fn loose_port(
     let path = format!("{}/{}", surveyed.module.name.value, own.name);
     let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
         || reads(own) && has_link(configuration, &path);
-    if is_linked || surveyed.inputs.contains_key(&port) || configuration.is_left_out(&path) {
+    if is_linked || surveyed.inputs.contains_key(&port) {
+        return None;
+    }
+    // Also where it is left out: without what Knowledge has for it, such as its rules, a reflex stops the robot or does nothing.
+    if let Some(output) = known_to_reflex(survey, module, own) {
+        let message = format!("input `{path}` has no source, and Knowledge has that for the reflex");
+        let help = format!("{}, or set `enabled = false` of its module", line(&path, &output));
+        return Some((message, help));
+    }
+    if configuration.is_left_out(&path) {
         return None;
     }
     match own.direction {
@@ -101,6 +110,24 @@ fn loose_port(
         }
         _ => None,
     }
+}
+
+/// The output of its robot's Knowledge that an input of a ReactiveModel is for, as its type says.
+fn known_to_reflex(survey: &Survey<'_>, module: usize, own: &PortDescription) -> Option<String> {
+    let surveyed = &survey.modules[module];
+    let robot = scope(&surveyed.module.name.value);
+    if own.direction != Direction::Input || Block::of(&surveyed.description) != Some(Block::Reactive) {
+        return None;
+    }
+    let mut others = survey.modules.iter().filter(|other| scope(&other.module.name.value) == robot);
+    others.find_map(|other| {
+        let fits = |offered: &&PortDescription| {
+            offered.direction == Direction::Output && offered.descriptor.hash == own.descriptor.hash
+        };
+        let offered = other.description.ports.iter().find(fits)?;
+        let is_known = Block::of(&other.description) == Some(Block::Knowledge);
+        is_known.then(|| format!("{}/{}", other.module.name.value, offered.name))
+    })
 }
 
 /// Whether messages reach an inbox, also those of modules that are not loaded.

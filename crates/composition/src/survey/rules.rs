@@ -78,40 +78,18 @@ pub(super) fn refusal(
     let span = joint.link.from.span;
     let name = target_name(configuration, survey, joint.target);
     let role = port.map_or("", |port| port.role.as_str());
-    let reader = Block::of(&own.description);
     let provenances = provenances(configuration, survey, joint);
-    if let Some(block) = reader {
-        let robot = scope(&own.module.name.value);
-        let is_own = |writer: Option<usize>| {
-            writer.is_some_and(|writer| scope(&survey.modules[writer].module.name.value) == robot)
-        };
-        let wrong = provenances.into_iter().find(|(origin, writer)| {
-            // A block may read its own outputs.
-            let may_read = block.may_read(*origin, is_own(*writer)) && role_permits(role, *origin);
-            *writer != Some(module) && !may_read
-        });
-        let (origin, writer) = wrong?;
-        return Some(match origin {
-            Provenance::Truth => truth(survey, span, &path, (&name, writer)),
-            _ => {
-                let (reads, what) = (block.reads(), origin.name());
-                let message = format!("{reads}: `/{path}` can't read `/{name}`, {what}");
-                let help = match role {
-                    MEASUREMENT if block.may_read(origin, is_own(writer)) => {
-                        "link it to a Sensor, or make it an `Input`"
-                    }
-                    _ => block.advice(origin),
-                };
-                (span, message, help.into())
-            }
-        });
+    if let Some(block) = Block::of(&own.description) {
+        let (message, help) = read(survey, (module, block, role), (&path, &name), &provenances)?;
+        return Some((span, message, help));
     }
     let known = provenances.iter().find(|(origin, _)| *origin == Provenance::Truth);
     if role != TRUTH
         && !is_referee(&own.description)
         && let Some((_, writer)) = known
     {
-        return Some(truth(survey, span, &path, (&name, *writer)));
+        let (message, help) = truth(survey, &path, (&name, *writer));
+        return Some((span, message, help));
     }
     let passes_gate =
         |origin: Provenance| matches!(origin, Provenance::Block(block) if block != Block::Actuator);
@@ -123,13 +101,71 @@ pub(super) fn refusal(
     })
 }
 
-/// A link to ground truth, or to what a referee (`writer`) makes of it.
-fn truth(
+/// Why a block may not read these values (`name`) at a port (`path`), and what to do about it.
+fn read(
     survey: &Survey<'_>,
-    span: Span,
-    path: &str,
-    (name, writer): (&str, Option<usize>),
-) -> (Span, String, String) {
+    (module, block, role): (usize, Block, &str),
+    (path, name): (&str, &str),
+    provenances: &[(Provenance, Option<usize>)],
+) -> Option<(String, String)> {
+    let module_name = |module: usize| survey.modules[module].module.name.value.as_str();
+    let own = module_name(module);
+    let is_own =
+        |writer: Option<usize>| writer.is_some_and(|writer| scope(module_name(writer)) == scope(own));
+    // A block may read its own outputs.
+    let others = || provenances.iter().copied().filter(|(_, writer)| *writer != Some(module));
+    let wrong = others()
+        .find(|(origin, writer)| !block.may_read(*origin, is_own(*writer)) || !role_permits(role, *origin));
+    match wrong {
+        Some((Provenance::Truth, writer)) => Some(truth(survey, path, (name, writer))),
+        Some((origin, writer)) => {
+            let (reads, what) = (block.reads(), origin.name());
+            let message = format!("{reads}: `/{path}` can't read `/{name}`, {what}");
+            let help = match role {
+                MEASUREMENT if block.may_read(origin, is_own(writer)) => {
+                    "link it to a Sensor, or make it an `Input`"
+                }
+                _ => block.advice(origin),
+            };
+            Some((message, help.into()))
+        }
+        None => {
+            others().filter(|(origin, _)| !block.may_read_abroad(*origin)).find_map(|(origin, writer)| {
+                let (robot, other) = two_robots(own, module_name(writer?))?;
+                let message = format!(
+                    "{OWN_ROBOT}: `/{path}` can't read `/{name}`, {} of robot `{other}`",
+                    origin.name()
+                );
+                Some((message, abroad_help(origin, robot, other)))
+            })
+        }
+    }
+}
+
+/// Rule of links between blocks of two robots.
+const OWN_ROBOT: &str = "a block reads blocks of its own robot";
+
+/// The robots of two modules, if both are of one and of different ones.
+fn two_robots<'n>(one: &'n str, other: &'n str) -> Option<(&'n str, &'n str)> {
+    let robot = |name: &'n str| name.split_once('/').map(|(robot, _)| robot);
+    let (one, other) = (robot(one)?, robot(other)?);
+    (one != other).then_some((one, other))
+}
+
+/// What to do instead of a link from a robot's block to one of another robot.
+fn abroad_help(origin: Provenance, own: &str, other: &str) -> String {
+    match origin {
+        Provenance::Block(Block::Knowledge) => format!(
+            "link a port of the Knowledge of `{own}` to it, and read that: robots tell each other facts through Knowledge"
+        ),
+        _ => format!(
+            "give `{own}` a Sensor that reads it, as `{other}` is a part of its world; or let its Knowledge read the Knowledge of `{other}`"
+        ),
+    }
+}
+
+/// A link to ground truth, or to what a referee (`writer`) makes of it.
+fn truth(survey: &Survey<'_>, path: &str, (name, writer): (&str, Option<usize>)) -> (String, String) {
     let relays = writer.is_some_and(|writer| is_referee(&survey.modules[writer].description));
     let what = if relays { ", which a referee makes of it" } else { "" };
     let message = format!(
@@ -137,7 +173,7 @@ fn truth(
     );
     let help =
         "a robot knows what its Sensors measure: link one, such as the positioning system or the odometry";
-    (span, message, help.into())
+    (message, help.into())
 }
 
 /// Why a message is against the rules.
@@ -184,6 +220,14 @@ fn sent(
         Some(block) if !block.may_read(origin, from == to) => {
             let message = format!("{}: `/{path}` can't send to `/{name}`", block.reads());
             Some((span, message, block.advice(origin).into()))
+        }
+        // Talking to another robot is an action.
+        Some(block) if sender != Some(Block::Execute) && !block.may_read_abroad(origin) => {
+            let LinkSource::Port(receiver, _) = joint.target else { return None };
+            let (to, from) = two_robots(&survey.modules[receiver].module.name.value, &own.module.name.value)?;
+            let message =
+                format!("{OWN_ROBOT}: `/{path}` of robot `{from}` can't send to `/{name}` of robot `{to}`");
+            Some((span, message, abroad_help(origin, to, from)))
         }
         Some(_) => None,
         // A role of its own says where it leads.

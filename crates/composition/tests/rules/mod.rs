@@ -16,7 +16,7 @@ const PLAN: &str = "a Plan reads Analyzes, Knowledge and Execute's status";
 fn plan_reads_analyzes_knowledge_and_execute_alone() {
     for link in [
         r#"links."/r2/planner/aim"="/r2/compare/change""#,
-        r#"links."/r2/planner/aim"="/r3/way/change""#,
+        r#"links."/r2/planner/aim"="/r2/way/change""#,
         r#"links."/r2/planner/aim"="/r2/knowledge/rule""#,
         r#"links."/r2/planner/aim"="/r2/knowledge/fact""#,
         r#"links."/r2/planner/past"="/r2/knowledge/rule""#,
@@ -86,15 +86,15 @@ fn monitor_reads_sensors_and_knowledge() {
 
 #[test]
 fn analyze_reads_monitors_and_another_one_by_a_fact() {
-    allowed(r#"links."/r2/compare/other"="/r3/front/percept""#);
+    allowed(r#"links."/r2/compare/other"="/r2/listen/percept""#);
     allowed(r#"links."/r2/compare/other"="/r2/knowledge/rule""#);
     let rule = "an Analyze reads Monitors and Knowledge";
-    refused(r#"links."/r2/compare/other"="/r3/way/change""#, &[rule, "make it a fact of Knowledge"]);
+    refused(r#"links."/r2/compare/other"="/r2/way/change""#, &[rule, "make it a fact of Knowledge"]);
     refused(r#"links."/r2/compare/other"="/r2/sonar/value""#, &[rule, "give it a Monitor"]);
     refused(r#"links."/r2/compare/other"="/simulator/near""#, &[rule, "give it a Sensor and a Monitor"]);
     refused(r#"links."/r2/compare/range"="/simulator/near""#, &["an Analyze reads Monitors"]);
     let fact = [
-        r#"links."/r2/knowledge/fact"="/r3/way/change""#,
+        r#"links."/r2/knowledge/fact"="/r2/way/change""#,
         r#"links."/r2/compare/other"="/r2/knowledge/fact""#,
     ];
     let (configuration, catalogue) = (read(&fact), catalogue());
@@ -104,14 +104,14 @@ fn analyze_reads_monitors_and_another_one_by_a_fact() {
     let path = |joint: &slate_composition::ResolvedLink<'_>| survey.path(wired.configuration(), joint.target);
     let read =
         survey.joints.iter().find(|joint| survey.wire_path(joint.port.0, joint.port.1) == "r2/compare/other");
-    assert_eq!(path(read.unwrap()), "r3/way/change");
+    assert_eq!(path(read.unwrap()), "r2/way/change");
     let place = |name: &str| {
         let levels = survey.order.iter().flatten();
         levels
             .enumerate()
             .find(|(_, level)| level.iter().any(|module| survey.modules[*module].module.name.value == name))
     };
-    assert!(place("r3/way").unwrap().0 < place("r2/compare").unwrap().0);
+    assert!(place("r2/way").unwrap().0 < place("r2/compare").unwrap().0);
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn an_actuator_with_a_guarded_driver_is_not_warned_of() {
 #[test]
 fn nothing_against_the_rules_is_inferred() {
     let free = [
-        r#"links."/r2/knowledge/fact"="/r3/way/change""#,
+        r#"links."/r2/knowledge/fact"="/r2/way/change""#,
         "robots.r2.links.\"compare/other\"=\"knowledge/fact\"",
     ];
     let configuration = read(&free);
@@ -198,8 +198,9 @@ fn nothing_against_the_rules_is_inferred() {
         "r2/execute/plan <- /r2/planner/plan inferred",
         "r2/execute/reflexes <- /r2/avoid/reflex inferred",
         "r2/motors/command <- /r2/wheels/command inferred",
-        "r2/planner/range <- /r2/compare/change inferred",
         "r2/planner/situation <- /r2/execute/status inferred",
+        "r3/compare/range <- /r3/front/percept inferred",
+        "r3/execute/reflexes <- /r3/avoid/reflex inferred",
         "r3/way/range <- /r3/front/percept inferred",
     ];
     assert_eq!(inferred, expected);
@@ -300,6 +301,55 @@ fn blocks_act_through_the_execute_of_their_own_robot() {
         &[reflex[0], reflex[1], command],
         &["its own Execute alone commands a robot with blocks", "`/r2/execute/wheels`", "`r3/legs`"],
     );
+}
+
+#[test]
+fn a_block_reads_blocks_of_its_own_robot() {
+    let rule = "a block reads blocks of its own robot: `/r3/";
+    for (to, from, of) in [
+        ("front/range", "sonar/value", "of a Sensor"),
+        ("front/range", "knowledge/rule", "of Knowledge"),
+        ("avoid/range", "sonar/value", "of a Sensor"),
+        ("avoid/range", "knowledge/rule", "of Knowledge"),
+        ("way/range", "front/percept", "of a Monitor"),
+        ("compare/other", "knowledge/fact", "of Knowledge"),
+        ("knowledge/learn", "sonar/value", "of a Sensor"),
+        ("knowledge/fact", "way/change", "of an Analyze"),
+    ] {
+        let wants = [rule, &format!("can't read `/r2/{from}`, {of} of robot `r2`"), "`r3`"];
+        refused(&format!(r#"links."/r3/{to}"="/r2/{from}""#), &wants);
+        refused(&format!(r#"links."/r3/{to}/distance"="/r2/{from}/distance""#), &[rule]);
+        refused(&format!(r#"links."/r3/{to}"={{from="/r2/{from}",previous=true}}"#), &[rule]);
+    }
+    // Also through the input of a block, and of a module that is none.
+    refused(r#"links."/r3/front/range"="/r2/avoid/range""#, &[rule, "of a Sensor of robot `r2`"]);
+    let hop = [r#"links."/plain/input"="/r2/sonar/value""#, r#"links."/r3/front/range"="/plain/input""#];
+    refused_scene(&hop, &[rule, "give `r3` a Sensor that reads it"]);
+    refused(
+        r#"links."/r3/avoid/range"="/r2/knowledge/rule""#,
+        &["link a port of the Knowledge of `r3` to it"],
+    );
+    let told = ["`/r2/planner/call` of robot `r2` can't send to `/r3/knowledge/heard` of robot `r3`"];
+    refused(r#"links."/r3/knowledge/heard"="/r2/planner/call""#, &told);
+    allowed(r#"links."/r2/knowledge/heard"="/r2/planner/call""#);
+}
+
+#[test]
+fn robots_know_each_other_by_sensors_and_knowledge() {
+    for from in ["sonar/value", "front/percept", "compare/change", "knowledge/rule", "planner/goal"] {
+        allowed(&format!(r#"links."/r3/sonar/near"="/r2/{from}""#));
+    }
+    let knowledge = [
+        r#"links."/r3/knowledge/fact"="/r2/knowledge/rule""#,
+        r#"links."/r3/knowledge/learn"="/r2/knowledge/fact""#,
+        r#"links."/r3/compare/other"="/r3/knowledge/fact""#,
+    ];
+    check(&knowledge, &catalogue()).unwrap();
+    // A module of no robot, and one of a robot that is divided among agents.
+    let plain = [r#"modules.watch.kind="front""#, r#"links."/watch/range"="/r2/sonar/value""#];
+    check(&plain, &catalogue()).unwrap();
+    assert_eq!(from_other("/r3/avoid/range", "sensor"), None);
+    assert_eq!(from_other("/r3/avoid/range", "knowledge"), None);
 }
 
 #[test]

@@ -111,6 +111,7 @@ impl Sensor for Distance {
 pub struct Facts {
     fact: Known<Near>,
     learn: Input<Near>,
+    heard: Inbox<Near>,
     rule: Output<Near>,
     advice: Output<Twist2>,
 }
@@ -220,14 +221,20 @@ sonar = { kind = "distance" }
 front = {}
 listen = {}
 compare = {}
+way = { kind = "way_is_free" }
 knowledge = { kind = "atlas" }
 planner = { kind = "rover" }
 avoid = {}
 execute = { kind = "execute" }
 motors = { kind = "motor" }
 [robots.r3.modules]
+sonar = { kind = "distance" }
 front = {}
 way = { kind = "way_is_free" }
+compare = {}
+knowledge = { kind = "atlas" }
+avoid = {}
+execute = { kind = "execute" }
 [robots.r2.actuators]
 wheels = { command = "execute/wheels" }
 [robots.r2.links]
@@ -236,12 +243,18 @@ wheels = { command = "execute/wheels" }
 "avoid/range" = "sonar/value"
 "compare/range" = "front/percept"
 "compare/other" = false
+"way/range" = "front/percept"
+"planner/range" = "compare/change"
 "planner/aim" = false
 "planner/past" = false
 "knowledge/learn" = false
 "listen/near" = "sonar/value"
 [robots.r3.links]
-"front/range" = "/r2/sonar/value"
+"sonar/near" = "/r2/sonar/value"
+"front/range" = "sonar/value"
+"compare/other" = false
+"knowledge/learn" = false
+"avoid/range" = "sonar/value"
 "#;
 
 pub fn catalogue() -> Catalogue {

@@ -1,6 +1,6 @@
 //! Variants: a setting that chooses what else holds.
 
-use slate_configuration::ChosenVariant;
+use slate_configuration::{ChosenVariant, UnchosenVariant};
 
 use super::*;
 
@@ -54,6 +54,31 @@ fn a_variant_goes_over_the_file_and_a_setting_over_the_variant() {
 
     let faster = with_sets(FILE, &["modules.drive.params.speed=0.3", "controller=wall"]).unwrap();
     assert_eq!(number(&faster, "modules.drive.params.speed"), Some(0.3));
+}
+
+#[test]
+fn variants_that_are_not_chosen_are_listed_with_their_setting() {
+    let listed = |sets: &[&str]| {
+        let configuration = with_sets(FILE, sets).unwrap();
+        UnchosenVariant::all(&configuration).map(|variant| variant.setting()).collect::<Vec<_>>()
+    };
+    assert_eq!(listed(&[]), ["controller = \"wall\""]);
+    assert_eq!(listed(&["controller=wall"]), ["controller = \"own\""]);
+    assert!(is_enabled(&with_sets(FILE, &["controller = \"own\""]).unwrap(), "turn"));
+}
+
+#[test]
+fn an_including_file_drops_a_choice() {
+    let own = "include = [\"base.toml\"]\n[choices]\ncontroller = false\n";
+    let folder = Folder::new("choices-dropped", &[("base.toml", FILE), ("own.toml", own)]);
+    let read = |sets: &[&str]| {
+        let options = Options { extra_tables: Vec::new(), ..options(sets) };
+        Database::open(folder.path("own.toml"), options)
+    };
+    let configuration = read(&[]).unwrap().current();
+    assert_eq!(ChosenVariant::all(&configuration).count() + UnchosenVariant::all(&configuration).count(), 0);
+    assert!(is_enabled(&configuration, "turn"));
+    assert!(read(&["controller=wall"]).unwrap_err().to_string().contains("unknown key `controller`"));
 }
 
 #[test]

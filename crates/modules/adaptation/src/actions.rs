@@ -174,10 +174,11 @@ impl Action<Managed> for Confirm {
         let since = *self.since.get_or_insert(now.now());
         let waited = now.now().saturating_sub(since) as f64 * 1e-9;
         let limit = body.alternatives.list.get(self.choice.number()).map_or(0.0, |chosen| chosen.speed);
+        // In the first cycle, the Sensor of a link that has changed hands on an older scan.
         let answers = body
             .used
             .fresh()
-            .is_some_and(|scan| body.used.stamp().time >= since && invalid_share(scan) <= INVALID);
+            .is_some_and(|scan| body.used.stamp().time > since && invalid_share(scan) <= INVALID);
         // A standing robot needs no sensor.
         let senses = answers || limit == 0.0;
         let tell = |progress, what: fmt::Arguments<'_>| body.report(self.choice, progress, waited, now, what);

@@ -2,6 +2,7 @@
 //!
 //! | block | here | what it does |
 //! |---|---|---|
+//! | Sensor | [`range_health`] | range measurements and odometry of the robot that is managed |
 //! | Monitor | [`range_health`] | health of a range sensor: age, NaN, unchanged measurements |
 //! | Analyze | [`condition`] | reports failure and recovery of a sensor |
 //! | Plan | [`planner`] | chooses among the [`alternatives`] of the configuration |
@@ -15,10 +16,12 @@ pub mod condition;
 pub mod planner;
 pub mod range_health;
 
-use slate_plugin::mapek::{AnalyzeBlock, ExecuteBlock, MonitorBlock, PlanBlock};
+use slate_plugin::mapek::{AnalyzeBlock, ExecuteBlock, MonitorBlock, PlanBlock, SensorBlock};
 use slate_plugin::prelude::*;
 
 plugin!(
+    SensorBlock<range_health::ManagedSonar>,
+    SensorBlock<range_health::ManagedOdometry>,
     MonitorBlock<range_health::RangeHealthMonitor>,
     AnalyzeBlock<condition::TellCondition>,
     PlanBlock<planner::AdaptationPlanner>,

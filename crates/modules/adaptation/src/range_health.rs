@@ -1,7 +1,8 @@
-//! Health of a range sensor from its measurements.
+//! Health of a range sensor from its measurements, which Sensors of the managing loop read in the robot that is managed.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Odometry, SonarScan};
+use slate_plugin::mapek::driver_sensors;
 use slate_plugin::prelude::*;
 
 /// Health of a sensor.
@@ -16,6 +17,11 @@ pub struct SensorHealth {
     /// Travel of the robot, or of its sides in a turn, with unchanged measurements.
     #[unit("m")]
     pub unchanged: f64,
+}
+
+driver_sensors! {
+    ManagedSonar("managed_sonar", "Range measurements of the robot that is managed."): SonarScan,
+    ManagedOdometry("managed_odometry", "Odometry of the robot that is managed."): Odometry,
 }
 
 /// The sensor, and how its robot moves.

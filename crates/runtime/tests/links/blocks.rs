@@ -287,7 +287,8 @@ fn relinking_against_the_rules_is_refused_and_changes_nothing() {
 
 #[test]
 fn relinking_a_second_plan_or_a_block_to_a_sensor_is_refused() {
-    let more = "[modules.pilot]\nkind = \"rover\"\n[robots.r2.modules.execute]\n";
+    let other = "[robots.r3.modules]\nmapper = {}\nsurveyor = {}\n";
+    let more = format!("[modules.pilot]\nkind = \"rover\"\n{other}[robots.r2.modules.execute]\n");
     let agent = agent_of(&TEXT.replace("[robots.r2.modules]\n", &format!("{more}[robots.r2.modules]\n")));
     let composer = agent.composer();
     let senders = || composer.links().into_iter().filter(|link| link.to == "r2/execute/plan").count();
@@ -296,6 +297,7 @@ fn relinking_a_second_plan_or_a_block_to_a_sensor_is_refused() {
         ("r2/execute/plan", "/pilot/plan", "a robot has one Plan: `/r2/execute/plan`"),
         ("r2/device/number", "/r2/planner/seen", "a Sensor reads devices, other Sensors"),
         ("r2/device/number", "/r2/knowledge/seen", "a Sensor reads devices, other Sensors"),
+        ("r3/surveyor/map", "/r2/knowledge/map", "a block reads blocks of its own robot: `/r3/surveyor/map`"),
     ] {
         let refused = format!("{:?}", composer.link(&NewLink::new(to, from)).unwrap_err());
         assert!(refused.contains(rule), "{refused}");
