@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::Configuration;
 use super::layers::{CHOICES, Layers};
+use super::path;
 use super::set::flat;
 use super::source::{Span, Spanned, TextPlace};
 use super::value::{Table, TableEntry, Value};
@@ -57,7 +58,7 @@ impl<'a> UnchosenVariant<'a> {
 
     /// The setting that chooses it, such as `controller = "rocs"`.
     pub fn setting(&self) -> String {
-        format!("{} = {:?}", self.choice, self.name)
+        format!("{} = {:?}", path::render(&[self.choice.into()]), self.name)
     }
 }
 

@@ -118,7 +118,8 @@ pub const EXPLANATIONS: [Explanation; 24] = [
         title: "a link violates the architecture",
         text: "Sensor -> Monitor -> Analyze -> Plan -> Execute -> gate -> Actuator, and all but Sensors read \
                Knowledge: the message says what this block reads and what to put between. A reflex reads Sensors \
-               and Knowledge alone. An Analyze reads another one as a fact of Knowledge, `fact: Known<T>`. Blocks \
+               and Knowledge alone. An Analyze reads another one as a fact of Knowledge, `fact: Known<T>`. A \
+               block reads blocks of its own robot; a Sensor may read another robot, and Knowledge its Knowledge. Blocks \
                act through the Execute of their own robot. Ground truth of a simulator, and what a referee makes \
                of it, is for ports of referees, those with the role `truth`. A person may set any port that has no \
                link. The rules do not apply to robots of plain modules.",

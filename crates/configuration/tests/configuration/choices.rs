@@ -64,7 +64,14 @@ fn variants_that_are_not_chosen_are_listed_with_their_setting() {
     };
     assert_eq!(listed(&[]), ["controller = \"wall\""]);
     assert_eq!(listed(&["controller=wall"]), ["controller = \"own\""]);
-    assert!(is_enabled(&with_sets(FILE, &["controller = \"own\""]).unwrap(), "turn"));
+    // Any name can be set as it is listed.
+    let text =
+        "\"my way\" = \"a b\"\n[modules.a]\n[choices.\"my way\".\"a b\"]\n[choices.\"my way\".\"c \\\"d\"]\n";
+    let configuration = read(text).unwrap();
+    let listed: Vec<_> = UnchosenVariant::all(&configuration).map(|variant| variant.setting()).collect();
+    assert_eq!(listed, ["\"my way\" = \"c \\\"d\""]);
+    let chosen = with_sets(text, &[&listed[0]]).unwrap();
+    assert_eq!(ChosenVariant::all(&chosen).next().unwrap().name, "c \"d");
 }
 
 #[test]
