@@ -477,7 +477,8 @@ fn samples() {
     let stamp = slate_blackboard::Stamp { sequence: 7, time: MILLISECOND, generation: 1 };
     let sample = |name: &str, interface: usize, encoding: usize, texts: [&str; 2], content: &[u8]| {
         let mut script = vec![interface as u8, encoding as u8];
-        let attachment = SampleAttachment { stamp, hash: network::INTERFACES[interface].hash }.encode();
+        let attachment =
+            SampleAttachment { stamp, hash: network::INTERFACES[interface].hash, number: 1 }.encode();
         for part in [texts[0].as_bytes(), texts[1].as_bytes(), &attachment] {
             append_counted(part, &mut script);
         }

@@ -11,7 +11,7 @@ use crate::network::agent::{Running, ask, ask_json, eventually, ports, session, 
 fn stamps(session: &Session, key: &str, count: usize) -> Vec<SampleAttachment> {
     let subscriber = session.declare_subscriber(key).wait().unwrap();
     eventually("an answer", || ask(session, key, None).iter().any(Result::is_ok));
-    let sample = || subscriber.recv_timeout(Duration::from_secs(20)).unwrap().expect("a sample");
+    let sample = || subscriber.recv_timeout(Duration::from_secs(20)).unwrap().unwrap();
     let attachment = |_| SampleAttachment::decode(&sample().attachment().unwrap().to_bytes()).unwrap();
     (0..count).map(attachment).collect()
 }
