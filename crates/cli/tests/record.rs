@@ -49,16 +49,6 @@ fn verify(folder: &Path, file: &str) -> (String, Option<i32>) {
 }
 
 #[test]
-fn a_setting_above_a_variant_holds_when_the_run_is_made_again() {
-    let folder = folder("record-variant");
-    let speed = "modules.\"r2/planner\".params.max_linear_velocity=0.05";
-    let limit = "modules.referee.params.time_limit=3";
-    recorded(&folder, &["--set", "controller=rocs", "--set", speed, "--set", limit]);
-    let (said, code) = verify(&folder, "here/run.mcap");
-    assert!(said.contains("identical") && code == Some(0), "{said}");
-}
-
-#[test]
 fn every_value_of_every_property_is_in_the_file() {
     let folder = folder("record-all");
     let (file, summary) = recorded(&folder, &["--seed", "1"]);
@@ -386,27 +376,6 @@ fn what_is_changed_during_the_run_is_changed_again() {
     let said = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("identical") && !said.contains("can't be made again"), "{said}");
     assert_eq!(output.status.code(), Some(0));
-}
-
-#[test]
-fn a_variant_that_is_left_during_the_run_is_left_again() {
-    let mut running = Running::new("record-variant-left");
-    let run =
-        ["run", "exp1", "--headless", "--out", "here", "--set", "pace=robots", "--set", "controller=rocs"];
-    running.start("exp1", &[&run[..], &ON, &LONG].concat());
-    running.done(&["config", "set", "pace=default", "controller=slate"]);
-    running.finish();
-    let (said, code) = verify(running.folder(), "here/run.mcap");
-    assert!(said.starts_with("identical, ") && code == Some(0), "{said}");
-}
-
-#[test]
-fn a_change_that_a_module_asks_for_in_the_last_cycle_is_made_again() {
-    let folder = folder("record-last-change");
-    let run = ["run", "suave", "--headless", "--rate", "max", "--set", "controller=random", "--seed", "3"];
-    slate(&folder, &[&run[..], &ON, &["--out", "here"]].concat());
-    let (said, code) = verify(&folder, "here/run.mcap");
-    assert!(said.starts_with("identical, ") && code == Some(0), "{said}");
 }
 
 /// Records a run that goes on while something is done to it, and makes it again.

@@ -27,6 +27,7 @@ mod reach;
 mod recompute;
 mod record;
 mod record_live;
+mod record_variants;
 mod refusals;
 mod remote;
 mod replay;

@@ -1,4 +1,4 @@
-//! Who reads and writes an agent's topics, and who can't.
+//! Matched and incompatible endpoints of an agent's topics.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Mutex;

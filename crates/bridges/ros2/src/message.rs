@@ -47,7 +47,7 @@ impl RosMessage {
         self.standard.as_ref().map_or(Ok(()), Standard::check_decodable)
     }
 
-    /// Appends the message of a value, with its header. `stamp` is its time, ns; `frame` what it is told in.
+    /// Appends the message of a value, with its header. `stamp` is its time, ns; `frame` its coordinate frame.
     ///
     /// # Errors
     /// When the bytes are no value of the interface.

@@ -11,7 +11,7 @@ pub fn python() -> PathBuf {
     slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")))
 }
 
-/// A node that does what it is told, until this is dropped.
+/// A node that carries out commands, until this is dropped.
 pub struct Peer {
     child: Child,
     input: ChildStdin,

@@ -42,7 +42,7 @@ fn a_scan_with_its_header_is_read() {
         peer.publish("/cmd_vel", &command);
         eventually("the command", || agent.number("driver/wheels/angular") == -0.75);
         assert_eq!(agent.number("driver/command/linear"), 0.5);
-        // What has no room is told once, changes nothing, and the rest goes on.
+        // A message without room is logged once, changes nothing, and later ones are read.
         for _ in 0..3 {
             peer.publish("/scan", &scan(&[1.0; 5]));
         }
