@@ -15,7 +15,7 @@ use slate::module::Plugin;
 use slate::record::{Misspelt, misspelt};
 use slate::runtime::StartError;
 use slate::runtime::composition::{Catalogue, Survey, Wired, loose};
-use slate::runtime::configuration::{Configuration, Diagnostic, Report, UnchosenVariant};
+use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
 use slate_run::{Application, Observation, check_network, check_ros2};
 
@@ -116,7 +116,7 @@ fn check_agent(
         Err(Ok(report)) => findings.add("error", report.diagnostics(), None),
         Err(Err(other)) => return Err(other),
     }
-    for variant in UnchosenVariant::all(configuration) {
+    for variant in Variant::all(configuration).filter(|variant| !variant.is_chosen) {
         let setting = variant.setting();
         let looked = find(Some(setting.clone())).and_then(|application| look(&application));
         match looked.map_err(as_report) {

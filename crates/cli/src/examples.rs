@@ -2,7 +2,7 @@ use std::path::{Path, PathBuf};
 
 use slate::blackboard::nearest_names;
 use slate::module::Plugin;
-use slate::runtime::configuration::{ChosenVariant, Configuration, Database, Options, parse_change};
+use slate::runtime::configuration::{Configuration, Database, Options, Variant, parse_change};
 use slate::runtime::snapshot::Snapshot;
 use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory, with_sensor_profile};
 
@@ -203,7 +203,7 @@ pub fn of(snapshot: &Snapshot, sets: Vec<String>) -> Result<Application, Failure
     // What can't be read is said with all else.
     let is_variant = |set: &String| {
         let path = parse_change(set).map(|(path, _)| path).unwrap_or_default();
-        ChosenVariant::all(&configuration).any(|variant| variant.choice == path)
+        Variant::chosen(&configuration).any(|variant| variant.choice == path)
     };
     if let Some(set) = sets.into_iter().find(is_variant) {
         return Err(Failure::OtherVariant { set });

@@ -10,50 +10,41 @@ use super::source::{Span, Spanned, TextPlace};
 use super::value::{Table, TableEntry, Value};
 use crate::mistake::Mistake;
 
-/// A chosen variant.
+/// A variant of a configuration.
 #[derive(Clone, Copy, Debug)]
-pub struct ChosenVariant<'a> {
-    /// Name of the setting that chooses it.
-    pub choice: &'a str,
-    /// Name of the variant.
-    pub name: &'a str,
-    /// Whether it has settings; the one without is the configuration as written.
-    pub has_settings: bool,
-}
-
-impl<'a> ChosenVariant<'a> {
-    /// The chosen variants, by name of the choice.
-    pub fn all(configuration: &'a Configuration) -> impl Iterator<Item = Self> {
-        let all = configuration.table(CHOICES).into_iter().flat_map(Table::iter);
-        all.filter_map(|(choice, variants)| {
-            let name = configuration.merged.get(choice)?.as_str()?;
-            let settings = variants.value.as_table()?.get(name)?.as_table()?;
-            Some(Self { choice, name, has_settings: !settings.is_empty() })
-        })
-    }
-}
-
-/// A variant that is not chosen.
-#[derive(Clone, Copy, Debug)]
-pub struct UnchosenVariant<'a> {
+pub struct Variant<'a> {
     /// Name of the setting that chooses it.
     pub choice: &'a str,
     /// Name of the variant.
     pub name: &'a str,
     /// Place of its name.
     pub span: Span,
+    /// Whether it is chosen.
+    pub is_chosen: bool,
+    /// Whether it has settings; the one without is the configuration as written.
+    pub has_settings: bool,
 }
 
-impl<'a> UnchosenVariant<'a> {
-    /// The variants that are not chosen, by name of the choice.
+impl<'a> Variant<'a> {
+    /// All variants, by name of the choice.
     pub fn all(configuration: &'a Configuration) -> impl Iterator<Item = Self> {
         let all = configuration.table(CHOICES).into_iter().flat_map(Table::iter);
         all.flat_map(|(choice, variants)| {
             let chosen = configuration.merged.get(choice).and_then(|chosen| chosen.as_str());
-            let names = variants.value.as_table().into_iter().flat_map(|table| &table.entries);
-            let others = names.filter(move |(name, _)| chosen != Some(name.as_str()));
-            others.map(move |(name, entry)| Self { choice, name, span: entry.key })
+            let entries = variants.value.as_table().into_iter().flat_map(Table::iter);
+            entries.map(move |(name, entry)| Self {
+                choice,
+                name,
+                span: entry.key,
+                is_chosen: chosen == Some(name),
+                has_settings: entry.value.as_table().is_some_and(|settings| !settings.is_empty()),
+            })
         })
+    }
+
+    /// The chosen variants, by name of the choice.
+    pub fn chosen(configuration: &'a Configuration) -> impl Iterator<Item = Self> {
+        Self::all(configuration).filter(|variant| variant.is_chosen)
     }
 
     /// The setting that chooses it, such as `controller = "rocs"`.

@@ -79,7 +79,7 @@ use std::path::{Path, PathBuf};
 
 use agents::Described;
 pub use change::Change;
-pub use choices::{ChosenVariant, UnchosenVariant};
+pub use choices::Variant;
 pub use comparison::Comparison;
 pub use database::{Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};

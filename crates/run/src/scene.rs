@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use slate_blackboard::interface::Value;
 use slate_module::math;
 use slate_record::{Bounds, Cone, Goal, Polygon, Robot, Scene};
-use slate_runtime::configuration::{ChosenVariant, Configuration, Value as Setting};
+use slate_runtime::configuration::{Configuration, Value as Setting, Variant};
 use slate_sim::geometry::Point;
 use slate_sim::robot::{DriveDescription, RobotDescription};
 use slate_sim::{Placement, Scenario};
@@ -158,7 +158,7 @@ pub fn conditions(configuration: &Configuration) -> BTreeMap<String, String> {
             conditions.insert("robot_sensor".into(), profile);
         }
     }
-    let others = ChosenVariant::all(configuration).filter(|variant| variant.has_settings);
+    let others = Variant::chosen(configuration).filter(|variant| variant.has_settings);
     conditions.extend(others.map(|variant| (variant.choice.into(), variant.name.into())));
     conditions
 }

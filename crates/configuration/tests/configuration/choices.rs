@@ -1,6 +1,6 @@
 //! Variants: a setting that chooses what else holds.
 
-use slate_configuration::{ChosenVariant, UnchosenVariant};
+use slate_configuration::Variant;
 
 use super::*;
 
@@ -40,7 +40,7 @@ fn a_variant_goes_over_the_file_and_a_setting_over_the_variant() {
     assert!(is_enabled(&usual, "turn"));
     assert_eq!(number(&usual, "modules.drive.params.speed"), Some(0.5));
     assert!(
-        ChosenVariant::all(&usual)
+        Variant::chosen(&usual)
             .all(|variant| (variant.choice, variant.name, variant.has_settings)
                 == ("controller", "own", false))
     );
@@ -50,7 +50,7 @@ fn a_variant_goes_over_the_file_and_a_setting_over_the_variant() {
     assert_eq!(number(&wall, "modules.drive.params.speed"), Some(0.1));
     let origin = &wall.settings("modules.drive.params.speed").unwrap()[0].origin;
     assert_eq!(origin.to_string(), "exp1.toml:8");
-    assert!(ChosenVariant::all(&wall).all(|variant| variant.has_settings));
+    assert!(Variant::chosen(&wall).all(|variant| variant.has_settings));
 
     let faster = with_sets(FILE, &["modules.drive.params.speed=0.3", "controller=wall"]).unwrap();
     assert_eq!(number(&faster, "modules.drive.params.speed"), Some(0.3));
@@ -60,7 +60,10 @@ fn a_variant_goes_over_the_file_and_a_setting_over_the_variant() {
 fn variants_that_are_not_chosen_are_listed_with_their_setting() {
     let listed = |sets: &[&str]| {
         let configuration = with_sets(FILE, sets).unwrap();
-        UnchosenVariant::all(&configuration).map(|variant| variant.setting()).collect::<Vec<_>>()
+        Variant::all(&configuration)
+            .filter(|variant| !variant.is_chosen)
+            .map(|variant| variant.setting())
+            .collect::<Vec<_>>()
     };
     assert_eq!(listed(&[]), ["controller = \"wall\""]);
     assert_eq!(listed(&["controller=wall"]), ["controller = \"own\""]);
@@ -68,10 +71,13 @@ fn variants_that_are_not_chosen_are_listed_with_their_setting() {
     let text =
         "\"my way\" = \"a b\"\n[modules.a]\n[choices.\"my way\".\"a b\"]\n[choices.\"my way\".\"c \\\"d\"]\n";
     let configuration = read(text).unwrap();
-    let listed: Vec<_> = UnchosenVariant::all(&configuration).map(|variant| variant.setting()).collect();
+    let listed: Vec<_> = Variant::all(&configuration)
+        .filter(|variant| !variant.is_chosen)
+        .map(|variant| variant.setting())
+        .collect();
     assert_eq!(listed, ["\"my way\" = \"c \\\"d\""]);
     let chosen = with_sets(text, &[&listed[0]]).unwrap();
-    assert_eq!(ChosenVariant::all(&chosen).next().unwrap().name, "c \"d");
+    assert_eq!(Variant::chosen(&chosen).next().unwrap().name, "c \"d");
 }
 
 #[test]
@@ -83,7 +89,7 @@ fn an_including_file_drops_a_choice() {
         Database::open(folder.path("own.toml"), options)
     };
     let configuration = read(&[]).unwrap().current();
-    assert_eq!(ChosenVariant::all(&configuration).count() + UnchosenVariant::all(&configuration).count(), 0);
+    assert_eq!(Variant::all(&configuration).count(), 0);
     assert!(is_enabled(&configuration, "turn"));
     assert!(read(&["controller=wall"]).unwrap_err().to_string().contains("unknown key `controller`"));
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use slate_blackboard::is_within;
 
-use slate_configuration::{Change, ChosenVariant, Configuration, Diagnostic};
+use slate_configuration::{Change, Configuration, Diagnostic, Variant};
 
 /// A setting that may change while the agent runs.
 pub(super) enum LiveSetting<'a> {
@@ -69,7 +69,7 @@ impl<'a> OtherModules<'a> {
     fn chooses(&self, change: &Change) -> bool {
         let [first, rest @ ..] = change.names() else { return false };
         first == "choices"
-            || (rest.is_empty() && ChosenVariant::all(self.after).any(|variant| variant.choice == first))
+            || (rest.is_empty() && Variant::chosen(self.after).any(|variant| variant.choice == first))
     }
 
     /// Why a running agent can't make a change, and what to do about it.

@@ -11,7 +11,7 @@ use crate::agent::composition::{Composition, Fitting};
 use crate::agent::handle::AgentHandle;
 use crate::aspects::TimePlace;
 use crate::snapshot::{FrozenModule, Snapshot, SnapshotError};
-use slate_configuration::{ChosenVariant, Configuration, Database};
+use slate_configuration::{Configuration, Database, Variant};
 use slate_engine::log::Levels;
 use slate_engine::runner::Retired;
 
@@ -307,9 +307,8 @@ fn unfit(snapshot: &Snapshot, problems: Vec<String>) -> SnapshotError {
 /// The variants that a snapshot was taken with and an agent does not run with: with its settings alone, the agent would have the ones
 /// and the name of the others.
 fn other_variants(here: &Configuration, there: &Configuration) -> Vec<String> {
-    let own: BTreeMap<_, _> =
-        ChosenVariant::all(here).map(|variant| (variant.choice, variant.name)).collect();
-    let others = ChosenVariant::all(there).filter_map(|ChosenVariant { choice, name, .. }| {
+    let own: BTreeMap<_, _> = Variant::chosen(here).map(|variant| (variant.choice, variant.name)).collect();
+    let others = Variant::chosen(there).filter_map(|Variant { choice, name, .. }| {
         let own = own.get(choice).filter(|own| **own != name)?;
         Some(format!("`{choice}` is `{own}` here and `{name}` in it: slate config set {choice}={name}"))
     });
