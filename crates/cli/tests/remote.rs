@@ -286,5 +286,4 @@ fn links_of_a_running_agent_are_listed_tried_changed_and_taken_away() {
     assert!(running.done(&["link", to, from, "--stale", "200ms"]).contains("200ms"));
     assert!(running.done(&["link", to]).contains("stale = \"200ms\""));
     assert!(running.done(&["config", "diff"]).contains("stale"));
-    running.finish();
 }
