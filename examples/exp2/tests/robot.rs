@@ -19,6 +19,7 @@ fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: ["world", "report"].map(Into::into).to_vec(),
+        embedded: slate_exp2::EMBEDDED,
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp2.toml", slate_exp2::CONFIGURATION, &options).unwrap();
