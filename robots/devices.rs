@@ -20,6 +20,8 @@ pub struct RobotDevices {
     pub sensors: Vec<DeviceDescription>,
     /// Actuators.
     pub actuators: Vec<DeviceDescription>,
+    /// Radius of the robots that the robot sensor detects, metres.
+    pub detected_radius: f64,
 }
 
 /// Drive of a robot.
@@ -125,6 +127,8 @@ struct RangeTable {
     range_min: f64,
     range_max: f64,
     rate: Option<f64>,
+    /// Of a robot sensor: radius of the robots that it detects.
+    robot_radius: Option<f64>,
 }
 
 /// A profile of the positioning system and the compass.
@@ -153,6 +157,9 @@ impl RangeTable {
 fn plain(name: &'static str) -> DeviceDescription {
     DeviceDescription { name, mount: [0.0; 3], minimum: 0.0, maximum: 0.0, rate: 0.0 }
 }
+
+/// Radius of other robots where no description says it, metres: that of a Pioneer.
+const ROBOT_RADIUS: f64 = 0.28;
 
 /// The profile of that name, or else the first one.
 fn choose<'a, T>(profiles: &'a BTreeMap<String, T>, profile: &str) -> Option<&'a T> {
@@ -198,6 +205,13 @@ impl RobotDevices {
             choose(&document.laser, profile).map(|laser| laser.device("laser")),
             document.bumper.as_ref().map(|_| plain("bumper")),
         ];
+        let detector = choose(&document.robot_sensor, profile);
+        let detected_radius = detector.and_then(|sensor| sensor.robot_radius).unwrap_or(ROBOT_RADIUS);
+        if !(detected_radius > 0.0 && detected_radius.is_finite()) {
+            return Err(DescriptionProblem(format!(
+                "{source}: `robot_radius` of the robot sensor is {detected_radius}; expected a positive number of metres"
+            )));
+        }
         let rate =
             choose(&document.positioning, profile).and_then(|positioning| positioning.rate).unwrap_or(0.0);
         let sensors = ["position", "orientation"].map(|name| DeviceDescription { rate, ..plain(name) });
@@ -216,6 +230,7 @@ impl RobotDevices {
             actuators: vec![DeviceDescription { minimum: -limit, maximum: limit, ..plain("wheels") }],
             name: document.name,
             footprint: document.footprint,
+            detected_radius,
         })
     }
 }

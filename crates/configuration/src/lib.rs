@@ -125,6 +125,8 @@ pub struct Options {
     /// Settings of the application that may be paths, relative to the file that they are written in, such as `world.arena`;
     /// `*` is any name. What has neither a slash nor the ending `.toml` is a name, and no path.
     pub paths: Vec<String>,
+    /// Path and text of files that are part of the program: a main text includes them in place of those on the disk.
+    pub embedded: &'static [(&'static str, &'static str)],
     /// Whether the main text is that of a running or recorded agent: what its variants set is part of it already, below later
     /// settings.
     pub is_recorded: bool,

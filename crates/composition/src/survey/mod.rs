@@ -83,6 +83,8 @@ pub struct ResolvedLink<'a> {
     pub way: LinkConversion,
     /// The values that it lets pass; all without one.
     pub filter: Option<Arc<Filter>>,
+    /// Whether last cycle's value is meant, by this link or that of an input on the way.
+    pub previous: bool,
     /// Whether last cycle's value is meant of what is written earlier in a cycle.
     pub delayed: bool,
 }
@@ -279,7 +281,7 @@ impl<'a> Survey<'a> {
                     _ => 0,
                 },
                 is_written: self.is_written(joint.target),
-                previous: link.previous,
+                previous: joint.previous,
                 delayed: joint.delayed,
                 stale: link.stale.as_ref().map(|stale| stale.value),
                 said: [

@@ -25,6 +25,7 @@ pub mod go_to_origin;
 pub mod journey;
 pub mod keep_wall;
 pub mod knowledge;
+mod knowledge_params;
 pub mod laser_ring;
 pub mod late_sensors;
 pub mod local_map;
