@@ -59,7 +59,7 @@ struct InboundQueue {
 }
 
 /// Wakes the thread that receives.
-struct ReaderWaker(Arc<Wake>);
+pub struct ReaderWaker(pub Arc<Wake>);
 
 impl std::task::Wake for ReaderWaker {
     fn wake(self: Arc<Self>) {
@@ -178,7 +178,7 @@ impl InboundTopics {
     }
 
     /// Puts a value behind the others; the oldest of its topic goes when there are as many as its depth.
-    fn push(&self, place: usize, bytes: Vec<u8>) {
+    pub fn push(&self, place: usize, bytes: Vec<u8>) {
         let topic = &self.topics[place];
         let mut queue = locked(&self.queue);
         if queue.counts[place] >= topic.settings.quality.depth.into() {

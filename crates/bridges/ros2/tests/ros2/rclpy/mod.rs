@@ -2,6 +2,9 @@
 
 mod agent;
 mod hostile;
+mod node;
+mod parameters;
 mod peer;
 mod replay;
+mod services;
 mod topics;
