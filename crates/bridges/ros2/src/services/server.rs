@@ -10,6 +10,7 @@ use serde_json::Value as Json;
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::Composer;
+use slate_runtime::recording::RecordedAgent;
 
 use super::ServiceType;
 use crate::error::RosError;
@@ -163,6 +164,11 @@ impl ServeContext {
 pub fn serve(mut servers: Vec<ServiceServer>, mut handler: Box<dyn ServiceHandler>, context: &ServeContext) {
     let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&context.wake))));
     while !context.is_ended() {
+        // A rerun sends messages after the cycle in which they came.
+        if context.composer.is_lockstep() && RecordedAgent::cycles(&context.composer) == 0 {
+            context.wake.wait_timeout(LOOK);
+            continue;
+        }
         let mut is_idle = true;
         for (place, server) in servers.iter_mut().enumerate() {
             server.reader.drain_read_notifications();

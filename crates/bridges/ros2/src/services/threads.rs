@@ -51,7 +51,8 @@ impl ServiceThreads {
         let composer = surface.agent.composer();
         let mut threads = Self::default();
         for offer in &settings.serve {
-            let (_, pairs) = inbox(composer, offer)?;
+            let (property, pairs) = inbox(composer, offer)?;
+            property.set_external(&format!("ros2:{}", offer.service));
             let servers = vec![ServiceServer::open(participant, &offer.service, &offer.of)?];
             let operations = AgentOperations::new(surface)?;
             let handler = Box::new(InboxHandler { offer: offer.clone(), pairs, operations });

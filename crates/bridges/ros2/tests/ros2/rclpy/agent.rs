@@ -318,10 +318,23 @@ impl Running {
     }
 
     fn load_with(text: &str, options: Options) -> Self {
-        let database = database_of(text);
+        Self::load_database(&database_of(text), &plugins(), options)
+    }
+
+    /// An agent of a database with a table `[ros2]`.
+    pub fn of_database(database: &Database, plugins: &[Plugin], options: Options) -> Self {
+        Self::load_database(database, plugins, options).connected()
+    }
+
+    /// Stops all actuators.
+    pub fn stop_actuators(&self, reason: &str) {
+        self.surface.agent.stop(reason);
+    }
+
+    fn load_database(database: &Database, plugins: &[Plugin], options: Options) -> Self {
         let log = MemoryTarget::default();
         let options = Options { log: vec![Box::new(log.clone())], ..options };
-        let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+        let mut agent = Agent::load_with(database, plugins, options).unwrap();
         let surface = Arc::new(ControlSurface::new(&agent).unwrap());
         let (composer, stopper) = (agent.composer(), agent.stopper());
         let thread = std::thread::spawn(move || {

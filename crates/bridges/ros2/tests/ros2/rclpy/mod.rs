@@ -6,5 +6,6 @@ mod node;
 mod parameters;
 mod peer;
 mod replay;
+mod robot;
 mod services;
 mod topics;

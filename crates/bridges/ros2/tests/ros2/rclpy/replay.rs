@@ -66,11 +66,12 @@ fn recorded(path: &Path, domain: u16) -> u64 {
     heard
 }
 
-/// Records a run in lockstep in which a module asks a node.
+/// Records a run in lockstep whose modules are asked by a node, and ask one.
 fn with_services(path: &Path, domain: u16) {
     let text = format!(
-        "agent.name = \"house\"\nloop.period = \"10ms\"\n[modules.asker]\nparams.tells = false\n[ros2]\n\
+        "agent.name = \"house\"\nloop.period = \"10ms\"\n[modules.lamp]\n[modules.asker]\nparams.tells = false\n[ros2]\n\
          domain = {domain}\n\
+         serve.\"/lamp\" = {{ to = \"lamp/switches\", type = \"std_srvs/srv/SetBool\" }}\n\
          call.\"/enable\" = {{ from = \"asker/requests\", type = \"std_srvs/srv/SetBool\", response = \"asker/reply\" }}"
     );
     let database = database_of(&text);
@@ -100,6 +101,10 @@ fn with_services(path: &Path, domain: u16) {
             let replies =
                 || composer.board().read("asker/replies/value").unwrap().and_then(|(own, _)| own.as_f64());
             for number in 1..=30 {
+                let called = json!({
+                    "do": "call", "service": "/lamp", "type": "std_srvs/srv/SetBool", "request": { "data": number % 3 == 0 },
+                });
+                assert_eq!(peer.tell(called)["success"], json!(true));
                 let wish =
                     ExternalValue { input: "asker/wish".into(), bytes: vec![u8::from(number % 2 == 0)] };
                 assert!(composer.set_external(vec![wish])[0].is_ok());
@@ -116,8 +121,8 @@ fn with_services(path: &Path, domain: u16) {
 }
 
 #[test]
-fn responses_of_a_node_come_again_without_ros() {
-    alone("ros2::rclpy::replay::responses_of_a_node_come_again_without_ros", |domain| {
+fn requests_and_responses_come_again_without_ros() {
+    alone("ros2::rclpy::replay::requests_and_responses_come_again_without_ros", |domain| {
         let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("ros2-services.mcap");
         with_services(&path, domain);
         let comparison = Comparison::open(&path).unwrap();
