@@ -37,6 +37,7 @@ mod codec;
 mod constants;
 mod definition;
 mod described;
+mod encode;
 mod error;
 mod frames;
 mod names;
@@ -55,6 +56,6 @@ pub use frames::{FrameTransform, Frames, PublishedTransform, encode_transforms, 
 pub use schema::Schema;
 pub use shown::Shown;
 pub use slate_blackboard::interface::Primitive;
-pub use standard::{Standard, standard};
+pub use standard::{Standard, message_definition, standard};
 use value::RosPrimitive;
 pub use value::{Map, Numbers, Value};

@@ -129,7 +129,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
 
     /// The property at a path and the field of it, for a link that leaves the agent; nothing after a complaint.
     pub fn end(&mut self, span: Span, path: &str) -> Option<(LinkSource, String)> {
-        self.source(span, path).map(|TargetField { target, field }| (target, field))
+        self.source(span, path).map(|TargetField { target, field, previous: _ }| (target, field))
     }
 
     /// Whether messages go there.
