@@ -80,6 +80,7 @@ mod codec;
 mod description;
 mod export;
 mod frame;
+mod hardware;
 mod instance;
 pub mod math;
 mod module;
@@ -99,6 +100,7 @@ pub use codec::{decode, encode};
 pub use description::{Description, Direction, PortDescription, Stage, Trigger, parse_duration};
 #[doc(hidden)]
 pub use export::write_robot;
+pub use hardware::{Hardware, HardwareDevice, HardwareDrive};
 pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
 pub use instance::{Instance, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
