@@ -4,7 +4,7 @@ use slate::blackboard::nearest_names;
 use slate::module::Plugin;
 use slate::runtime::configuration::{Configuration, Database, Options, Variant, parse_change};
 use slate::runtime::snapshot::Snapshot;
-use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory, with_sensor_profile};
+use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
 
 use crate::failure::Failure;
 use crate::output;
@@ -178,11 +178,8 @@ pub fn find(
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
         let file = format!("{name}.toml");
-        let read = |sets| {
-            let options = Options { embedded: example.embedded, ..options(sets) };
-            Database::from_text(&file, example.configuration, options)
-        };
-        return Ok(application(name, with_sensor_profile(sets, read)?));
+        let options = Options { embedded: example.embedded, ..options(sets) };
+        return Ok(application(name, Database::from_text(&file, example.configuration, options)?));
     }
     let path = file_of(name);
     let path = path.as_path();
@@ -212,11 +209,10 @@ pub fn find(
         }
         false => (None, sets),
     };
-    let read = |sets| match &text {
-        Some(text) => Database::from_text(&format!("{stem}.toml"), text, options(sets)),
-        None => Database::open(path, options(sets)),
+    let database = match &text {
+        Some(text) => Database::from_text(&format!("{stem}.toml"), text, options(sets))?,
+        None => Database::open(path, options(sets))?,
     };
-    let database = with_sensor_profile(sets, read)?;
     Ok(application(&run, database))
 }
 

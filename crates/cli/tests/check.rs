@@ -320,12 +320,49 @@ fn a_mistake_has_the_code_of_its_kind() {
         ("loop.period=fast", "S015"),
         ("robots.r2.links.\"planner/goal\"=\"/simulator/r2/position\"", "S016"),
         ("robots.r2.modules.planner.params.max_linear_velocity=99", "S015"),
+        ("robots.r2.modules.knowledge.params.robot=summit_xl", "S017"),
     ] {
         let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
         assert_eq!(checked["findings"][0]["code"], code, "{set}: {checked}");
     }
     std::fs::write(running.folder().join("text.toml"), "[loop\nperiod").unwrap();
     assert_eq!(findings(&running, 7, &["check", "text.toml"])["findings"][0]["code"], "S001");
+}
+
+#[test]
+fn a_robot_model_of_another_robot_is_refused_with_both_places() {
+    let running = Running::new("check-robot");
+    let line_of =
+        |text: &str, words: &str| text.lines().position(|line| line.contains(words)).unwrap_or_default() + 1;
+    let knows = "knowledge = { kind = \"wheeled_knowledge\", params = { robot = \"pioneer_p3dx\" } }";
+    let other = EXP1.replacen(knows, &knows.replace("pioneer_p3dx", "summit_xl"), 1);
+    let none = EXP1.replacen(knows, "knowledge = { kind = \"wheeled_knowledge\" }", 1);
+    let model = line_of(EXP1, "model = \"pioneer_p3dx\"");
+    for (name, text, code, words) in [
+        (
+            "other.toml",
+            &other,
+            "S017",
+            format!("`simulator` has a `pioneer_p3dx` there (other.toml:{model})"),
+        ),
+        ("none.toml", &none, "", "no robot is named; expected one of pioneer_p3dx, summit_xl".into()),
+    ] {
+        std::fs::write(running.folder().join(name), text).unwrap();
+        let checked = findings(&running, 7, &["check", name]);
+        let found = checked["findings"].as_array().unwrap();
+        assert_eq!(found.len(), 1, "{checked}");
+        assert!(found[0]["message"].as_str().unwrap().contains(&words), "{checked}");
+        assert_eq!((&found[0]["code"], &found[0]["line"]), (&code.into(), &line_of(EXP1, knows).into()));
+        running.fails(2, &["run", name, "--headless"], &["knowledge"]);
+    }
+    // The driver of a real Pioneer knows its robot, too.
+    let pioneer = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/exp1/pioneer.toml");
+    let pioneer = pioneer.to_str().unwrap();
+    findings(&running, 0, &["check", pioneer]);
+    let set = "robots.r2.modules.knowledge.params.robot=summit_xl";
+    let checked = findings(&running, 7, &["check", pioneer, "--set", set]);
+    let message = checked["findings"][0]["message"].as_str().unwrap();
+    assert!(message.contains("`pioneer` has a `pioneer_p3dx` there"), "{checked}");
 }
 
 #[test]

@@ -4,6 +4,7 @@ mod aspects;
 mod block;
 mod commander;
 mod crossing;
+mod hardware;
 mod host;
 mod infer;
 mod levels;
@@ -380,6 +381,7 @@ pub fn survey<'a>(
     if is_complete {
         survey.listen(configuration);
         robot_model::check_robot_models(configuration, &dormant, &survey, complaints);
+        hardware::check_hardware(configuration, &dormant, &survey, complaints);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
         if complaints.diagnostics.is_empty() {
             rings::check_rings(&survey.modules, &survey.joints, complaints);

@@ -15,6 +15,7 @@ pub struct WheeledKnowledgeParams {
     pub robot: Text<252>,
     #[param(
         default = "vrep",
+        follows = ["world.robots.{robot}.profile", "world.profile"],
         doc = "profile of its sensors, which a simulated world sets by its own key; a sensor without it has its first one"
     )]
     pub profile: Text<28>,
