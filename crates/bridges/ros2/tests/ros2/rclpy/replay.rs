@@ -10,7 +10,7 @@ use slate_record::Recorder;
 use slate_record::replay::{Comparison, Verdict};
 use slate_ros2::{RosBridge, RosSettings};
 use slate_runtime::configuration::Record;
-use slate_runtime::{Agent, Control, ExternalValue, Options, Rate, RecordedTimes};
+use slate_runtime::{Agent, Control, ExternalContent, ExternalValue, Options, Rate, RecordedTimes};
 
 use crate::ros2::rclpy::agent::{alone, database, database_of, eventually, plugins};
 use crate::ros2::rclpy::peer::Peer;
@@ -86,7 +86,7 @@ fn with_services(path: &Path, domain: u16) {
     let settings = RosSettings::of(&database.current()).unwrap().unwrap();
     let surface = Arc::new(ControlSurface::new(&agent).unwrap());
     let mut bridge = RosBridge::open(&surface, &settings).unwrap();
-    agent.composer().external_input("asker/wish").unwrap().set_external("ros2:/wish");
+    agent.composer().external_input("asker/wish").unwrap().0.set_external("ros2:/wish");
     recorder.begin(&agent, path);
     bridge.start().unwrap();
     let mut peer = Peer::start("person", domain);
@@ -106,7 +106,10 @@ fn with_services(path: &Path, domain: u16) {
                 });
                 assert_eq!(peer.tell(called)["success"], json!(true));
                 let wish =
-                    ExternalValue { input: "asker/wish".into(), bytes: vec![u8::from(number % 2 == 0)] };
+                    ExternalValue {
+                        input: "asker/wish".into(),
+                        content: ExternalContent::Bytes(vec![u8::from(number % 2 == 0)]),
+                    };
                 assert!(composer.set_external(vec![wish])[0].is_ok());
                 eventually("an answer", || replies() == Some(f64::from(number)));
             }
