@@ -66,6 +66,13 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
         true => drop(running.done(&["check", "robot.toml"])),
         false => refused(&["built without ROS 2, which `ros2:/wheels` needs", "--features ros2"]),
     }
+    if cfg!(all(feature = "ros2", feature = "zenoh")) {
+        let network =
+            "[network]\nlisten = [\"tcp/127.0.0.1:7447\"]\nread.\"simulator/r2/wheels\" = \"zenoh:wheels\"";
+        with(&format!("\"simulator/r2/wheels\" = \"ros2:/wheels\"\n{network}"));
+        refused(&["would be filled by `zenoh:wheels` and by `ros2:/wheels`", "take one of the two away"]);
+        with("\"simulator/r2/wheels\" = \"ros2:/wheels\"\n\"ros2:/odom\" = \"simulator/r2/odometry\"");
+    }
     // A drawing needs no bridge.
     let graph = running.done(&["graph", "robot.toml", "--format", "mermaid"]);
     let has = |name: &str| graph.contains(&format!("([\"{name}\"])"));
