@@ -185,7 +185,8 @@ fn shipped_examples_are_free_of_warnings() {
         for file in std::fs::read_dir(&folder).unwrap() {
             let file = file.unwrap().path();
             let name = file.file_name().unwrap().to_str().unwrap();
-            if name.ends_with(".toml") && name != "Cargo.toml" {
+            let needs_ros = || std::fs::read_to_string(&file).unwrap().contains("\n[ros2]\n");
+            if name.ends_with(".toml") && name != "Cargo.toml" && (cfg!(feature = "ros2") || !needs_ros()) {
                 running.done(&["check", file.to_str().unwrap(), "--strict"]);
                 count += 1;
             }

@@ -32,6 +32,7 @@
 
 mod actuators;
 mod agents;
+mod bridged;
 mod build;
 mod change;
 mod choices;
@@ -288,15 +289,6 @@ impl Configuration {
     pub fn value(&self, path: &str) -> Option<&Spanned<Value>> {
         let names = scope::flatten_path(path::names(path, self.described_as()).ok()?);
         self.merged.at(names.iter().map(String::as_str))
-    }
-
-    /// Whether the messages of an outbox leave the agent over a bridge, as an entry of `[ros2.call]` names it.
-    pub fn is_outgoing(&self, outbox: &str) -> bool {
-        let calls = self.value("ros2.call").and_then(|calls| calls.as_table());
-        let from = |entry: &Spanned<Value>| entry.as_table()?.get("from")?.as_str().map(ToOwned::to_owned);
-        let mut outgoing =
-            calls.into_iter().flat_map(Table::iter).filter_map(|(_, entry)| from(&entry.value));
-        outgoing.any(|from| self.own_path(&from).is_ok_and(|path| path == outbox))
     }
 
     /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or the

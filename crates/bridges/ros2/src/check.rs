@@ -35,7 +35,7 @@ pub fn check_frame(composer: &Composer, own: &FrameInput) -> Result<Arc<Property
     let property = found.map_err(|(reason, help)| wrong(reason, help))?;
     if property.descriptor().hash != Transform::DESCRIPTOR.hash {
         let reason = format!("the input is a {}, and a frame has a Transform", property.descriptor().name);
-        return Err(wrong(reason, "name the input of a module of the kind `frame`"));
+        return Err(wrong(reason, "name the input of a module of the kind `external_frame`"));
     }
     Ok(property)
 }

@@ -35,8 +35,11 @@ mod participant;
 mod quality;
 #[cfg(feature = "dds")]
 mod raw;
+mod service_settings;
+mod service_type;
 mod services;
 mod settings;
+mod table_reader;
 
 #[cfg(feature = "dds")]
 pub use bridge::{RosBridge, TopicStatus};
@@ -48,5 +51,6 @@ pub use message::RosMessage;
 pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use options::{FrameInput, NodeOptions, ParameterAccess};
 pub use quality::TopicQuality;
-pub use services::{ServiceCall, ServiceOffer, ServiceType};
+pub use service_settings::{ServiceCall, ServiceOffer};
+pub use service_type::ServiceType;
 pub use settings::{RosSettings, TABLE, TopicInput, TopicOutput};

@@ -46,7 +46,8 @@ fn loose_port(
     let own = &surveyed.description.ports[port];
     let path = format!("{}/{}", surveyed.module.name.value, own.name);
     let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
-        || reads(own) && configuration.is_filled(&path);
+        || reads(own) && configuration.is_filled(&path)
+        || configuration.is_bridged(&path);
     if is_linked || surveyed.inputs.contains_key(&port) {
         return None;
     }
@@ -259,7 +260,8 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
             .links()
             .iter()
             .any(|link| slate_blackboard::is_within(&link.from.value.path_in(""), &command))
-            || configuration.is_sent_outside(&command);
+            || configuration.is_sent_outside(&command)
+            || configuration.is_bridged(&command);
         if is_read || is_named {
             continue;
         }

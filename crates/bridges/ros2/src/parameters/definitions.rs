@@ -1,6 +1,6 @@
 //! Services and messages of `rcl_interfaces`.
 
-use crate::services::ServiceType;
+use crate::service_type::ServiceType;
 
 /// Name in the node, type, and what it does.
 pub const SERVICES: [(&str, &str, ParameterService); 6] = [

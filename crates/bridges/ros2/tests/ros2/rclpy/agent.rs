@@ -248,7 +248,7 @@ pub fn plugins() -> Vec<Plugin> {
         Plugin::linked::<Lamp>(),
         Plugin::linked::<Asker>(),
         Plugin::linked::<Mast>(),
-        Plugin::linked::<slate_mapping::Frame>(),
+        Plugin::linked::<slate_mapping::ExternalFrame>(),
     ]
 }
 
