@@ -136,7 +136,8 @@ impl<'s> Checked<'s, '_> {
                 found.join("; ")
             );
             let setting = if hardware.setting.is_empty() { device } else { &hardware.setting };
-            let help = format!("name one robot in `{}` of `{knowledge}` and in `{setting}`", self.model.setting);
+            let help =
+                format!("name one robot in `{}` of `{knowledge}` and in `{setting}`", self.model.setting);
             Some((message, help))
         })
     }
@@ -179,8 +180,8 @@ impl<'s> Checked<'s, '_> {
             let is_device = measured.role == MEASUREMENT && self.is_own(sensor) && !self.is_derived(sensor);
             let interface = measured.descriptor.name;
             let mut inputs = modules[self.knowledge].description.ports.iter();
-            let can_list =
-                inputs.any(|port| port.role == MEASUREMENT && port.descriptor.hash == measured.descriptor.hash);
+            let can_list = inputs
+                .any(|port| port.role == MEASUREMENT && port.descriptor.hash == measured.descriptor.hash);
             if !is_device || !can_list || !modules[reader].module.enabled.value {
                 return None;
             }

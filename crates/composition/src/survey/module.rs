@@ -43,7 +43,8 @@ pub(super) fn survey_module<'a>(
     let params = parameters::bytes(&description, &module.params, &followed, complaints);
     if description.describes_hardware && complaints.diagnostics.len() == before {
         let with_params = OwnSetup { params: Some(params.clone()), ..setup.clone() };
-        description.hardware = describe(configuration, module, (kind, catalogue), &with_params, complaints)?.hardware;
+        description.hardware =
+            describe(configuration, module, (kind, catalogue), &with_params, complaints)?.hardware;
     }
     let inputs = inputs(module, &description, complaints);
     let trigger = trigger(module, &description, complaints)?;

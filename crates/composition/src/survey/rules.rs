@@ -10,7 +10,7 @@ use super::block::{
 };
 use super::commander::decides;
 use super::names::{join, split_module, split_port};
-use super::{Implied, LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope};
+use super::{Implied, LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope, seconds};
 use crate::complaints::Complaints;
 
 /// Reports each link that violates the architecture.
@@ -353,12 +353,17 @@ fn check_single_plan<'a>(
     complaints: &mut Complaints<'a>,
 ) {
     let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
+    // Two Plans of a robot are a mistake of their own.
+    let told = seconds(&survey.modules);
     for joint in &survey.joints {
         let LinkSource::Port(receiver, inbox) = joint.target else { continue };
         if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, joint) {
             continue;
         }
         let Some(first) = plans.insert((receiver, inbox), joint) else { continue };
+        if told.iter().any(|(_, second)| *second == first.port.0 || *second == joint.port.0) {
+            continue;
+        }
         let path = |joint: &ResolvedLink<'_>| survey.wire_path(joint.port.0, joint.port.1);
         let message = Mistake::Second.of(format!(
             "a robot has one Plan: `/{}` can't take the actions of both `/{}` and `/{}`",
