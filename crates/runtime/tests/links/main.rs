@@ -20,3 +20,4 @@ mod required;
 mod support;
 mod threads;
 mod wants;
+mod writers;
