@@ -168,6 +168,7 @@ fn sensors_read_the_driver_blocks_the_sensors_and_motors_the_gate() {
         "r2/gauge/source <- /r2/driver/near inferred",
         "r2/knowledge/near <- /r2/gauge/value inferred",
         "r2/motor/command <- /r2/wheels/command inferred",
+        "r2/motor/gate <- /r2/wheels/gate inferred",
         "r2/near_monitor/near <- /r2/gauge/value inferred",
     ];
     assert_eq!(wired("", &[]).unwrap(), expected);

@@ -100,8 +100,8 @@ pub use codec::{decode, encode};
 pub use description::{Description, Direction, PortDescription, Stage, Trigger, parse_duration};
 #[doc(hidden)]
 pub use export::write_robot;
-pub use hardware::{Hardware, HardwareDevice, HardwareDrive};
 pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
+pub use hardware::{Hardware, HardwareDevice, HardwareDrive};
 pub use instance::{Instance, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};

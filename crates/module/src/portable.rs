@@ -9,7 +9,9 @@ use slate_blackboard::interface::{
     Constant, Descriptor, Enumeration, Field, Kind, Primitive, Value, schema_hash,
 };
 
-use crate::{Description, Direction, Hardware, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode};
+use crate::{
+    Description, Direction, Hardware, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode,
+};
 
 /// A [`Description`] without pointers. What is left out of it has the usual value.
 #[derive(Debug, Serialize, Deserialize)]

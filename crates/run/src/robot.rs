@@ -9,9 +9,7 @@ use slate_runtime::configuration::{Database, Options};
 use slate_runtime::isolation;
 use slate_runtime::snapshot::Snapshot;
 
-use crate::{
-    Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, output, run,
-};
+use crate::{Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, output, run};
 
 /// Arguments of a robot's program.
 #[derive(Debug, Parser)]

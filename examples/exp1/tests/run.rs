@@ -6,10 +6,10 @@ use std::process::{Command, ExitCode, Output};
 
 use slate::module::Sequence;
 use slate::prelude::*;
-use slate::sim::devices::SimulatedSonar;
 use slate::run::{Application, EXTRA_TABLES, MissionOptions, MissionRun, ModeName};
 use slate::runtime::Rate;
 use slate::runtime::configuration::{Database, Options};
+use slate::sim::devices::SimulatedSonar;
 use slate_wheeled::knowledge::WheeledKnowledge;
 
 #[allow(dead_code, reason = "this file has a main function of its own")]

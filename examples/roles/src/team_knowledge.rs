@@ -50,7 +50,11 @@ pub struct TeamKnowledgeParams {
 
 impl TeamKnowledgeParams {
     fn wheeled(&self) -> WheeledKnowledgeParams {
-        WheeledKnowledgeParams { robot: self.robot, profile: self.profile, ..WheeledKnowledgeParams::default() }
+        WheeledKnowledgeParams {
+            robot: self.robot,
+            profile: self.profile,
+            ..WheeledKnowledgeParams::default()
+        }
     }
 }
 

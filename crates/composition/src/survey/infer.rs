@@ -8,7 +8,10 @@ use std::collections::BTreeSet;
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{Block, COMMAND, MEASUREMENT, Provenance, TRUTH, binds, is_fact};
+use super::block::{
+    ACTUATOR_STATUS, Block, COMMAND, DRIVER_STATUS, GATE_STATE, MEASUREMENT, Provenance, TRUTH, binds,
+    is_fact,
+};
 use super::names::split_module;
 use super::{Surveyed, module, scope, seconds};
 use crate::catalogue::Catalogue;
@@ -137,8 +140,15 @@ fn candidates(
     }
     let own = surveyed.module.name.value.as_str();
     let robot = scope(own);
-    if block == Block::Actuator && port.role == COMMAND {
-        return commands(configuration, modules, robot, port);
+    match (block, port.role.as_str()) {
+        (Block::Actuator, COMMAND) => return commands(configuration, modules, robot, port),
+        (Block::Actuator, GATE_STATE) => {
+            let gate = gate_of(configuration, modules, surveyed);
+            return gate.map(|gate| format!("{gate}/gate")).into_iter().collect();
+        }
+        (Block::Actuator, DRIVER_STATUS) => return driver_status(configuration, modules, own, port),
+        (Block::Knowledge, ACTUATOR_STATUS) => return actuator_status(configuration, modules, robot, port),
+        _ => {}
     }
     let mut found: Vec<LinkCandidate> = Vec::new();
     for other in modules.iter().filter(|other| other.module.name.value != own) {
@@ -245,6 +255,82 @@ fn commands(
     let fitting = of_robot
         .filter(|actuator| actuator.commands.iter().any(|command| carries(&command.value.path_in(""))));
     fitting.map(|actuator| format!("{}/command", actuator.name.value)).collect()
+}
+
+/// The gate whose command an Actuator takes, or would take.
+fn gate_of(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    actuator: &Surveyed<'_>,
+) -> Option<String> {
+    let own = actuator.module.name.value.as_str();
+    let port = actuator.description.ports.iter().find(|port| port.role == COMMAND)?;
+    let path = format!("{own}/{}", port.name);
+    let said = configuration.links().iter().find(|link| link.to.value == path);
+    let command = match said {
+        Some(link) => link.from.value.path_in(""),
+        None if configuration.says_of_port(&path) => return None,
+        None => <[String; 1]>::try_from(commands(configuration, modules, scope(own), port))
+            .ok()?
+            .into_iter()
+            .next()?,
+    };
+    let gate = command.strip_suffix("/command")?;
+    configuration.actuators().iter().any(|actuator| actuator.name.value == gate).then(|| gate.to_owned())
+}
+
+/// What the drivers say that read an output of an Actuator.
+fn driver_status(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    actuator: &str,
+    port: &PortDescription,
+) -> Vec<String> {
+    let is_of = |link: &Link| {
+        let from = link.from.value.path_in("");
+        from.strip_prefix(actuator).is_some_and(|rest| rest.starts_with('/'))
+    };
+    let drivers = configuration.links().iter().filter(|link| is_of(link));
+    let mut found = Vec::new();
+    for (driver, input) in drivers.filter_map(|link| split_module(modules, &link.to.value)) {
+        let driver = &modules[driver];
+        // A driver of several robots names its ports after them.
+        let robot = input.rsplit_once('/').map_or("", |(robot, _)| robot);
+        let fits = driver.description.ports.iter().filter(|own| {
+            own.direction == Direction::Output
+                && own.role == port.role
+                && own.descriptor.hash == port.descriptor.hash
+                && own.name.rsplit_once('/').map_or("", |(robot, _)| robot) == robot
+        });
+        found.extend(fits.map(|own| format!("{}/{}", driver.module.name.value, own.name)));
+    }
+    found.sort();
+    found.dedup();
+    found
+}
+
+/// What the Actuator reports whose gate has the name of a port of Knowledge.
+fn actuator_status(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    robot: &str,
+    port: &PortDescription,
+) -> Vec<String> {
+    let of_robot = modules.iter().filter(|other| scope(&other.module.name.value) == robot);
+    let mut found = Vec::new();
+    for actuator in of_robot.filter(|other| Block::of(&other.description) == Some(Block::Actuator)) {
+        let gate = gate_of(configuration, modules, actuator);
+        if gate.is_none_or(|gate| gate.rsplit('/').next() != Some(port.name.as_str())) {
+            continue;
+        }
+        let fits = actuator.description.ports.iter().filter(|own| {
+            own.direction == Direction::Output
+                && own.role == port.role
+                && own.descriptor.hash == port.descriptor.hash
+        });
+        found.extend(fits.map(|own| format!("{}/{}", actuator.module.name.value, own.name)));
+    }
+    found
 }
 
 /// A port that several links are possible for.

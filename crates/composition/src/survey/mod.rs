@@ -108,6 +108,8 @@ pub enum LinkSource {
     Implied(usize, Implied),
     /// The command of an actuator that passed its gate.
     Command(usize),
+    /// The state of an actuator's gate.
+    Gate(usize),
     /// A property of a module whose plugin is not loaded; an index of [`Survey::absent`].
     Absent(usize),
     /// A property of another agent; an index of [`Survey::remote`].
@@ -250,6 +252,9 @@ impl<'a> Survey<'a> {
             }
             LinkSource::Command(actuator) => {
                 format!("{}/command", configuration.actuators()[actuator].name.value)
+            }
+            LinkSource::Gate(actuator) => {
+                format!("{}/gate", configuration.actuators()[actuator].name.value)
             }
             LinkSource::Absent(absent) => self.absent[absent].path.clone(),
             LinkSource::Remote(remote) => self.remote[remote].place(),

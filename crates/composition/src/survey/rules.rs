@@ -6,7 +6,8 @@ use slate_configuration::{Configuration, Mistake, Span};
 use slate_module::{Direction, PortDescription};
 
 use super::block::{
-    ACTUATION, Block, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_fact, is_referee, role_permits,
+    ACTUATION, Block, DRIVER_STATUS, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_fact, is_referee,
+    role_permits,
 };
 use super::commander::decides;
 use super::names::{join, split_module, split_port};
@@ -114,8 +115,7 @@ fn read(
         |writer: Option<usize>| writer.is_some_and(|writer| scope(module_name(writer)) == scope(own));
     // A block may read its own outputs.
     let others = || provenances.iter().copied().filter(|(_, writer)| *writer != Some(module));
-    let wrong = others()
-        .find(|(origin, writer)| !block.may_read(*origin, is_own(*writer)) || !role_permits(role, *origin));
+    let wrong = others().find(|(origin, writer)| !permits(block, role, *origin, is_own(*writer)));
     match wrong {
         Some((Provenance::Truth, writer)) => Some(truth(survey, path, (name, writer))),
         Some((origin, writer)) => {
@@ -140,6 +140,12 @@ fn read(
             })
         }
     }
+}
+
+/// Whether a port of a block may read a value from there.
+fn permits(block: Block, role: &str, origin: Provenance, is_own: bool) -> bool {
+    let is_status = block == Block::Actuator && role == DRIVER_STATUS && origin == Provenance::Module;
+    is_status || block.may_read(origin, is_own) && role_permits(role, origin)
 }
 
 /// Rule of links between blocks of two robots.
@@ -291,6 +297,10 @@ fn collect(
         }
         LinkSource::Command(_) => {
             found.push((Provenance::Gate, None));
+            return;
+        }
+        LinkSource::Gate(_) => {
+            found.push((Provenance::GateState, None));
             return;
         }
         LinkSource::Remote(remote) => {

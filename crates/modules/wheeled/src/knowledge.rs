@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Parameters, ROBOT_SENSOR, ReflexRules, SONAR, SensorRule, Sides};
 use slate_plugin::interfaces::{
-    Bumper, Chassis, FourWheelSpeeds, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
-    SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
+    Bumper, Chassis, FourWheelSpeeds, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2,
+    PoseEstimate, Position, SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
 };
-use slate_plugin::mapek::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
+use slate_plugin::mapek::{ActuatorStatus, Device, DeviceHealth, Kinematics, RobotModel, Steering};
 use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
 use slate_plugin::prelude::*;
-use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
+use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices, SensorProfiles};
 
 use crate::rules::{RefusedRule, RefusedRules, RulePorts, default_sensor_rules, has_threshold};
 
@@ -30,7 +30,7 @@ impl WheeledModel {
     /// # Errors
     /// The description is unknown or invalid.
     pub fn load(robot: &str, profile: &str) -> Result<Self, DescriptionProblem> {
-        RobotDevices::load(robot, profile).map(|devices| Self::of(&devices))
+        RobotDevices::load(robot, SensorProfiles::all(profile)).map(|devices| Self::of(&devices))
     }
 
     /// Model of a robot by its description, as yet without pose and measurements.
@@ -88,8 +88,7 @@ impl WheeledModel {
 /// # Errors
 /// They name none, or its description is invalid.
 pub fn hardware_of(params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-    let devices = RobotDevices::load(params.robot.as_str(), params.profile.as_str())
-        .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
+    let devices = params.devices()?;
     let device = |interface: &'static str| {
         move |device: &DeviceDescription| HardwareDevice {
             name: device.name.into(),
@@ -115,10 +114,7 @@ pub fn hardware_of(params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Ref
     Ok(vec![Hardware {
         ports: String::new(),
         setting: "params.robot".into(),
-        drive: Some(HardwareDrive {
-            wheel_radius: devices.drive.wheel_radius,
-            track: devices.drive.track,
-        }),
+        drive: Some(HardwareDrive { wheel_radius: devices.drive.wheel_radius, track: devices.drive.track }),
         sensors: sensors.collect(),
         actuators: devices.actuators.iter().map(device(wheels)).collect(),
         robot: devices.name,
@@ -164,6 +160,9 @@ pub struct WheeledModels {
     robot_sensor: Sensed<Sightings>,
     /// Errors of the sensors, as their maker tells them; exact sensors without.
     accuracy: Sensed<SensorAccuracy>,
+    /// Status of the wheels, by the name of their gate.
+    #[role("actuator_status")]
+    wheels: Input<ActuatorStatus>,
     /// Goal of the robot.
     goal: Output<Point2>,
     /// Robot model and pose.
@@ -271,6 +270,18 @@ pub struct WheeledKnowledgeParams {
         doc = "profile of its sensors, which a simulated world sets by its own key; a sensor without it has its first one"
     )]
     pub profile: Text<28>,
+    #[param(
+        default = "",
+        follows = ["world.robots.{robot}.sonar", "world.robots.{robot}.profile", "world.sonar"],
+        doc = "profile of its sonars, if it is another one"
+    )]
+    pub sonar: Text<28>,
+    #[param(
+        default = "",
+        follows = ["world.robots.{robot}.robot_sensor", "world.robots.{robot}.profile", "world.robot_sensor"],
+        doc = "profile of its sensor for other robots, if it is another one"
+    )]
+    pub robot_sensor: Text<28>,
     #[param(default = 0.0, unit = "m", doc = "x of the goal")]
     pub goal_x: f64,
     #[param(default = 0.0, unit = "m", doc = "y of the goal")]
@@ -294,6 +305,23 @@ pub struct WheeledKnowledgeParams {
 }
 
 impl WheeledKnowledgeParams {
+    /// The robot's description and the profiles of its sensors.
+    fn described(&self) -> DescribedRobot {
+        (self.robot, [self.profile, self.sonar, self.robot_sensor])
+    }
+
+    /// Reads the description.
+    fn devices(&self) -> Result<RobotDevices, Refusal> {
+        let Self { profile, sonar, robot_sensor, .. } = self;
+        let profiles = SensorProfiles {
+            all: profile.as_str(),
+            sonar: sonar.as_str(),
+            robot_sensor: robot_sensor.as_str(),
+        };
+        RobotDevices::load(self.robot.as_str(), profiles)
+            .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))
+    }
+
     fn rules(&self) -> ReflexRules {
         ReflexRules {
             reaction_time: self.reaction_time,
@@ -322,11 +350,16 @@ pub struct WheeledKnowledgeState {
 
 /// Maximum number of sensors of a robot model.
 const SENSORS: usize = 12;
+/// Maximum number of actuators of a robot model.
+const ACTUATORS: usize = 4;
+
+/// Description of a robot, and profiles of its sensors.
+type DescribedRobot = (Text<252>, [Text<28>; 3]);
 
 /// A robot by its description.
 #[derive(Default)]
 pub struct KnownRobot {
-    known: Option<(Text<252>, Text<28>, Option<WheeledModel>)>,
+    known: Option<(DescribedRobot, Option<WheeledModel>)>,
 }
 
 impl KnownRobot {
@@ -343,26 +376,36 @@ impl KnownRobot {
     }
 
     fn read(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
-        let model = WheeledModel::load(params.robot.as_str(), params.profile.as_str())
-            .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
-        Ok(Self { known: Some((params.robot, params.profile, Some(model))) })
+        let model = WheeledModel::of(&params.devices()?);
+        Ok(Self { known: Some((params.described(), Some(model))) })
     }
 
     /// The model of the description that was read.
     fn described(&self) -> Option<&WheeledModel> {
-        self.known.as_ref()?.2.as_ref()
+        self.known.as_ref()?.1.as_ref()
     }
 
     /// The model; none after an error, which is logged.
     fn model(&mut self, params: &WheeledKnowledgeParams, now: &Tick) -> Option<&WheeledModel> {
-        let is_known = |(robot, profile, _): &(_, _, _)| *robot == params.robot && *profile == params.profile;
-        if !self.known.as_ref().is_some_and(is_known) {
+        let described = params.described();
+        if self.known.as_ref().is_none_or(|(known, _)| *known != described) {
+            let before = self.described().copied();
             *self = Self::read(params).unwrap_or_else(|refusal| {
                 now.error(format_args!("{refusal}"));
-                Self { known: Some((params.robot, params.profile, None)) }
+                Self { known: Some((described, None)) }
             });
+            if let (Some(before), Some(model)) = (before, self.described())
+                && before.robot.drive != model.robot.drive
+            {
+                let (robot, old) = (params.robot.as_str(), before.chassis.model);
+                now.error(format_args!(
+                    "params.robot: a robot that runs as a `{}` can't become a `{robot}`: set it in the configuration, and start anew",
+                    old.as_str()
+                ));
+                self.known = Some((described, Some(before)));
+            }
         }
-        self.known.as_ref()?.2.as_ref()
+        self.known.as_ref()?.1.as_ref()
     }
 }
 
@@ -425,6 +468,16 @@ impl Knowledge for WheeledKnowledge {
             model.robot.pose = pose;
             model.accuracy = models.accuracy.get().copied().unwrap_or_default();
             model.robot.sensors = Sequence::new(sensors);
+            let mut actuators = [Device::default(); ACTUATORS];
+            let described = known.robot.actuators.iter();
+            for (actuator, own) in described.zip(&mut actuators) {
+                *own = *actuator;
+                if own.name.as_str() == "wheels" {
+                    own.report(&models.wheels);
+                }
+            }
+            let length = known.robot.actuators.iter().len();
+            model.robot.actuators = Sequence::new(&actuators[..length]);
         });
     }
 }

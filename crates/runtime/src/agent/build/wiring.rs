@@ -99,9 +99,11 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             // Whether its values come is known like the condition of a module.
             LinkSource::Remote(remote) => Some(survey.remote[remote].path.to_string()),
             LinkSource::Played(played) => survey.played[played].module.clone(),
-            LinkSource::Port(..) | LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => {
-                None
-            }
+            LinkSource::Port(..)
+            | LinkSource::Command(_)
+            | LinkSource::Gate(_)
+            | LinkSource::Implied(..)
+            | LinkSource::Host(_) => None,
         };
         Some((property, writer))
     }
@@ -433,7 +435,9 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             }
             // A playback takes messages after each cycle.
             LinkSource::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
-            LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => return None,
+            LinkSource::Command(_) | LinkSource::Gate(_) | LinkSource::Implied(..) | LinkSource::Host(_) => {
+                return None;
+            }
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.builder.wake_of(&receiver) })
     }
