@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use slate_blackboard::interface::Value;
 use slate_module::Level;
 use slate_record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory, TrajectoryStream};
+use slate_runtime::configuration::Subscription;
 use slate_runtime::log::LogTarget;
 use slate_runtime::memory::MemoryError;
 use slate_runtime::snapshot::Snapshot;
@@ -117,6 +119,7 @@ impl MissionRun {
         let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
         let scene = scene::of(&application.configuration)?;
         let course = RunHistory::new(&application.name, memories(&agent));
+        course.note_variants(&application.configuration, 0);
         agent.composer().keep(run_history::NAME, Arc::new(course.clone()));
         Ok(Self {
             agent,
@@ -202,16 +205,32 @@ impl MissionRun {
         }
     }
 
+    /// Notes in each cycle, by its time, the variants that changed configurations choose.
+    fn follow_variants(&self) -> Result<(Subscription, impl FnMut(u64) + Send + 'static), RunError> {
+        let changes = Arc::new(AtomicBool::new(false));
+        let (noted, database, course) =
+            (Arc::clone(&changes), self.application.database.clone(), self.course.clone());
+        let subscription = database.subscribe("", move |_, _| noted.store(true, Ordering::Release))?;
+        let note = move |now| {
+            if changes.swap(false, Ordering::AcqRel) {
+                course.note_variants(&database.current(), now);
+            }
+        };
+        Ok((subscription, note))
+    }
+
     /// Runs until the verdict.
     #[allow(clippy::disallowed_methods, reason = "a summary tells how long the run took on the wall clock")]
     pub fn run(mut self) -> Result<Finished, RunError> {
         let start = Instant::now();
+        let (subscription, mut note_variants) = self.follow_variants()?;
         let observer = {
             let (observation, course) = (Arc::clone(&self.observation), self.course.clone());
             let wanted = self.wants_trajectory;
             let mut unfed = UnfedInputs::new(&self.agent);
             move |cycle: &Cycle<'_>| {
                 unfed.note(cycle.now);
+                note_variants(cycle.now);
                 let running = observation.is_running();
                 course.note(cycle, &observation, (running, wanted));
                 if running { Control::Continue } else { Control::Stop }
@@ -219,6 +238,7 @@ impl MissionRun {
         };
         let end = self.agent.run(Box::new(observer))?;
         let wall_time = start.elapsed();
+        drop(subscription);
         let (cycles, now) = self.course.cycles();
         let recorded = self.recorder.as_ref().and_then(|recorder| recorder.finish(&mut self.agent));
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
@@ -249,9 +269,7 @@ impl MissionRun {
             |name: &String| figures.contains_key(name) || robots.values().any(|own| own.contains_key(name));
         units.retain(|name, _| is_shown(name));
         let status = self.status_counts();
-        let mut conditions = scene::conditions(&self.application.configuration);
-        conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
-        conditions.extend(self.course.memories());
+        let conditions = self.conditions(now);
         let summary = Summary {
             example: self.application.name.clone(),
             seed: self.application.configuration.seed().value,
@@ -279,6 +297,17 @@ impl MissionRun {
         let trajectory = self.course.take_trajectory();
         let remembered = self.agent.remember();
         Ok(Finished { agent: self.agent, summary, scene: self.scene, trajectory, remembered, recorded })
+    }
+
+    /// Under which conditions the figures hold of a run that has ended at a time.
+    fn conditions(&self, now: u64) -> BTreeMap<String, String> {
+        let mut conditions = scene::conditions(&self.application.configuration);
+        conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
+        conditions.extend(self.course.memories());
+        // A change behind the last cycle counts too.
+        self.course.note_variants(&self.application.database.current(), now);
+        conditions.extend(self.course.changed_variants());
+        conditions
     }
 
     fn judge(&self, end: &End, judged: &[JudgeMetrics]) -> (Outcome, Option<String>) {

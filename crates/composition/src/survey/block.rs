@@ -25,6 +25,15 @@ const FACT: &str = "fact";
 /// Part of the architecture that writes what has passed a gate.
 pub const GATE: &str = "gate";
 
+/// Role of an Actuator's input for the state of its gate.
+pub const GATE_STATE: &str = "gate_state";
+
+/// Role of what an Actuator reports, for Knowledge.
+pub const ACTUATOR_STATUS: &str = "actuator_status";
+
+/// Role of what a driver reports, for the Actuators in front of it.
+pub const DRIVER_STATUS: &str = "driver_status";
+
 /// Role of commands that have passed the gate.
 pub const COMMAND: &str = "command";
 
@@ -129,7 +138,9 @@ impl Block {
                 "Knowledge learns from Sensors, Monitors, Analyzes, Plan, ReactiveModels, Execute and other robots' Knowledge"
             }
             Self::Reactive => "a ReactiveModel reads Sensors and Knowledge",
-            Self::Actuator => "an Actuator reads the command that passed the gate, and Knowledge",
+            Self::Actuator => {
+                "an Actuator reads the command that passed the gate, the gate's state, its driver's status and Knowledge"
+            }
         }
     }
 
@@ -142,11 +153,12 @@ impl Block {
             (Sensor, Provenance::Block(block)) => !is_own || matches!(block, Sensor | Actuator),
             (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Block(Knowledge)) => true,
             (Monitor | Reactive | Execute | Knowledge, Provenance::Block(Sensor)) => true,
-            (Monitor | Knowledge, Provenance::Health) => true,
+            (Monitor | Knowledge, Provenance::Health) | (Knowledge, Provenance::Block(Actuator)) => true,
             (Analyze | Knowledge, Provenance::Block(Monitor)) => true,
             (Plan | Knowledge, Provenance::Block(Analyze | Execute)) => true,
             (Execute | Knowledge, Provenance::Block(Plan | Reactive)) => true,
-            (Actuator, Provenance::Gate) => true,
+            (Actuator, Provenance::Gate | Provenance::GateState) => true,
+            (Monitor | Knowledge, Provenance::GateState) => true,
             _ => false,
         }
     }
@@ -169,14 +181,14 @@ impl Block {
             (Self::Monitor | Self::Reactive | Self::Execute | Self::Knowledge, Provenance::Module) => {
                 "give it a Sensor, which reads that"
             }
-            (Self::Analyze, Provenance::Module | Provenance::Health) => {
+            (Self::Analyze, Provenance::Module | Provenance::Health | Provenance::GateState) => {
                 "give it a Sensor and a Monitor, and observe that"
             }
             (Self::Analyze, Provenance::Block(Self::Sensor)) => "give it a Monitor, and observe that",
             (Self::Analyze, Provenance::Block(Self::Analyze)) => {
                 "make it a fact of Knowledge, `fact: Known<T>`, and read that: in the same cycle, without a copy"
             }
-            (Self::Plan, Provenance::Module | Provenance::Health) => {
+            (Self::Plan, Provenance::Module | Provenance::Health | Provenance::GateState) => {
                 "give it a Sensor, a Monitor and an Analyze"
             }
             (Self::Plan, Provenance::Block(Self::Sensor)) => "give it a Monitor and an Analyze",
@@ -203,6 +215,8 @@ pub enum Provenance {
     Health,
     /// The command that an actuator's gate passed.
     Gate,
+    /// The state of an actuator's gate.
+    GateState,
     /// The configuration or a person: a parameter, or an input without a link.
     Hand,
     /// Unknown until the source is loaded, or played from a recording.
@@ -250,6 +264,7 @@ impl Provenance {
             Self::Truth => "ground truth".into(),
             Self::Health => "the condition of a module or of the loop".into(),
             Self::Gate => "a command that passed its gate".into(),
+            Self::GateState => "the state of a gate".into(),
             Self::Hand | Self::Unknown => "set by hand".into(),
         }
     }
@@ -272,6 +287,7 @@ pub fn is_fact(port: &PortDescription) -> bool {
 pub fn role_permits(role: &str, origin: Provenance) -> bool {
     match role {
         COMMAND => matches!(origin, Provenance::Gate | Provenance::Unknown),
+        GATE_STATE => matches!(origin, Provenance::GateState | Provenance::Unknown),
         MEASUREMENT => matches!(origin, Provenance::Block(Block::Sensor) | Provenance::Unknown),
         _ => true,
     }
@@ -279,7 +295,10 @@ pub fn role_permits(role: &str, origin: Provenance) -> bool {
 
 /// Whether a role says which ports it may be linked to: that of a block's own traffic, or one that is not Slate's.
 pub fn binds(role: &str) -> bool {
-    !matches!(role, "" | TRUTH | ACTUATION | FACT | MEASUREMENT | COMMAND)
+    !matches!(
+        role,
+        "" | TRUTH | ACTUATION | FACT | MEASUREMENT | COMMAND | GATE_STATE | ACTUATOR_STATUS | DRIVER_STATUS
+    )
 }
 
 /// Text by which other agents know what writes a port; empty for a module that is no block.

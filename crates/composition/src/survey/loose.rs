@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{ACTUATION, Block, COMMAND, MEASUREMENT, binds};
+use super::block::{ACTUATION, ACTUATOR_STATUS, Block, MEASUREMENT, binds};
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
 use super::{LinkSource, Survey, Wire, scope};
@@ -99,7 +99,9 @@ fn loose_port(
             let message = format!("input `{path}` has no source, and nothing else feeds `{name}`");
             Some((message, source_help(survey, module, own, &path)))
         }
-        Direction::Output if Block::of(&surveyed.description) == Some(Block::Actuator) => {
+        Direction::Output
+            if Block::of(&surveyed.description) == Some(Block::Actuator) && own.role != ACTUATOR_STATUS =>
+        {
             unread_output(configuration, survey, (module, port), &path)
         }
         Direction::Command => {
@@ -222,7 +224,7 @@ fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: 
 /// Whether a module does nothing without it: it is required, an Analyze is without a Monitor, or a Plan notices nothing at all.
 /// Which sensors a Monitor needs is checked at load, and Knowledge knows also robots with fewer sensors.
 fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool {
-    if port.role == MEASUREMENT || port.role == COMMAND {
+    if !binds(&port.role) && !port.role.is_empty() {
         return port.required;
     }
     let notices = || {
@@ -309,9 +311,10 @@ fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
     for joint in &survey.joints {
         let Wire::Port(port) = joint.port.1 else { continue };
         let moves = match joint.target {
-            LinkSource::Port(module, _) => {
+            LinkSource::Port(module, port) => {
                 let surveyed = &survey.modules[module];
-                let is_actuator = Block::of(&surveyed.description) == Some(Block::Actuator);
+                let is_actuator = Block::of(&surveyed.description) == Some(Block::Actuator)
+                    && surveyed.description.ports[port].role != ACTUATOR_STATUS;
                 is_actuator.then(|| surveyed.module.name.value.clone())
             }
             LinkSource::Command(actuator) => {

@@ -6,11 +6,12 @@ use slate_configuration::{Configuration, Mistake, Span};
 use slate_module::{Direction, PortDescription};
 
 use super::block::{
-    ACTUATION, Block, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_fact, is_referee, role_permits,
+    ACTUATION, Block, DRIVER_STATUS, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_fact, is_referee,
+    role_permits,
 };
 use super::commander::decides;
 use super::names::{join, split_module, split_port};
-use super::{Implied, LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope};
+use super::{Implied, LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope, seconds};
 use crate::complaints::Complaints;
 
 /// Reports each link that violates the architecture.
@@ -114,8 +115,7 @@ fn read(
         |writer: Option<usize>| writer.is_some_and(|writer| scope(module_name(writer)) == scope(own));
     // A block may read its own outputs.
     let others = || provenances.iter().copied().filter(|(_, writer)| *writer != Some(module));
-    let wrong = others()
-        .find(|(origin, writer)| !block.may_read(*origin, is_own(*writer)) || !role_permits(role, *origin));
+    let wrong = others().find(|(origin, writer)| !permits(block, role, *origin, is_own(*writer)));
     match wrong {
         Some((Provenance::Truth, writer)) => Some(truth(survey, path, (name, writer))),
         Some((origin, writer)) => {
@@ -140,6 +140,12 @@ fn read(
             })
         }
     }
+}
+
+/// Whether a port of a block may read a value from there.
+fn permits(block: Block, role: &str, origin: Provenance, is_own: bool) -> bool {
+    let is_status = block == Block::Actuator && role == DRIVER_STATUS && origin == Provenance::Module;
+    is_status || block.may_read(origin, is_own) && role_permits(role, origin)
 }
 
 /// Rule of links between blocks of two robots.
@@ -293,6 +299,10 @@ fn collect(
             found.push((Provenance::Gate, None));
             return;
         }
+        LinkSource::Gate(_) => {
+            found.push((Provenance::GateState, None));
+            return;
+        }
         LinkSource::Remote(remote) => {
             found.push((remote_origin(survey, remote), None));
             return;
@@ -357,12 +367,17 @@ fn check_single_plan<'a>(
     complaints: &mut Complaints<'a>,
 ) {
     let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
+    // Two Plans of a robot are a mistake of their own.
+    let told = seconds(&survey.modules);
     for joint in &survey.joints {
         let LinkSource::Port(receiver, inbox) = joint.target else { continue };
         if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, joint) {
             continue;
         }
         let Some(first) = plans.insert((receiver, inbox), joint) else { continue };
+        if told.iter().any(|(_, second)| *second == first.port.0 || *second == joint.port.0) {
+            continue;
+        }
         let path = |joint: &ResolvedLink<'_>| survey.wire_path(joint.port.0, joint.port.1);
         let message = Mistake::Second.of(format!(
             "a robot has one Plan: `/{}` can't take the actions of both `/{}` and `/{}`",

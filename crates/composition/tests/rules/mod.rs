@@ -199,6 +199,7 @@ fn nothing_against_the_rules_is_inferred() {
         "r2/execute/plan <- /r2/planner/plan inferred",
         "r2/execute/reflexes <- /r2/avoid/reflex inferred",
         "r2/motors/command <- /r2/wheels/command inferred",
+        "r2/motors/gate <- /r2/wheels/gate inferred",
         "r2/planner/situation <- /r2/execute/status inferred",
         "r3/compare/range <- /r3/front/percept inferred",
         "r3/execute/reflexes <- /r3/avoid/reflex inferred",

@@ -6,11 +6,12 @@ use slate_plugin::interfaces::{
     Bumper, Chassis, FourWheelSpeeds, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2,
     PoseEstimate, Position, SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
 };
-use slate_plugin::mapek::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
+use slate_plugin::mapek::{ActuatorStatus, Device, DeviceHealth, Kinematics, RobotModel, Steering};
 use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
 use slate_plugin::prelude::*;
-use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
+use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices, SensorProfiles};
 
+use crate::knowledge_params::DescribedRobot;
 use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
 
 pub use crate::knowledge_params::WheeledKnowledgeParams;
@@ -35,7 +36,7 @@ impl WheeledModel {
     /// # Errors
     /// The description is unknown or invalid.
     pub fn load(robot: &str, profile: &str) -> Result<Self, DescriptionProblem> {
-        RobotDevices::load(robot, profile).map(|devices| Self::of(&devices))
+        RobotDevices::load(robot, SensorProfiles::all(profile)).map(|devices| Self::of(&devices))
     }
 
     /// Model of a robot by its description, as yet without pose and measurements.
@@ -94,8 +95,7 @@ impl WheeledModel {
 /// # Errors
 /// They name none, or its description is invalid.
 pub fn hardware_of(params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-    let devices = RobotDevices::load(params.robot.as_str(), params.profile.as_str())
-        .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
+    let devices = params.devices()?;
     let device = |interface: &'static str| {
         move |device: &DeviceDescription| HardwareDevice {
             name: device.name.into(),
@@ -167,6 +167,9 @@ pub struct WheeledModels {
     robot_sensor: Sensed<Sightings>,
     /// Errors of the sensors, as their maker tells them; exact sensors without.
     accuracy: Sensed<SensorAccuracy>,
+    /// Status of the wheels, by the name of their gate.
+    #[role("actuator_status")]
+    wheels: Input<ActuatorStatus>,
     /// Goal of the robot.
     goal: Output<Point2>,
     /// Robot model and pose.
@@ -318,11 +321,13 @@ pub struct WheeledKnowledgeState {
 
 /// Maximum number of sensors of a robot model.
 const SENSORS: usize = 12;
+/// Maximum number of actuators of a robot model.
+const ACTUATORS: usize = 4;
 
 /// A robot by its description.
 #[derive(Default)]
 pub struct KnownRobot {
-    known: Option<(Text<252>, Text<28>, Option<WheeledModel>)>,
+    known: Option<(DescribedRobot, Option<WheeledModel>)>,
 }
 
 impl KnownRobot {
@@ -339,26 +344,36 @@ impl KnownRobot {
     }
 
     fn read(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
-        let model = WheeledModel::load(params.robot.as_str(), params.profile.as_str())
-            .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
-        Ok(Self { known: Some((params.robot, params.profile, Some(model))) })
+        let model = WheeledModel::of(&params.devices()?);
+        Ok(Self { known: Some((params.described(), Some(model))) })
     }
 
     /// The model of the description that was read.
     fn described(&self) -> Option<&WheeledModel> {
-        self.known.as_ref()?.2.as_ref()
+        self.known.as_ref()?.1.as_ref()
     }
 
     /// The model; none after an error, which is logged.
     fn model(&mut self, params: &WheeledKnowledgeParams, now: &Tick) -> Option<&WheeledModel> {
-        let is_known = |(robot, profile, _): &(_, _, _)| *robot == params.robot && *profile == params.profile;
-        if !self.known.as_ref().is_some_and(is_known) {
+        let described = params.described();
+        if self.known.as_ref().is_none_or(|(known, _)| *known != described) {
+            let before = self.described().copied();
             *self = Self::read(params).unwrap_or_else(|refusal| {
                 now.error(format_args!("{refusal}"));
-                Self { known: Some((params.robot, params.profile, None)) }
+                Self { known: Some((described, None)) }
             });
+            if let (Some(before), Some(model)) = (before, self.described())
+                && before.robot.drive != model.robot.drive
+            {
+                let (robot, old) = (params.robot.as_str(), before.chassis.model);
+                now.error(format_args!(
+                    "params.robot: a robot that runs as a `{}` can't become a `{robot}`: set it in the configuration, and start anew",
+                    old.as_str()
+                ));
+                self.known = Some((described, Some(before)));
+            }
         }
-        self.known.as_ref()?.2.as_ref()
+        self.known.as_ref()?.1.as_ref()
     }
 }
 
@@ -409,6 +424,16 @@ impl Knowledge for WheeledKnowledge {
             model.robot.pose = pose;
             model.accuracy = models.accuracy.get().copied().unwrap_or_default();
             model.robot.sensors = Sequence::new(sensors);
+            let mut actuators = [Device::default(); ACTUATORS];
+            let described = known.robot.actuators.iter();
+            for (actuator, own) in described.zip(&mut actuators) {
+                *own = *actuator;
+                if own.name.as_str() == "wheels" {
+                    own.report(&models.wheels);
+                }
+            }
+            let length = known.robot.actuators.iter().len();
+            model.robot.actuators = Sequence::new(&actuators[..length]);
         });
     }
 }

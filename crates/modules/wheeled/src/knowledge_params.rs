@@ -4,6 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use slate_avoidance::{ReflexRules, SensorRule};
 use slate_plugin::prelude::*;
+use slate_robots::{RobotDevices, SensorProfiles};
 
 use crate::rules::{BumperReleaseRules, GiveWayRules, KeepWallRules, WheeledRules, default_sensor_rules};
 
@@ -19,6 +20,18 @@ pub struct WheeledKnowledgeParams {
         doc = "profile of its sensors, which a simulated world sets by its own key; a sensor without it has its first one"
     )]
     pub profile: Text<28>,
+    #[param(
+        default = "",
+        follows = ["world.robots.{robot}.sonar", "world.robots.{robot}.profile", "world.sonar"],
+        doc = "profile of its sonars, if it is another one"
+    )]
+    pub sonar: Text<28>,
+    #[param(
+        default = "",
+        follows = ["world.robots.{robot}.robot_sensor", "world.robots.{robot}.profile", "world.robot_sensor"],
+        doc = "profile of its sensor for other robots, if it is another one"
+    )]
+    pub robot_sensor: Text<28>,
     #[param(default = 0.0, unit = "m", doc = "x of the goal")]
     pub goal_x: f64,
     #[param(default = 0.0, unit = "m", doc = "y of the goal")]
@@ -77,7 +90,30 @@ pub struct WheeledKnowledgeParams {
     pub release_timeout: f64,
 }
 
+/// A robot's description and the profiles of its sensors, as parameters name them.
+pub(crate) type DescribedRobot = (Text<252>, [Text<28>; 3]);
+
 impl WheeledKnowledgeParams {
+    /// The robot's description and the profiles of its sensors.
+    pub(crate) fn described(&self) -> DescribedRobot {
+        (self.robot, [self.profile, self.sonar, self.robot_sensor])
+    }
+
+    /// Reads the description.
+    ///
+    /// # Errors
+    /// Parameters name none, or it is invalid.
+    pub(crate) fn devices(&self) -> Result<RobotDevices, Refusal> {
+        let Self { profile, sonar, robot_sensor, .. } = self;
+        let profiles = SensorProfiles {
+            all: profile.as_str(),
+            sonar: sonar.as_str(),
+            robot_sensor: robot_sensor.as_str(),
+        };
+        RobotDevices::load(self.robot.as_str(), profiles)
+            .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))
+    }
+
     /// Rules of the reflexes.
     pub fn rules(&self) -> WheeledRules {
         WheeledRules {
