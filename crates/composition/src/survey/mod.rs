@@ -15,6 +15,7 @@ mod order;
 mod rings;
 mod robot_model;
 mod rules;
+mod switched_off;
 mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -417,7 +418,10 @@ pub fn scope(name: &str) -> &str {
 /// One Plan, one Execute, one Knowledge per robot (RoCS, 5.1).
 fn check_unique(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
     let mut seen: BTreeMap<(&str, &str), &str> = BTreeMap::new();
-    for surveyed in modules {
+    let mut written: Vec<_> = modules.iter().collect();
+    // The one that is written last is too much.
+    written.sort_by_key(|surveyed| surveyed.module.name.span);
+    for surveyed in written {
         let name = surveyed.module.name.value.as_str();
         let part = surveyed.description.unique.as_str();
         if part.is_empty() {
