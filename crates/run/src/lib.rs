@@ -4,6 +4,7 @@
 #[macro_use]
 mod complain;
 
+mod causes;
 pub mod clock;
 mod console;
 mod display;
@@ -23,11 +24,11 @@ mod run;
 mod run_history;
 pub mod scene;
 mod sensor_profile;
-mod silent_sensors;
 mod stay;
 #[cfg(feature = "console")]
 mod trails;
 mod unfed;
+mod warnings;
 
 use std::sync::Arc;
 
