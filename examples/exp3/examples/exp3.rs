@@ -1,7 +1,7 @@
 //! EXP3 as a program: `cargo run --release -p slate-exp3 --example exp3` runs it, and `-- --toml` behind that prints its
 //! configuration.
 
-use slate::interfaces::FourWheelSpeeds;
+use slate::interfaces::{FourWheelSpeeds, Point2};
 use slate::prelude::*;
 use slate::sim::devices::{
     SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
@@ -60,7 +60,7 @@ fn r2() -> Robot {
         .analyze::<PassOrientation>("pass_orientation")
         .attach::<PatrolPlanner>("planner")
         .knowledge::<WheeledKnowledge>("knowledge")
-        .params(|params| params.robot = "pioneer_p3dx".into())
+        .params(pioneer)
         .link("pose", "estimate_pose/estimate")
         .plan::<PatrolPlanner>("planner")
         .reactive::<AvoidObstacleModel>("avoid_obstacle")
@@ -69,6 +69,13 @@ fn r2() -> Robot {
         .execute::<DifferentialActions>("execute")
         .gate("wheels", wheels.time_to_live("100ms"))
         .finish()
+}
+
+/// A Pioneer, with the corners in the order in which the authors' robot visits them.
+fn pioneer(knowledge: &mut WheeledKnowledgeParams) {
+    let corners = [(2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)];
+    knowledge.robot = "pioneer_p3dx".into();
+    knowledge.goals = Sequence::new(&corners.map(|(x, y)| Point2 { x, y }));
 }
 
 /// R3 follows R2.
@@ -118,13 +125,12 @@ fn r3() -> Robot {
         .finish()
 }
 
-/// A Summit XL, with the goal and the rules of EXP2.
+/// A Summit XL without a goal, and with the rules of EXP2.
 fn summit(knowledge: &mut WheeledKnowledgeParams) {
     let rule = |sensor: &str, distance| SensorRule { distance, sensor: sensor.into() };
     *knowledge = WheeledKnowledgeParams {
         robot: "summit_xl".into(),
-        goal_x: 1.2,
-        goal_y: 1.2,
+        has_goal: false.into(),
         sensor_rules: Sequence::new(&[rule("sonar", 0.3), rule("robot_sensor", 0.25)]),
         reaction_time: 0.7,
         side_clearance: 0.05,

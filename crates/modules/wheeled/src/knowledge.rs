@@ -10,6 +10,7 @@ use slate_plugin::mapek::{Device, DeviceHealth, Kinematics, RobotModel, Steering
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
 
+use crate::goals::Goals;
 use crate::rules::{RefusedRule, RefusedRules, RulePorts, default_sensor_rules, has_threshold};
 
 /// Model of a wheeled robot.
@@ -121,8 +122,10 @@ pub struct WheeledModels {
     robot_sensor: Sensed<Sightings>,
     /// Errors of the sensors, as their maker tells them; exact sensors without.
     accuracy: Sensed<SensorAccuracy>,
-    /// Goal of the robot.
+    /// Goal of the robot; nothing without one, and while it has several.
     goal: Output<Point2>,
+    /// Goals that it visits in turn, if it has several.
+    goals: Output<Goals>,
     /// Robot model and pose.
     robot: Output<WheeledModel>,
     /// Estimated pose, with its covariance. It takes the place of the measured one.
@@ -171,6 +174,15 @@ impl WheeledModels {
             }
         }
         (names, length)
+    }
+
+    /// Sets what the parameters say of the goals.
+    fn set_goals(&self, params: &WheeledKnowledgeParams) {
+        match (params.has_goal.get(), params.goals.is_empty()) {
+            (false, _) => {}
+            (true, true) => self.goal.set(Point2 { x: params.goal_x, y: params.goal_y }),
+            (true, false) => self.goals.set(Goals { list: params.goals }),
+        }
     }
 
     /// The estimated pose; before the first estimate, the measured one of these devices.
@@ -231,6 +243,10 @@ pub struct WheeledKnowledgeParams {
     pub goal_x: f64,
     #[param(default = 0.0, unit = "m", doc = "y of the goal")]
     pub goal_y: f64,
+    #[param(default = Sequence::default(), doc = "goals that the robot visits in turn, metres, in the place of the single one")]
+    pub goals: Sequence<Point2, 16>,
+    #[param(default = true, doc = "whether it has a goal: false for one whose Plan follows something else")]
+    pub has_goal: Bool,
     #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in metres")]
     pub sensor_rules: Sequence<SensorRule, 4>,
     #[param(default = 0.3, range = 0.0..=5.0, unit = "s", doc = "additional distance of a reflex per speed")]
@@ -352,7 +368,7 @@ impl Knowledge for WheeledKnowledge {
         params: &WheeledKnowledgeParams,
         now: &Tick,
     ) {
-        models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
+        models.set_goals(params);
         let Some(known) = state.robot.model(params, now) else { return };
         let (names, length) = models.ruled_sensors(known);
         state.refused.update(rules, params.rules(), &names[..length], now);
