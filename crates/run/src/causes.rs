@@ -18,12 +18,12 @@ const OLD: u64 = 1_000_000_000;
 /// Describes the sensors of all robots that do not measure at the end of a run, such as "r2: the sensor `sonar` stopped at 2.48 s"; of a
 /// run that failed also what else keeps them from their mission, with their newest warnings. None if nothing does.
 pub fn describe(composer: &Composer, board: &Board, now: u64, failure: Option<&Warnings>) -> Option<String> {
-    let scene = Scene::new(composer, board, failure.is_some());
+    let end = EndOfRun::new(composer, board, failure.is_some());
     let (mut causes, mut lost) = (Vec::new(), BTreeSet::new());
     let properties = board.properties();
     for property in &properties {
         if let Some(field) = robot_model_of(property.descriptor())
-            && !scene.add_sensors(property, field, now, &mut causes)
+            && !end.add_sensors(property, field, now, &mut causes)
         {
             lost.insert(robot_of(property.path()));
         }
@@ -33,19 +33,19 @@ pub fn describe(composer: &Composer, board: &Board, now: u64, failure: Option<&W
             && property.access() == Access::Output
             && failure.is_some()
         {
-            scene.add_blocks(property, &lost, &mut causes);
+            end.add_blocks(property, &lost, &mut causes);
         }
     }
     causes.sort();
     causes.dedup();
     if let Some(warnings) = failure {
-        scene.add_warnings(warnings, &mut causes);
+        end.add_warnings(warnings, &mut causes);
     }
     (!causes.is_empty()).then(|| causes.join("; "))
 }
 
 /// The modules and links of an agent at the end of its run.
-struct Scene<'a> {
+struct EndOfRun<'a> {
     board: &'a Board,
     links: Vec<LinkStatus>,
     /// Condition of each module, and what it waits for.
@@ -54,7 +54,7 @@ struct Scene<'a> {
     has_failed: bool,
 }
 
-impl<'a> Scene<'a> {
+impl<'a> EndOfRun<'a> {
     fn new(composer: &Composer, board: &'a Board, has_failed: bool) -> Self {
         let modules = composer.modules().into_iter();
         let modules = modules.map(|module| (module.name, (module.condition, module.waiting_for))).collect();

@@ -90,15 +90,7 @@ fn loose_port(
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
             Some((format!("input `{path}` has no source"), source_help(survey, module, own, &path)))
         }
-        Direction::Queue if own.role == CHANGE => {
-            let told = unheard(survey, module, own)?;
-            let what = own.descriptor.name;
-            let message = format!("input `{path}` has no source, although `{told}` has a {what}");
-            let help = format!(
-                "add an Analyze whose change is a {what}, or write \"/{path}\" = false if the Plan is to do without it"
-            );
-            Some((message, help))
-        }
+        Direction::Queue if own.role == CHANGE => unnoticed(survey, module, own, &path),
         Direction::Input if judges(configuration, &surveyed.module.name.value) => {
             let message =
                 format!("input `{path}` has no source, and its module decides the mission's outcome");
@@ -123,14 +115,25 @@ fn loose_port(
     }
 }
 
-/// The percept of a Monitor, or the measurement of a Sensor, that its robot has of what an input of its Plan notices.
-fn unheard(survey: &Survey<'_>, module: usize, own: &PortDescription) -> Option<String> {
+/// An input of a Plan without an Analyze, of what its robot has a percept or a measurement of.
+fn unnoticed(
+    survey: &Survey<'_>,
+    module: usize,
+    own: &PortDescription,
+    path: &str,
+) -> Option<(String, String)> {
     let tells = |other: &PortDescription| {
         other.direction == Direction::Output
             && (other.role == PERCEPT || other.role == MEASUREMENT)
             && other.descriptor.hash == own.descriptor.hash
     };
-    in_scope(survey, module, tells).into_iter().next()
+    let told = in_scope(survey, module, tells).into_iter().next()?;
+    let what = own.descriptor.name;
+    let message = format!("input `{path}` has no source, although `{told}` has a {what}");
+    let help = format!(
+        "add an Analyze whose change is a {what}, or write \"/{path}\" = false if the Plan is to do without it"
+    );
+    Some((message, help))
 }
 
 /// The output of its robot's Knowledge that an input of a ReactiveModel is for, as its type says.
