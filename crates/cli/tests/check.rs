@@ -105,11 +105,7 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
     let bumper = "{ sensor = \"bumper\", distance = 0.3 }";
     found(&with(bumper), &["`sensor_rules` of `r3/knowledge`", "`bumper`", "lists"], bumper);
     let twice = "{ sensor = \"sonar\", distance = 0.2 }";
-    found(
-        &with(twice),
-        &["`r3/knowledge`", "params.sensor_rules.1", "rule 1 is of the sensor `sonar`"],
-        twice,
-    );
+    found(&with(twice), &["`r3/knowledge`", "params.sensor_rules.1: item 0 is of the sensor `sonar`"], twice);
     let far = "{ sensor = \"robot_sensor\", distance = 30.0 }";
     found(&with(far), &["from 0 to 10 m", "found 30"], far);
     // No item has what another one of the default says.

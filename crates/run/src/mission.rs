@@ -18,12 +18,13 @@ use slate_share::agent::AgentSharing;
 
 use crate::Application;
 use crate::RunError;
+use crate::causes;
 use crate::observation::{JudgeMetrics, Observation};
 use crate::options::ModeName;
 use crate::run_history::{self, RunHistory};
 use crate::scene;
-use crate::silent_sensors;
 use crate::unfed::UnfedInputs;
+use crate::warnings::Warnings;
 
 /// Figures of every judge, which are fields of the summary.
 const STANDARD: [&str; 6] =
@@ -90,6 +91,7 @@ pub struct MissionRun {
     recorder: Option<Recorder>,
     /// Writes the trajectory while the run goes.
     stream: Option<TrajectoryStream>,
+    warnings: Warnings,
 }
 
 impl MissionRun {
@@ -97,13 +99,15 @@ impl MissionRun {
     pub fn load(application: Application, mission: MissionOptions) -> Result<Self, RunError> {
         let configuration = &application.configuration;
         let recorder = mission.follows.then(|| Recorder::on_demand(configuration.record()));
-        let log = mission.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).collect();
+        let warnings = Warnings::default();
+        let kept: Box<dyn LogTarget> = Box::new(warnings.clone());
+        let log = mission.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).chain([kept]);
         let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
         let options = Options {
             mode: mission.mode.mode(),
             rate: mission.rate,
             workers: mission.workers,
-            log,
+            log: log.collect(),
             recording: recorder.clone().map(|recorder| Arc::new(recorder) as _),
             // Many runs at once would be several agents of one name.
             sharing: mission.follows.then(|| Box::new(AgentSharing::default()) as _),
@@ -131,6 +135,7 @@ impl MissionRun {
             wants_trajectory: mission.trajectory,
             recorder,
             stream: None,
+            warnings,
         })
     }
 
@@ -244,7 +249,8 @@ impl MissionRun {
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let judged = self.observation.metrics();
         let (outcome, message) = self.judge(&end, &judged);
-        let stopped = silent_sensors::describe(self.agent.board(), self.agent.now());
+        let failure = (!outcome.is_success()).then_some(&self.warnings);
+        let stopped = causes::describe(&self.agent.composer(), self.agent.board(), self.agent.now(), failure);
         let message = [message, stopped]
             .into_iter()
             .flatten()

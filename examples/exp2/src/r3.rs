@@ -1,6 +1,6 @@
 //! R3, as EXP2 and EXP3 have it.
 
-use slate::interfaces::FourWheelSpeeds;
+use slate::interfaces::{FourWheelSpeeds, Point2};
 use slate::prelude::*;
 use slate::sim::devices::{
     SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
@@ -19,8 +19,8 @@ use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonit
 use slate_wheeled::skid_steer::SkidSteerActions;
 
 /// R3, a Summit XL, without a Plan and without `locate_robot`, which tracks another robot in each experiment: `robots/r3.toml` as a
-/// program.
-pub fn r3() -> Robot {
+/// program. It goes to the goal, if it has one.
+pub fn r3(goal: Option<Point2>) -> Robot {
     Robot::new("r3")
         .sensor::<MedianSonar>("sonar")
         .sensor::<SimulatedPosition>("position")
@@ -49,7 +49,7 @@ pub fn r3() -> Robot {
         .analyze::<PassPosition>("pass_position")
         .analyze::<PassOrientation>("pass_orientation")
         .knowledge::<WheeledKnowledge>("knowledge")
-        .params(summit)
+        .params(move |knowledge| summit(knowledge, goal))
         .link("pose", "estimate_pose/estimate")
         .reactive::<AvoidObstacleModel>("avoid_obstacle")
         .reactive::<AvoidWallModel>("avoid_wall")
@@ -61,12 +61,14 @@ pub fn r3() -> Robot {
 }
 
 /// A Summit XL, its goal and the rules of its reflexes.
-fn summit(knowledge: &mut WheeledKnowledgeParams) {
+fn summit(knowledge: &mut WheeledKnowledgeParams, goal: Option<Point2>) {
+    let Point2 { x: goal_x, y: goal_y } = goal.unwrap_or_default();
     let rule = |sensor: &str, distance| SensorRule { distance, sensor: sensor.into() };
     *knowledge = WheeledKnowledgeParams {
         robot: "summit_xl".into(),
-        goal_x: 1.2,
-        goal_y: 1.2,
+        has_goal: goal.is_some().into(),
+        goal_x,
+        goal_y,
         sensor_rules: Sequence::new(&[rule("sonar", 0.3), rule("robot_sensor", 0.25)]),
         reaction_time: 0.7,
         side_clearance: 0.05,

@@ -1,15 +1,16 @@
 //! EXP3's robots: one visits the corners, the other one follows it; and how they are judged.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::blackboard::interface::Value;
 use slate::interfaces::{Orientation, Point2, Position};
 use slate::mapek::{self, PlanBlock, Planned};
-use slate::module::Bool;
 use slate::module::testing::Fixture;
+use slate::module::{Bool, Sequence};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate_exp3::follow::FollowPlanner;
 use slate_exp3::patrol::PatrolPlanner;
+use slate_wheeled::goals::Goals;
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::locate_robot::Located;
 
@@ -108,7 +109,7 @@ fn caused_collision_fails_a_kept_gap_and_ends_no_run() {
     // R2 drives into R1, which stands still, and pushes on.
     let drives = [
         "robots.r2.modules.planner.enabled=true",
-        "robots.r2.modules.planner.params.corner_x=0.0",
+        "robots.r2.modules.knowledge.params.goals=[{ x = 0.0, y = 2.0 }]",
         "robots.r2.modules.avoid_obstacle.enabled=false",
         "modules.pursuit.params.max_gap=10.0",
         "modules.referee.params.time_limit=6.0",
@@ -169,9 +170,33 @@ fn plan_does_not_interrupt_a_reflex() {
     assert!(planner.sent::<Planned>("plan").is_empty());
 }
 
+/// Goals at the corners of a room.
+fn corners(x: f64, y: f64) -> Goals {
+    let corners = [(x, y), (x, -y), (-x, y), (-x, -y)];
+    Goals { list: Sequence::new(&corners.map(|(x, y)| Point2 { x, y })) }
+}
+
+#[test]
+fn goals_are_in_knowledge_and_the_plan_reads_them_there() {
+    let mut agent = agent(&[]);
+    agent.step();
+    agent.step();
+    let newest = |path: &str| agent.board().read(path).unwrap().map(|(value, _)| value);
+    let goal =
+        |value: &Value| [value.get("x"), value.get("y")].map(|number| number.unwrap().as_f64().unwrap());
+    let Some(Value::List(known)) = newest("r2/knowledge/goals/list") else { panic!("a list of goals") };
+    let known: Vec<_> = known.iter().map(goal).collect();
+    assert_eq!(known, [[2.0, 2.0], [2.0, -2.0], [-2.0, 2.0], [-2.0, -2.0]]);
+    assert_eq!(newest("r2/planner/goal").as_ref().map(goal), Some(known[0]));
+    for none in ["r2/knowledge/goal", "r3/knowledge/goal", "r3/knowledge/goals"] {
+        assert!(newest(none).is_none(), "{none} says where nobody goes");
+    }
+}
+
 #[test]
 fn corner_without_progress_is_left_for_the_next_lap() {
     let mut planner = Fixture::<PlanBlock<PatrolPlanner>>::new();
+    planner.set("goals", corners(2.0, 2.0));
     let mut goes_to = |seconds: u64| {
         planner.advance(seconds * 1_000_000_000);
         planner.push("position", Position { x: 1.5, y: 1.5, z: 0.0 });
@@ -187,6 +212,7 @@ fn corner_without_progress_is_left_for_the_next_lap() {
 #[test]
 fn another_corner_and_other_speeds_hold_on_the_way() {
     let mut planner = Fixture::<PlanBlock<PatrolPlanner>>::new();
+    planner.set("goals", corners(2.0, 2.0));
     planner.push("position", Position::default());
     planner.push("orientation", Orientation::default());
     let sent = |planner: &mut Fixture<PlanBlock<PatrolPlanner>>| {
@@ -199,7 +225,7 @@ fn another_corner_and_other_speeds_hold_on_the_way() {
     assert_eq!(sent(&mut planner), (2.0, 2.0, 0.4));
     planner
         .set("situation", mapek::ExecuteStatus { route: mapek::Route::DELIBERATIVE, ..Default::default() });
-    planner.params().corner_x = 1.0;
+    planner.set("goals", corners(1.0, 2.0));
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.4));
     planner.params().max_linear_velocity = 0.1;
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.1));

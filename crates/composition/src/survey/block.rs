@@ -10,6 +10,12 @@ pub const TRUTH: &str = "truth";
 /// Role of what a Sensor measures.
 pub const MEASUREMENT: &str = "measurement";
 
+/// Role of what a Monitor makes of measurements.
+pub const PERCEPT: &str = "percept";
+
+/// Role of what an Analyze tells the Plan.
+pub const CHANGE: &str = "change";
+
 /// Role of a driver's inputs that move a robot.
 pub const ACTUATION: &str = "actuation";
 
@@ -76,8 +82,8 @@ impl Block {
             description.ports.iter().any(|port| port.direction == direction && port.role == role)
         };
         let is = [
-            (Self::Monitor, has(Direction::Output, "percept")),
-            (Self::Analyze, has(Direction::Output, "change")),
+            (Self::Monitor, has(Direction::Output, PERCEPT)),
+            (Self::Analyze, has(Direction::Output, CHANGE)),
             (Self::Plan, has(Direction::Outbox, PLAN)),
             (Self::Execute, has(Direction::Inbox, PLAN) || has(Direction::Inbox, REFLEX)),
             (Self::Reactive, has(Direction::Outbox, REFLEX)),

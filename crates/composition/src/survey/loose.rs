@@ -4,9 +4,10 @@ use std::collections::BTreeMap;
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{ACTUATION, ACTUATOR_STATUS, Block, MEASUREMENT, binds};
+use super::block::{ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, binds};
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
+use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic, empty_robots};
 
@@ -22,6 +23,7 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
             }
         }
     }
+    found.extend(switched_off(configuration, survey));
     found.extend(crossing(configuration, survey));
     found.extend(unguarded(configuration, survey));
     found.extend(empty_robots(configuration).into_iter().map(|robot| {
@@ -89,6 +91,7 @@ fn loose_port(
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
             Some((format!("input `{path}` has no source"), source_help(survey, module, own, &path)))
         }
+        Direction::Queue if own.role == CHANGE => unnoticed(survey, module, own, &path),
         Direction::Input if judges(configuration, &surveyed.module.name.value) => {
             let message =
                 format!("input `{path}` has no source, and its module decides the mission's outcome");
@@ -113,6 +116,27 @@ fn loose_port(
         }
         _ => None,
     }
+}
+
+/// An input of a Plan without an Analyze, of what its robot has a percept or a measurement of.
+fn unnoticed(
+    survey: &Survey<'_>,
+    module: usize,
+    own: &PortDescription,
+    path: &str,
+) -> Option<(String, String)> {
+    let tells = |other: &PortDescription| {
+        other.direction == Direction::Output
+            && (other.role == PERCEPT || other.role == MEASUREMENT)
+            && other.descriptor.hash == own.descriptor.hash
+    };
+    let told = in_scope(survey, module, tells).into_iter().next()?;
+    let what = own.descriptor.name;
+    let message = format!("input `{path}` has no source, although `{told}` has a {what}");
+    let help = format!(
+        "add an Analyze whose change is a {what}, or write \"/{path}\" = false if the Plan is to do without it"
+    );
+    Some((message, help))
 }
 
 /// The output of its robot's Knowledge that an input of a ReactiveModel is for, as its type says.
@@ -369,7 +393,13 @@ fn free_input(survey: &Survey<'_>, interface: u64, name: &str) -> Option<String>
     for (module, surveyed) in survey.modules.iter().enumerate() {
         for (port, own) in surveyed.description.ports.iter().enumerate() {
             let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)));
-            if own.direction == Direction::Input && own.descriptor.hash == interface && !is_linked {
+            // A driver of several robots names its inputs after them.
+            let is_of_another = own.name.split_once('/').is_some_and(|(robot, _)| robot != scope(name));
+            if own.direction == Direction::Input
+                && own.descriptor.hash == interface
+                && !is_linked
+                && !is_of_another
+            {
                 free.push(format!("{}/{}", surveyed.module.name.value, own.name));
             }
         }

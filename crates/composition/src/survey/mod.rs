@@ -16,6 +16,7 @@ mod order;
 mod rings;
 mod robot_model;
 mod rules;
+mod switched_off;
 mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};

@@ -134,16 +134,17 @@ impl std::fmt::Display for RuleError {
             Self::Empty => formatter.write_str(
                 "expected a rule such as { sensor = \"sonar\", distance = 0.1 }, found none; disable the reflex if it is to have none",
             ),
-            Self::Twice { number, first, sensor } => write!(
+            Self::Twice { first, sensor, .. } => write!(
                 formatter,
-                "rule {number}: rule {first} is of the sensor `{sensor}` already; keep one of the two"
+                "item {} is of the sensor `{sensor}` already; keep one of the two",
+                first - 1
             ),
-            Self::Distance { number, sensor, distance } => write!(
+            Self::Distance { sensor, distance, .. } => write!(
                 formatter,
-                "rule {number}, of the sensor `{sensor}`: expected a distance from 0 to {MAX_DISTANCE} m, found {distance}"
+                "expected a distance of the sensor `{sensor}` from 0 to {MAX_DISTANCE} m, found {distance}"
             ),
-            Self::Sensor { number, sensor } => {
-                write!(formatter, "rule {number}: no reflex of this robot has a threshold for a sensor `{sensor}`")
+            Self::Sensor { sensor, .. } => {
+                write!(formatter, "no reflex of this robot has a threshold for a sensor `{sensor}`")
             }
         }
     }

@@ -11,6 +11,7 @@ use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices, SensorProfiles};
 
+use crate::goals::Goals;
 use crate::knowledge_params::DescribedRobot;
 use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
 
@@ -170,8 +171,10 @@ pub struct WheeledModels {
     /// Status of the wheels, by the name of their gate.
     #[role("actuator_status")]
     wheels: Input<ActuatorStatus>,
-    /// Goal of the robot.
+    /// Goal of the robot; nothing without one, and while it has several.
     goal: Output<Point2>,
+    /// Goals that it visits in turn, if it has several.
+    goals: Output<Goals>,
     /// Robot model and pose.
     robot: Output<WheeledModel>,
     /// Estimated pose, with its covariance. It takes the place of the measured one.
@@ -262,6 +265,15 @@ impl WheeledModels {
             }
         }
         length
+    }
+
+    /// Sets what the parameters say of the goals.
+    fn set_goals(&self, params: &WheeledKnowledgeParams) {
+        match (params.has_goal.get(), params.goals.is_empty()) {
+            (false, _) => {}
+            (true, true) => self.goal.set(Point2 { x: params.goal_x, y: params.goal_y }),
+            (true, false) => self.goals.set(Goals { list: params.goals }),
+        }
     }
 
     /// The estimated pose; before the first estimate, the measured one of these devices.
@@ -411,7 +423,7 @@ impl Knowledge for WheeledKnowledge {
         params: &WheeledKnowledgeParams,
         now: &Tick,
     ) {
-        models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
+        models.set_goals(params);
         let Some(known) = state.robot.model(params, now) else { return };
         let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
         let mut sensors = [Device::default(); SENSORS];

@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use slate_avoidance::{ReflexRules, SensorRule};
+use slate_plugin::interfaces::Point2;
 use slate_plugin::prelude::*;
 use slate_robots::{RobotDevices, SensorProfiles};
 
@@ -36,6 +37,10 @@ pub struct WheeledKnowledgeParams {
     pub goal_x: f64,
     #[param(default = 0.0, unit = "m", doc = "y of the goal")]
     pub goal_y: f64,
+    #[param(default = Sequence::default(), doc = "goals that the robot visits in turn, metres, in the place of the single one")]
+    pub goals: Sequence<Point2, 16>,
+    #[param(default = true, doc = "whether it has a goal: false for one whose Plan follows something else")]
+    pub has_goal: Bool,
     #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in metres")]
     pub sensor_rules: Sequence<SensorRule, 4>,
     #[param(default = 0.3, range = 0.0..=5.0, unit = "s", doc = "additional distance of a reflex per speed")]

@@ -88,7 +88,16 @@ pub struct LastSighting {
     /// Filter of a sensor that errs.
     #[serde(default)]
     track: Option<TrackFilter>,
+    /// Since when others are detected, and not yet this one, seconds.
+    #[serde(default)]
+    others_since: Option<f64>,
+    /// Whether the log says so.
+    #[serde(default)]
+    is_missed: bool,
 }
+
+/// Time after which a robot that was never detected, while others are, is logged, seconds.
+const MISSING: f64 = 10.0;
 
 /// Tracks the position of another robot; reports changes.
 ///
@@ -115,6 +124,9 @@ impl Analyze for LocateRobot {
             .robots
             .updated()
             .and_then(|robots| robots.list.iter().find(|seen| seen.name.as_str() == params.robot.as_str()));
+        if let Some(other) = observed.robots.updated().and_then(|robots| robots.list.first()) {
+            told.miss(seen.is_some(), other, params, now);
+        }
         let seen = seen.filter(|seen| seen.range.is_finite() && seen.bearing.is_finite());
         let accuracy = observed.robot.get().map(|robot| robot.accuracy).unwrap_or_default();
         let pose = observed.pose();
@@ -185,6 +197,18 @@ impl LastSighting {
         let (dx, dy) = (place.x - pose.x, place.y - pose.y);
         let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
         Some((place, Sighting { range: math::hypot(dx, dy), bearing, ..Sighting::default() }))
+    }
+
+    /// Logs once that a robot is never detected, although another one is.
+    fn miss(&mut self, is_seen: bool, other: &Sighting, params: &LocateRobotParams, now: &Tick) {
+        if is_seen || self.is_missed {
+            self.is_missed = true;
+            return;
+        }
+        if now.seconds() - *self.others_since.get_or_insert(now.seconds()) > MISSING {
+            self.is_missed = true;
+            now.warn(format_args!("the robot `{}` was never detected; `{}` is", params.robot, other.name));
+        }
     }
 
     /// Reports a place if it is news, or, once, that the robot is lost.

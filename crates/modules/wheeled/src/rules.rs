@@ -172,7 +172,15 @@ impl fmt::Display for RefusedRule<'_> {
         if let Some(index) = self.error.index() {
             write!(f, ".{index}")?;
         }
-        write!(f, ": {}", self.error)?;
+        match self.error {
+            RuleError::Sensor { sensor, .. } if has_threshold(sensor.as_str()) => {
+                return write!(
+                    f,
+                    ": the robot has no Sensor `{sensor}` that works: it is missing or switched off, and the reflexes that read it stop the robot"
+                );
+            }
+            error => write!(f, ": {error}")?,
+        }
         if let RuleError::Sensor { .. } = self.error {
             f.write_str("; expected one of ")?;
             for (number, sensor) in self.sensors.iter().enumerate() {
