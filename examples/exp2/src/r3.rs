@@ -3,8 +3,7 @@
 use slate::interfaces::{FourWheelSpeeds, Point2};
 use slate::prelude::*;
 use slate::sim::devices::{
-    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
-    SimulatedSkidSteerWheels,
+    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedSkidSteerWheels,
 };
 use slate_avoidance::SensorRule;
 use slate_wheeled::analyzes::{PassOrientation, PassPosition, PassRange};
@@ -12,6 +11,7 @@ use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::give_way::GiveWayModel;
+use slate_wheeled::held_robot_sensor::HeldRobotSensor;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
 use slate_wheeled::median_sonar::MedianSonar;
@@ -27,7 +27,7 @@ pub fn r3(goal: Option<Point2>) -> Robot {
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
         .sensor::<SimulatedAccuracy>("accuracy")
-        .sensor::<SimulatedRobotSensor>("robot_sensor")
+        .sensor::<HeldRobotSensor>("robot_sensor")
         .actuator::<SimulatedSkidSteerWheels>("motors")
         .monitor::<RangeMonitor>("range_monitor")
         .attach::<PassRange>("pass_range")
@@ -75,6 +75,8 @@ fn summit(knowledge: &mut WheeledKnowledgeParams, goal: Option<Point2>) {
         free_distance: 0.754,
         turn_clearance: 0.01,
         drive_distance: 0.8,
+        error_distance: 0.1,
+        error_clearance: 0.05,
         ..WheeledKnowledgeParams::default()
     };
 }

@@ -231,10 +231,9 @@ impl WheeledModels {
         checked: &mut CheckedRules,
         model: &WheeledModel,
         ports: &RulePorts,
-        params: &WheeledKnowledgeParams,
+        given: WheeledRules,
         now: &Tick,
     ) -> WheeledRules {
-        let given = params.rules();
         let (names, length) = self.ruled_sensors(model);
         let refused = RefusedRule::find(&given.avoid_obstacle, &names[..length]);
         // By default, of a robot that may have no sonars.
@@ -425,7 +424,9 @@ impl Knowledge for WheeledKnowledge {
     ) {
         models.set_goals(params);
         let Some(known) = state.robot.model(params, now) else { return };
-        let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
+        let accuracy = models.accuracy.get().copied().unwrap_or_default();
+        let given = params.rules_for(&accuracy);
+        let known_rules = models.publish_rules(&mut state.rules, known, rules, given, now);
         let mut sensors = [Device::default(); SENSORS];
         let length = models.list_sensors(&mut sensors, &mut state.watched, known, &known_rules, now);
         let sensors = &sensors[..length];
@@ -434,7 +435,7 @@ impl Knowledge for WheeledKnowledge {
         models.robot.write(0, |model| {
             *model = *known;
             model.robot.pose = pose;
-            model.accuracy = models.accuracy.get().copied().unwrap_or_default();
+            model.accuracy = accuracy;
             model.robot.sensors = Sequence::new(sensors);
             let mut actuators = [Device::default(); ACTUATORS];
             let described = known.robot.actuators.iter();

@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use slate_avoidance::{ReflexRules, SensorRule};
-use slate_plugin::interfaces::Point2;
+use slate_avoidance::{MAX_DISTANCE, ReflexRules, SONAR, SensorRule};
+use slate_plugin::interfaces::{Point2, SensorAccuracy};
 use slate_plugin::prelude::*;
 use slate_robots::{RobotDevices, SensorProfiles};
 
@@ -57,6 +57,10 @@ pub struct WheeledKnowledgeParams {
     pub drive_distance: f64,
     #[param(default = 0.3, range = 0.01..=3.0, unit = "m/s", doc = "linear velocity of that drive")]
     pub reflex_velocity: f64,
+    #[param(default = 0.2, range = 0.0..=10.0, unit = "m", doc = "additional distance of the sonars' rule, if the sonars err")]
+    pub error_distance: f64,
+    #[param(default = 0.04, range = 0.0..=1.0, unit = "m", doc = "addition to `side_clearance` and `min_clearance`, if the sonars err")]
+    pub error_clearance: f64,
     #[param(default = 0.7, range = 0.0..=10.0, unit = "m", doc = "distance of another robot's center below which a standing robot gives way")]
     pub min_separation: f64,
     #[param(default = 1.2, range = 0.0..=FRAC_PI_2, unit = "rad", doc = "bearing from straight ahead or behind within which it gives way")]
@@ -119,7 +123,25 @@ impl WheeledKnowledgeParams {
             .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))
     }
 
-    /// Rules of the reflexes.
+    /// The rules for sensors with these errors.
+    pub fn rules_for(&self, accuracy: &SensorAccuracy) -> WheeledRules {
+        let mut rules = self.rules();
+        if accuracy.sonar_outliers > 0.0 {
+            let reflex = &mut rules.avoid_obstacle;
+            reflex.side_clearance += self.error_clearance;
+            reflex.min_clearance += self.error_clearance;
+            let mut sensors = [SensorRule::default(); 4];
+            for (raised, rule) in sensors.iter_mut().zip(self.sensor_rules.iter()) {
+                let more = if rule.sensor.as_str() == SONAR { self.error_distance } else { 0.0 };
+                let distance = math::max(rule.distance, math::min(rule.distance + more, MAX_DISTANCE));
+                *raised = SensorRule { distance, ..*rule };
+            }
+            reflex.sensors = Sequence::new(&sensors[..self.sensor_rules.len()]);
+        }
+        rules
+    }
+
+    /// Rules of the reflexes, for exact sensors.
     pub fn rules(&self) -> WheeledRules {
         WheeledRules {
             avoid_obstacle: self.avoid_obstacle(),
