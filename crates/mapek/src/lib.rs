@@ -362,7 +362,8 @@ mod sensor;
 mod status;
 
 pub use action::{
-    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step, Telling,
+    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step,
+    Transmission,
 };
 pub use actuator::{Actuator, ActuatorBlock, ActuatorPorts};
 pub use analyze::{Analyze, AnalyzeBlock};
@@ -404,7 +405,7 @@ pub mod prelude {
         Fact, FactTable, Facts, Gate, InParallel, InPlace, InSequence, Knowledge, KnowledgeBlock, Known,
         Measurement, Monitor, MonitorBlock, Noticed, Observed, Origin, Percept, Pipeline, Plan, PlanBlock,
         PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex, Repeat, Repertoire, Robot, RobotModel,
-        Route, Sensed, Sensor, SensorBlock, Situation, Step, StrategyModel, Telling, WorldModel, arguments,
-        repertoire,
+        Route, Sensed, Sensor, SensorBlock, Situation, Step, StrategyModel, Transmission, WorldModel,
+        arguments, repertoire,
     };
 }

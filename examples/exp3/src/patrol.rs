@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
 use slate_plugin::prelude::*;
 use slate_wheeled::analyzes::Surroundings;
-use slate_wheeled::journey::{Journey, must_change};
+use slate_wheeled::navigator::{Navigator, must_replan};
 
 /// Percepts and outputs of the Plan.
 #[ports]
@@ -42,7 +42,8 @@ const NEARER: f64 = 0.05;
 /// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PatrolMemory {
-    journey: Journey,
+    #[serde(alias = "journey")]
+    navigator: Navigator,
     /// Which corner is next.
     corner: usize,
     /// How near it came to that corner, metres, and when, seconds.
@@ -67,22 +68,22 @@ impl Plan for PatrolPlanner {
         now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        let room_changed = memory.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
+        let room_changed = memory.navigator.update(&noticed.range, &noticed.position, &noticed.orientation);
         let has_arrived =
-            Journey::has_arrived(situation) && memory.journey.leads_to(params.corner(memory.corner));
+            Navigator::has_arrived(situation) && memory.navigator.is_goal(params.corner(memory.corner));
         if has_arrived || memory.is_stuck(params, now.seconds()) {
             memory.corner = (memory.corner + 1) % CORNERS.len();
             memory.nearest = None;
         }
         let corner = params.corner(memory.corner);
         noticed.goal.set(corner);
-        if memory.journey.position().is_none() {
+        if memory.navigator.position().is_none() {
             return;
         }
         let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
-        let is_changed = room_changed || memory.journey.is_outdated(corner, speeds);
-        if situation.needs_plan() || must_change(is_changed, situation) {
-            memory.journey.go(corner, speeds, params.goal_tolerance, plan);
+        let is_changed = room_changed || memory.navigator.is_outdated(corner, speeds);
+        if situation.needs_plan() || must_replan(is_changed, situation) {
+            memory.navigator.send_goal(corner, speeds, params.goal_tolerance, plan);
         }
     }
 }
@@ -90,7 +91,7 @@ impl Plan for PatrolPlanner {
 impl PatrolMemory {
     /// Returns whether it has come no nearer to the corner for too long: it plans without knowing what is there.
     fn is_stuck(&mut self, params: &PatrolParams, time: f64) -> bool {
-        let Some((x, y)) = self.journey.position() else { return false };
+        let Some((x, y)) = self.navigator.position() else { return false };
         let corner = params.corner(self.corner);
         let distance = math::hypot(corner.x - x, corner.y - y);
         let (nearest, since) = *self.nearest.get_or_insert((distance, time));

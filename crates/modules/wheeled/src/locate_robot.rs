@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
 use crate::track_filter::TrackFilter;
-use crate::tracks::placed;
+use crate::tracks::position_of;
 
 /// Sensor that detects other robots.
 #[ports]
@@ -105,7 +105,7 @@ impl Analyze for LocateRobot {
     type Value = Located;
 
     fn process(
-        told: &mut LastSighting,
+        tracked: &mut LastSighting,
         observed: &ObservedRobots,
         params: &LocateRobotParams,
         now: &Tick,
@@ -121,12 +121,12 @@ impl Analyze for LocateRobot {
         let located = match (pose, is_exact(&accuracy)) {
             (None, _) => None,
             (Some(pose), true) => seen.map(|seen| {
-                told.seen_at = now.seconds();
-                (placed(pose, seen), *seen)
+                tracked.seen_at = now.seconds();
+                (position_of(pose, seen), *seen)
             }),
-            (Some(pose), false) => told.follow(pose, seen, &accuracy, params, now.seconds()),
+            (Some(pose), false) => tracked.follow(pose, seen, &accuracy, params, now.seconds()),
         };
-        told.report(located, params, now.seconds())
+        tracked.report(located, params, now.seconds())
     }
 }
 
@@ -170,7 +170,7 @@ impl LastSighting {
             let across =
                 seen.range * math::hypot(accuracy.sighting_bearing_stddev, accuracy.orientation_stddev / 2.0);
             let stddev = math::hypot(math::max(along, across), accuracy.position_stddev / 4.0);
-            let place = placed(pose, seen);
+            let place = position_of(pose, seen);
             let is_new = self.track.is_none();
             let fits = self.track.as_mut().is_some_and(|track| track.update(place, stddev, params.gate));
             if self.track.is_none() {
