@@ -362,7 +362,8 @@ mod sensor;
 mod status;
 
 pub use action::{
-    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step, Telling,
+    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step,
+    Transmission,
 };
 pub use actuator::{Actuator, ActuatorBlock, ActuatorBlockState, ActuatorPorts};
 pub use analyze::{Analyze, AnalyzeBlock};
@@ -409,6 +410,6 @@ pub mod prelude {
         Knowledge, KnowledgeBlock, Known, Measurement, Monitor, MonitorBlock, Noticed, Observed, Origin,
         Percept, Pipeline, Plan, PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex,
         Repeat, Repertoire, Robot, RobotModel, Route, Sensed, Sensor, SensorBlock, Situation, Step,
-        StrategyModel, Telling, WorldModel, arguments, repertoire,
+        StrategyModel, Transmission, WorldModel, arguments, repertoire,
     };
 }

@@ -5,7 +5,7 @@ use slate_plugin::interfaces::{Orientation, Point2, Position};
 use slate_plugin::prelude::*;
 use slate_wheeled::analyzes::Surroundings;
 use slate_wheeled::goals::Goals;
-use slate_wheeled::journey::{Journey, must_change};
+use slate_wheeled::navigator::{Navigator, must_replan};
 
 /// Percepts and outputs of the Plan.
 #[ports]
@@ -38,7 +38,8 @@ const NEARER: f64 = 0.05;
 /// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PatrolMemory {
-    journey: Journey,
+    #[serde(alias = "journey")]
+    navigator: Navigator,
     /// Which corner is next.
     corner: usize,
     /// How near it came to that corner, metres, and when, seconds.
@@ -63,23 +64,23 @@ impl Plan for PatrolPlanner {
         now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        let room_changed = memory.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
+        let room_changed = memory.navigator.update(&noticed.range, &noticed.position, &noticed.orientation);
         let Some(goals) = noticed.goals.get() else { return };
         let Some(mut corner) = goals.get(memory.corner) else { return };
-        let has_arrived = Journey::has_arrived(situation) && memory.journey.leads_to(corner);
+        let has_arrived = Navigator::has_arrived(situation) && memory.navigator.is_goal(corner);
         if has_arrived || memory.is_stuck(corner, params, now.seconds()) {
             memory.corner = (memory.corner + 1) % goals.list.len();
             memory.nearest = None;
             corner = goals.get(memory.corner).unwrap_or(corner);
         }
         noticed.goal.set(corner);
-        if memory.journey.position().is_none() {
+        if memory.navigator.position().is_none() {
             return;
         }
         let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
-        let is_changed = room_changed || memory.journey.is_outdated(corner, speeds);
-        if situation.needs_plan() || must_change(is_changed, situation) {
-            memory.journey.go(corner, speeds, params.goal_tolerance, plan);
+        let is_changed = room_changed || memory.navigator.is_outdated(corner, speeds);
+        if situation.needs_plan() || must_replan(is_changed, situation) {
+            memory.navigator.send_goal(corner, speeds, params.goal_tolerance, plan);
         }
     }
 }
@@ -87,7 +88,7 @@ impl Plan for PatrolPlanner {
 impl PatrolMemory {
     /// Returns whether it has come no nearer to the corner for too long: it plans without knowing what is there.
     fn is_stuck(&mut self, corner: Point2, params: &PatrolParams, time: f64) -> bool {
-        let Some((x, y)) = self.journey.position() else { return false };
+        let Some((x, y)) = self.navigator.position() else { return false };
         let distance = math::hypot(corner.x - x, corner.y - y);
         let (nearest, since) = *self.nearest.get_or_insert((distance, time));
         if distance < nearest - NEARER {

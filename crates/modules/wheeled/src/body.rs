@@ -25,7 +25,7 @@ const WEAVE_END: f64 = 0.4;
 /// A robot that steers by different wheel speeds of its sides.
 pub trait WheeledBody {
     /// Pose and robot model.
-    fn whereabouts(&self) -> &Whereabouts;
+    fn model(&self) -> &BodyModel;
 
     /// Commands the wheels of both sides.
     fn turn_wheels(&self, speeds: WheelSpeeds, priority: Priority);
@@ -33,13 +33,13 @@ pub trait WheeledBody {
 
 /// Pose and robot model.
 #[ports]
-pub struct Whereabouts {
+pub struct BodyModel {
     /// Robot model with the pose, from Knowledge.
     #[stale(after = "100ms")]
     robot: Required<WheeledModel>,
 }
 
-impl Whereabouts {
+impl BodyModel {
     /// Returns the pose; `None` if it is stale or invalid.
     pub fn pose(&self) -> Option<Pose2> {
         let pose = self.robot.fresh()?.robot.pose;

@@ -45,7 +45,7 @@ impl Sensor for HeldRobotSensor {
         let errs = io.accuracy.get().is_some_and(|accuracy| accuracy.sighting_range_stddev > 0.0);
         let Some(odometry) = io.odometry.fresh().filter(|_| errs) else { return Some(*seen) };
         let time = now.seconds();
-        tracks.see(odometry.pose, seen, time);
+        tracks.update(odometry.pose, seen, time);
         let is_held = |track: &&Track| {
             time - track.time <= params.hold_time && !seen.list.iter().any(|seen| seen.name == track.name)
         };

@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
 use crate::track_filter::TrackFilter;
-use crate::tracks::placed;
+use crate::tracks::position_of;
 
 /// Sensor that detects other robots.
 #[ports]
@@ -114,7 +114,7 @@ impl Analyze for LocateRobot {
     type Value = Located;
 
     fn process(
-        told: &mut LastSighting,
+        tracked: &mut LastSighting,
         observed: &ObservedRobots,
         params: &LocateRobotParams,
         now: &Tick,
@@ -125,7 +125,7 @@ impl Analyze for LocateRobot {
             .updated()
             .and_then(|robots| robots.list.iter().find(|seen| seen.name.as_str() == params.robot.as_str()));
         if let Some(other) = observed.robots.updated().and_then(|robots| robots.list.first()) {
-            told.miss(seen.is_some(), other, params, now);
+            tracked.miss(seen.is_some(), other, params, now);
         }
         let seen = seen.filter(|seen| seen.range.is_finite() && seen.bearing.is_finite());
         let accuracy = observed.robot.get().map(|robot| robot.accuracy).unwrap_or_default();
@@ -133,12 +133,12 @@ impl Analyze for LocateRobot {
         let located = match (pose, is_exact(&accuracy)) {
             (None, _) => None,
             (Some(pose), true) => seen.map(|seen| {
-                told.seen_at = now.seconds();
-                (placed(pose, seen), *seen)
+                tracked.seen_at = now.seconds();
+                (position_of(pose, seen), *seen)
             }),
-            (Some(pose), false) => told.follow(pose, seen, &accuracy, params, now.seconds()),
+            (Some(pose), false) => tracked.follow(pose, seen, &accuracy, params, now.seconds()),
         };
-        told.report(located, params, now.seconds())
+        tracked.report(located, params, now.seconds())
     }
 }
 
@@ -182,7 +182,7 @@ impl LastSighting {
             let across =
                 seen.range * math::hypot(accuracy.sighting_bearing_stddev, accuracy.orientation_stddev / 2.0);
             let stddev = math::hypot(math::max(along, across), accuracy.position_stddev / 4.0);
-            let place = placed(pose, seen);
+            let place = position_of(pose, seen);
             let is_new = self.track.is_none();
             let fits = self.track.as_mut().is_some_and(|track| track.update(place, stddev, params.gate));
             if self.track.is_none() {
