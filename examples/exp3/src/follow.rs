@@ -1,4 +1,4 @@
-//! R3's behaviour: after R2 at a safe distance, by how far and how misaligned it is (section 6.5 of the paper).
+//! R3's behaviour: after R2 at a safe distance and out of its way, by where R2 is and goes (section 6.5 of the paper).
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
@@ -21,7 +21,7 @@ pub struct FollowParams {
     following_distance: f64,
     #[param(default = 1.1, range = 0.0..=100.0, unit = "m", doc = "distance below which it backs off")]
     min_distance: f64,
-    #[param(default = 0.4, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity")]
+    #[param(default = 0.3, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity")]
     max_linear_velocity: f64,
     #[param(default = 0.2, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity backwards")]
     max_reverse_velocity: f64,
@@ -35,7 +35,7 @@ pub struct FollowParams {
     max_angular_velocity: f64,
     #[param(default = 0.8, range = 0.0..=1.5, unit = "rad", doc = "bearing error above which it turns on the spot")]
     max_bearing_error: f64,
-    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course up to which it is in the way; 0: it never makes way")]
+    #[param(default = 0.75, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course up to which it is in the way; 0: it never makes way")]
     passing_distance: f64,
     #[param(default = 1.6, range = 0.1..=100.0, unit = "m", doc = "distance to keep from a leader that comes towards it")]
     waiting_distance: f64,
@@ -105,7 +105,7 @@ struct Progress {
     to_right: bool,
 }
 
-/// Follows another robot, as if nothing stood in the way.
+/// Follows another robot and makes way for it; knows no obstacles.
 pub struct FollowPlanner;
 
 impl Plan for FollowPlanner {

@@ -57,7 +57,7 @@ pub struct WheeledKnowledgeParams {
     pub drive_distance: f64,
     #[param(default = 0.3, range = 0.01..=3.0, unit = "m/s", doc = "linear velocity of that drive")]
     pub reflex_velocity: f64,
-    #[param(default = 0.2, range = 0.0..=10.0, unit = "m", doc = "additional distance of the sonars' rule, if the sonars err")]
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "additional distance of the sonars' rule, if the sonars err")]
     pub error_distance: f64,
     #[param(default = 0.04, range = 0.0..=1.0, unit = "m", doc = "addition to `side_clearance` and `min_clearance`, if the sonars err")]
     pub error_clearance: f64,

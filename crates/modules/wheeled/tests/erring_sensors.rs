@@ -58,7 +58,7 @@ fn rules_of_sonars_that_err_are_wider() {
     let rules = |accuracy: SensorAccuracy| {
         let params = WheeledKnowledgeParams {
             robot: Text::new("pioneer_p3dx"),
-            error_distance: 0.3,
+            error_distance: 0.25,
             error_clearance: 0.02,
             ..WheeledKnowledgeParams::default()
         };
@@ -72,7 +72,7 @@ fn rules_of_sonars_that_err_are_wider() {
         [rules.sensors[0].distance, rules.side_clearance, rules.min_clearance]
     };
     assert_eq!(rules(SensorAccuracy::default()), [0.1, 0.03, 0.03]);
-    assert_eq!(rules(ERRING), [0.4, 0.05, 0.05]);
+    assert_eq!(rules(ERRING), [0.35, 0.05, 0.05]);
 }
 
 /// How the robot turns that drives to a place so far ahead of it.
