@@ -171,7 +171,7 @@ fn a_fault_of_position_compass_or_odometry_is_shown() {
         for _ in 0..100 {
             simulation.step();
             simulation.step();
-            if simulation.now() < SECOND {
+            if !fails(simulation.now()) {
                 simulation.shown_fix(0);
                 simulation.shown_odometry(0);
                 continue;
