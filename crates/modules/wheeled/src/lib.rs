@@ -22,6 +22,7 @@ pub mod differential;
 pub mod estimate_pose;
 pub mod give_way;
 pub mod go_to_origin;
+pub mod hardware;
 pub mod journey;
 pub mod keep_wall;
 pub mod knowledge;
