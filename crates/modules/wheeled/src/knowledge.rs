@@ -3,15 +3,16 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Parameters, ROBOT_SENSOR, SONAR, Sides};
 use slate_plugin::interfaces::{
-    Bumper, Chassis, FourWheelSpeeds, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2,
-    PoseEstimate, Position, SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
+    Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
+    SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_plugin::mapek::{ActuatorStatus, Device, DeviceHealth, Kinematics, RobotModel, Steering};
-use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
+use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices, SensorProfiles};
 
 use crate::goals::Goals;
+use crate::hardware::hardware_of;
 use crate::knowledge_params::DescribedRobot;
 use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
 
@@ -89,44 +90,6 @@ impl WheeledModel {
         let acceleration = self.chassis.maximum_wheel_acceleration * wheel_radius;
         (track > 0.0 && acceleration > 0.0).then_some(Sides { track, acceleration })
     }
-}
-
-/// Hardware of the robot that parameters name, for its [`Knowledge::hardware`].
-///
-/// # Errors
-/// They name none, or its description is invalid.
-pub fn hardware_of(params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-    let devices = params.devices()?;
-    let device = |interface: &'static str| {
-        move |device: &DeviceDescription| HardwareDevice {
-            name: device.name.into(),
-            interface: interface.into(),
-            count: u32::try_from(device.count).unwrap_or(u32::MAX),
-            mount: device.mount,
-        }
-    };
-    let interface = |name: &str| match name {
-        SONAR => SonarScan::DESCRIPTOR.name,
-        "position" => Position::DESCRIPTOR.name,
-        "orientation" => Orientation::DESCRIPTOR.name,
-        "odometry" => Odometry::DESCRIPTOR.name,
-        "bumper" => Bumper::DESCRIPTOR.name,
-        "laser" => LaserScan::DESCRIPTOR.name,
-        _ => Sightings::DESCRIPTOR.name,
-    };
-    let wheels = match devices.drive.is_skid_steer {
-        true => FourWheelSpeeds::DESCRIPTOR.name,
-        false => WheelSpeeds::DESCRIPTOR.name,
-    };
-    let sensors = devices.sensors.iter().map(|sensor| device(interface(sensor.name))(sensor));
-    Ok(vec![Hardware {
-        ports: String::new(),
-        setting: "params.robot".into(),
-        drive: Some(HardwareDrive { wheel_radius: devices.drive.wheel_radius, track: devices.drive.track }),
-        sensors: sensors.collect(),
-        actuators: devices.actuators.iter().map(device(wheels)).collect(),
-        robot: devices.name,
-    }])
 }
 
 /// A device as its description says.
@@ -400,7 +363,7 @@ impl Knowledge for WheeledKnowledge {
     const DESCRIBES_HARDWARE: bool = true;
 
     fn hardware(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-        hardware_of(params)
+        Ok(vec![hardware_of(params.devices()?)])
     }
 
     fn create(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<WheeledKnowledgeState, Refusal> {

@@ -24,6 +24,7 @@ pub mod give_way;
 pub mod go_to_origin;
 pub mod goals;
 pub mod held_robot_sensor;
+pub mod hardware;
 pub mod keep_wall;
 pub mod knowledge;
 mod knowledge_params;

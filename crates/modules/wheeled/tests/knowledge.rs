@@ -6,7 +6,7 @@ use slate::mapek::{DeviceHealth, KnowledgeBlock, SensorBlock, Steering};
 use slate::module::Text;
 use slate::module::testing::Fixture;
 use slate::sim::robot::RobotDescription;
-use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel, hardware_of};
+use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
 use slate_wheeled::odometry_pose::{OdometryOrientation, OdometryPosition, OdometryStart};
 
 type Knowing = Fixture<KnowledgeBlock<WheeledKnowledge>>;
@@ -105,8 +105,6 @@ fn a_sensor_may_have_a_profile_of_its_own() {
     let robot = model(&mut knowledge).robot;
     let seen = robot.sensor("robot_sensor").unwrap();
     assert_eq!((seen.mount.x, seen.rate, robot.sensor("position").unwrap().rate), (0.2, 10.0, 0.0));
-    let hardware = hardware_of(&own).unwrap();
-    assert_eq!(hardware[0].sensor("Sightings").unwrap().mount, [0.2, 0.0, 0.0]);
 }
 
 #[test]

@@ -198,6 +198,10 @@ impl<'a, 's> BothEnds<'a, 's> {
             let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
             return Err((self.span, message, "link a plain input to it".into()));
         }
+        if matches!(self.target, LinkSource::Gate(_)) && self.direction == Direction::Queue {
+            let message = format!("`{to}` is a queue, and `/{name}` keeps its newest value alone");
+            return self.refuse(message, "link a plain input to it");
+        }
         Ok(())
     }
 

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use slate_blackboard::channel::Writer;
+use slate_blackboard::channel::{Budget, Writer};
 use slate_blackboard::interface::Descriptor;
 use slate_blackboard::{Access, Store};
 use slate_module::aspect::{Actuators, Service};
 use slate_module::{Direction, Interface};
 use slate_safety::{Gate, GateConfiguration, GateState};
 
-use super::{BuildPlan, Failed, ModuleBuilder, new_writer};
+use super::{BuildPlan, Failed, ModuleBuilder, SPARE_READERS, new_writer};
 use slate_composition::parameters::value_bytes;
 use slate_composition::{GATE, LinkSource, Wire};
 use slate_configuration::Mistake;
@@ -175,7 +175,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     ) -> Result<(Writer, Writer), Failed> {
         let name = &wanted.name.value;
         let (_, budget) = self.plan.demand(LinkSource::Command(index), &format!("{name}/command"));
-        let (depth, state_budget) = self.plan.demand(LinkSource::Gate(index), &format!("{name}/gate"));
+        let readers = self.plan.readers(LinkSource::Gate(index)).count() as u16;
+        let state_budget = Budget { latest: SPARE_READERS + readers, queues: 1, window: 1 };
         let board = &self.builder.resources.board;
         let command = board.add_channel(
             &format!("{name}/command"),
@@ -188,7 +189,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             &format!("{name}/gate"),
             "How the gate stands.",
             GateState::DESCRIPTOR,
-            Store { capacity: 0, depth, budget: state_budget },
+            Store { capacity: 0, depth: 1, budget: state_budget },
             Access::Output,
         );
         if let Ok(command) = &command {
