@@ -10,7 +10,7 @@ use slate_mapek::{ExecuteStatus, RobotModel};
 use slate_runtime::{Composer, LinkStatus};
 
 use crate::observation::value;
-use crate::warnings::Warnings;
+use crate::warnings::{RunWarning, Warnings};
 
 /// Age from which a RobotModel is no longer updated, ns: its robot does not know its pose.
 const OLD: u64 = 1_000_000_000;
@@ -223,8 +223,8 @@ impl<'a> EndOfRun<'a> {
 
     /// Adds the newest warnings of the blocks of robots, but for those of sensors that stopped: they are known.
     fn add_warnings(&self, warnings: &Warnings, causes: &mut Vec<String>) {
-        for (module, time, text) in warnings.newest() {
-            let is_block = module.contains('/') && self.modules.contains_key(&module);
+        for RunWarning { module, time, text } in warnings.newest() {
+            let is_block = module.contains('/') && self.modules.contains_key(&*module);
             if is_block && !(text.starts_with("the sensor `") && text.contains("` has stopped")) {
                 causes.push(format!("{module} at {:.2} s: {text}", time as f64 * 1e-9));
             }

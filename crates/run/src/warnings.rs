@@ -9,24 +9,30 @@ use slate_runtime::log::{LogTarget, Record};
 /// How many of them the end of a run tells.
 const TOLD: usize = 3;
 
+/// A warning or an error of a module.
+#[derive(Clone)]
+pub struct RunWarning {
+    pub module: Arc<str>,
+    /// The agent's time, nanoseconds.
+    pub time: u64,
+    pub text: String,
+}
+
 /// Target of the log that keeps the newest warning or error of each module.
 #[derive(Clone, Default)]
 pub struct Warnings {
-    /// By module: time, nanoseconds, and text.
-    kept: Arc<Mutex<BTreeMap<Arc<str>, (u64, String)>>>,
+    kept: Arc<Mutex<BTreeMap<Arc<str>, RunWarning>>>,
 }
 
 impl Warnings {
-    /// Returns module, time (nanoseconds) and text of the newest ones, oldest first.
-    pub fn newest(&self) -> Vec<(String, u64, String)> {
-        let kept = self.kept();
-        let mut all: Vec<_> =
-            kept.iter().map(|(module, (time, text))| (module.to_string(), *time, text.clone())).collect();
-        all.sort_by_key(|(_, time, _)| *time);
+    /// Returns the newest ones, oldest first.
+    pub fn newest(&self) -> Vec<RunWarning> {
+        let mut all: Vec<_> = self.kept().values().cloned().collect();
+        all.sort_by_key(|warning| warning.time);
         all.split_off(all.len().saturating_sub(TOLD))
     }
 
-    fn kept(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, (u64, String)>> {
+    fn kept(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, RunWarning>> {
         self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -34,7 +40,9 @@ impl Warnings {
 impl LogTarget for Warnings {
     fn write(&mut self, record: &Record) {
         if matches!(record.level, Level::Warn | Level::Error) {
-            self.kept().insert(Arc::clone(&record.module), (record.time, record.message()));
+            let module = Arc::clone(&record.module);
+            let warning = RunWarning { module, time: record.time, text: record.message() };
+            self.kept().insert(Arc::clone(&record.module), warning);
         }
     }
 }
