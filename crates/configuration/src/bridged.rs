@@ -9,14 +9,17 @@ const FILLED: [&str; 2] = ["read", "frames"];
 const NAMED: [(&str, &[&str]); 3] =
     [("write", &["from"]), ("serve", &["to"]), ("call", &["from", "response"])];
 
-impl Configuration {
+/// The ports of a configuration that a bridge reads or fills.
+pub struct BridgedPorts<'c>(pub &'c Configuration);
+
+impl<'c> BridgedPorts<'c> {
     /// Whether the messages of an outbox leave the agent over a bridge.
     pub fn is_outgoing(&self, outbox: &str) -> bool {
         self.is_named(outbox, "call", &["from"])
     }
 
     /// Whether a bridge reads a port, or fills it.
-    pub fn is_bridged(&self, port: &str) -> bool {
+    pub fn has(&self, port: &str) -> bool {
         FILLED.iter().any(|table| self.entries(table).any(|(key, _)| self.is_path(key, port)))
             || NAMED.iter().any(|(table, keys)| self.is_named(port, table, keys))
     }
@@ -31,7 +34,7 @@ impl Configuration {
 
     fn entries(&self, table: &str) -> impl Iterator<Item = (&str, &Spanned<Value>)> {
         let found =
-            self.table("ros2").and_then(|ros2| ros2.get(table)).and_then(|entries| entries.as_table());
+            self.0.table("ros2").and_then(|ros2| ros2.get(table)).and_then(|entries| entries.as_table());
         found.into_iter().flat_map(Table::iter).map(|(key, entry)| (key, &entry.value))
     }
 
@@ -40,6 +43,6 @@ impl Configuration {
     }
 
     fn is_path(&self, name: &str, port: &str) -> bool {
-        self.own_path(name).is_ok_and(|path| path == port)
+        self.0.own_path(name).is_ok_and(|path| path == port)
     }
 }

@@ -80,6 +80,7 @@ mod value;
 use std::path::{Path, PathBuf};
 
 use agents::Described;
+use bridged::BridgedPorts;
 pub use change::Change;
 pub use choices::Variant;
 pub use comparison::Comparison;
@@ -289,6 +290,16 @@ impl Configuration {
     pub fn value(&self, path: &str) -> Option<&Spanned<Value>> {
         let names = scope::flatten_path(path::names(path, self.described_as()).ok()?);
         self.merged.at(names.iter().map(String::as_str))
+    }
+
+    /// Whether the messages of an outbox leave the agent over a bridge, as an entry of `[ros2.call]` names it.
+    pub fn is_outgoing(&self, outbox: &str) -> bool {
+        BridgedPorts(self).is_outgoing(outbox)
+    }
+
+    /// Whether a bridge reads a port, or fills it, as `[ros2]` names it.
+    pub fn is_bridged(&self, port: &str) -> bool {
+        BridgedPorts(self).has(port)
     }
 
     /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or the
