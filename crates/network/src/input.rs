@@ -34,5 +34,8 @@ fn check(composer: &Composer, input: &str, reading: &NetworkInput) -> Result<(),
             "name an input; queues, parameters and outputs can't read from the network yet",
         );
     }
-    Ok(())
+    match composer.hand_refusal(whole) {
+        Some(reason) => wrong(reason, "let its link fill it, and name an input of a module before that"),
+        None => Ok(()),
+    }
 }

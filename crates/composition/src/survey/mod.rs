@@ -1,7 +1,9 @@
 //! The configuration checked against the kinds of the catalogue; creates nothing.
 
+mod actuation;
 mod aspects;
 mod block;
+mod by_hand;
 mod commander;
 mod crossing;
 mod host;
@@ -12,6 +14,7 @@ mod loose;
 mod module;
 mod names;
 mod order;
+mod origins;
 mod rings;
 mod robot_model;
 mod rules;
@@ -33,6 +36,7 @@ use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
 pub use block::{GATE, part};
+pub use by_hand::hand_refusal;
 pub use infer::{LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;

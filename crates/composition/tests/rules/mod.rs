@@ -1,5 +1,6 @@
 //! Rules of attachment, for links of every kind.
 
+mod actuation;
 mod scene;
 
 use slate_blackboard::interface::Descriptor;
@@ -148,12 +149,12 @@ fn truth_is_for_referees() {
 fn execute_alone_reaches_actuators() {
     allowed(r#"links."/simulator/wheels"="/r2/wheels/command""#);
     allowed(r#"links."/simulator/wheels"="/r2/motors/moved""#);
-    // A robot of plain modules stays legal.
-    allowed(r#"links."/simulator/wheels"="/plain/twist""#);
     let only = "only Execute reaches actuators";
-    refused(r#"links."/simulator/wheels"="/r2/planner/twist""#, &[only, "to a gate"]);
+    refused(r#"links."/simulator/wheels"="/r2/planner/twist""#, &[only, "to its gate"]);
     let commands = r#"robots.r2.actuators.wheels.command="/plain/wheels""#;
     refused(commands, &["Execute alone commands", "`/plain/wheels`", "`r2/wheels`"]);
+    let guest = r#"robots.r2.actuators.wheels.modules=["/plain"]"#;
+    refused(guest, &["Execute alone commands", "`/plain` can't command `r2/wheels`"]);
     refused(
         r#"links."/plain/hear"="/r2/planner/call""#,
         &["only Execute sends to other agents and to modules"],

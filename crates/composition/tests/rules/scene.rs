@@ -60,6 +60,8 @@ impl Module for Judge {
 pub struct Tuning {
     #[param(default = 1.0, unit = "m", doc = "distance")]
     gain: f64,
+    #[param(default = 0.0, unit = "m/s", doc = "speed")]
+    speed: f64,
 }
 
 /// A module that is no block.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use slate_blackboard::{Access, Property};
+use slate_composition::{Complaints, survey};
 use slate_module::Direction;
 
 use super::handle::AgentHandle;
@@ -24,6 +25,15 @@ pub struct ExternalValue {
     pub input: Arc<str>,
     /// The whole value, as it lies in memory.
     pub bytes: Vec<u8>,
+}
+
+/// Why nobody sets an input, if it moves a robot past its gate or Knowledge alone fills it.
+pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option<String> {
+    let composition = agent.composition();
+    let configuration = &composition.configuration;
+    let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
+    let refusal = slate_composition::hand_refusal(configuration, &survey, input);
+    refusal.map(|(reason, _)| reason.text)
 }
 
 /// Fills inputs from outside.
@@ -60,7 +70,10 @@ impl<'a> ExternalInputs<'a> {
                 "name an input; queues, parameters and outputs are not filled from outside",
             );
         }
-        Ok(property)
+        match hand_refusal(self.agent, input) {
+            Some(reason) => wrong(reason, "let its link fill it, and name an input of a module before that"),
+            None => Ok(property),
+        }
     }
 
     pub fn set(&self, values: Vec<ExternalValue>) -> Vec<Result<(), ExternalInputError>> {

@@ -1,0 +1,56 @@
+//! What a person, a tool or a configuration can't do past the gate, Execute and Knowledge of a robot.
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
+
+use crate::common;
+
+use common::{Running, wait_for};
+
+/// EXP1 in its own time.
+const EXP1: [&str; 5] = ["run", "exp1", "--headless", "--rate", "1"];
+
+/// Checks EXP1 with settings; the findings have all those words.
+#[track_caller]
+fn check_fails(running: &Running, sets: &[&str], words: &[&str]) {
+    let mut arguments = vec!["check", "exp1"];
+    sets.iter().for_each(|set| arguments.extend(["--set", set]));
+    running.fails(7, &arguments, words);
+}
+
+fn x(running: &Running) -> f64 {
+    running.read("exp1", "/simulator/r2/truth/x").as_f64().unwrap()
+}
+
+#[test]
+fn nothing_drives_a_robot_past_its_gate_and_its_stop() {
+    let mut running = Running::new("gates-command");
+    running.start("exp1", &EXP1);
+    wait_for("motion", || running.read("exp1", "/r2/wheels/command/left") != 0.0);
+    running.done(&["stop"]);
+    running.done(&["unlink", "r2/motors/command"]);
+    running.done(&["unlink", "simulator/r2/wheels"]);
+    wait_for("standstill", || {
+        let before = x(&running);
+        std::thread::sleep(std::time::Duration::from_millis(100));
+        x(&running) == before
+    });
+    let stands = x(&running);
+    let speeds = "{ left = -8.1, right = -8.1 }";
+    let past = "as it moves robot `r2` past its gate";
+    running.fails(5, &["set", "r2/motors/command", speeds], &["nobody sets `/r2/motors/command`", past]);
+    running.fails(5, &["set", "simulator/r2/wheels", speeds], &["nobody sets `/simulator/r2/wheels`", past]);
+    let setting = "modules.\"r2/motors\".inputs.command={left=-8.1,right=-8.1}";
+    running.fails(5, &["config", "set", setting], &["nobody sets `/r2/motors/command`"]);
+    let only = "only Execute reaches actuators, through their gates: `/simulator/r2/wheels`";
+    running.fails(5, &["link", "simulator/r2/wheels", "simulator/r1/wheels"], &[only, "set by hand"]);
+    let half = ["link", "simulator/r2/wheels", "r2/motors/wheels", "--when", "left > 1"];
+    running.fails(5, &half, &["could withhold a stop"]);
+    assert_eq!(x(&running), stands);
+    running.done(&["link", "r2/motors/command", "r2/wheels/command"]);
+    running.done(&["link", "simulator/r2/wheels", "r2/motors/wheels"]);
+
+    let wheels = "modules.simulator.inputs.\"r2/wheels\"={left=3.0,right=3.0}";
+    let cut = "links.\"simulator/r2/wheels\"=false";
+    check_fails(&running, &[cut, wheels], &["nobody sets `/simulator/r2/wheels`", past, "teleoperation"]);
+    let command = "robots.r2.modules.motors.inputs.command={left=3.0,right=3.0}";
+    check_fails(&running, &[command], &["nobody sets `/r2/motors/command`"]);
+}
