@@ -54,3 +54,16 @@ fn nothing_drives_a_robot_past_its_gate_and_its_stop() {
     let command = "robots.r2.modules.motors.inputs.command={left=3.0,right=3.0}";
     check_fails(&running, &[command], &["nobody sets `/r2/motors/command`"]);
 }
+
+#[test]
+fn a_forbidden_link_to_an_input_of_another_block_is_refused_and_cuts_nothing() {
+    let mut running = Running::new("gates-cut");
+    running.start("exp1", &EXP1);
+    let reads = || running.done(&["link", "r2/knowledge/position"]).contains("/r2/position/value  inferred");
+    assert!(reads());
+    let rule = "a Plan reads Analyzes, Knowledge and Execute's status: `/r2/planner/goal`";
+    running.fails(5, &["link", "r2/planner/goal", "r2/knowledge/position"], &[rule, "of a Sensor"]);
+    assert!(reads());
+    let set = "robots.r2.links.\"planner/goal\"=\"position_monitor/position\"";
+    check_fails(&running, &[set], &[rule, "of a Sensor"]);
+}

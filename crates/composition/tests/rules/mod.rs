@@ -75,6 +75,21 @@ fn inputs_of_others_hide_nothing_from_the_rules() {
 }
 
 #[test]
+fn reading_an_input_of_another_block_does_not_cut_it() {
+    // Both ranges are linked by their types and roles alone.
+    let says = ["a ReactiveModel reads Sensors and Knowledge: `/r3/avoid/range` can't read `/r3/"];
+    for from in ["/r3/way/range", "/r3/compare/range"] {
+        refused(&format!(r#"links."/r3/avoid/range"="{from}""#), &says);
+        refused(&format!(r#"links."/r3/avoid/range/distance"="{from}/distance""#), &["of a Monitor"]);
+        let watch = format!(r#"links."/plain/input"="{from}""#);
+        let configuration = read(&[&watch]);
+        let found = links(Wired::new(&configuration, &catalogue(), &|_| false).configuration());
+        let line = format!("{} <- /r3/front/percept inferred", &from[1..]);
+        assert!(found.contains(&line), "no `{line}` in {found:?}");
+    }
+}
+
+#[test]
 fn monitor_reads_sensors_and_knowledge() {
     allowed(r#"links."/r2/front/range"="/r2/knowledge/rule""#);
     for from in ["/r2/compare/change", "/r3/front/percept", "/r2/planner/goal"] {
