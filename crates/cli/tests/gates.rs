@@ -67,3 +67,22 @@ fn a_forbidden_link_to_an_input_of_another_block_is_refused_and_cuts_nothing() {
     let set = "robots.r2.links.\"planner/goal\"=\"position_monitor/position\"";
     check_fails(&running, &[set], &[rule, "of a Sensor"]);
 }
+
+#[test]
+fn rules_of_a_reflex_and_the_robot_model_are_set_in_knowledge_alone() {
+    let mut running = Running::new("gates-rules");
+    let rules = "robots.r2.modules.avoid_obstacle.inputs.rules={sensors=[{sensor=\"lidar\",distance=-5.0}]}";
+    let says = ["nobody sets `/r2/avoid_obstacle/rules` past Knowledge: `/r2/knowledge/rules` has it"];
+    check_fails(&running, &[rules], &says);
+    check_fails(&running, &[rules, "links.\"r2/avoid_obstacle/rules\"=false"], &says);
+    let model = "robots.r2.modules.execute.inputs.robot={accuracy={position_stddev=1.0}}";
+    check_fails(&running, &[model], &["nobody sets `/r2/execute/robot` past Knowledge"]);
+    running.start("exp1", &EXP1);
+    running.done(&["unlink", "r2/avoid_obstacle/rules"]);
+    running.fails(5, &["set", "r2/avoid_obstacle/rules", "{ sensors = [] }"], &says);
+    let past = "nobody fills `/r2/avoid_obstacle/rules` past Knowledge";
+    running.done(&["unlink", "r2/avoid_wall/rules"]);
+    let link = ["link", "r2/avoid_obstacle/rules", "r2/avoid_wall/rules"];
+    running.fails(5, &link, &[past, "set by hand"]);
+    running.done(&["link", "r2/avoid_obstacle/rules", "r2/knowledge/rules"]);
+}

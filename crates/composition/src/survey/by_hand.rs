@@ -3,7 +3,7 @@
 use slate_configuration::{Configuration, Message};
 
 use super::names::{split_module, split_port};
-use super::{Survey, actuation};
+use super::{Survey, actuation, known};
 use crate::complaints::Complaints;
 
 /// Reports values of inputs that nobody sets.
@@ -29,6 +29,7 @@ fn refusal(
     port: (usize, usize),
 ) -> Option<(Message, String)> {
     actuation::value_refusal(configuration, survey, port)
+        .or_else(|| known::value_refusal(configuration, survey, port))
 }
 
 /// Why nobody sets the value of the input at a path, and what to do instead.

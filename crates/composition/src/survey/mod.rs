@@ -8,6 +8,7 @@ mod commander;
 mod crossing;
 mod host;
 mod infer;
+mod known;
 mod levels;
 mod links;
 mod loose;

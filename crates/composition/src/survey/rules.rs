@@ -9,6 +9,7 @@ use super::actuation;
 use super::block::{Block, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_referee, role_permits};
 use super::by_hand::check_values;
 use super::commander::decides;
+use super::known;
 use super::names::{join, split_module};
 use super::origins::{ValueOrigin, origins};
 use super::{LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope};
@@ -90,8 +91,9 @@ pub(super) fn refusal(
             known.next().map(|origin| truth(survey, &path, (&name, origin.writer)))
         }
     };
-    let refused =
-        refused.or_else(|| actuation::refusal(configuration, survey, joint, (&path, &name), &origins));
+    let refused = refused
+        .or_else(|| actuation::refusal(configuration, survey, joint, (&path, &name), &origins))
+        .or_else(|| known::refusal(survey, joint, (&path, &name), &origins));
     refused.map(|(message, help)| (span, message, help))
 }
 

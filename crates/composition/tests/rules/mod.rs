@@ -1,6 +1,7 @@
 //! Rules of attachment, for links of every kind.
 
 mod actuation;
+mod known;
 mod scene;
 
 use slate_blackboard::interface::Descriptor;
