@@ -86,3 +86,19 @@ fn rules_of_a_reflex_and_the_robot_model_are_set_in_knowledge_alone() {
     running.fails(5, &link, &[past, "set by hand"]);
     running.done(&["link", "r2/avoid_obstacle/rules", "r2/knowledge/rules"]);
 }
+
+#[test]
+fn no_tool_sends_actions_to_execute() {
+    let mut running = Running::new("gates-actions");
+    running.start("exp1", &EXP1);
+    let reflex = "{ rank = 9, action = { kind = \"SetWheelSpeed\", arguments = [5, 5, 3] } }";
+    let says = ["/r2/execute/reflexes takes messages of ReactiveModels alone", "slate teleop"];
+    running.fails(5, &["send", "r2/execute/reflexes", reflex], &says);
+    running.fails(5, &["send", "r2/execute/reflexes", reflex, "--dry-run"], &says);
+    let plan = "{ action = { kind = \"SetWheelSpeed\", arguments = [5, 5, 3] } }";
+    running.fails(
+        5,
+        &["send", "r2/execute/plan", plan],
+        &["/r2/execute/plan takes messages of the Plan alone"],
+    );
+}

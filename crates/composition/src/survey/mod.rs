@@ -36,7 +36,7 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
-pub use block::{GATE, part};
+pub use block::{GATE, inbox_part, part};
 pub use by_hand::hand_refusal;
 pub use infer::{LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};

@@ -6,7 +6,9 @@ use slate_configuration::{Configuration, Mistake, Span};
 use slate_module::{Direction, PortDescription};
 
 use super::actuation;
-use super::block::{Block, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_referee, role_permits};
+use super::block::{
+    Block, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_referee, role_permits, sender_abroad,
+};
 use super::by_hand::check_values;
 use super::commander::decides;
 use super::known;
@@ -200,6 +202,14 @@ fn sent(
             "send to the Execute of `{from}`, or make the block one of `{to}`; robots tell each other facts, through Knowledge"
         );
         return Some((span, message, help));
+    }
+    // In this agent, the roles of both ports say so.
+    let only = sender_abroad(port.descriptor).filter(|only| sender != Some(*only));
+    if let (Some(only), LinkSource::Remote(_)) = (only, joint.target) {
+        let message =
+            format!("{} alone sends {} to `/{name}`: `/{path}` can't", only.name(), port.descriptor.name);
+        let help = "make it one of that robot, or tell the other robot a fact, through Knowledge";
+        return Some((span, message, help.into()));
     }
     let receiver = match joint.target {
         LinkSource::Port(receiver, _) => Block::of(&survey.modules[receiver].description),

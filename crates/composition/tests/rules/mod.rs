@@ -321,6 +321,20 @@ fn blocks_act_through_the_execute_of_their_own_robot() {
 }
 
 #[test]
+fn execute_takes_plans_of_a_plan_and_reflexes_of_reflexes() {
+    let tool = r#"modules.tool.kind="plain_caller""#;
+    for (inbox, outbox, only) in [
+        ("reflexes", "reflex", "a ReactiveModel alone sends Reflex to `slate://other/r2/execute/reflexes`"),
+        ("plan", "planned", "a Plan alone sends Planned to `slate://other/r2/execute/plan`"),
+    ] {
+        let own = format!(r#"links."/r2/execute/{inbox}"=["/tool/{outbox}"]"#);
+        refused_scene(&[tool, &own], &["is plain but `/r2/execute/", "is an Execute's inbox"]);
+        let abroad = format!(r#"links."slate://other/r2/execute/{inbox}"="/tool/{outbox}""#);
+        refused_scene(&[tool, &abroad], &[only, "`/tool/", "can't"]);
+    }
+}
+
+#[test]
 fn a_block_reads_blocks_of_its_own_robot() {
     let rule = "a block reads blocks of its own robot: `/r3/";
     for (to, from, of) in [
