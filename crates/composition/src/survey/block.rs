@@ -2,6 +2,7 @@
 //!
 //! The roles of its ports make a module a block, in any language: no block reads a module without them.
 
+use slate_blackboard::interface::Descriptor;
 use slate_module::{Description, Direction, PortDescription};
 
 /// Role of ports with ground truth: those of a simulator, and of the referees that alone read them.
@@ -305,6 +306,29 @@ pub fn binds(role: &str) -> bool {
         role,
         "" | TRUTH | ACTUATION | FACT | MEASUREMENT | COMMAND | GATE_STATE | ACTUATOR_STATUS | DRIVER_STATUS
     )
+}
+
+/// The only block that sends to an inbox of a role.
+fn sender_of(role: &str) -> Option<Block> {
+    match role {
+        PLAN => Some(Block::Plan),
+        REFLEX => Some(Block::Reactive),
+        _ => None,
+    }
+}
+
+/// The only block that sends messages of an interface to other agents, which say nothing of their inboxes.
+pub fn sender_abroad(descriptor: &Descriptor) -> Option<Block> {
+    match descriptor.name {
+        "Planned" => Some(Block::Plan),
+        "Reflex" => Some(Block::Reactive),
+        _ => None,
+    }
+}
+
+/// Text by which tools know the block that alone sends to an inbox, by that or by an outbox for it; empty for any sender.
+pub fn inbox_part(port: &PortDescription) -> &'static str {
+    sender_of(&port.role).map_or("", Block::part)
 }
 
 /// Text by which other agents know what writes a port; empty for a module that is no block.

@@ -28,9 +28,9 @@ pub struct LinkKeeping<'s> {
 
 impl LinkKeeping<'_> {
     /// Whether a port of a module without an inferred link stays without it, though these others fit.
-    fn stays_open(&self, module: &str, port: &str, found: &[String]) -> bool {
+    fn stays_open(&self, module: &str, (path, port): (&str, &PortDescription), found: &[String]) -> bool {
         let is_free = |before: &Configuration| {
-            before.says_of_port(port) || found.iter().any(|other| before.is_left_out(other))
+            says_of(before, path, port) || found.iter().any(|other| before.is_left_out(other))
         };
         (self.stays)(module) && !self.before.is_some_and(is_free)
     }
@@ -76,7 +76,7 @@ pub fn infer<'a>(
         for port in &surveyed.description.ports {
             let path = format!("{name}/{}", port.name);
             let has = fresh.links().iter().find(|link| link.is_inferred() && has_port(link, &path, port));
-            if fresh.says_of_port(&path) {
+            if says_of(&fresh, &path, port) {
                 continue;
             }
             let mut found = candidates(&fresh, &modules, surveyed, block, port);
@@ -84,7 +84,7 @@ pub fn infer<'a>(
                 // Inboxes that are to have no senders but those that are written.
                 found.retain(|inbox| !fresh.is_left_out(inbox));
             }
-            if has.is_none() && keeping.stays_open(name, &path, &found) {
+            if has.is_none() && keeping.stays_open(name, (&path, port), &found) {
                 continue;
             }
             match (&found[..], has) {
@@ -97,6 +97,14 @@ pub fn infer<'a>(
     let undecided = choices.iter().map(|choice| choice.path.clone()).collect();
     refuse_choices(&modules, choices, complaints);
     Inferred { configuration: fresh.with_inferred(links), undecided }
+}
+
+/// Whether a configuration says something of a port.
+fn says_of(configuration: &Configuration, path: &str, port: &PortDescription) -> bool {
+    match port.direction {
+        Direction::Outbox => configuration.says_of_outbox(path),
+        _ => configuration.says_of_port(path),
+    }
 }
 
 /// The module that a port is of: the longest name.

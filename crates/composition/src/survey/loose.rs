@@ -7,6 +7,7 @@ use slate_module::{Direction, PortDescription};
 use super::block::{ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, binds};
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
+use super::known::known_output;
 use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic, empty_robots};
@@ -54,7 +55,8 @@ fn loose_port(
         return None;
     }
     // Also where it is left out: without what Knowledge has for it, such as its rules, a reflex stops the robot or does nothing.
-    if let Some(output) = known_to_reflex(survey, module, own) {
+    let is_reflex = Block::of(&surveyed.description) == Some(Block::Reactive);
+    if let Some(output) = known_output(survey, (module, port)).filter(|_| is_reflex) {
         let message = format!("input `{path}` has no source, and Knowledge has that for the reflex");
         let help = format!("{}, or set `enabled = false` of its module", line(&path, &output));
         return Some((message, help));
@@ -137,24 +139,6 @@ fn unnoticed(
         "add an Analyze whose change is a {what}, or write \"/{path}\" = false if the Plan is to do without it"
     );
     Some((message, help))
-}
-
-/// The output of its robot's Knowledge that an input of a ReactiveModel is for, as its type says.
-fn known_to_reflex(survey: &Survey<'_>, module: usize, own: &PortDescription) -> Option<String> {
-    let surveyed = &survey.modules[module];
-    let robot = scope(&surveyed.module.name.value);
-    if own.direction != Direction::Input || Block::of(&surveyed.description) != Some(Block::Reactive) {
-        return None;
-    }
-    let mut others = survey.modules.iter().filter(|other| scope(&other.module.name.value) == robot);
-    others.find_map(|other| {
-        let fits = |offered: &&PortDescription| {
-            offered.direction == Direction::Output && offered.descriptor.hash == own.descriptor.hash
-        };
-        let offered = other.description.ports.iter().find(fits)?;
-        let is_known = Block::of(&other.description) == Some(Block::Knowledge);
-        is_known.then(|| format!("{}/{}", other.module.name.value, offered.name))
-    })
 }
 
 /// Whether messages reach an inbox, also those of modules that are not loaded.

@@ -1,18 +1,22 @@
 //! The configuration checked against the kinds of the catalogue; creates nothing.
 
+mod actuation;
 mod aspects;
 mod block;
+mod by_hand;
 mod commander;
 mod crossing;
 mod hardware;
 mod host;
 mod infer;
+mod known;
 mod levels;
 mod links;
 mod loose;
 mod module;
 mod names;
 mod order;
+mod origins;
 mod rings;
 mod robot_model;
 mod rules;
@@ -34,7 +38,8 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
-pub use block::{GATE, part};
+pub use block::{GATE, inbox_part, part};
+pub use by_hand::hand_refusal;
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;

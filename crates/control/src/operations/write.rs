@@ -160,9 +160,9 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
         "enabled" => WriteKind::Enabled,
         "params" => WriteKind::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
         port => {
-            // Ports of a simulator have slashes in their names.
-            let path = format!("modules.{key}.inputs.{}", quoted(port));
-            WriteKind::Setting { path, fields, is_parameter: false }
+            // Names of ports may have slashes.
+            let port = if port.contains('/') { quoted(port) } else { port.into() };
+            WriteKind::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false }
         }
     };
     let is_for_operators = match what {
