@@ -21,7 +21,7 @@ pub struct FollowParams {
     following_distance: f64,
     #[param(default = 1.1, range = 0.0..=100.0, unit = "m", doc = "distance below which it backs off")]
     min_distance: f64,
-    #[param(default = 0.3, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity")]
+    #[param(default = 0.4, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity")]
     max_linear_velocity: f64,
     #[param(default = 0.2, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity backwards")]
     max_reverse_velocity: f64,
@@ -35,7 +35,7 @@ pub struct FollowParams {
     max_angular_velocity: f64,
     #[param(default = 0.8, range = 0.0..=1.5, unit = "rad", doc = "bearing error above which it turns on the spot")]
     max_bearing_error: f64,
-    #[param(default = 0.75, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course up to which it is in the way; 0: it never makes way")]
+    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course up to which it is in the way; 0: it never makes way")]
     passing_distance: f64,
     #[param(default = 1.6, range = 0.1..=100.0, unit = "m", doc = "distance to keep from a leader that comes towards it")]
     waiting_distance: f64,
@@ -57,8 +57,10 @@ const COURSE: f64 = 0.1;
 const TURN_FIRST: f64 = 0.4;
 /// Angle between a detour and the direction to the leader, radians.
 const DETOUR: f64 = 0.9;
-/// More than this above the following distance is too far, and less than half of it is not nearer, metres.
-const TOO_FAR: f64 = 0.2;
+/// More than this above the waiting distance is too far, metres.
+const TOO_FAR: f64 = 0.15;
+/// Less than this is not nearer, metres.
+const NEARER: f64 = 0.1;
 
 /// State of [`FollowPlanner`].
 #[derive(Default, Serialize, Deserialize)]
@@ -70,14 +72,14 @@ pub struct FollowPlannerState {
     /// Distance backwards that was planned since it drove forward, metres.
     reversed: f64,
     #[serde(default)]
-    course: Course,
+    course: LeaderCourse,
     #[serde(default)]
-    progress: Progress,
+    progress: ApproachProgress,
 }
 
 /// Course of the leader.
 #[derive(Default, Serialize, Deserialize)]
-struct Course {
+struct LeaderCourse {
     /// Where the present part of its way began, metres.
     start: Option<(f64, f64)>,
     /// Direction of the last part, of length 1.
@@ -85,7 +87,7 @@ struct Course {
 }
 
 /// Where this robot stands by the leader's course.
-struct Station {
+struct CourseOffset {
     /// Distance ahead of the leader, metres.
     ahead: f64,
     /// Distance beside the course, metres.
@@ -96,7 +98,7 @@ struct Station {
 
 /// How the robot comes nearer to a leader that is too far away.
 #[derive(Default, Serialize, Deserialize)]
-struct Progress {
+struct ApproachProgress {
     /// How near it came, metres, and when, seconds.
     nearest: Option<(f64, f64)>,
     /// End of the present detour, seconds.
@@ -147,15 +149,15 @@ impl Plan for FollowPlanner {
             return;
         }
         let deceleration = noticed.robot.deceleration();
-        let (linear, angular) = match (detour, state.course.station(-dx, -dy)) {
+        let (linear, angular) = match (detour, state.course.offset(-dx, -dy)) {
             (Some(angle), _) => {
                 let direction = math::angle_between(pose.theta, math::atan2(dy, dx) + angle);
                 params.drive(params.detour_velocity, direction)
             }
             // The leader comes, or passes.
-            (None, Some(station)) if params.passing_distance > 0.0 && station.ahead > -BESIDE => {
-                if station.aside < params.passing_distance && range < params.waiting_distance {
-                    params.drive(params.evasion_velocity, math::angle_between(pose.theta, station.away))
+            (None, Some(offset)) if params.passing_distance > 0.0 && offset.ahead > -BESIDE => {
+                if offset.aside < params.passing_distance && range < params.waiting_distance {
+                    params.drive(params.evasion_velocity, math::angle_between(pose.theta, offset.away))
                 } else {
                     params.twist(range, bearing, params.waiting_distance, deceleration)
                 }
@@ -185,7 +187,7 @@ impl FollowPlannerState {
     }
 }
 
-impl Course {
+impl LeaderCourse {
     /// Notes where the leader is, metres.
     fn notice(&mut self, x: f64, y: f64) {
         let (from_x, from_y) = *self.start.get_or_insert((x, y));
@@ -198,24 +200,24 @@ impl Course {
     }
 
     /// Returns where a robot stands that is there relative to the leader (m); `None` before the leader has moved.
-    fn station(&self, x: f64, y: f64) -> Option<Station> {
+    fn offset(&self, x: f64, y: f64) -> Option<CourseOffset> {
         let (east, north) = self.direction?;
         let left = east * y - north * x;
         let side = if left < 0.0 { -1.0 } else { 1.0 };
         let away = math::atan2(side * east, -side * north);
-        Some(Station { ahead: east * x + north * y, aside: left.abs(), away })
+        Some(CourseOffset { ahead: east * x + north * y, aside: left.abs(), away })
     }
 }
 
-impl Progress {
+impl ApproachProgress {
     /// Returns the angle of the present detour to the direction of a leader at a distance (m), if there is one.
     fn detour(&mut self, distance: f64, params: &FollowParams, time: f64) -> Option<f64> {
-        if distance < params.following_distance + TOO_FAR {
+        if distance < params.waiting_distance + TOO_FAR {
             *self = Self { to_right: self.to_right, ..Self::default() };
             return None;
         }
         let (nearest, since) = *self.nearest.get_or_insert((distance, time));
-        if distance < nearest - 0.5 * TOO_FAR {
+        if distance < nearest - NEARER {
             self.nearest = Some((distance, time));
         } else if time - since > params.progress_timeout {
             self.to_right = !self.to_right;

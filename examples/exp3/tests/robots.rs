@@ -5,7 +5,7 @@ use slate::blackboard::interface::Value;
 use slate::interfaces::{Orientation, Point2, Position};
 use slate::mapek::{self, PlanBlock, Planned};
 use slate::module::testing::Fixture;
-use slate::module::{Bool, Sequence};
+use slate::module::{Bool, Sequence, math};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate_exp3::follow::FollowPlanner;
@@ -156,7 +156,13 @@ fn follower_keeps_its_distance_and_faces_the_leader() {
 fn follows(places: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut planner = follower();
     let plan = |(x, y): &(f64, f64)| {
-        let leader = Located { x: *x, y: *y, range: x.hypot(*y), bearing: y.atan2(*x), seen: true.into() };
+        let leader = Located {
+            x: *x,
+            y: *y,
+            range: math::hypot(*x, *y),
+            bearing: math::atan2(*y, *x),
+            seen: true.into(),
+        };
         planner.push("leader", leader);
         planner.advance(1_000_000_000);
         planner.tick();

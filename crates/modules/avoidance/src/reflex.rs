@@ -241,7 +241,8 @@ impl ReflexInput {
         }
         let half = 0.5 * scan.field_of_view;
         for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
-            let range = if echo.range > scan.range_min { echo.range } else { NEAREST * scan.range_min };
+            let is_far = echo.range.is_finite() && echo.range > scan.range_min;
+            let range = if is_far { echo.range } else { NEAREST * scan.range_min };
             if !echo.heard.get()
                 || measured.is_echo_of_robot([placement.x, placement.y, placement.theta], range, half)
             {
