@@ -4,8 +4,7 @@
 use slate::interfaces::FourWheelSpeeds;
 use slate::prelude::*;
 use slate::sim::devices::{
-    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
-    SimulatedSkidSteerWheels,
+    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedSkidSteerWheels,
 };
 use slate_avoidance::SensorRule;
 use slate_wheeled::analyzes::{PassOrientation, PassPosition, PassRange};
@@ -14,6 +13,7 @@ use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::go_to_origin::GoToOriginPlanner;
+use slate_wheeled::held_robot_sensor::HeldRobotSensor;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::local_map::MapObstacles;
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
@@ -33,7 +33,7 @@ pub fn robot() -> Robot {
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
         .sensor::<SimulatedAccuracy>("accuracy")
-        .sensor::<SimulatedRobotSensor>("robot_sensor")
+        .sensor::<HeldRobotSensor>("robot_sensor")
         .actuator::<SimulatedSkidSteerWheels>("motors")
         .monitor::<RangeMonitor>("range_monitor")
         .attach::<PassRange>("pass_range")
@@ -91,6 +91,8 @@ fn summit(knowledge: &mut WheeledKnowledgeParams) {
         free_distance: 0.754,
         turn_clearance: 0.01,
         drive_distance: 0.8,
+        error_distance: 0.1,
+        error_clearance: 0.05,
         ..WheeledKnowledgeParams::default()
     };
 }

@@ -4,8 +4,8 @@
 use slate::interfaces::FourWheelSpeeds;
 use slate::prelude::*;
 use slate::sim::devices::{
-    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
-    SimulatedSkidSteerWheels, SimulatedSonar, SimulatedWheels,
+    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedSkidSteerWheels,
+    SimulatedSonar, SimulatedWheels,
 };
 use slate_avoidance::SensorRule;
 use slate_exp3::follow::FollowPlanner;
@@ -16,6 +16,7 @@ use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::give_way::GiveWayModel;
+use slate_wheeled::held_robot_sensor::HeldRobotSensor;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
 use slate_wheeled::median_sonar::MedianSonar;
@@ -82,7 +83,7 @@ fn r3() -> Robot {
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
         .sensor::<SimulatedAccuracy>("accuracy")
-        .sensor::<SimulatedRobotSensor>("robot_sensor")
+        .sensor::<HeldRobotSensor>("robot_sensor")
         .actuator::<SimulatedSkidSteerWheels>("motors")
         .monitor::<RangeMonitor>("range_monitor")
         .attach::<PassRange>("pass_range")
@@ -131,6 +132,8 @@ fn summit(knowledge: &mut WheeledKnowledgeParams) {
         free_distance: 0.754,
         turn_clearance: 0.01,
         drive_distance: 0.8,
+        error_distance: 0.1,
+        error_clearance: 0.05,
         ..WheeledKnowledgeParams::default()
     };
 }

@@ -180,6 +180,8 @@ pub struct Disc {
 
 /// Duration of a stop unless it is renewed, seconds.
 const STAND: f64 = 0.2;
+/// Part of the minimum range at which an echo at that range counts: its obstacle is there or nearer.
+const NEAREST: f64 = 0.3;
 /// Tolerance of an echo from a detected robot, metres.
 const SPREAD: f64 = 0.1;
 /// Points on the arc of an echo.
@@ -223,7 +225,7 @@ impl ReflexInput {
     /// Takes echoes as points on their arcs, and detected robots, whose echoes are left out; `velocity` in m/s,
     /// negative backward.
     ///
-    /// An echo without a range counts as near: at the minimum range.
+    /// An echo at the minimum range, or without a range, counts as nearer than that.
     pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, velocity: f64) -> Self {
         let mut measured = Self {
             points: [(0.0, 0.0); POINTS],
@@ -238,7 +240,8 @@ impl ReflexInput {
         }
         let half = 0.5 * scan.field_of_view;
         for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
-            let range = if echo.range.is_finite() { echo.range } else { scan.range_min };
+            let is_far = echo.range.is_finite() && echo.range > scan.range_min;
+            let range = if is_far { echo.range } else { NEAREST * scan.range_min };
             if !echo.heard.get()
                 || measured.is_echo_of_robot([placement.x, placement.y, placement.theta], range, half)
             {

@@ -149,7 +149,7 @@ impl<B: WheeledBody> Action<B> for TurnToOrigin {
     }
 }
 
-/// Goes to a place, as if nothing stood in the way.
+/// Goes to a place, as if nothing stood in the way; where sonars err, in a weave, by which they hear more faces.
 #[derive(Serialize, Deserialize)]
 pub struct GoToOrigin {
     leg: Leg,
@@ -206,7 +206,9 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
             return Step::Done;
         }
         let error = math::angle_between(pose.theta, math::atan2(dy, dx));
-        if self.turn.is_none() && error.abs() > TURN_FIRST {
+        let weave = whereabouts.weave(distance);
+        let aside = weave.map_or(0.0, |weave| weave.amplitude);
+        if self.turn.is_none() && error.abs() > TURN_FIRST + aside {
             self.turn = Some(TurnToOrigin::start((self.leg.x, self.leg.y)));
         }
         match self.turn.as_mut().map(|turn| turn.act(acting)) {
@@ -217,7 +219,8 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
         }
         // Slower at the end; towards the goal on an arc.
         let linear = whereabouts.approach_speed(self.leg.speed, distance);
-        let speeds = whereabouts.wheels_for(linear, math::clamp(2.0 * error, -1.5, 1.5));
+        let angular = weave.map_or(2.0 * error, |weave| 4.0 * (error + weave.offset));
+        let speeds = whereabouts.wheels_for(linear, math::clamp(angular, -1.5, 1.5));
         let drive = self.drive.insert(SetWheelSpeed::start(Speeds {
             left: speeds.left,
             right: speeds.right,

@@ -1,7 +1,7 @@
 //! Knowledge of a wheeled robot: goal and robot model.
 
 use serde::{Deserialize, Serialize};
-use slate_avoidance::{Parameters, ROBOT_SENSOR, ReflexRules, SONAR, SensorRule, Sides};
+use slate_avoidance::{MAX_DISTANCE, Parameters, ROBOT_SENSOR, ReflexRules, SONAR, SensorRule, Sides};
 use slate_plugin::interfaces::{
     Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
     SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
@@ -247,9 +247,33 @@ pub struct WheeledKnowledgeParams {
     pub drive_distance: f64,
     #[param(default = 0.3, range = 0.01..=3.0, unit = "m/s", doc = "linear velocity of that drive")]
     pub reflex_velocity: f64,
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "additional distance of the sonars' rule, if the sonars err")]
+    pub error_distance: f64,
+    #[param(default = 0.04, range = 0.0..=1.0, unit = "m", doc = "addition to `side_clearance` and `min_clearance`, if the sonars err")]
+    pub error_clearance: f64,
 }
 
 impl WheeledKnowledgeParams {
+    /// The rules for sensors with these errors.
+    fn rules_for(&self, accuracy: &SensorAccuracy) -> ReflexRules {
+        let mut rules = self.rules();
+        if accuracy.sonar_outliers > 0.0 {
+            rules.side_clearance += self.error_clearance;
+            rules.min_clearance += self.error_clearance;
+            let mut sensors = [SensorRule::default(); 4];
+            for (raised, rule) in sensors.iter_mut().zip(self.sensor_rules.iter()) {
+                let more = if rule.sensor.as_str() == SONAR { self.error_distance } else { 0.0 };
+                *raised = SensorRule {
+                    distance: math::max(rule.distance, math::min(rule.distance + more, MAX_DISTANCE)),
+                    ..*rule
+                };
+            }
+            rules.sensors = Sequence::new(&sensors[..self.sensor_rules.len()]);
+        }
+        rules
+    }
+
+    /// The rules for exact sensors.
     fn rules(&self) -> ReflexRules {
         ReflexRules {
             reaction_time: self.reaction_time,
@@ -355,7 +379,8 @@ impl Knowledge for WheeledKnowledge {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
         let Some(known) = state.robot.model(params, now) else { return };
         let (names, length) = models.ruled_sensors(known);
-        state.refused.update(rules, params.rules(), &names[..length], now);
+        let accuracy = models.accuracy.get().copied().unwrap_or_default();
+        state.refused.update(rules, params.rules_for(&accuracy), &names[..length], now);
         let mut sensors = [Device::default(); SENSORS];
         let mut length = 0;
         for (sensor, (measured, health)) in known.robot.sensors.iter().zip(&mut state.watched) {
@@ -374,7 +399,7 @@ impl Knowledge for WheeledKnowledge {
         models.robot.write(0, |model| {
             *model = *known;
             model.robot.pose = pose;
-            model.accuracy = models.accuracy.get().copied().unwrap_or_default();
+            model.accuracy = accuracy;
             model.robot.sensors = Sequence::new(sensors);
         });
     }

@@ -22,6 +22,7 @@ pub mod differential;
 pub mod estimate_pose;
 pub mod give_way;
 pub mod go_to_origin;
+pub mod held_robot_sensor;
 pub mod journey;
 pub mod keep_wall;
 pub mod knowledge;
@@ -49,6 +50,7 @@ use slate_plugin::prelude::*;
 
 plugin!(
     arrival::Arrival,
+    SensorBlock<held_robot_sensor::HeldRobotSensor>,
     SensorBlock<laser_ring::LaserRing>,
     SensorBlock<median_sonar::MedianSonar>,
     SensorBlock<odometry_pose::OdometryPosition>,

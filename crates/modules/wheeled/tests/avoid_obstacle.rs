@@ -101,6 +101,16 @@ fn it_turns_away_from_the_side_with_the_echo_and_drives_on() {
 }
 
 #[test]
+fn echo_at_the_minimum_range_counts_as_nearer() {
+    let only_sonar = rules(&[rule(SONAR, 0.1)]);
+    // The sonars behind hear nothing that is nearer than 0.1 m.
+    let behind = |range: f64| SonarScan { range_min: 0.1, ..scan(&[(11, range), (12, range)]) };
+    assert_eq!(react(behind(0.11), only_sonar, None), None, "it is that far away");
+    let [angle, left, right] = react(behind(0.1), only_sonar, None).unwrap();
+    assert!(angle == 0.0 && left > 0.0 && left == right, "it may almost touch: {angle} {left} {right}");
+}
+
+#[test]
 fn without_memory_the_same_measurements_give_the_same_reflex() {
     let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
     let mut answers = Vec::new();
