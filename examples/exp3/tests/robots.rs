@@ -4,8 +4,8 @@
 use slate::blackboard::interface::Value;
 use slate::interfaces::{Orientation, Point2, Position};
 use slate::mapek::{self, PlanBlock, Planned};
-use slate::module::Bool;
 use slate::module::testing::Fixture;
+use slate::module::{Bool, math};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate_exp3::follow::FollowPlanner;
@@ -147,6 +147,51 @@ fn follower_keeps_its_distance_and_faces_the_leader() {
     assert!(right > left && left + right > 0.0, "an arc to the left: {left} {right}");
     let (left, right) = plans(2.0, -1.5);
     assert!(left > 0.0 && left == -right, "on the spot to the right: {left} {right}");
+}
+
+/// How the left and the right wheels of a follower turn, at the origin facing east, when its leader has come to each of these
+/// places, a second after the one before.
+fn follows(places: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut planner = follower();
+    let plan = |(x, y): &(f64, f64)| {
+        let leader = Located {
+            x: *x,
+            y: *y,
+            range: math::hypot(*x, *y),
+            bearing: math::atan2(*y, *x),
+            seen: true.into(),
+        };
+        planner.push("leader", leader);
+        planner.advance(1_000_000_000);
+        planner.tick();
+        let planned = planner.sent::<Planned>("plan");
+        let arguments = planned.last().unwrap().action.arguments;
+        (arguments[0], arguments[1])
+    };
+    places.iter().map(plan).collect()
+}
+
+#[test]
+fn follower_makes_way_for_a_leader_that_comes_towards_it() {
+    // The course of the leader is to its left or to its right.
+    let (left, right) = follows(&[(1.5, 0.2), (1.3, 0.2)])[1];
+    assert!(left > 0.0 && left == -right, "it turns to the right: {left} {right}");
+    let (left, right) = follows(&[(1.5, -0.2), (1.3, -0.2)])[1];
+    assert!(left < 0.0 && left == -right, "it turns to the left: {left} {right}");
+    let (left, right) = follows(&[(1.3, 0.8), (1.2, 0.8)])[1];
+    assert!(left + right == 0.0 && right > left, "the leader passes, it faces it: {left} {right}");
+    let (left, right) = follows(&[(1.5, 0.0), (1.8, 0.0)])[1];
+    assert!(left > 0.0 && left == right, "the leader leaves, it follows: {left} {right}");
+}
+
+#[test]
+fn follower_that_comes_no_nearer_drives_round_what_is_between() {
+    let stuck = follows(&[(2.5, 0.0); 12]);
+    assert!(stuck[..3].iter().all(|(left, right)| left == right && *left > 0.0), "{stuck:?}");
+    let turns = |sign: f64| stuck.iter().any(|(left, right)| (right - left) * sign > 1.0);
+    assert!(turns(1.0) && turns(-1.0), "to one side, then to the other: {stuck:?}");
+    let nearer: Vec<_> = (0..8).map(|step| (2.5 - 0.1 * f64::from(step), 0.0)).collect();
+    assert!(follows(&nearer).iter().all(|(left, right)| left == right), "it comes nearer");
 }
 
 #[test]
