@@ -79,7 +79,7 @@ fn rules_of_a_reflex_and_the_robot_model_are_set_in_knowledge_alone() {
     check_fails(&running, &[model], &["nobody sets `/r2/execute/robot` past Knowledge"]);
     running.start("exp1", &EXP1);
     running.done(&["unlink", "r2/avoid_obstacle/rules"]);
-    running.fails(5, &["set", "r2/avoid_obstacle/rules", "{ sensors = [] }"], &says);
+    running.fails(5, &["set", "r2/avoid_obstacle/rules", "{ avoid_obstacle = { sensors = [] } }"], &says);
     let past = "nobody fills `/r2/avoid_obstacle/rules` past Knowledge";
     running.done(&["unlink", "r2/avoid_wall/rules"]);
     let link = ["link", "r2/avoid_obstacle/rules", "r2/avoid_wall/rules"];

@@ -260,7 +260,7 @@ fn a_second_plan_is_marked_where_it_is_written() {
         let set = format!("robots.r2.modules.{name}.kind=\"go_to_origin_planner\"");
         let output = running.call(&["check", "exp1", "--set", &set]);
         let said = text(&output.stderr);
-        assert!(said.contains("`r2/planner` is it already"), "{said}");
+        assert!(said.contains("`r2/planner` (exp1.toml:"), "{said}");
         assert!(said.contains(&format!("remove `r2/{name}`")), "{said}");
     }
 }

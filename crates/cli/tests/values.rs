@@ -8,7 +8,7 @@
 
 use crate::common;
 
-use common::{Running, text, wait_for};
+use common::{Running, WORLD, text, wait_for};
 use serde_json::Value;
 
 const EXP1: [&str; 6] = ["run", "exp1", "--headless", "--json", "--rate", "0.3"];
@@ -301,8 +301,11 @@ fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
 #[test]
 fn an_unlinked_input_of_the_simulator_is_set() {
     let mut running = Running::new("set-wheels");
-    running.start("exp1", &EXP1);
-    running.done(&["unlink", "simulator/r2/wheels"]);
+    // A robot without blocks and gates.
+    let text =
+        format!("{WORLD}\n[agent]\nname = \"yard\"\n[time]\nsource = \"simulator\"\n[modules.simulator]\n");
+    std::fs::write(running.folder().join("yard.toml"), text).unwrap();
+    running.start("yard", &["run", "yard.toml", "--headless", "--rate", "1"]);
     running.done(&["set", "simulator/r2/wheels", "{ left = 1.0, right = 2.0 }"]);
     running.done(&["set", "simulator/r2/wheels/left", "1.5"]);
     let read = |side: &str| running.done(&["get", &format!("simulator/r2/wheels/{side}")]);

@@ -10,6 +10,7 @@ use crate::message::RosMessage;
 use crate::options::FrameInput;
 use crate::services::check_services;
 use crate::settings::{RosSettings, TopicInput, TopicOutput};
+use crate::whole_input::whole_input;
 
 /// Whether the ports that settings name are there and fit their topics and services; nothing is opened.
 ///
@@ -48,15 +49,6 @@ pub fn check_clock(composer: &Composer, settings: &RosSettings) -> Result<(), Ro
         return Err(RosError::Clock { reason });
     }
     Ok(())
-}
-
-/// The input at a path, or why it can't be filled from outside and what to do.
-pub fn whole_input(composer: &Composer, path: &str) -> Result<Arc<Property>, (String, &'static str)> {
-    let (property, field) = composer.external_input(path).map_err(|error| (error.reason, error.help))?;
-    if field.is_empty() {
-        return Ok(property);
-    }
-    Err((format!("`{field}` is a field, and a message has a whole value"), "name the input alone"))
 }
 
 /// The input that reads a topic, and what it reads.

@@ -40,6 +40,7 @@ mod service_type;
 mod services;
 mod settings;
 mod table_reader;
+mod whole_input;
 
 #[cfg(feature = "dds")]
 pub use bridge::{RosBridge, TopicStatus};

@@ -3,7 +3,7 @@
 use slate_configuration::{Configuration, Diagnostic};
 use slate_module::Direction;
 
-use super::block::{Block, MEASUREMENT, PLAN};
+use super::block::{ACTUATOR_STATUS, Block, MEASUREMENT, PLAN};
 use super::commander::commands_actuator;
 use super::{LinkSource, Survey, Wire, scope};
 
@@ -65,8 +65,9 @@ fn lack(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> Op
 fn readers<'s>(survey: &'s Survey<'_>, module: usize) -> impl Iterator<Item = String> + 's {
     let reads = survey.joints.iter().filter(move |joint| {
         let own = &survey.modules[module].description;
-        // A Sensor's measurement, and whatever else a block writes.
+        // A Sensor's measurement, an Actuator's command, and whatever another block writes.
         matches!(joint.target, LinkSource::Port(source, port) if source == module
+            && own.ports[port].role != ACTUATOR_STATUS
             && (own.ports[port].role == MEASUREMENT || Block::of(own) != Some(Block::Sensor)))
     });
     let is_enabled = |reader: usize| survey.modules[reader].module.enabled.value;

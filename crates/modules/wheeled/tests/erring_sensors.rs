@@ -7,11 +7,11 @@ use slate::interfaces::{
 use slate::mapek::{ActionKind, ExecuteBlock, KnowledgeBlock, Planned, SensorBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
-use slate_avoidance::ReflexRules;
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::held_robot_sensor::HeldRobotSensor;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
+use slate_wheeled::rules::WheeledRules;
 
 /// Errors of sonars and of the detector of robots.
 const ERRING: SensorAccuracy = SensorAccuracy {
@@ -68,7 +68,7 @@ fn rules_of_sonars_that_err_are_wider() {
         knowledge.set("position", Position::default());
         knowledge.set("orientation", Orientation::default());
         knowledge.tick();
-        let rules = knowledge.output::<ReflexRules>("rules").unwrap();
+        let rules = knowledge.output::<WheeledRules>("rules").unwrap().avoid_obstacle;
         [rules.sensors[0].distance, rules.side_clearance, rules.min_clearance]
     };
     assert_eq!(rules(SensorAccuracy::default()), [0.1, 0.03, 0.03]);

@@ -8,10 +8,10 @@ use slate_blackboard::{Carrier, Property, Shape};
 use slate_record::ros::{Schema, encode_json};
 use slate_runtime::Composer;
 
-use crate::check::whole_input;
 use crate::error::{RosError, TopicMisfit};
 use crate::service_settings::{ServiceCall, ServiceOffer};
 use crate::settings::RosSettings;
+use crate::whole_input::whole_input;
 
 /// A field of an interface that only fills up.
 const RESERVED: &str = "reserved";
