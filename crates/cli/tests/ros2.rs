@@ -24,9 +24,13 @@ fn topics_that_do_not_fit_are_told_before_a_run() {
     running.done(&["check", "robot.toml"]);
     let cases = [
         ("\"/wheels\"", "\"/my-wheels\"", "`/my-wheels` can't be the name of a topic: it has '-'"),
-        ("simulator/r2/wheels", "simulator/r2/wheel", "simulator/r2/wheels"),
+        ("simulator/r2/wheels", "simulator/r2/wheel", "no property at /simulator/r2/wheel"),
         ("simulator/r2/wheels", "simulator/r2/odometry", "it is no input with values"),
-        ("from = \"simulator/r2/odometry\"", "from = \"simulator/r2/odometer\"", "simulator/r2/odometry"),
+        (
+            "from = \"simulator/r2/odometry\"",
+            "from = \"simulator/r2/odometer\"",
+            "no property at /simulator/r2/odometer",
+        ),
         (
             "\"/wheels\"",
             "\"/odom\"",
