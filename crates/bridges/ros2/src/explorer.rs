@@ -19,7 +19,7 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Messages that are kept for a tool that is slow.
 const DEPTH: u16 = 1000;
 
-/// Name of the node that looks; it is told to nobody.
+/// Name of the node that explores; it is not announced.
 const NODE: &str = "slate_ros";
 
 const ENTITIES: &str = "Gid gid\nNodeEntitiesInfo[] nodes\n====\nMSG: rmw_dds_common/Gid\nuint8[16] data\n====\n\

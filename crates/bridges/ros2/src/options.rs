@@ -101,7 +101,7 @@ fn parameters(reader: &mut dyn TableReader, table: &Table) -> ParameterAccess {
         "read" => ParameterAccess::Read,
         "set" => ParameterAccess::Set,
         other => {
-            let message = format!("`parameters` is none, read or set, found {other:?}");
+            let message = format!("expected `parameters` to be none, read or set, found {other:?}");
             reader.add(span, message, HELP);
             ParameterAccess::default()
         }

@@ -84,7 +84,7 @@ string[] prefixes
 /// The type of a service of parameters.
 ///
 /// # Errors
-/// In words, when it is none.
+/// The kind is unknown.
 pub fn service_type(kind: &str) -> Result<ServiceType, String> {
     let found = DEFINITIONS.iter().find(|(known, _)| *known == kind);
     let (_, definition) = found.ok_or_else(|| "it is no service of parameters".to_owned())?;

@@ -134,7 +134,7 @@ impl NodeParameter {
             return json!({ "type": NOT_SET });
         }
         let value = serde_json::to_value(&self.value).unwrap_or_default();
-        // What JSON has no number for is none there, too.
+        // JSON has no infinities and no NaN: they become null.
         json!({ "type": self.kind, FIELDS[usize::from(self.kind)]: value })
     }
 

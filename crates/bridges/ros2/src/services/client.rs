@@ -74,7 +74,7 @@ impl ServiceClient {
         (self.reader.guid(), self.writer.guid())
     }
 
-    /// Both, for what is told of them.
+    /// GUID, topic and type of both, for matching.
     pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
         let ServiceCall { service, of, .. } = &self.call;
         let endpoint = |topic: String, message: String, is_reader| OwnEndpoint {

@@ -68,7 +68,7 @@ impl ServiceServer {
         (self.reader.guid(), self.writer.guid())
     }
 
-    /// Both, for what is told of them.
+    /// GUID, topic and type of both, for matching.
     pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
         let wire = |topic, message: String| (topic, type_name(&message));
         let (requests, replies) = (
