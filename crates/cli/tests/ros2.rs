@@ -77,6 +77,14 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
         refused(&["would be filled by `zenoh:wheels` and by `ros2:/wheels`", "take one of the two away"]);
         with("\"simulator/r2/wheels\" = \"ros2:/wheels\"\n\"ros2:/odom\" = \"simulator/r2/odometry\"");
     }
+    if cfg!(feature = "ros2") {
+        let link = "\"simulator/r2/wheels\" = \"ros2:/wheels\"";
+        with(&format!("{link}\n[ros2]\nframes.\"simulator/r2/wheels\" = \"laser\""));
+        let words =
+            ["would be filled by", "`ros2:/wheels`", "`frame laser of ROS 2`", "take one of the two away"];
+        running.fails(7, &["check", "robot.toml"], &words);
+        with(&format!("{link}\n\"ros2:/odom\" = \"simulator/r2/odometry\""));
+    }
     // A drawing needs no bridge.
     let graph = running.done(&["graph", "robot.toml", "--format", "mermaid"]);
     let has = |name: &str| graph.contains(&format!("([\"{name}\"])"));

@@ -39,7 +39,7 @@ pub struct FollowParams {
     passing_distance: f64,
     #[param(default = 1.6, range = 0.1..=100.0, unit = "m", doc = "distance to keep from a leader that comes towards it")]
     waiting_distance: f64,
-    #[param(default = 0.12, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity out of the leader's way")]
+    #[param(default = 0.12, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity while it clears the leader's course")]
     evasion_velocity: f64,
     #[param(default = 0.25, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity round what keeps it from the leader")]
     detour_velocity: f64,
@@ -51,7 +51,7 @@ pub struct FollowParams {
 const HOLD: f64 = 0.5;
 /// How far behind the leader, along its course, a robot still counts as beside it, metres.
 const BESIDE: f64 = 0.3;
-/// Way of the leader by which its course is known, metres.
+/// Travel of the leader after which its course is updated, metres.
 const COURSE: f64 = 0.1;
 /// Bearing error above which it turns on the spot before it makes way, radians.
 const TURN_FIRST: f64 = 0.4;
@@ -130,7 +130,7 @@ impl Plan for FollowPlanner {
         if let Some(leader) = &report {
             state.leader = Some((leader.x, leader.y, leader.range, leader.bearing, leader.seen.get()));
             if leader.seen.get() {
-                state.course.notice(leader.x, leader.y);
+                state.course.update(leader.x, leader.y);
             }
         }
         let Some((x, y, range, bearing, seen)) = state.leader else { return };
@@ -189,7 +189,7 @@ impl FollowPlannerState {
 
 impl LeaderCourse {
     /// Notes where the leader is, metres.
-    fn notice(&mut self, x: f64, y: f64) {
+    fn update(&mut self, x: f64, y: f64) {
         let (from_x, from_y) = *self.start.get_or_insert((x, y));
         let (dx, dy) = (x - from_x, y - from_y);
         let way = math::hypot(dx, dy);

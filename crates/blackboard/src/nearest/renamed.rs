@@ -1,7 +1,7 @@
 //! Former names of parameters and ports.
 
 /// Former and present names; a former name may have several present ones, in different modules.
-const RENAMED: [(&str, &str); 67] = [
+const RENAMED: [(&str, &str); 66] = [
     ("berth", "inflation_margin"),
     ("careful_speed", "careful_linear_velocity"),
     ("distance", "following_distance"),
@@ -30,7 +30,6 @@ const RENAMED: [(&str, &str); 67] = [
     ("next", "waypoint"),
     ("occupied", "occupied_threshold"),
     ("orientation_deviation", "orientation_stddev"),
-    ("other_radius", "other_robot_radius"),
     ("patience", "progress_timeout"),
     ("patience", "release_timeout"),
     ("patience", "track_timeout"),

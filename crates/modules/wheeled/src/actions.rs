@@ -149,7 +149,9 @@ impl<B: WheeledBody> Action<B> for TurnToOrigin {
     }
 }
 
-/// Goes to a place, as if nothing stood in the way; where sonars err, in a weave, by which they hear more faces.
+/// Drives to a place without regard to obstacles.
+///
+/// Where sonars err it weaves, so that they hear faces beyond their greatest incidence.
 #[derive(Serialize, Deserialize)]
 pub struct GoToOrigin {
     leg: Leg,

@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
 
-/// Heading to both sides of the direction to the goal.
+/// Periodic offset of the heading from the direction to the goal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weave {
     /// Greatest offset, radians.

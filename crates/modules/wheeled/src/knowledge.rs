@@ -194,15 +194,18 @@ impl WheeledModels {
         checked: &mut CheckedRules,
         model: &WheeledModel,
         ports: &RulePorts,
-        given: WheeledRules,
+        params: &WheeledKnowledgeParams,
         now: &Tick,
     ) -> WheeledRules {
+        let given = params.rules();
         let (names, length) = self.ruled_sensors(model);
         let refused = RefusedRule::find(&given.avoid_obstacle, &names[..length]);
         // By default, of a robot that may have no sonars.
         let refused = refused.filter(|_| given.avoid_obstacle.sensors != default_sensor_rules());
         let has_sonars = model.robot.sensor(SONAR).is_some();
         let rules = if has_sonars { given.with_sonars() } else { given };
+        let errs = self.accuracy.get().is_some_and(|accuracy| accuracy.sonar_outliers > 0.0);
+        let rules = if errs { rules.widened(params.error_distance, params.error_clearance) } else { rules };
         checked.publish(ports, rules, refused, now);
         rules
     }
@@ -388,8 +391,7 @@ impl Knowledge for WheeledKnowledge {
         models.set_goals(params);
         let Some(known) = state.robot.model(params, now) else { return };
         let accuracy = models.accuracy.get().copied().unwrap_or_default();
-        let given = params.rules_for(&accuracy);
-        let known_rules = models.publish_rules(&mut state.rules, known, rules, given, now);
+        let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
         let mut sensors = [Device::default(); SENSORS];
         let length = models.list_sensors(&mut sensors, &mut state.watched, known, &known_rules, now);
         let sensors = &sensors[..length];

@@ -2,8 +2,8 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use slate_avoidance::{MAX_DISTANCE, ReflexRules, SONAR, SensorRule};
-use slate_plugin::interfaces::{Point2, SensorAccuracy};
+use slate_avoidance::{ReflexRules, SensorRule};
+use slate_plugin::interfaces::Point2;
 use slate_plugin::prelude::*;
 use slate_robots::{RobotDevices, SensorProfiles};
 
@@ -123,25 +123,7 @@ impl WheeledKnowledgeParams {
             .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))
     }
 
-    /// The rules for sensors with these errors.
-    pub fn rules_for(&self, accuracy: &SensorAccuracy) -> WheeledRules {
-        let mut rules = self.rules();
-        if accuracy.sonar_outliers > 0.0 {
-            let reflex = &mut rules.avoid_obstacle;
-            reflex.side_clearance += self.error_clearance;
-            reflex.min_clearance += self.error_clearance;
-            let mut sensors = [SensorRule::default(); 4];
-            for (raised, rule) in sensors.iter_mut().zip(self.sensor_rules.iter()) {
-                let more = if rule.sensor.as_str() == SONAR { self.error_distance } else { 0.0 };
-                let distance = math::max(rule.distance, math::min(rule.distance + more, MAX_DISTANCE));
-                *raised = SensorRule { distance, ..*rule };
-            }
-            reflex.sensors = Sequence::new(&sensors[..self.sensor_rules.len()]);
-        }
-        rules
-    }
-
-    /// Rules of the reflexes, for exact sensors.
+    /// Rules of the reflexes, as they are given: for exact sensors.
     pub fn rules(&self) -> WheeledRules {
         WheeledRules {
             avoid_obstacle: self.avoid_obstacle(),

@@ -91,9 +91,9 @@ pub struct LastSighting {
     /// Since when others are detected, and not yet this one, seconds.
     #[serde(default)]
     others_since: Option<f64>,
-    /// Whether the log says so.
+    /// Whether it was detected once, or its absence was logged.
     #[serde(default)]
-    is_missed: bool,
+    is_settled: bool,
 }
 
 /// Time after which a robot that was never detected, while others are, is logged, seconds.
@@ -125,7 +125,7 @@ impl Analyze for LocateRobot {
             .updated()
             .and_then(|robots| robots.list.iter().find(|seen| seen.name.as_str() == params.robot.as_str()));
         if let Some(other) = observed.robots.updated().and_then(|robots| robots.list.first()) {
-            tracked.miss(seen.is_some(), other, params, now);
+            tracked.check_missing(seen.is_some(), other, params, now);
         }
         let seen = seen.filter(|seen| seen.range.is_finite() && seen.bearing.is_finite());
         let accuracy = observed.robot.get().map(|robot| robot.accuracy).unwrap_or_default();
@@ -200,13 +200,13 @@ impl LastSighting {
     }
 
     /// Logs once that a robot is never detected, although another one is.
-    fn miss(&mut self, is_seen: bool, other: &Sighting, params: &LocateRobotParams, now: &Tick) {
-        if is_seen || self.is_missed {
-            self.is_missed = true;
+    fn check_missing(&mut self, is_seen: bool, other: &Sighting, params: &LocateRobotParams, now: &Tick) {
+        if is_seen || self.is_settled {
+            self.is_settled = true;
             return;
         }
         if now.seconds() - *self.others_since.get_or_insert(now.seconds()) > MISSING {
-            self.is_missed = true;
+            self.is_settled = true;
             now.warn(format_args!("the robot `{}` was never detected; `{}` is", params.robot, other.name));
         }
     }

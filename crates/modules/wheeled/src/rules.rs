@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use slate_avoidance::{ROBOT_SENSOR, ReflexRules, RuleError, SONAR, SensorRule};
+use slate_avoidance::{MAX_DISTANCE, ROBOT_SENSOR, ReflexRules, RuleError, SONAR, SensorRule};
 use slate_plugin::prelude::*;
 
 /// Rules of the reflexes of a wheeled robot.
@@ -110,6 +110,22 @@ impl WheeledRules {
             let count = sensors.iter_mut().zip(all).map(|(place, rule)| *place = *rule).count();
             self.avoid_obstacle.sensors = Sequence::new(&sensors[..count]);
         }
+        self
+    }
+
+    /// Returns them for sonars that err: with a greater distance of the sonars' rule (m) and greater clearances (m).
+    #[must_use]
+    pub fn widened(mut self, distance: f64, clearance: f64) -> Self {
+        let reflex = &mut self.avoid_obstacle;
+        reflex.side_clearance += clearance;
+        reflex.min_clearance += clearance;
+        let mut sensors = [SensorRule::default(); 4];
+        for (wide, rule) in sensors.iter_mut().zip(reflex.sensors.iter()) {
+            let more = if rule.sensor.as_str() == SONAR { distance } else { 0.0 };
+            let distance = math::max(rule.distance, math::min(rule.distance + more, MAX_DISTANCE));
+            *wide = SensorRule { distance, ..*rule };
+        }
+        reflex.sensors = Sequence::new(&sensors[..reflex.sensors.len()]);
         self
     }
 

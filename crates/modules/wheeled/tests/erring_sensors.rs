@@ -7,6 +7,7 @@ use slate::interfaces::{
 use slate::mapek::{ActionKind, ExecuteBlock, KnowledgeBlock, Planned, SensorBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Sequence, Text};
+use slate_avoidance::SensorRule;
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::held_robot_sensor::HeldRobotSensor;
@@ -55,9 +56,10 @@ fn overlooked_robot_is_reported_where_it_was_for_a_while() {
 
 #[test]
 fn rules_of_sonars_that_err_are_wider() {
-    let rules = |accuracy: SensorAccuracy| {
+    let rules = |accuracy: SensorAccuracy, sensor_rules| {
         let params = WheeledKnowledgeParams {
             robot: Text::new("pioneer_p3dx"),
+            sensor_rules,
             error_distance: 0.25,
             error_clearance: 0.02,
             ..WheeledKnowledgeParams::default()
@@ -71,8 +73,12 @@ fn rules_of_sonars_that_err_are_wider() {
         let rules = knowledge.output::<WheeledRules>("rules").unwrap().avoid_obstacle;
         [rules.sensors[0].distance, rules.side_clearance, rules.min_clearance]
     };
-    assert_eq!(rules(SensorAccuracy::default()), [0.1, 0.03, 0.03]);
-    assert_eq!(rules(ERRING), [0.35, 0.05, 0.05]);
+    let default = WheeledKnowledgeParams::default().sensor_rules;
+    assert_eq!(rules(SensorAccuracy::default(), default), [0.1, 0.03, 0.03]);
+    assert_eq!(rules(ERRING, default), [0.35, 0.05, 0.05]);
+    // The rule that sonars have without one of their own is theirs, too.
+    let bumper = Sequence::new(&[SensorRule { distance: 0.5, sensor: "bumper".into() }]);
+    assert_eq!(rules(ERRING, bumper), [0.35, 0.05, 0.05]);
 }
 
 /// How the robot turns that drives to a place so far ahead of it.

@@ -11,7 +11,6 @@ use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_record::ros::encode_json;
 use slate_runtime::Composer;
-use slate_runtime::recording::RecordedAgent;
 
 use crate::error::RosError;
 use crate::inbound::ReaderWaker;
@@ -166,7 +165,7 @@ pub fn serve(mut servers: Vec<ServiceServer>, mut handler: Box<dyn ServiceHandle
     let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&context.wake))));
     while !context.is_ended() {
         // A rerun sends messages after the cycle in which they came.
-        if context.composer.is_lockstep() && RecordedAgent::cycles(&context.composer) == 0 {
+        if context.composer.is_lockstep() && context.composer.cycles() == 0 {
             context.wake.wait_timeout(LOOK);
             continue;
         }
