@@ -36,10 +36,10 @@ fn nothing_drives_a_robot_past_its_gate_and_its_stop() {
     let stands = x(&running);
     let speeds = "{ left = -8.1, right = -8.1 }";
     let past = "as it moves robot `r2` past its gate";
-    running.fails(5, &["set", "r2/motors/command", speeds], &["nobody sets `/r2/motors/command`", past]);
-    running.fails(5, &["set", "simulator/r2/wheels", speeds], &["nobody sets `/simulator/r2/wheels`", past]);
+    running.fails(5, &["set", "r2/motors/command", speeds], &["`/r2/motors/command` can't be set", past]);
+    running.fails(5, &["set", "simulator/r2/wheels", speeds], &["`/simulator/r2/wheels` can't be set", past]);
     let setting = "modules.\"r2/motors\".inputs.command={left=-8.1,right=-8.1}";
-    running.fails(5, &["config", "set", setting], &["nobody sets `/r2/motors/command`"]);
+    running.fails(5, &["config", "set", setting], &["`/r2/motors/command` can't be set"]);
     let only = "only Execute reaches actuators, through their gates: `/simulator/r2/wheels`";
     running.fails(5, &["link", "simulator/r2/wheels", "simulator/r1/wheels"], &[only, "set by hand"]);
     let half = ["link", "simulator/r2/wheels", "r2/motors/wheels", "--when", "left > 1"];
@@ -50,9 +50,9 @@ fn nothing_drives_a_robot_past_its_gate_and_its_stop() {
 
     let wheels = "modules.simulator.inputs.\"r2/wheels\"={left=3.0,right=3.0}";
     let cut = "links.\"simulator/r2/wheels\"=false";
-    check_fails(&running, &[cut, wheels], &["nobody sets `/simulator/r2/wheels`", past, "teleoperation"]);
+    check_fails(&running, &[cut, wheels], &["`/simulator/r2/wheels` can't be set", past, "teleoperation"]);
     let command = "robots.r2.modules.motors.inputs.command={left=3.0,right=3.0}";
-    check_fails(&running, &[command], &["nobody sets `/r2/motors/command`"]);
+    check_fails(&running, &[command], &["`/r2/motors/command` can't be set"]);
 }
 
 #[test]
@@ -72,15 +72,15 @@ fn a_forbidden_link_to_an_input_of_another_block_is_refused_and_cuts_nothing() {
 fn rules_of_a_reflex_and_the_robot_model_are_set_in_knowledge_alone() {
     let mut running = Running::new("gates-rules");
     let rules = "robots.r2.modules.avoid_obstacle.inputs.rules={sensors=[{sensor=\"lidar\",distance=-5.0}]}";
-    let says = ["nobody sets `/r2/avoid_obstacle/rules` past Knowledge: `/r2/knowledge/rules` has it"];
+    let says = ["`/r2/avoid_obstacle/rules` can't be set past Knowledge: `/r2/knowledge/rules` has it"];
     check_fails(&running, &[rules], &says);
     check_fails(&running, &[rules, "links.\"r2/avoid_obstacle/rules\"=false"], &says);
     let model = "robots.r2.modules.execute.inputs.robot={accuracy={position_stddev=1.0}}";
-    check_fails(&running, &[model], &["nobody sets `/r2/execute/robot` past Knowledge"]);
+    check_fails(&running, &[model], &["`/r2/execute/robot` can't be set past Knowledge"]);
     running.start("exp1", &EXP1);
     running.done(&["unlink", "r2/avoid_obstacle/rules"]);
     running.fails(5, &["set", "r2/avoid_obstacle/rules", "{ avoid_obstacle = { sensors = [] } }"], &says);
-    let past = "nobody fills `/r2/avoid_obstacle/rules` past Knowledge";
+    let past = "`/r2/avoid_obstacle/rules` can't be filled past Knowledge";
     running.done(&["unlink", "r2/avoid_wall/rules"]);
     let link = ["link", "r2/avoid_obstacle/rules", "r2/avoid_wall/rules"];
     running.fails(5, &link, &[past, "set by hand"]);

@@ -18,7 +18,7 @@ use slate_module::aspect::{
 };
 use slate_module::prelude::*;
 use slate_module::{Plugin, Stage};
-use slate_runtime::log::MemoryTarget;
+use slate_runtime::log::{LogTarget, MemoryTarget, Record};
 use slate_runtime::{Agent, Options, Rate};
 
 /// Ports of [`Reporter`].
@@ -141,8 +141,20 @@ command = "driver/wheel"
 limits = { value = [0.0, 500.0] }
 "#;
 
+/// Writes its first line slowly, so that who logs fills the buffer and waits: a thread that does so first allocates its
+/// place among those who wait.
+struct SlowFirst(bool);
+
+impl LogTarget for SlowFirst {
+    fn write(&mut self, _: &Record) {
+        if !std::mem::replace(&mut self.0, true) {
+            std::thread::sleep(Duration::from_millis(200));
+        }
+    }
+}
+
 fn robot(text: &str, workers: usize) -> Agent {
-    let log: Vec<Box<dyn slate_runtime::log::LogTarget>> = vec![Box::new(MemoryTarget::default())];
+    let log: Vec<Box<dyn LogTarget>> = vec![Box::new(MemoryTarget::default()), Box::new(SlowFirst(false))];
     let options =
         Options { rate: Rate::Max, armed: true, log, workers, always_help: true, ..Options::default() };
     let plugins = [Plugin::linked::<Reporter>(), Plugin::linked::<Talker>(), Plugin::linked::<Director>()];
@@ -151,7 +163,7 @@ fn robot(text: &str, workers: usize) -> Agent {
 
 /// What 1000 cycles allocate after as many to warm up.
 fn allocations(agent: &mut Agent) -> u64 {
-    // More lines than the logger's buffer holds, so that waiting for it has been seen too.
+    // More lines than the logger's buffer holds.
     (0..3000).for_each(|_| assert!(agent.step()));
     // Of this thread: the logger's own thread may allocate.
     measure(|| (0..1000).for_each(|_| assert!(agent.step()))).count_total

@@ -129,6 +129,15 @@ fn every_promise_has_a_test_that_is_there() {
         if promise.tests.is_empty() {
             wrong.push(format!("no test holds: {}", promise.text));
         }
+        for (at, test) in
+            promise.tests.iter().enumerate().filter(|(at, test)| promise.tests[..*at].contains(test))
+        {
+            wrong.push(format!(
+                "the test `{test}` is named twice (the second time as number {}): {}",
+                at + 1,
+                promise.text
+            ));
+        }
         for test in promise.tests.iter().filter(|test| !tests.contains(*test)) {
             let near = nearest(test, &tests);
             wrong.push(format!(

@@ -147,6 +147,17 @@ fn a_robot_without_sonars_or_rules_stops_in_its_second_cycle() {
 }
 
 #[test]
+fn bridges_fill_no_port_of_a_block_that_may_not_read_outside() {
+    let agent = agent(&["links.\"simulator/r2/wheels\"=false", "links.\"r2/planner/goal\"=false"]);
+    let composer = agent.composer();
+    let rule = "a Plan reads Analyzes, Knowledge and Execute's status: `/r2/planner/goal` can't read another program";
+    let error = composer.external_input("r2/planner/goal").unwrap_err();
+    assert!(error.reason.contains(rule) && error.help.contains("let a Sensor"), "{error}");
+    // A person may set it.
+    assert_eq!(composer.hand_refusal("r2/planner/goal"), None);
+}
+
+#[test]
 fn a_reflex_clears_the_plan_which_is_made_anew() {
     let mut agent = agent(&[]);
     let mut replanned = false;

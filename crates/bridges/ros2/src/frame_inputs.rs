@@ -41,7 +41,7 @@ pub struct FrameInputs {
     frames: Vec<(String, usize)>,
     /// Whether it is that of fixed transforms.
     readers: Vec<(TopicReader, bool)>,
-    told: Vec<String>,
+    reported: Vec<String>,
 }
 
 impl FrameInputs {
@@ -77,7 +77,7 @@ impl FrameInputs {
             let quality = TopicQuality { depth: DEPTH, ..quality };
             readers.push((participant.reader(topic, MESSAGE, quality)?, is_fixed));
         }
-        Ok(Some(Self { composer: composer.clone(), schema, frames, readers, told: Vec::new() }))
+        Ok(Some(Self { composer: composer.clone(), schema, frames, readers, reported: Vec::new() }))
     }
 
     /// Its readers.
@@ -112,11 +112,11 @@ impl FrameInputs {
             }
             for (message, is_fixed) in messages {
                 if let Err(reason) = self.take(&message.0, is_fixed, inbound)
-                    && !self.told.contains(&reason)
+                    && !self.reported.contains(&reason)
                 {
                     let text = format!("ros2: a transform does not fit: {reason}");
                     self.composer.log(Level::Warn, &text);
-                    self.told.push(reason);
+                    self.reported.push(reason);
                 }
             }
             wake.wait_timeout(PAUSE);
@@ -126,17 +126,17 @@ impl FrameInputs {
     fn take(&self, message: &[u8], is_fixed: bool, inbound: &InboundTopics) -> Result<(), String> {
         let message = self.schema.decode(message).map_err(|error| error.to_string())?;
         let message = serde_json::to_value(message).map_err(|error| error.to_string())?;
-        for told in message["transforms"].as_array().into_iter().flatten() {
-            let child = frame(&told["child_frame_id"]);
+        for sent in message["transforms"].as_array().into_iter().flatten() {
+            let child = frame(&sent["child_frame_id"]);
             let Some((_, place)) = self.frames.iter().find(|(name, _)| *name == child) else { continue };
-            let stamp = &told["header"]["stamp"];
+            let stamp = &sent["header"]["stamp"];
             let seconds = stamp["sec"].as_u64().unwrap_or_default();
             let time =
                 seconds.saturating_mul(SECOND).saturating_add(stamp["nanosec"].as_u64().unwrap_or_default());
-            let transform = &told["transform"];
+            let transform = &sent["transform"];
             let value = json!({
                 "time": self.agent_time(time),
-                "parent": frame(&told["header"]["frame_id"]),
+                "parent": frame(&sent["header"]["frame_id"]),
                 "child": child,
                 "translation": transform["translation"],
                 "rotation": transform["rotation"],

@@ -106,7 +106,7 @@ pub(super) fn value_refusal(
 ) -> Option<(Message, String)> {
     let actuated = Actuated::of(configuration, survey, (module, port)).filter(|port| port.is_guarded)?;
     let path = survey.path(configuration, LinkSource::Port(module, port));
-    let message = format!("nobody sets `/{path}`, as it moves {} past its gate", actuated.name());
+    let message = format!("`/{path}` can't be set, as it moves {} past its gate", actuated.name());
     Some((Mistake::PastGate.of(message), actuated.help()))
 }
 

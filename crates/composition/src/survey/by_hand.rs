@@ -1,7 +1,8 @@
-//! Values that a person, the configuration or a program outside sets, and the inputs that are not theirs to set.
+//! Values that a person, the configuration or a bridge sets, and the inputs that are not theirs to set.
 
 use slate_configuration::{Configuration, Message};
 
+use super::links::attachment_refusal;
 use super::names::{split_module, split_port};
 use super::{Survey, actuation, known};
 use crate::complaints::Complaints;
@@ -38,9 +39,18 @@ pub fn hand_refusal(
     survey: &Survey<'_>,
     path: &str,
 ) -> Option<(Message, String)> {
+    refusal(configuration, survey, port(survey, path)?)
+}
+
+/// Why the input at a path can't be linked to another program: the rule of attachment.
+pub fn bridge_refusal(survey: &Survey<'_>, path: &str) -> Option<Message> {
+    attachment_refusal(survey, port(survey, path)?, path, "another program").map(|(message, _)| message)
+}
+
+/// Module and port that a path is of.
+fn port(survey: &Survey<'_>, path: &str) -> Option<(usize, usize)> {
     let (module, rest) = split_module(&survey.modules, path)?;
     let ports = &survey.modules[module].description.ports;
     let name = split_port(ports, rest).0;
-    let port = ports.iter().position(|port| port.name == name)?;
-    refusal(configuration, survey, (module, port))
+    Some((module, ports.iter().position(|port| port.name == name)?))
 }

@@ -58,7 +58,7 @@ pub(super) fn value_refusal(
 ) -> Option<(Message, String)> {
     let output = known_output(survey, (module, port))?;
     let path = survey.path(configuration, LinkSource::Port(module, port));
-    let message = format!("nobody sets `/{path}` past Knowledge: `/{output}` has it");
+    let message = format!("`/{path}` can't be set past Knowledge: `/{output}` has it");
     Some((Mistake::Attachment.of(message), help(&path, &output)))
 }
 
@@ -80,6 +80,6 @@ pub(super) fn refusal(
     };
     let wrong = origins.iter().find(|origin| is_wrong(origin))?;
     let what = wrong.provenance.name();
-    let message = format!("nobody fills `/{path}` past Knowledge: it can't read `/{name}`, {what}");
+    let message = format!("`/{path}` can't be filled past Knowledge: it can't read `/{name}`, {what}");
     Some((message, help(path, &output)))
 }

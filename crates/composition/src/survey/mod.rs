@@ -39,7 +39,7 @@ use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
 pub use block::{GATE, inbox_part, part};
-pub use by_hand::hand_refusal;
+pub use by_hand::{bridge_refusal, hand_refusal};
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;

@@ -25,18 +25,18 @@ fn allowed_all(sets: &[&str]) {
 fn nobody_sets_what_moves_a_robot_past_its_gate() {
     let command = r#"robots.r2.modules.motors.inputs.command={linear=1.0,angular=0.0}"#;
     let cut = r#"robots.r2.links."motors/command"=false"#;
-    let says = ["nobody sets `/r2/motors/command`, as it moves robot `r2` past its gate", "teleoperation"];
+    let says = ["`/r2/motors/command` can't be set, as it moves robot `r2` past its gate", "teleoperation"];
     refused_all(&[command], &says);
     refused_all(&[command, cut], &says);
     // Also where neither the driver nor its port is named after the robot.
     let wheels = r#"modules.simulator.inputs.wheels={linear=1.0,angular=0.0}"#;
-    refused_all(&[wheels], &["nobody sets `/simulator/wheels`", "a robot past its gate"]);
+    refused_all(&[wheels], &["`/simulator/wheels` can't be set", "a robot past its gate"]);
     let own = r#"robots.r2.modules.base.inputs.wheels={linear=1.0,angular=0.0}"#;
-    refused_all(&[OWN, own], &["nobody sets `/r2/base/wheels`"]);
+    refused_all(&[OWN, own], &["`/r2/base/wheels` can't be set"]);
     // A robot of plain modules: freely without a gate.
     let plain = r#"robots.r4.modules.base.inputs.wheels={linear=1.0,angular=0.0}"#;
     allowed_all(&[PLAIN, plain]);
-    refused_all(&[PLAIN, plain, GATE], &["nobody sets `/r4/base/wheels`", "\"/r4/wheels/command\""]);
+    refused_all(&[PLAIN, plain, GATE], &["`/r4/base/wheels` can't be set", "\"/r4/wheels/command\""]);
 }
 
 #[test]

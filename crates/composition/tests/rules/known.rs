@@ -14,12 +14,12 @@ use crate::robot::Near;
 
 #[test]
 fn rules_of_a_reflex_come_from_knowledge_alone() {
-    let says = ["nobody sets `/r2/avoid/range` past Knowledge: `/r2/knowledge/rule` has it", "checks them"];
+    let says = ["`/r2/avoid/range` can't be set past Knowledge: `/r2/knowledge/rule` has it", "checks them"];
     refused("robots.r2.modules.avoid.inputs.range.distance=-5.0", &says);
     let cut = ["robots.r2.modules.avoid.inputs.range.distance=-5.0", r#"links."r2/avoid/range"=false"#];
     assert!(check(&cut, &catalogue()).unwrap_err().contains(says[0]));
     // Also through an input or a parameter that a person sets.
-    let past = ["nobody fills `/r2/avoid/range", "past Knowledge", "set by hand"];
+    let past = ["`/r2/avoid/range", "past Knowledge", "set by hand"];
     refused(r#"links."/r2/avoid/range"="/plain/input""#, &past);
     refused(r#"links."/r2/avoid/range/distance"="/plain/params/gain""#, &past);
     allowed(r#"links."/r2/avoid/range"="/r2/knowledge/rule""#);
@@ -95,7 +95,7 @@ fn the_robot_model_comes_from_knowledge_alone() {
     with("robots.r2.modules.judge.inputs.start={x=1.0}").unwrap();
     for set in ["judge.inputs.whole={radius=1.0}", "judge.inputs.robot={pose={x=1.0}}"] {
         let refusal = with(&format!("robots.r2.modules.{set}")).unwrap_err();
-        let says = "past Knowledge: `/r2/wise/robot` has it";
-        assert!(refusal.contains("nobody sets `/r2/judge/") && refusal.contains(says), "{refusal}");
+        let says = "can't be set past Knowledge: `/r2/wise/robot` has it";
+        assert!(refusal.contains("`/r2/judge/") && refusal.contains(says), "{refusal}");
     }
 }

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Access, Property};
-use slate_composition::{Complaints, survey};
+use slate_composition::{Complaints, Survey, bridge_refusal, survey};
+use slate_configuration::Configuration;
 use slate_module::Direction;
 
 use super::handle::AgentHandle;
@@ -44,11 +45,16 @@ pub enum ExternalContent {
 
 /// Why nobody sets an input, if it moves a robot past its gate or Knowledge alone fills it.
 pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option<String> {
+    let refusal =
+        refused(agent, |configuration, survey| slate_composition::hand_refusal(configuration, survey, input));
+    refusal.map(|(reason, _)| reason.text)
+}
+
+/// What a rule says of the composition.
+fn refused<T>(agent: &AgentHandle, rule: impl FnOnce(&Configuration, &Survey<'_>) -> T) -> T {
     let composition = agent.composition();
     let configuration = &composition.configuration;
-    let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
-    let refusal = slate_composition::hand_refusal(configuration, &survey, input);
-    refusal.map(|(reason, _)| reason.text)
+    rule(configuration, &survey(configuration, &composition.catalogue, &mut Complaints::new(configuration)))
 }
 
 /// Fills inputs from outside.
@@ -84,6 +90,12 @@ impl<'a> ExternalInputs<'a> {
         if direction == Some(Direction::Queue) && !field.is_empty() {
             let reason = format!("`{field}` is a field, and a queue takes whole values");
             return wrong(reason, "name the queue input alone, or read the field with a plain input");
+        }
+        if let Some(reason) = refused(self.agent, |_, survey| bridge_refusal(survey, whole)) {
+            return wrong(
+                reason.text,
+                "let a Sensor of the robot read it, and the block what follows from that",
+            );
         }
         match hand_refusal(self.agent, whole) {
             Some(reason) => wrong(reason, "let its link fill it, and name an input of a module before that"),

@@ -40,7 +40,7 @@ pub struct ServiceClient {
     writer: TopicWriter,
     /// Place of the input for responses among those that the bridge sets, and its fields.
     response: Option<(usize, FieldPairs)>,
-    told: Option<String>,
+    reported: Option<String>,
 }
 
 /// What a client needs beside itself.
@@ -66,7 +66,7 @@ impl ServiceClient {
         let reader = participant.reader_at(reply_topic(&call.service), &call.of.response_name(), QUALITY)?;
         let writer = participant.writer_at(request_topic(&call.service), &call.of.request_name(), QUALITY)?;
         let descriptor = property.descriptor();
-        Ok(Self { call: call.clone(), pairs, descriptor, reader, writer, response, told: None })
+        Ok(Self { call: call.clone(), pairs, descriptor, reader, writer, response, reported: None })
     }
 
     /// Its reader and its writer.
@@ -110,11 +110,11 @@ impl ServiceClient {
             for (place, value) in requests.iter().enumerate() {
                 let answer = match self.ask(value, context, &wake, &waker) {
                     Ok(answer) => {
-                        self.told = None;
+                        self.reported = None;
                         answer
                     }
                     Err(reason) => {
-                        self.tell(&context.composer, reason);
+                        self.report(&context.composer, reason);
                         Answer::Refused(ABANDONED)
                     }
                 };
@@ -195,11 +195,11 @@ impl ServiceClient {
     }
 
     /// The same reason is logged once.
-    fn tell(&mut self, composer: &Composer, reason: String) {
-        if self.told.as_ref() != Some(&reason) {
+    fn report(&mut self, composer: &Composer, reason: String) {
+        if self.reported.as_ref() != Some(&reason) {
             let ServiceCall { outbox, .. } = &self.call;
             composer.log(Level::Warn, &format!("ros2: a message of /{outbox} is not answered: {reason}"));
-            self.told = Some(reason);
+            self.reported = Some(reason);
         }
     }
 }

@@ -14,7 +14,7 @@ pub struct InboxHandler {
 }
 
 impl ServiceHandler for InboxHandler {
-    /// The fields `success` and `message` of the response, if it has them, tell how the message fares.
+    /// The fields `success` and `message` of the response, if it has them, are the outcome of the message.
     fn answer(&mut self, _: usize, request: &Json) -> Json {
         let message = self.pairs.value(request, &self.offer.value);
         let (success, text) = match self.operations.carry_out("send", &self.offer.inbox, message) {

@@ -38,10 +38,10 @@ impl AgentOperations {
     /// # Errors
     /// Why it is refused, in words.
     pub fn carry_out(&self, name: &str, path: &str, body: Json) -> Result<Json, String> {
-        let told = |problem: Problem| problem.detail().to_owned();
+        let reason = |problem: Problem| problem.detail().to_owned();
         let operation = by_name(name).ok_or_else(|| format!("no operation is called `{name}`"))?;
-        let _turn = self.runtime.block_on(self.dispatcher.turn(operation)).map_err(told)?;
-        match self.dispatcher.carry_out(&self.caller, name, path, body).map_err(told)? {
+        let _turn = self.runtime.block_on(self.dispatcher.turn(operation)).map_err(reason)?;
+        match self.dispatcher.carry_out(&self.caller, name, path, body).map_err(reason)? {
             OperationAnswer::Json(_, body, _) => Ok(body),
             _ => Ok(Json::Null),
         }

@@ -48,7 +48,7 @@ pub struct ServiceServer {
     of: ServiceType,
     reader: TopicReader,
     writer: TopicWriter,
-    told: Option<String>,
+    reported: Option<String>,
 }
 
 impl ServiceServer {
@@ -59,7 +59,7 @@ impl ServiceServer {
     pub fn open(participant: &RosParticipant, service: &str, of: &ServiceType) -> Result<Self, RosError> {
         let reader = participant.reader_at(request_topic(service), &of.request_name(), QUALITY)?;
         let writer = participant.writer_at(reply_topic(service), &of.response_name(), QUALITY)?;
-        Ok(Self { service: service.into(), of: of.clone(), reader, writer, told: None })
+        Ok(Self { service: service.into(), of: of.clone(), reader, writer, reported: None })
     }
 
     /// Its reader and its writer.
@@ -89,7 +89,7 @@ impl ServiceServer {
             Ok(Some(change)) => change,
             Ok(None) => return false,
             Err(error) => {
-                self.tell(&context.composer, error.to_string());
+                self.report(&context.composer, error.to_string());
                 return true;
             }
         };
@@ -105,8 +105,8 @@ impl ServiceServer {
         });
         let answer = answer.and_then(|message| self.reply(identity, message, context));
         match answer {
-            Ok(()) => self.told = None,
-            Err(reason) => self.tell(&context.composer, reason),
+            Ok(()) => self.reported = None,
+            Err(reason) => self.report(&context.composer, reason),
         }
         true
     }
@@ -137,11 +137,11 @@ impl ServiceServer {
     }
 
     /// The same reason is logged once.
-    fn tell(&mut self, composer: &Composer, reason: String) {
-        if self.told.as_ref() != Some(&reason) {
+    fn report(&mut self, composer: &Composer, reason: String) {
+        if self.reported.as_ref() != Some(&reason) {
             composer
                 .log(Level::Warn, &format!("ros2: a request to {} is not answered: {reason}", self.service));
-            self.told = Some(reason);
+            self.reported = Some(reason);
         }
     }
 }

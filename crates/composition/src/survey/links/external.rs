@@ -107,34 +107,34 @@ fn input(
             return Err((Mistake::Ends.of(message), "link the whole list".into()));
         }
     }
-    check_architecture(survey, module, at, link)?;
-    Ok(Some((module, at, field.to_owned())))
+    match attachment_refusal(survey, (module, at), path, &format!("`{from}`")) {
+        Some(refusal) => Err(refusal),
+        None => Ok(Some((module, at, field.to_owned()))),
+    }
 }
 
-/// What comes from outside is that of a driver: a robot's blocks read it through a Sensor.
-fn check_architecture(
+/// Why a port can't read what comes from outside: that is of a driver, and a robot's blocks read it through a Sensor.
+/// The message names the source as `from` does.
+pub(in crate::survey) fn attachment_refusal(
     survey: &Survey<'_>,
-    module: usize,
-    port: usize,
-    link: &ExternalLink,
-) -> Result<(), EndMistake> {
-    let (path, from) = (&link.path.value, &link.other.value);
+    (module, port): (usize, usize),
+    path: &str,
+    from: &str,
+) -> Option<EndMistake> {
     let description = &survey.modules[module].description;
     let role = description.ports[port].role.as_str();
     if binds(role) {
-        let message =
-            roles(path, role, &from.to_string(), "").replace(&format!("`/{from}`"), &format!("`{from}`"));
+        let message = roles(path, role, from, "");
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
-        return Err((Mistake::Attachment.of(message), help.into()));
+        return Some((Mistake::Attachment.of(message), help.into()));
     }
     let origin = Provenance::Module;
-    match Block::of(description) {
-        Some(block) if !block.may_read(origin, false) || !role_permits(role, origin) => {
-            let message = format!("{}: `/{path}` can't read `{from}`, which is of no block", block.reads());
-            Err((Mistake::Attachment.of(message), block.advice(origin).into()))
-        }
-        _ => Ok(()),
+    let block = Block::of(description)?;
+    if block.may_read(origin, false) && role_permits(role, origin) {
+        return None;
     }
+    let message = format!("{}: `/{path}` can't read {from}, which is of no block", block.reads());
+    Some((Mistake::Attachment.of(message), block.advice(origin).into()))
 }
 
 /// Checks the links that carry properties out.

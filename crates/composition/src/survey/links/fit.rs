@@ -221,7 +221,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             return Ok(());
         }
         let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
-        self.refuse(roles(&self.to, own, &self.name, other), help)
+        self.refuse(roles(&self.to, own, &format!("`/{}`", self.name), other), help)
     }
 
     /// The filter of the link, if it has one.

@@ -18,7 +18,7 @@ pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descript
     }
 }
 
-/// Message: two ports can't be attached, in terms of blocks.
+/// Message: two ports can't be attached, in terms of blocks; `from` stands in it as it is.
 pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
     let what = match other {
         "measurement" => "a measurement of a Sensor".to_owned(),
@@ -30,20 +30,20 @@ pub(super) fn roles(to: &str, own: &str, from: &str, other: &str) -> String {
         other => format!("a {other}"),
     };
     match own {
-        "percept" => format!("an Analyze reads Monitors: `{to}` can't read `/{from}`, which is {what}"),
-        "change" => format!("the Plan reads Analyzes: `{to}` can't read `/{from}`, which is {what}"),
+        "percept" => format!("an Analyze reads Monitors: `{to}` can't read {from}, which is {what}"),
+        "change" => format!("the Plan reads Analyzes: `{to}` can't read {from}, which is {what}"),
         "plan" => {
-            format!("the Plan sends to an Execute's plan: `{to}` can't send to `/{from}`, which is {what}")
+            format!("the Plan sends to an Execute's plan: `{to}` can't send to {from}, which is {what}")
         }
         "reflex" => {
             format!(
-                "a ReactiveModel sends to an Execute's reflexes: `{to}` can't send to `/{from}`, which is {what}"
+                "a ReactiveModel sends to an Execute's reflexes: `{to}` can't send to {from}, which is {what}"
             )
         }
-        "" if other == "percept" => format!("only an Analyze reads Monitors: `{to}` can't read `/{from}`"),
-        "" if other == "change" => format!("only the Plan reads Analyzes: `{to}` can't read `/{from}`"),
+        "" if other == "percept" => format!("only an Analyze reads Monitors: `{to}` can't read {from}"),
+        "" if other == "change" => format!("only the Plan reads Analyzes: `{to}` can't read {from}"),
         own => format!(
-            "`{to}` is {} but `/{from}` is {what}",
+            "`{to}` is {} but {from} is {what}",
             if own.is_empty() { "plain".into() } else { format!("a {own}") }
         ),
     }
