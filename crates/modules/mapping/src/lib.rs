@@ -31,6 +31,7 @@ mod laser;
 mod occupancy_mapper;
 mod painting;
 mod path_planner;
+mod pose_belief;
 mod pose_estimator;
 mod pose_filter;
 mod search;
@@ -39,8 +40,9 @@ pub use external_frame::{ExternalFrame, ExternalFrameIo};
 pub use laser::{LaserMonitor, LaserSensors};
 pub use occupancy_mapper::{OccupancyMapper, OccupancyMapperIo, OccupancyMapperParams, OccupancyMapperState};
 pub use path_planner::{PathPlanner, PathPlannerIo, PathPlannerParams, PathPlannerState};
-pub use pose_estimator::{PoseEstimator, PoseEstimatorIo, PoseEstimatorParams, PoseEstimatorState};
-pub use pose_filter::{Axis, OdometryNoise, PoseFilter};
+pub use pose_belief::PoseBelief;
+pub use pose_estimator::{PoseEstimator, PoseEstimatorIo, PoseEstimatorParams};
+pub use pose_filter::OdometryNoise;
 
 use slate_mapek::{AnalyzeBlock, MonitorBlock};
 
