@@ -19,6 +19,7 @@
 //! "knowledge/pose" = "pose_estimator/change"
 //! "knowledge/map" = "occupancy_mapper/change"
 //! "occupancy_mapper/pose" = "knowledge/pose/pose"
+//! "laser_monitor/robot" = "knowledge/robot/robot"
 //! "occupancy_mapper/robot" = { from = "knowledge/robot/robot", previous = true }
 //! "path_planner/map" = "knowledge/map"
 //! "path_planner/pose" = "knowledge/pose/pose"
