@@ -165,7 +165,7 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
         "planner = { kind = \"go_to_origin_planner\" }\nsecond = { kind = \"go_to_origin_planner\" }",
         &["second"],
     );
-    change("limits", "limits = { left = [-12.3, 12.3]", "limits = { left = [12.3, -12.3]", &["left"]);
+    change("limits", "safe = { left", "limits = { left = [12.3, -12.3] }\nsafe = { left", &["left"]);
 }
 
 #[test]

@@ -49,12 +49,6 @@ pub fn r2(goals: &[Point2]) -> Robot {
         .reactive::<AvoidWallModel>("avoid_wall")
         .disabled()
         .execute::<DifferentialActions>("execute")
-        .gate("wheels", wheels())
+        .gate("wheels", Gate::new(WheelSpeeds::ZERO).time_to_live("100ms"))
         .finish()
-}
-
-/// Both wheels of a Pioneer P3-DX, radians per second.
-fn wheels() -> Gate {
-    let gate = Gate::new(WheelSpeeds::ZERO).time_to_live("100ms");
-    gate.limit("left", -12.3..=12.3).limit("right", -12.3..=12.3)
 }
