@@ -136,7 +136,7 @@ fn check_agent(
     counts.modules += configuration.modules().len();
     counts.actuators += configuration.actuators().len();
     match look(&application).map_err(as_report) {
-        Ok(Looked { links, limits, warnings }) => {
+        Ok(CheckedConfiguration { links, limits, warnings }) => {
             counts.links += links;
             counts.limits.extend(limits);
             findings.add("warning", &warnings, None);
@@ -148,7 +148,7 @@ fn check_agent(
         let setting = variant.setting();
         let looked = find(Some(setting.clone())).and_then(|application| look(&application));
         match looked.map_err(as_report) {
-            Ok(Looked { warnings, .. }) => findings.add("warning", &warnings, Some(&setting)),
+            Ok(CheckedConfiguration { warnings, .. }) => findings.add("warning", &warnings, Some(&setting)),
             Err(Ok(report)) => findings.add("error", report.diagnostics(), Some(&setting)),
             // Such as a file that only this variant names.
             Err(Err(other)) => {
@@ -203,7 +203,7 @@ fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts
 }
 
 /// What a configuration without mistakes has.
-struct Looked {
+struct CheckedConfiguration {
     /// Number of links.
     links: usize,
     /// Limits of gates that are not written.
@@ -214,7 +214,7 @@ struct Looked {
 
 /// Whether all of it fits, and then makes it. Only an agent knows whether its modules can be set up, what its files say, and
 /// what is on its blackboard.
-fn look(application: &Application) -> Result<Looked, Failure> {
+fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     let configuration = &application.configuration;
     let catalogue = catalogue(application)?;
     let wired = Wired::new(configuration, &catalogue, &|_| false);
@@ -233,7 +233,7 @@ fn look(application: &Application) -> Result<Looked, Failure> {
     let gates = wired.configuration().actuators().iter();
     let limits = gates.filter_map(|gate| Some(GateLimits::of(&gate.name, described_limits(&survey, gate)?)));
     let limits = limits.collect();
-    Ok(Looked { links, limits, warnings })
+    Ok(CheckedConfiguration { links, limits, warnings })
 }
 
 /// Whether tools will find the agent, as a run that they would not find is refused.
