@@ -83,8 +83,17 @@ impl GateLimits {
 
     fn line(&self) -> String {
         let Self { gate, robot, limits } = self;
-        let fields = limits.iter().map(|(field, [low, high])| format!("{field} from {low} to {high}"));
-        format!("{gate}: {}, by the RobotModel, a {robot}", fields.collect::<Vec<_>>().join(", "))
+        let mut intervals: Vec<([f64; 2], Vec<&str>)> = Vec::new();
+        for (field, limit) in limits {
+            match intervals.iter_mut().find(|(known, _)| known == limit) {
+                Some((_, fields)) => fields.push(field),
+                None => intervals.push((*limit, vec![field])),
+            }
+        }
+        let words = intervals
+            .iter()
+            .map(|([low, high], fields)| format!("{} from {low} to {high}", fields.join(", ")));
+        format!("{gate}: {}, by the RobotModel of a {robot}", words.collect::<Vec<_>>().join("; "))
     }
 }
 

@@ -43,9 +43,12 @@ fn what_fits_is_called_good_and_leaves_nothing_behind() {
     let modules = modules_of(EXP3) + modules_of(R3) - 1;
     assert!(said.contains(&format!("exp3 is good: 1 agent, {modules} modules, ")), "{said}");
     assert!(said.contains(" links, 2 actuators"), "{said}");
-    let limits =
-        "r2/wheels: left from -12.3 to 12.3, right from -12.3 to 12.3, by the RobotModel, a pioneer_p3dx";
-    assert!(said.contains(limits) && said.contains("front_left from -13.64 to 13.64"), "{said}");
+    let limits = "r2/wheels: left, right from -12.3 to 12.3, by the RobotModel of a pioneer_p3dx";
+    assert!(
+        said.contains(limits)
+            && said.contains("front_right from -13.64 to 13.64, by the RobotModel of a summit_xl"),
+        "{said}"
+    );
     let checked = findings(&running, 0, &["check", "exp1"]);
     assert_eq!((&checked["schema"], &checked["ok"]), (&"slate.check/1".into(), &true.into()), "{checked}");
     assert_eq!(checked["counts"]["modules"], modules_of(EXP1), "{checked}");
