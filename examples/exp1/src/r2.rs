@@ -14,8 +14,9 @@ use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::knowledge::WheeledKnowledge;
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 
-/// R2, a Pioneer P3-DX, without its Plan, which notices the only Analyze of each of its types. It visits the goals in turn; without
-/// any, it goes to the origin.
+/// R2, a Pioneer P3-DX, without its Plan, which notices the only Analyze of each of its types.
+///
+/// It visits the goals in turn; without any, it goes to the origin.
 pub fn r2(goals: &[Point2]) -> Robot {
     Robot::new("r2")
         .sensor::<SimulatedSonar>("sonar")
