@@ -46,13 +46,15 @@ pub struct DeviceDescription {
     pub name: &'static str,
     /// Number of its elements, such as the sonars of a ring.
     pub count: usize,
-    /// x and y in metres and heading in radians, in the robot's frame.
+    /// x and y in metres and heading in radians, in the robot's frame; zero for a device that measures in that frame.
     pub mount: [f64; 3],
+    /// The same of each of its elements, if it has several.
+    pub placements: Vec<[f64; 3]>,
     /// Least value of what it measures or does.
     pub minimum: f64,
     /// Greatest value; zero, as the least one, without limits.
     pub maximum: f64,
-    /// Rate, Hz; zero for each cycle.
+    /// Rate, Hz; zero for a device that measures in each cycle, or as often as its driver reports.
     pub rate: f64,
 }
 
@@ -181,21 +183,24 @@ struct BumperTable {}
 
 impl RangeTable {
     fn device(&self, name: &'static str) -> DeviceDescription {
-        let [x, y, degrees] = self.mount;
+        let in_radians = |[x, y, degrees]: [f64; 3]| [x, y, degrees.to_radians()];
+        let placements: Vec<_> = self.placements.iter().flatten().copied().map(in_radians).collect();
         DeviceDescription {
-            mount: [x, y, degrees.to_radians()],
+            mount: in_radians(self.mount),
             minimum: self.range_min,
             maximum: self.range_max,
             rate: self.rate.unwrap_or(0.0),
             count: self.placements.as_ref().map_or(1, Vec::len),
+            placements,
             ..plain(name)
         }
     }
 }
 
-/// A device in the middle of the robot, without limits.
+/// A device that measures or acts in the robot's frame, in each cycle and without limits.
 fn plain(name: &'static str) -> DeviceDescription {
-    DeviceDescription { name, count: 1, mount: [0.0; 3], minimum: 0.0, maximum: 0.0, rate: 0.0 }
+    let (mount, placements) = ([0.0; 3], Vec::new());
+    DeviceDescription { name, count: 1, mount, placements, minimum: 0.0, maximum: 0.0, rate: 0.0 }
 }
 
 /// Radius of other robots where no description says it, metres: that of a Pioneer.

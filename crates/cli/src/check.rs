@@ -2,6 +2,7 @@
 
 mod findings;
 
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::path::PathBuf;
 
@@ -14,7 +15,7 @@ use slate::control::OpenError;
 use slate::module::Plugin;
 use slate::record::{Misspelt, misspelt};
 use slate::runtime::StartError;
-use slate::runtime::composition::{Catalogue, Survey, Wired, loose};
+use slate::runtime::composition::{Catalogue, DescribedLimits, Survey, Wired, described_limits, loose};
 use slate::runtime::configuration::{Configuration, Diagnostic, Report, Variant};
 use slate::runtime::directory::check_reach;
 use slate_run::{Application, Observation, check_bridges, check_network, check_ros2};
@@ -59,6 +60,41 @@ struct CompositionCounts {
     modules: usize,
     links: usize,
     actuators: usize,
+    /// Limits of gates that are not written.
+    #[serde(skip)]
+    limits: Vec<GateLimits>,
+}
+
+/// Limits of a gate from the RobotModel.
+#[derive(Debug, Serialize)]
+struct GateLimits {
+    gate: String,
+    /// Name of the robot's description.
+    robot: String,
+    limits: BTreeMap<String, [f64; 2]>,
+}
+
+impl GateLimits {
+    fn of(gate: &str, described: DescribedLimits<'_>) -> Self {
+        let limits = described.limits.into_iter();
+        let limits = limits.map(|limit| (limit.field.value, [limit.low, limit.high])).collect();
+        Self { gate: gate.into(), robot: described.robot.into(), limits }
+    }
+
+    fn line(&self) -> String {
+        let Self { gate, robot, limits } = self;
+        let mut intervals: Vec<([f64; 2], Vec<&str>)> = Vec::new();
+        for (field, limit) in limits {
+            match intervals.iter_mut().find(|(known, _)| known == limit) {
+                Some((_, fields)) => fields.push(field),
+                None => intervals.push((*limit, vec![field])),
+            }
+        }
+        let words = intervals
+            .iter()
+            .map(|([low, high], fields)| format!("{} from {low} to {high}", fields.join(", ")));
+        format!("{gate}: {}, by the RobotModel of a {robot}", words.collect::<Vec<_>>().join("; "))
+    }
 }
 
 /// Checks it, and returns what the process ends with.
@@ -109,8 +145,9 @@ fn check_agent(
     counts.modules += configuration.modules().len();
     counts.actuators += configuration.actuators().len();
     match look(&application).map_err(as_report) {
-        Ok((links, warnings)) => {
+        Ok(CheckedConfiguration { links, limits, warnings }) => {
             counts.links += links;
+            counts.limits.extend(limits);
             findings.add("warning", &warnings, None);
         }
         Err(Ok(report)) => findings.add("error", report.diagnostics(), None),
@@ -120,7 +157,7 @@ fn check_agent(
         let setting = variant.setting();
         let looked = find(Some(setting.clone())).and_then(|application| look(&application));
         match looked.map_err(as_report) {
-            Ok((_, warnings)) => findings.add("warning", &warnings, Some(&setting)),
+            Ok(CheckedConfiguration { warnings, .. }) => findings.add("warning", &warnings, Some(&setting)),
             Err(Ok(report)) => findings.add("error", report.diagnostics(), Some(&setting)),
             // Such as a file that only this variant names.
             Err(Err(other)) => {
@@ -146,6 +183,7 @@ fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts
         let (ok, findings) = (errors == 0, findings.json());
         output::json(&json!({
             "schema": "slate.check/1", "configuration": options.name, "ok": ok, "findings": findings, "counts": counts,
+            "limits": counts.limits,
         }));
         return;
     }
@@ -155,7 +193,7 @@ fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts
         let codes: Vec<_> = codes.into_iter().collect();
         eprintln!("more: slate explain {}", codes.join(" "));
     }
-    let CompositionCounts { agents, modules, links, actuators } = *counts;
+    let CompositionCounts { agents, modules, links, actuators, .. } = *counts;
     let number = |count: usize, noun: &str| format!("{count} {noun}{}", if count == 1 { "" } else { "s" });
     let warnings = findings.count("warning");
     output::line(match errors {
@@ -170,11 +208,22 @@ fn print(options: &CheckOptions, findings: &Findings, counts: &CompositionCounts
         ),
         errors => format!("{}: {}", options.name, number(errors, "error")),
     });
+    counts.limits.iter().for_each(|limits| output::line(limits.line()));
 }
 
-/// Whether all of it fits, and then makes it; returns how many links it has, and what is no mistake and yet looks like
-/// one. Only an agent knows whether its modules can be set up, what its files say, and what is on its blackboard.
-fn look(application: &Application) -> Result<(usize, Vec<Diagnostic>), Failure> {
+/// What a configuration without mistakes has.
+struct CheckedConfiguration {
+    /// Number of links.
+    links: usize,
+    /// Limits of gates that are not written.
+    limits: Vec<GateLimits>,
+    /// What is no mistake and yet looks like one.
+    warnings: Vec<Diagnostic>,
+}
+
+/// Whether all of it fits, and then makes it. Only an agent knows whether its modules can be set up, what its files say, and
+/// what is on its blackboard.
+fn look(application: &Application) -> Result<CheckedConfiguration, Failure> {
     let configuration = &application.configuration;
     let catalogue = catalogue(application)?;
     let wired = Wired::new(configuration, &catalogue, &|_| false);
@@ -190,7 +239,10 @@ fn look(application: &Application) -> Result<(usize, Vec<Diagnostic>), Failure> 
     warnings.extend(loose(wired.configuration(), &survey));
     warnings.extend(unrecorded(configuration, agent.board()));
     let links = wired.configuration().links().len() + configuration.external_links().len();
-    Ok((links, warnings))
+    let gates = wired.configuration().actuators().iter();
+    let limits = gates.filter_map(|gate| Some(GateLimits::of(&gate.name, described_limits(&survey, gate)?)));
+    let limits = limits.collect();
+    Ok(CheckedConfiguration { links, limits, warnings })
 }
 
 /// Whether tools will find the agent, as a run that they would not find is refused.

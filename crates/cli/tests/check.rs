@@ -43,6 +43,12 @@ fn what_fits_is_called_good_and_leaves_nothing_behind() {
     let modules = modules_of(EXP3) + modules_of(R3) - 1;
     assert!(said.contains(&format!("exp3 is good: 1 agent, {modules} modules, ")), "{said}");
     assert!(said.contains(" links, 2 actuators"), "{said}");
+    let limits = "r2/wheels: left, right from -12.3 to 12.3, by the RobotModel of a pioneer_p3dx";
+    assert!(
+        said.contains(limits)
+            && said.contains("front_right from -13.64 to 13.64, by the RobotModel of a summit_xl"),
+        "{said}"
+    );
     let checked = findings(&running, 0, &["check", "exp1"]);
     assert_eq!((&checked["schema"], &checked["ok"]), (&"slate.check/1".into(), &true.into()), "{checked}");
     assert_eq!(checked["counts"]["modules"], modules_of(EXP1), "{checked}");
@@ -550,6 +556,31 @@ fn false_is_no_link_in_drawings_and_expanded_files() {
     let saved = std::fs::read_to_string(&file).unwrap();
     assert!(saved.contains("planner/plan") && links.lines().all(|line| saved.contains(line)), "{saved}");
     assert!(!saved.contains("/reflex\""), "{saved}");
+    assert!(
+        saved.contains("limits.left = [-12.3, 12.3]") || saved.contains("left = [-12.3, 12.3]"),
+        "{saved}"
+    );
+}
+
+#[test]
+fn limits_wider_than_those_of_the_robot_model_are_warned_of() {
+    let running = Running::new("check-limits");
+    let checked = |limits: &str| {
+        let text = EXP1.replacen("safe = { left", &format!("limits = {{ {limits} }}\nsafe = {{ left"), 1);
+        std::fs::write(running.folder().join("robot.toml"), text).unwrap();
+        findings(&running, 0, &["check", "robot.toml"])
+    };
+    let wide = checked("left = [-12.3, 20.0]");
+    let message = wide["findings"][0]["message"].as_str().unwrap();
+    assert!(
+        message.contains("`left` at the gate `r2/wheels`, -12.3 to 20,") && message.contains("-12.3 to 12.3")
+    );
+    assert_eq!(wide["limits"][0]["limits"], serde_json::json!({ "right": [-12.3, 12.3] }), "{wide}");
+    let narrow = checked("left = [-6.0, 6.0], right = [-12.304, 12.304]");
+    assert_eq!(
+        (narrow["findings"].as_array().unwrap().len(), narrow["limits"].as_array().unwrap().len()),
+        (0, 0)
+    );
 }
 
 #[test]

@@ -165,7 +165,9 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
         "planner = { kind = \"go_to_origin_planner\" }\nsecond = { kind = \"go_to_origin_planner\" }",
         &["second"],
     );
-    change("limits", "limits = { left = [-12.3, 12.3]", "limits = { left = [12.3, -12.3]", &["left"]);
+    let time_to_live = "time_to_live = \"100ms\"";
+    let limits = format!("{time_to_live}\nlimits = {{ left = [12.3, -12.3] }}");
+    change("limits", time_to_live, &limits, &["left"]);
 }
 
 #[test]

@@ -145,7 +145,8 @@ fn the_documents_in_json_keep_their_form() {
         (
             &["check", "exp1"],
             r#"{"configuration":"text","counts":{"actuators":"number","agents":"number","links":"number","modules":"number"},
-                "findings":[],"ok":"truth","schema":"slate.check/1"}"#,
+                "findings":[],"limits":[{"gate":"text","limits":{"left":["number"],"right":["number"]},"robot":"text"}],
+                "ok":"truth","schema":"slate.check/1"}"#,
         ),
         (
             &["doctor"],

@@ -1,7 +1,7 @@
 //! The RobotModel of a robot must be that of its devices, and have what its blocks want.
 #![allow(dead_code, reason = "ports are looked at and never read")]
 
-use slate_composition::{Catalogue, Wired};
+use slate_composition::{Catalogue, Wired, described_limits, loose};
 use slate_configuration::{Configuration, Mistake, Options};
 use slate_interfaces::{DriverStatus, Twist2};
 use slate_mapek::prelude::*;
@@ -32,7 +32,7 @@ fn hardware(robot: &str, setting: &str) -> Result<Vec<Hardware>, Refusal> {
         setting: setting.into(),
         drive: Some(HardwareDrive { wheel_radius: 0.1, track }),
         sensors: [near].into_iter().chain(warm).collect(),
-        actuators: vec![HardwareDevice::new("wheels", moves)],
+        actuators: vec![HardwareDevice { limits: Some([-2.0, 2.0]), ..HardwareDevice::new("wheels", moves) }],
         ..Hardware::default()
     }])
 }
@@ -264,4 +264,33 @@ fn only_knowledge_and_monitors_read_how_a_gate_stands() {
     assert!(!refusal.is_empty(), "a driver is no gate");
     let refusal = wrong("\"r2/motor/driver\" = \"r2/wheels/gate\"\n");
     assert!(!refusal.is_empty(), "a gate is no driver");
+}
+
+/// The limits of the gate that are not written, and warnings of those that are.
+fn limits(gate: &str, knowledge: &str) -> (Vec<(String, f64, f64)>, Vec<String>) {
+    let text = format!("{}{knowledge}", ROBOT.replace("command = \"execute/wheels\"", gate));
+    let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
+    let catalogue = catalogue();
+    let wired = Wired::new(&configuration, &catalogue, &|_| false);
+    let survey = wired.check(&catalogue).unwrap();
+    let described = described_limits(&survey, &wired.configuration().actuators()[0]);
+    let described = described.into_iter().flat_map(|described| described.limits);
+    let described = described.map(|limit| (limit.field.value, limit.low, limit.high)).collect();
+    let warnings = loose(wired.configuration(), &survey).into_iter().map(|one| one.to_string());
+    (described, warnings.filter(|warning| warning.contains("wider")).collect())
+}
+
+#[test]
+fn a_gate_without_limits_has_those_of_the_robot_model() {
+    let of = |field: &str| (field.to_owned(), -2.0, 2.0);
+    let command = "command = \"execute/wheels\"";
+    assert_eq!(limits(command, &knows("wide")), (vec![of("linear"), of("angular")], vec![]));
+    let narrow = format!("{command}, limits = {{ linear = [-1.0, 1.0] }}");
+    assert_eq!(limits(&narrow, &knows("wide")), (vec![of("angular")], vec![]));
+    assert_eq!(limits(command, ""), (vec![], vec![]), "a robot without a RobotModel");
+    let (described, warnings) =
+        limits(&format!("{command}, limits = {{ linear = [-3.0, 2.0] }}"), &knows("wide"));
+    assert_eq!(described, [of("angular")]);
+    let words = "the limits of `linear` at the gate `r2/wheels`, -3 to 2, are wider than those of the RobotModel, a `wide`: -2 to 2";
+    assert!(warnings.len() == 1 && warnings[0].contains(words), "{warnings:?}");
 }

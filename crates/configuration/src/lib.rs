@@ -97,7 +97,7 @@ pub use model::{
     SharedKnowledge, Transport, Wiring,
 };
 use path::Prefix;
-pub use path::{link_setting, robot_setting, sender_setting};
+pub use path::{limit_setting, link_setting, robot_setting, sender_setting};
 pub use places::empty_robots;
 pub use printable::{printable, printable_text};
 use problems::Problems;

@@ -69,6 +69,13 @@ pub fn link_setting(to: &str) -> String {
     format!("links.{}", toml_edit::Key::new(to).display_repr())
 }
 
+/// The path of the limits of a field of a gate's command.
+pub fn limit_setting(actuator: &str, field: &str) -> String {
+    let [actuator, field] =
+        [actuator, field].map(|name| toml_edit::Key::new(name).display_repr().into_owned());
+    format!("actuators.{actuator}.limits.{field}")
+}
+
 /// The path of one of the senders of an inbox.
 pub fn sender_setting(to: &str, from: &str) -> String {
     format!("{}.{}", link_setting(to), toml_edit::Key::new(from).display_repr())

@@ -1,22 +1,28 @@
 use std::marker::PhantomData;
 
-use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, StaleInput, Tick, Trigger};
+use slate_module::{
+    Direction, Module, Outcome, Params, PortDescription, Ports, Refusal, Setup, Spec, Stage, StaleInput,
+    Tick, Trigger,
+};
 
 use crate::Published;
 use crate::block::{BlockState, distinct, on};
+use crate::knowledge::Device;
 use crate::port::role;
 use crate::published::has_place;
 
 /// Interprets the data of sensors for Analyzes (RoCS, 4.2). Its sensors trigger it.
 ///
-/// While an input of a sensor is older than its `#[stale]` says, or its data are invalid, the Monitor is degraded, and the log names
-/// the sensor.
+/// It finds the settings of its sensors, such as their limits, in the RobotModel, which it reads of the cycle before: Knowledge
+/// comes after it. While an input of a sensor is older than its `#[stale]` and its [device](Monitor::device) say, or its data are
+/// invalid, the Monitor is degraded, and the log names the sensor.
 pub trait Monitor: 'static {
     /// Kind in the configuration, in snake case.
     const NAME: &'static str;
     /// Description.
     const DOC: &'static str = "";
-    /// Ports of its sensors.
+    /// Ports of its sensors: [`Sensed`](crate::Sensed) for each, and beside them plain inputs for knowledge. Without a
+    /// `Sensed`, every input is of a sensor.
     type Sensors: Ports;
     /// Parameters.
     type Params: Params;
@@ -32,6 +38,12 @@ pub trait Monitor: 'static {
         params: &Self::Params,
         now: &Tick,
     ) -> Option<Self::Value>;
+
+    /// Returns the device that a port of a sensor reads, from the RobotModel. Its rate says when it has stopped, if that is
+    /// later than by the port's `#[stale]`.
+    fn device<'s>(_: &'s Self::Sensors, _port: &str) -> Option<&'s Device> {
+        None
+    }
 
     /// Returns whether the newest data are invalid: the Monitor is degraded.
     fn is_degraded(_: &Self::State) -> bool {
@@ -52,7 +64,12 @@ impl<M: Monitor> Module for MonitorBlock<M> {
     const STAGE: Stage = Stage::SensorProcess;
 
     fn spec() -> Spec {
-        let mut trigger = on(&M::Sensors::describe(), |_| true);
+        let ports = M::Sensors::describe();
+        let is_sensed = |port: &PortDescription| port.role == role::MEASUREMENT;
+        let has_sensed = ports.iter().any(is_sensed);
+        // Beside sensors, a plain input is knowledge.
+        let mut trigger =
+            on(&ports, |port| !has_sensed || is_sensed(port) || port.direction != Direction::Input);
         if let Trigger::On { timeout: Some(timeout), .. } = &mut trigger {
             // At the first tick without a measurement, the newest one is stale already.
             *timeout += 1;
@@ -73,16 +90,24 @@ impl<M: Monitor> Module for MonitorBlock<M> {
         };
         match outcome {
             Outcome::Ok if M::is_degraded(state) => Outcome::Degraded,
-            Outcome::Ok => watch(sensors, now),
+            Outcome::Ok => watch::<M>(sensors, now),
             outcome => outcome,
         }
     }
 }
 
 /// Degraded while a sensor has stopped; the log has it once.
-fn watch(sensors: &impl Ports, now: &Tick) -> Outcome {
-    let Some(StaleInput { name, stamp, after }) = sensors.stale_input() else { return Outcome::Ok };
+fn watch<M: Monitor>(sensors: &M::Sensors, now: &Tick) -> Outcome {
+    let Some(StaleInput { name, stamp, after: declared }) = sensors.stale_input() else {
+        return Outcome::Ok;
+    };
     let age = now.now().saturating_sub(stamp.time);
+    let by_rate = M::device(sensors, name).map_or(0, |device| (device.silent_after() * 1e9) as u64);
+    let after = declared.max(by_rate);
+    if age > declared && age <= after {
+        // It is slower than the port says.
+        return Outcome::Ok;
+    }
     let last_tick = (now.elapsed() * 1e9 + 0.5) as u64;
     // An input whose Sensor is gone is stale at once, and has a value that is old later; at the last tick it was not yet.
     if age > after && age.saturating_sub(last_tick) <= after {

@@ -13,7 +13,9 @@ fn the_chapters_code_is_that_of_the_example() {
         .map(|line| line.strip_prefix(' ').unwrap_or(line))
         .collect();
     let example = example.join("\n");
-    let program = std::fs::read_to_string(root.join("../../examples/exp1/examples/exp1.rs")).unwrap();
+    let program = ["examples/exp1.rs", "src/r2.rs"]
+        .map(|file| std::fs::read_to_string(root.join("../../examples/exp1").join(file)).unwrap())
+        .concat();
     let pieces: Vec<&str> = chapter
         .split("```rust\n")
         .skip(1)

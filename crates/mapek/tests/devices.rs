@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use slate_interfaces::{FourWheelSpeeds, LaserScan, Twist2, WheelSpeeds};
 use slate_mapek::prelude::*;
 use slate_mapek::{Device, Kinematics, KnowledgeBlock, MonitorBlock, SensorBlock, Steering, driver_sensors};
+use slate_module::Trigger;
 use slate_module::prelude::*;
 use slate_module::testing::Fixture;
 
@@ -62,6 +63,70 @@ fn a_monitor_is_degraded_while_its_sensor_is_silent() {
     assert_eq!(monitor.tick(), Outcome::Degraded);
     monitor.set("gauge", Near { distance: 1.0 });
     assert_eq!(monitor.tick(), Outcome::Ok);
+}
+
+#[ports]
+struct SlowGauge {
+    #[stale(after = "200ms")]
+    gauge: Sensed<Near>,
+    robot: Input<RobotModel>,
+}
+
+/// Hands on what it senses, by a device of the robot model.
+struct SlowMonitor;
+
+impl Monitor for SlowMonitor {
+    const NAME: &'static str = "slow_monitor";
+    type Sensors = SlowGauge;
+    type Params = ();
+    type State = ();
+    type Value = Near;
+
+    fn interpret((): &mut (), sensors: &SlowGauge, (): &(), _: &Tick) -> Option<Near> {
+        let (near, gauge) =
+            (sensors.gauge.updated()?, sensors.robot.get().and_then(|robot| robot.sensor("gauge")));
+        gauge.is_none_or(|gauge| gauge.permits(near.distance)).then_some(*near)
+    }
+
+    fn device<'s>(sensors: &'s SlowGauge, port: &str) -> Option<&'s Device> {
+        sensors.robot.get()?.sensor(port)
+    }
+}
+
+#[test]
+fn a_monitor_finds_limits_and_rate_of_its_sensor_in_the_robot_model() {
+    let gauge =
+        Device { minimum: 0.5, maximum: 4.0, rate: 0.5, name: Text::new("gauge"), ..Device::default() };
+    let mut monitor = Fixture::<MonitorBlock<SlowMonitor>>::new();
+    let mut after = |seconds: u64, is_known: bool| {
+        monitor.set("gauge", Near { distance: 1.0 });
+        monitor.tick();
+        if is_known {
+            let sensors = Sequence::new(&[gauge]);
+            monitor.set("robot", RobotModel { sensors, ..RobotModel::default() });
+        }
+        monitor.advance(seconds * 1_000_000_000);
+        monitor.expire("gauge");
+        monitor.tick()
+    };
+    assert_eq!(after(9, false), Outcome::Degraded, "the port alone says when it has stopped");
+    assert_eq!(after(9, true), Outcome::Ok, "five periods have not passed");
+    assert_eq!(after(11, true), Outcome::Degraded);
+    let mut passes = |distance| {
+        monitor.set("gauge", Near { distance });
+        monitor.tick();
+        monitor.wrote("percept")
+    };
+    assert_eq!([passes(0.4), passes(0.5), passes(4.0), passes(4.1)], [false, true, true, false]);
+}
+
+#[test]
+fn knowledge_beside_sensors_triggers_no_monitor() {
+    let triggers = |trigger: Trigger| match trigger {
+        Trigger::On { ports, .. } => ports,
+        _ => Vec::new(),
+    };
+    assert_eq!(triggers(MonitorBlock::<SlowMonitor>::spec().trigger), ["gauge"]);
 }
 
 #[ports]

@@ -48,12 +48,15 @@ pub struct HardwareDevice {
     pub count: u32,
     /// Mount in the robot's frame (`base_link`): x and y in metres, heading in radians.
     pub mount: [f64; 3],
+    /// Least and greatest value of each number that it measures or does, in the number's unit; nothing without limits.
+    #[serde(default)]
+    pub limits: Option<[f64; 2]>,
 }
 
 impl HardwareDevice {
-    /// A single device in the middle of the robot.
+    /// A single device in the middle of the robot, without limits.
     pub fn new(name: &str, interface: &str) -> Self {
-        Self { name: name.into(), interface: interface.into(), count: 1, mount: [0.0; 3] }
+        Self { name: name.into(), interface: interface.into(), count: 1, mount: [0.0; 3], limits: None }
     }
 }
 

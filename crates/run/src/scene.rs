@@ -191,7 +191,11 @@ fn noise(scenario: &Scenario) -> String {
 }
 
 fn scenario(configuration: &Configuration) -> Result<Option<Scenario>, RunError> {
-    let Some(table) = configuration.table("world") else { return Ok(None) };
+    // The real world has a profile of sensors and nothing to simulate.
+    let world = configuration.table("world");
+    let Some(table) = world.filter(|world| world.iter().any(|(key, _)| key != "profile")) else {
+        return Ok(None);
+    };
     let scenario = Scenario::new(&Value::from(table), configuration.seed().value);
     scenario.map(Some).map_err(|error| {
         let text = error.to_string();
@@ -215,6 +219,16 @@ mod tests {
         let text = format!("[[report.bodies]]\nname = \"pipe\"\npoints = {points}\n");
         let options = Options { extra_tables: vec!["report".into()], ..Options::default() };
         of(&Configuration::from_text("bodies.toml", &text, &options).unwrap())
+    }
+
+    #[test]
+    fn a_world_of_a_profile_alone_is_the_real_one() {
+        let world = |text: &str| {
+            let options = Options { extra_tables: vec!["world".into()], ..Options::default() };
+            Configuration::from_text("robot.toml", text, &options).map(|world| of(&world))
+        };
+        assert!(matches!(world("[world]\nprofile = \"real\"\n"), Ok(Ok(scene)) if scene.polygons.is_empty()));
+        assert!(matches!(world("[world]\nprofile = \"real\"\nrobots.r2 = {}\n"), Ok(Err(_))));
     }
 
     #[test]

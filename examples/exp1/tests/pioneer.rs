@@ -73,6 +73,16 @@ fn devices_alone_differ_from_the_simulated_robot() {
 }
 
 #[test]
+fn the_robot_model_has_the_sensors_of_the_real_robot() {
+    let device = "robots.r2.modules.pioneer.params.device=\"/dev/null\"".to_owned();
+    let plugins = [slate_arcos::plugin(), slate_wheeled::plugin()];
+    let agent =
+        Agent::load(&configuration(slate_exp1::PIONEER, &[device]), &plugins, Options::default()).unwrap();
+    let profile = agent.board().read("r2/knowledge/params/profile").unwrap().unwrap().0;
+    assert_eq!(profile.as_str(), Some("real"));
+}
+
+#[test]
 fn the_driver_tells_of_the_same_body_as_the_simulator() {
     let simulated = slate::sim::robot::RobotDescription::named("pioneer_p3dx").unwrap().unwrap().chassis();
     for model in &slate_arcos::model::MODELS {

@@ -56,7 +56,7 @@ pub fn r3(goal: Option<Point2>) -> Robot {
         .disabled()
         .reactive::<GiveWayModel>("give_way")
         .execute::<SkidSteerActions>("execute")
-        .gate("wheels", wheels())
+        .gate("wheels", Gate::new(FourWheelSpeeds::ZERO).time_to_live("100ms"))
         .finish()
 }
 
@@ -79,11 +79,4 @@ fn summit(knowledge: &mut WheeledKnowledgeParams, goal: Option<Point2>) {
         error_clearance: 0.05,
         ..WheeledKnowledgeParams::default()
     };
-}
-
-/// The four wheels of a Summit XL, radians per second.
-fn wheels() -> Gate {
-    let gate = Gate::new(FourWheelSpeeds::ZERO).time_to_live("100ms");
-    let fields = ["front_left", "front_right", "back_left", "back_right"];
-    fields.iter().fold(gate, |gate, field| gate.limit(field, -13.6..=13.6))
 }

@@ -28,6 +28,16 @@ pub struct ThrusterForces {
 }
 
 impl ThrusterForces {
+    /// No force.
+    pub const ZERO: Self = Self {
+        front_right: 0.0,
+        front_left: 0.0,
+        rear_right: 0.0,
+        rear_left: 0.0,
+        vertical_right: 0.0,
+        vertical_left: 0.0,
+    };
+
     /// Makes forces from those of thrusters 1 to 6.
     pub fn new(forces: [f64; 6]) -> Self {
         let [front_right, front_left, rear_right, rear_left, vertical_right, vertical_left] = forces;

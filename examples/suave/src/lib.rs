@@ -1,6 +1,6 @@
 //! The SUAVE exemplar (kas-lab/suave): an underwater vehicle searches for a pipeline and inspects it, while the visibility of
-//! the water changes and a thruster fails. The vehicle and its functions are plain modules ([`managed`]); four managers
-//! ([`manager`]) adapt them in the same simulator.
+//! the water changes and a thruster fails. The vehicle's functions are plain modules in front of an Actuator ([`managed`]); four
+//! managers ([`manager`]) adapt them in the same simulator.
 
 pub mod interfaces;
 pub mod managed;
@@ -10,7 +10,9 @@ pub mod simulator;
 pub mod statistics;
 pub mod vehicle;
 
-use slate_plugin::mapek::{AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, SensorBlock};
+use slate_plugin::mapek::{
+    ActuatorBlock, AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, SensorBlock,
+};
 use slate_plugin::prelude::*;
 
 /// Name of the example.
@@ -28,6 +30,7 @@ plugin!(
     managed::spiral_search::SpiralSearch,
     managed::follow_pipeline::FollowPipeline,
     managed::recover_thrusters::RecoverThrusters,
+    ActuatorBlock<managed::thrusters::Thrusters>,
     manager::unmanaged::UnmanagedMission,
     manager::random::RandomManager,
     manager::metacontrol::Metacontrol,

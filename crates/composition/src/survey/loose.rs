@@ -8,6 +8,7 @@ use super::block::{ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCE
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
 use super::known::known_output;
+use super::limits::wide_limits;
 use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic, empty_robots};
@@ -27,6 +28,7 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
     found.extend(switched_off(configuration, survey));
     found.extend(crossing(configuration, survey));
     found.extend(unguarded(configuration, survey));
+    found.extend(wide_limits(configuration, survey));
     found.extend(empty_robots(configuration).into_iter().map(|robot| {
         let message = format!("robot `{}` has no modules", robot.value);
         let help = format!("add its blocks in [robots.{0}.modules], or remove [robots.{0}]", robot.value);

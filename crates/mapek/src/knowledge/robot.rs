@@ -51,13 +51,15 @@ const LEAST_SILENT: f64 = 1.0;
 #[interface]
 #[derive(PartialEq)]
 pub struct Device {
-    /// Mount: pose of the device in the robot's frame (`base_link`).
+    /// Mount: pose of the frame of its measurements in the robot's frame (`base_link`). It is zero for a device that measures
+    /// in the robot's frame: odometry, a positioning system and a compass, bumpers, wheels, and a ring of sonars, whose scan has
+    /// the mount of each.
     pub mount: Pose2,
     /// Least value, such as a range or a wheel speed, in the unit of what it measures or does.
     pub minimum: f64,
     /// Greatest value; zero, as the least one, without limits.
     pub maximum: f64,
-    /// Rate of its measurements; zero for each cycle.
+    /// Rate of its measurements; zero for a device that measures in each cycle, or as often as its driver reports.
     #[unit("Hz")]
     pub rate: f64,
     /// Time of its newest measurement, or of an actuator's newest change of health; zero before the first.
@@ -101,6 +103,11 @@ impl Device {
         self.measured = status.stamp().time;
         // Its writer hangs or is gone.
         self.health = if status.is_stale() { DeviceHealth::FAILED } else { reported.health };
+    }
+
+    /// Returns whether the device can measure or do a value: it is within the limits, if there are any.
+    pub fn permits(&self, value: f64) -> bool {
+        (self.minimum == 0.0 && self.maximum == 0.0) || (self.minimum..=self.maximum).contains(&value)
     }
 
     /// Returns the age of the newest measurement above which the device is late: five periods, at least 0.2 s; in seconds.

@@ -19,6 +19,7 @@
 //! "knowledge/pose" = "pose_estimator/change"
 //! "knowledge/map" = "occupancy_mapper/change"
 //! "occupancy_mapper/pose" = "knowledge/pose/pose"
+//! "laser_monitor/robot" = "knowledge/robot/robot"
 //! "occupancy_mapper/robot" = { from = "knowledge/robot/robot", previous = true }
 //! "path_planner/map" = "knowledge/map"
 //! "path_planner/pose" = "knowledge/pose/pose"
@@ -31,6 +32,7 @@ mod laser;
 mod occupancy_mapper;
 mod painting;
 mod path_planner;
+mod pose_belief;
 mod pose_estimator;
 mod pose_filter;
 mod search;
@@ -39,8 +41,9 @@ pub use external_frame::{ExternalFrame, ExternalFrameIo};
 pub use laser::{LaserMonitor, LaserSensors};
 pub use occupancy_mapper::{OccupancyMapper, OccupancyMapperIo, OccupancyMapperParams, OccupancyMapperState};
 pub use path_planner::{PathPlanner, PathPlannerIo, PathPlannerParams, PathPlannerState};
-pub use pose_estimator::{PoseEstimator, PoseEstimatorIo, PoseEstimatorParams, PoseEstimatorState};
-pub use pose_filter::{Axis, OdometryNoise, PoseFilter};
+pub use pose_belief::PoseBelief;
+pub use pose_estimator::{PoseEstimator, PoseEstimatorIo, PoseEstimatorParams};
+pub use pose_filter::OdometryNoise;
 
 use slate_mapek::{AnalyzeBlock, MonitorBlock};
 

@@ -1,9 +1,9 @@
-use serde::{Deserialize, Serialize};
 use slate_interfaces::{Odometry, Orientation, Pose2, PoseEstimate, Position};
 use slate_mapek::prelude::*;
 use slate_module::prelude::*;
 
-use crate::pose_filter::{Axis, OdometryNoise, PoseFilter};
+use crate::pose_belief::PoseBelief;
+use crate::pose_filter::OdometryNoise;
 
 /// Ports of [`PoseEstimator`].
 #[ports]
@@ -42,8 +42,8 @@ pub struct PoseEstimatorParams {
 }
 
 impl PoseEstimatorParams {
-    fn start_stddev(&self) -> [f64; 3] {
-        [self.start_position_stddev, self.start_position_stddev, self.start_heading_stddev]
+    fn start_stddev(&self) -> [f64; 2] {
+        [self.start_position_stddev, self.start_heading_stddev]
     }
 
     fn odometry_noise(&self) -> OdometryNoise {
@@ -59,13 +59,8 @@ impl PoseEstimatorParams {
 /// Odometry predicts; a positioning system and a compass, if linked, update (Thrun, Burgard and Fox, *Probabilistic Robotics*, 3.3).
 pub struct PoseEstimator;
 
-/// State of [`PoseEstimator`].
-#[derive(Default, Serialize, Deserialize)]
-pub struct PoseEstimatorState {
-    filter: Option<PoseFilter>,
-    /// The newest pose of the odometry.
-    odometry: Option<[f64; 3]>,
-}
+/// Without a gate: a person corrects it.
+const NO_GATE: f64 = f64::INFINITY;
 
 /// The largest coordinate, m, and heading, rad, of a manual reset: half of the earth's circumference.
 const LARGEST: f64 = 2e7;
@@ -75,41 +70,34 @@ impl Analyze for PoseEstimator {
     const DOC: &'static str = "Estimates the pose in the map frame, with its covariance.";
     type Observed = PoseEstimatorIo;
     type Params = PoseEstimatorParams;
-    type State = PoseEstimatorState;
+    type State = PoseBelief;
     type Value = PoseEstimate;
 
     fn process(
-        state: &mut PoseEstimatorState,
+        belief: &mut PoseBelief,
         io: &PoseEstimatorIo,
         params: &PoseEstimatorParams,
         now: &Tick,
     ) -> Option<PoseEstimate> {
-        let start = [params.start_x, params.start_y, params.start_theta];
-        let filter = state.filter.get_or_insert_with(|| PoseFilter::new(start, params.start_stddev()));
+        if !belief.is_known() {
+            let start = Pose2 { x: params.start_x, y: params.start_y, theta: params.start_theta };
+            belief.begin(start, params.start_stddev());
+        }
         let mut is_new = false;
-        if let Some(Odometry { pose: Pose2 { x, y, theta }, .. }) = io.odometry.updated()
-            && [x, y, theta].iter().all(|number| number.is_finite())
-        {
-            let pose = [*x, *y, *theta];
-            if let Some(from) = state.odometry.replace(pose) {
-                filter.predict(from, pose, &params.odometry_noise());
-            }
-            is_new = true;
+        if let Some(odometry) = io.odometry.updated() {
+            is_new |= belief.predict(odometry.pose, Some(&params.odometry_noise()));
         }
         if let Some(position) = io.position.updated() {
-            filter.update(Axis::X, position.x, params.position_stddev);
-            filter.update(Axis::Y, position.y, params.position_stddev);
-            is_new = true;
+            is_new |= belief.update_position([position.x, position.y], params.position_stddev, NO_GATE);
         }
         if let Some(orientation) = io.orientation.updated() {
-            filter.update(Axis::Heading, orientation.theta, params.orientation_stddev);
-            is_new = true;
+            is_new |= belief.update_heading(orientation.theta, params.orientation_stddev, NO_GATE);
         }
         for reset in io.initial_pose.iter() {
             let pose = [reset.x, reset.y, reset.theta];
             // NaN is not below the limit either.
             if pose.iter().all(|number| number.abs() <= LARGEST) {
-                *filter = PoseFilter::new(pose, params.start_stddev());
+                belief.begin(*reset, params.start_stddev());
                 is_new = true;
             } else {
                 now.warn(format_args!(
@@ -119,6 +107,6 @@ impl Analyze for PoseEstimator {
                 reset.refuse(1);
             }
         }
-        is_new.then(|| filter.estimate())
+        belief.estimate().filter(|_| is_new)
     }
 }

@@ -6,8 +6,8 @@ use slate_interfaces::{
     LaserScan, MapMark, MapStroke, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate,
     Position, Twist2,
 };
-use slate_mapek::{AnalyzeBlock, Device, RobotModel};
-use slate_mapping::{OccupancyMapper, PathPlanner, PoseEstimator};
+use slate_mapek::{AnalyzeBlock, Device, MonitorBlock, RobotModel};
+use slate_mapping::{LaserMonitor, OccupancyMapper, OdometryNoise, PathPlanner, PoseBelief, PoseEstimator};
 use slate_module::testing::Fixture;
 use slate_module::{Sequence, Text, math};
 
@@ -37,6 +37,47 @@ fn odometry_alone_lets_the_covariance_grow_most_across() {
     }
     // A small heading error is a large lateral error after two metres.
     assert!(last.1 > 2.0 * last.0, "{last:?}");
+}
+
+#[test]
+fn a_belief_drops_outliers_and_begins_anew() {
+    let mut belief = PoseBelief::default();
+    assert!(!belief.update_heading(1.0, 0.1, 4.0) && belief.estimate().is_none(), "it is nowhere yet");
+    let noise = OdometryNoise { translation_stddev: 0.05, rotation_stddev: 0.05 };
+    let at = |x| Pose2 { x, y: 0.0, theta: 0.0 };
+    assert!(belief.predict(at(3.0), Some(&noise)), "the first pose of the odometry is no motion");
+    belief.begin(at(1.0), [0.1, 0.1]);
+    assert!(belief.predict(at(3.5), Some(&noise)) && !belief.predict(at(f64::NAN), Some(&noise)));
+    assert_eq!(belief.pose(), Some(at(1.5)));
+    assert!(!belief.update_position([2.5, 0.0], 0.1, 4.0) && belief.pose() == Some(at(1.5)));
+    assert!(belief.update_position([1.6, 0.0], 0.1, 4.0));
+    let x = belief.pose().unwrap().x;
+    assert!(x > 1.5 && x < 1.6, "{x}");
+    assert!(belief.update_position([2.5, 0.0], 0.1, f64::INFINITY), "without a gate");
+    assert!(
+        belief.update_heading(0.1, 0.0, 4.0) && belief.pose().unwrap().theta == 0.1,
+        "an exact one is never an outlier"
+    );
+}
+
+#[test]
+fn ranges_beyond_the_limits_of_the_robot_model_are_no_measurement() {
+    let mut monitor = Fixture::<MonitorBlock<LaserMonitor>>::new();
+    let mut limits = |minimum: f64, maximum: f64| {
+        let laser = Device { minimum, maximum, name: Text::new("laser"), ..Device::default() };
+        monitor.set("robot", RobotModel { sensors: Sequence::new(&[laser]), ..RobotModel::default() });
+        monitor.write("laser", 3, |scan: &mut LaserScan| {
+            (scan.range_min, scan.range_max, scan.angle_increment) = (0.06, 4.0, 0.1);
+            scan.ranges.copy_from_slice(&[0.5, 2.0, 3.5]);
+        });
+        monitor.tick();
+        let percept = |scan: &LaserScan| (scan.range_min, scan.range_max, scan.ranges.to_vec());
+        monitor.read("percept", percept).unwrap()
+    };
+    let ranges = vec![0.5, 2.0, 3.5];
+    assert_eq!(limits(0.0, 0.0), (0.06, 4.0, ranges.clone()), "a device without limits");
+    assert_eq!(limits(0.02, 5.6), (0.06, 4.0, ranges.clone()));
+    assert_eq!(limits(0.1, 3.0), (0.1, 3.0, ranges));
 }
 
 #[test]

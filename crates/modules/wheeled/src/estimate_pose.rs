@@ -1,7 +1,7 @@
 //! Pose from odometry, positioning system and compass, for Knowledge.
 
 use serde::{Deserialize, Serialize};
-use slate_mapping::{Axis, OdometryNoise, PoseFilter};
+use slate_mapping::{OdometryNoise, PoseBelief};
 use slate_plugin::interfaces::{Odometry, Orientation, Pose2, PoseEstimate, Position, SensorAccuracy};
 use slate_plugin::prelude::*;
 
@@ -37,10 +37,8 @@ const EXACT_TIMEOUT: f64 = 0.2;
 
 /// Belief, and what it was updated by.
 #[derive(Default, Serialize, Deserialize)]
-pub struct PoseBelief {
-    filter: Option<PoseFilter>,
-    /// Newest pose of the odometry.
-    odometry: Option<[f64; 3]>,
+pub struct PoseEstimation {
+    belief: PoseBelief,
     /// When a position and a heading were believed last, seconds.
     times: [f64; 2],
     /// Newest report.
@@ -57,38 +55,38 @@ impl Analyze for EstimatePose {
     const DOC: &'static str = "Estimates the pose from odometry, positioning system and compass.";
     type Observed = ObservedMotion;
     type Params = EstimatePoseParams;
-    type State = PoseBelief;
+    type State = PoseEstimation;
     type Value = Pose2;
 
     fn process(
-        belief: &mut PoseBelief,
+        estimation: &mut PoseEstimation,
         observed: &ObservedMotion,
         params: &EstimatePoseParams,
         now: &Tick,
     ) -> Option<Pose2> {
         let accuracy = observed.robot.get().map(|robot| &robot.accuracy);
-        if let Some(Odometry { pose: Pose2 { x, y, theta }, .. }) = observed.odometry.updated() {
-            belief.predict([*x, *y, *theta], accuracy);
+        if let Some(odometry) = observed.odometry.updated() {
+            estimation.belief.predict(odometry.pose, accuracy.map(odometry_noise).as_ref());
         }
         let position = observed.position.updated().map(|position| [position.x, position.y]);
         let heading = observed.orientation.updated().map(|orientation| orientation.theta);
-        belief.update(position, heading, accuracy?, params, now.seconds());
+        estimation.update(position, heading, accuracy?, params, now.seconds());
         let timeout = if is_exact(accuracy?) { EXACT_TIMEOUT } else { params.fix_timeout };
-        let filter = belief.filter.as_ref()?;
-        if belief.age(now.seconds()) > timeout {
+        let estimate = estimation.belief.estimate()?;
+        if estimation.age(now.seconds()) > timeout {
             // Knowledge must not wait until this is stale.
             let pose = Pose2 { x: f64::NAN, y: f64::NAN, theta: f64::NAN };
             observed.estimate.set(PoseEstimate { pose, ..PoseEstimate::default() });
             return None;
         }
-        observed.estimate.set(filter.estimate());
-        let pose = filter.pose();
-        let changed = belief.reported.is_none_or(|[x, y, theta]| {
+        observed.estimate.set(estimate);
+        let pose = estimate.pose;
+        let changed = estimation.reported.is_none_or(|[x, y, theta]| {
             math::hypot(pose.x - x, pose.y - y) >= params.min_change
                 || math::angle_between(theta, pose.theta).abs() >= params.min_change
         });
         changed.then(|| {
-            belief.reported = Some([pose.x, pose.y, pose.theta]);
+            estimation.reported = Some([pose.x, pose.y, pose.theta]);
             pose
         })
     }
@@ -99,18 +97,14 @@ fn is_exact(accuracy: &SensorAccuracy) -> bool {
     accuracy.position_stddev == 0.0 && accuracy.orientation_stddev == 0.0
 }
 
-impl PoseBelief {
-    fn predict(&mut self, pose: [f64; 3], accuracy: Option<&SensorAccuracy>) {
-        let before = self.odometry.replace(pose);
-        if let (Some(filter), Some(before), Some(accuracy)) = (&mut self.filter, before, accuracy) {
-            let noise = OdometryNoise {
-                translation_stddev: accuracy.odometry_translation_stddev,
-                rotation_stddev: accuracy.odometry_rotation_stddev,
-            };
-            filter.predict(before, pose, &noise);
-        }
+fn odometry_noise(accuracy: &SensorAccuracy) -> OdometryNoise {
+    OdometryNoise {
+        translation_stddev: accuracy.odometry_translation_stddev,
+        rotation_stddev: accuracy.odometry_rotation_stddev,
     }
+}
 
+impl PoseEstimation {
     /// Updates by measurements at a time, seconds.
     fn update(
         &mut self,
@@ -121,31 +115,17 @@ impl PoseBelief {
         time: f64,
     ) {
         let SensorAccuracy { position_stddev, orientation_stddev, .. } = *accuracy;
-        if let Some(filter) = &mut self.filter {
-            let fits = |filter: &PoseFilter, axis, measured, stddev| {
-                !filter.is_outlier(axis, measured, stddev, params.gate)
-            };
-            if let Some([x, y]) = position
-                && fits(filter, Axis::X, x, position_stddev)
-                && fits(filter, Axis::Y, y, position_stddev)
-            {
-                filter.update(Axis::X, x, position_stddev);
-                filter.update(Axis::Y, y, position_stddev);
-                self.times[0] = time;
-            }
-            if let Some(theta) = heading
-                && fits(filter, Axis::Heading, theta, orientation_stddev)
-            {
-                filter.update(Axis::Heading, theta, orientation_stddev);
-                self.times[1] = time;
-            }
+        if position.is_some_and(|place| self.belief.update_position(place, position_stddev, params.gate)) {
+            self.times[0] = time;
+        }
+        if heading.is_some_and(|theta| self.belief.update_heading(theta, orientation_stddev, params.gate)) {
+            self.times[1] = time;
         }
         // Outliers alone: the robot was carried away, or the belief is wrong.
         if let (Some([x, y]), Some(theta)) = (position, heading)
-            && (self.filter.is_none() || self.age(time) > params.restart_time)
+            && (!self.belief.is_known() || self.age(time) > params.restart_time)
         {
-            let stddev = [position_stddev, position_stddev, orientation_stddev];
-            self.filter = Some(PoseFilter::new([x, y, theta], stddev));
+            self.belief.begin(Pose2 { x, y, theta }, [position_stddev, orientation_stddev]);
             self.times = [time; 2];
         }
     }

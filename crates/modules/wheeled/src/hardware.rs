@@ -16,6 +16,7 @@ pub fn hardware_of(devices: RobotDevices) -> Hardware {
             interface: interface.into(),
             count: u32::try_from(device.count).unwrap_or(u32::MAX),
             mount: device.mount,
+            limits: (device.minimum < device.maximum).then_some([device.minimum, device.maximum]),
         }
     };
     let interface = |name: &str| match name {

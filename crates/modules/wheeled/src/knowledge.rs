@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 use slate_avoidance::{Parameters, ROBOT_SENSOR, SONAR, Sides};
 use slate_plugin::interfaces::{
     Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
-    SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
+    SensorAccuracy, Sightings, SonarPlacement, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_plugin::mapek::{ActuatorStatus, Device, DeviceHealth, Kinematics, RobotModel, Steering};
 use slate_plugin::module::Hardware;
@@ -27,6 +27,8 @@ pub struct WheeledModel {
     pub chassis: Chassis,
     /// Errors of the sensors; zero if they are exact.
     pub accuracy: SensorAccuracy,
+    /// Mount of each sonar of the sensor `sonar`.
+    pub sonars: Sequence<SonarPlacement, 16>,
     /// Radius of the robots that its robot sensor detects.
     #[unit("m")]
     pub detected_radius: f64,
@@ -45,6 +47,10 @@ impl WheeledModel {
     pub fn of(devices: &RobotDevices) -> Self {
         let corners: Vec<_> = devices.footprint.iter().map(|[x, y]| Point2 { x: *x, y: *y }).collect();
         let list = |devices: &[DeviceDescription]| devices.iter().map(device).collect::<Vec<_>>();
+        let sonars = devices.sensors.iter().find(|sensor| sensor.name == SONAR);
+        let sonars = sonars.iter().flat_map(|ring| &ring.placements);
+        let sonars: Vec<_> =
+            sonars.map(|[x, y, theta]| SonarPlacement { x: *x, y: *y, theta: *theta }).collect();
         let drive = devices.drive;
         let steering = if drive.is_skid_steer { Steering::SKID_STEER } else { Steering::DIFFERENTIAL };
         Self {
@@ -63,6 +69,7 @@ impl WheeledModel {
                 model: Text::new(&devices.name),
             },
             accuracy: SensorAccuracy::default(),
+            sonars: Sequence::new(&sonars),
             detected_radius: devices.detected_radius,
         }
     }
@@ -401,6 +408,10 @@ impl Knowledge for WheeledKnowledge {
             *model = *known;
             model.robot.pose = pose;
             model.accuracy = accuracy;
+            // The sonars know better than a profile.
+            if let Some(scan) = models.sonar.get().filter(|scan| !scan.placements.is_empty()) {
+                model.sonars = scan.placements;
+            }
             model.robot.sensors = Sequence::new(sensors);
             let mut actuators = [Device::default(); ACTUATORS];
             let described = known.robot.actuators.iter();

@@ -1,10 +1,13 @@
 //! Position of another robot from range and bearing: `P3dxPositonAnalyze` of the paper (section 6.4).
 
 use serde::{Deserialize, Serialize};
+use slate_avoidance::ROBOT_SENSOR;
 use slate_plugin::interfaces::{Orientation, Point2, Pose2, Position, SensorAccuracy, Sighting, Sightings};
+use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
+use crate::monitors::device;
 use crate::track_filter::TrackFilter;
 use crate::tracks::position_of;
 
@@ -13,10 +16,23 @@ use crate::tracks::position_of;
 pub struct RobotSensor {
     #[stale(after = "1s")]
     robots: Sensed<Sightings>,
+    /// Robot model with mount, limits and rate of the detector, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
-/// Monitors detections of other robots.
+/// Monitors detections of other robots; drops those beyond the range of the device.
 pub struct RobotMonitor;
+
+/// Rounding of a range, metres.
+const ROUNDING: f64 = 1e-9;
+
+/// Returns whether a detector can have seen a robot there, as far from its mount.
+fn is_in_range(device: &Device, seen: &Sighting) -> bool {
+    let Sighting { range, bearing, .. } = *seen;
+    let (x, y) = (range * math::cos(bearing) - device.mount.x, range * math::sin(bearing) - device.mount.y);
+    // NaN is no number of metres.
+    math::hypot(x, y) <= device.maximum + ROUNDING
+}
 
 impl Monitor for RobotMonitor {
     const NAME: &'static str = "robot_monitor";
@@ -27,7 +43,16 @@ impl Monitor for RobotMonitor {
     type Value = Sightings;
 
     fn interpret(_: &mut (), sensors: &RobotSensor, _: &(), _: &Tick) -> Option<Sightings> {
-        sensors.robots.updated().copied()
+        let seen = sensors.robots.updated()?;
+        let Some(device) = device(&sensors.robot, ROBOT_SENSOR) else { return Some(*seen) };
+        let mut list = [Sighting::default(); 8];
+        let in_range = seen.list.iter().filter(|seen| is_in_range(device, seen));
+        let length = list.iter_mut().zip(in_range).map(|(place, seen)| *place = *seen).count();
+        Some(Sightings { list: Sequence::new(&list[..length]) })
+    }
+
+    fn device<'s>(sensors: &'s RobotSensor, _: &str) -> Option<&'s Device> {
+        device(&sensors.robot, ROBOT_SENSOR)
     }
 }
 

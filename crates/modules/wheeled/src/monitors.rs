@@ -1,14 +1,54 @@
-//! Monitors, one for each type of sensor. Each is degraded after a second without a measurement, as sensors lose single ones,
-//! and while the newest one is no number.
+//! Monitors, one for each type of sensor. Each finds its device in the RobotModel: it is degraded after a second without a
+//! measurement, or five periods of a slower device, as sensors lose single ones, and while the newest one is no number.
 
-use slate_plugin::interfaces::{Odometry, Orientation, Pose2, Position, SonarScan};
+use slate_avoidance::SONAR;
+use slate_plugin::interfaces::{Echo, Odometry, Orientation, Pose2, Position, SonarScan};
+use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
+
+use crate::knowledge::WheeledModel;
+
+/// The device of that name in a robot model, if that is known.
+pub(crate) fn device<'m>(robot: &'m Input<WheeledModel>, name: &str) -> Option<&'m Device> {
+    robot.get()?.robot.sensor(name)
+}
 
 /// Ring of sonars.
 #[ports]
 pub struct Sonar {
     #[stale(after = "1s")]
     sonar: Sensed<SonarScan>,
+    /// Robot model with the limits and mounts of the sonars, from Knowledge.
+    robot: Input<WheeledModel>,
+}
+
+impl Sonar {
+    /// Returns a scan as these sonars can have measured it, by the robot model (REP 117): beyond their maximum range they hear
+    /// nothing, and what is nearer than their minimum range is there. A scan without mounts takes those of the model.
+    fn interpreted(&self, scan: &SonarScan) -> SonarScan {
+        let mut scan = *scan;
+        let Some(robot) = self.robot.get() else { return scan };
+        if scan.placements.is_empty() {
+            scan.placements = robot.sonars;
+        }
+        if let Some(device) = robot.robot.sensor(SONAR) {
+            let mut echoes = [Echo::default(); 16];
+            for (echo, measured) in echoes.iter_mut().zip(scan.echoes.iter()) {
+                *echo = within(*measured, device);
+            }
+            scan.echoes = Sequence::new(&echoes[..scan.echoes.len()]);
+        }
+        scan
+    }
+}
+
+/// An echo within the limits of a device. One that is no number stays so.
+fn within(echo: Echo, device: &Device) -> Echo {
+    match echo.range {
+        range if !range.is_finite() || device.permits(range) => echo,
+        range if range > device.maximum => Echo { range: device.maximum, heard: false.into() },
+        _ => Echo { range: device.minimum, ..echo },
+    }
 }
 
 /// Returns whether a scan has a placement for each sonar and all ranges are numbers.
@@ -36,7 +76,7 @@ fn valid<T: Copy>(
     (!*is_invalid).then_some(*newest)
 }
 
-/// Monitors the sonars; drops scans with a range that is no number.
+/// Monitors the sonars: ranges are within the limits of the device. Drops scans with a range that is no number.
 pub struct RangeMonitor;
 
 impl Monitor for RangeMonitor {
@@ -49,7 +89,12 @@ impl Monitor for RangeMonitor {
     type Value = SonarScan;
 
     fn interpret(is_invalid: &mut bool, sensors: &Sonar, _: &(), now: &Tick) -> Option<SonarScan> {
-        valid(is_invalid, ("sonar", sensors.sonar.updated()), is_valid, now)
+        let scan = sensors.sonar.updated().map(|scan| sensors.interpreted(scan));
+        valid(is_invalid, (SONAR, scan.as_ref()), is_valid, now)
+    }
+
+    fn device<'s>(sensors: &'s Sonar, port: &str) -> Option<&'s Device> {
+        device(&sensors.robot, port)
     }
 
     fn is_degraded(is_invalid: &bool) -> bool {
@@ -62,6 +107,8 @@ impl Monitor for RangeMonitor {
 pub struct Positioning {
     #[stale(after = "1s")]
     position: Sensed<Position>,
+    /// Robot model with the rate of the device, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
 /// Monitors the positioning system.
@@ -81,6 +128,10 @@ impl Monitor for PositionMonitor {
         valid(is_invalid, ("position", sensors.position.updated()), is_valid, now)
     }
 
+    fn device<'s>(sensors: &'s Positioning, port: &str) -> Option<&'s Device> {
+        device(&sensors.robot, port)
+    }
+
     fn is_degraded(is_invalid: &bool) -> bool {
         *is_invalid
     }
@@ -91,6 +142,8 @@ impl Monitor for PositionMonitor {
 pub struct Compass {
     #[stale(after = "1s")]
     orientation: Sensed<Orientation>,
+    /// Robot model with the rate of the device, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
 /// Monitors the compass.
@@ -110,6 +163,10 @@ impl Monitor for OrientationMonitor {
         valid(is_invalid, ("orientation", sensors.orientation.updated()), is_valid, now)
     }
 
+    fn device<'s>(sensors: &'s Compass, port: &str) -> Option<&'s Device> {
+        device(&sensors.robot, port)
+    }
+
     fn is_degraded(is_invalid: &bool) -> bool {
         *is_invalid
     }
@@ -120,6 +177,8 @@ impl Monitor for OrientationMonitor {
 pub struct Encoders {
     #[stale(after = "1s")]
     odometry: Sensed<Odometry>,
+    /// Robot model with the rate of the device, from Knowledge.
+    robot: Input<WheeledModel>,
 }
 
 /// Monitors the odometry.
@@ -139,6 +198,10 @@ impl Monitor for OdometryMonitor {
             x.is_finite() && y.is_finite() && theta.is_finite()
         };
         valid(is_invalid, ("odometry", sensors.odometry.updated()), is_valid, now)
+    }
+
+    fn device<'s>(sensors: &'s Encoders, port: &str) -> Option<&'s Device> {
+        device(&sensors.robot, port)
     }
 
     fn is_degraded(is_invalid: &bool) -> bool {

@@ -1,10 +1,12 @@
 //! What a wheeled robot knows of its own body and devices.
 #![allow(clippy::unwrap_used, reason = "a test that fails panics")]
 
-use slate::interfaces::{Chassis, Odometry, Orientation, Pose2, Position, Sightings, SonarScan, Twist2};
+use slate::interfaces::{
+    Chassis, Odometry, Orientation, Pose2, Position, Sightings, SonarPlacement, SonarScan, Twist2,
+};
 use slate::mapek::{DeviceHealth, KnowledgeBlock, SensorBlock, Steering};
-use slate::module::Text;
 use slate::module::testing::Fixture;
+use slate::module::{Sequence, Text};
 use slate::sim::robot::RobotDescription;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
 use slate_wheeled::odometry_pose::{OdometryOrientation, OdometryPosition, OdometryStart};
@@ -45,6 +47,25 @@ fn the_robot_model_is_that_of_the_description() {
         let twist = Twist2 { linear: 0.3, angular: 0.2 };
         let back = robot.drive.twist_of(robot.drive.wheels_for(twist));
         assert!((back.linear - 0.3).abs() < 1e-12 && (back.angular - 0.2).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn the_robot_model_has_the_mount_of_each_sonar() {
+    for (name, profile) in [("pioneer_p3dx", "vrep"), ("pioneer_p3dx", "real"), ("summit_xl", "vrep")] {
+        let described = RobotDescription::named(name).unwrap().unwrap();
+        let expected = described.sonar[profile].placements.iter().map(|[x, y, degrees]| SonarPlacement {
+            x: *x,
+            y: *y,
+            theta: degrees.to_radians(),
+        });
+        let expected: Vec<_> = expected.collect();
+        let mut knowledge = Knowing::with(params(name, profile)).unwrap();
+        assert_eq!(&model(&mut knowledge).sonars[..], expected, "{name}, {profile}");
+        // Sonars that tell theirs know better.
+        let own = SonarPlacement { x: 0.1, y: 0.0, theta: 0.0 };
+        knowledge.set("sonar", SonarScan { placements: Sequence::new(&[own]), ..SonarScan::default() });
+        assert_eq!(model(&mut knowledge).sonars[..], [own]);
     }
 }
 

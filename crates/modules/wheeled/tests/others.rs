@@ -4,12 +4,12 @@
 use slate::interfaces::{
     Echo, Odometry, Orientation, Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
 };
-use slate::mapek::{AnalyzeBlock, SensorBlock};
+use slate::mapek::{AnalyzeBlock, MonitorBlock, SensorBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text, math};
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::local_map::{LocalObstacles, MapObstacles};
-use slate_wheeled::locate_robot::{LocateRobot, Located};
+use slate_wheeled::locate_robot::{LocateRobot, Located, RobotMonitor};
 use slate_wheeled::odometry_pose::{OdometryOrientation, OdometryPosition, OdometryStart};
 use slate_wheeled::tracks::Tracks;
 use slate_wheeled::twist_estimator::TwistEstimator;
@@ -37,6 +37,25 @@ fn a_robot_is_where_it_is_seen_from_where_one_is() {
     analyze.tick();
     let located = analyze.output::<Located>("change").unwrap();
     assert!(near(located.x, 1.0) && near(located.y, 3.5) && located.seen.get(), "{located:?}");
+}
+
+#[test]
+fn detections_beyond_the_range_of_the_robot_model_are_dropped() {
+    let mut robot = WheeledModel::load("summit_xl", "real").unwrap();
+    let mut monitor = Fixture::<MonitorBlock<RobotMonitor>>::new();
+    let mut passes = |robot: Option<WheeledModel>, range: f64, bearing: f64| {
+        if let Some(robot) = robot {
+            monitor.set("robot", robot);
+        }
+        monitor.set("robots", sees(range, bearing));
+        monitor.tick();
+        !monitor.output::<Sightings>("percept").unwrap().list.is_empty()
+    };
+    assert!(passes(None, 9.0, 0.0), "limits are unknown before the robot model is known");
+    // 8 m from the detector, which is 0.2 m in front of the middle.
+    assert!(passes(Some(robot), 8.1, 0.0) && !passes(None, 8.3, 0.0) && !passes(None, 7.9, 3.1));
+    robot.robot.sensors = Sequence::default();
+    assert!(passes(Some(robot), 9.0, 0.0));
 }
 
 #[test]

@@ -3,9 +3,9 @@
 
 use slate::blackboard::interface::Value;
 use slate::interfaces::{Bumper, Echo, SensorAccuracy, SonarPlacement, SonarScan, WheelSpeeds};
-use slate::mapek::{ActionKind, ExecuteBlock, MonitorBlock, ReactiveBlock, Reflex, SensorBlock};
+use slate::mapek::{ActionKind, Device, ExecuteBlock, MonitorBlock, ReactiveBlock, Reflex, SensorBlock};
 use slate::module::testing::Fixture;
-use slate::module::{Bool, Sequence, math};
+use slate::module::{Bool, Sequence, Text, math};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate::sim::robot::RobotDescription;
@@ -284,6 +284,35 @@ fn a_scan_of_no_numbers_passes_no_monitor_and_stops_the_authors_law() {
     law.tick();
     let stop = law.sent::<Reflex>("reflex").last().unwrap().action;
     assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_monitor_takes_limits_and_mounts_of_the_sonars_from_the_robot_model() {
+    let mut robot = pioneer();
+    let sonar = Device { minimum: 0.1, maximum: 1.0, name: Text::new("sonar"), ..Device::default() };
+    robot.robot.sensors = Sequence::new(&[sonar]);
+    let mut monitor = Fixture::<MonitorBlock<RangeMonitor>>::new();
+    let mut echo = |robot: Option<WheeledModel>, range: f64| {
+        if let Some(robot) = robot {
+            monitor.set("robot", robot);
+        }
+        let echoes = Sequence::new(&[Echo { range, heard: true.into() }; 16]);
+        let measured = SonarScan { placements: Sequence::default(), echoes, ..scan(&[]) };
+        monitor.set("sonar", measured);
+        monitor.tick();
+        let percept = monitor.wrote("percept").then(|| monitor.output::<SonarScan>("percept").unwrap());
+        percept.map(|scan| (scan.placements, scan.echoes[3].range, scan.echoes[3].heard.get()))
+    };
+    assert_eq!(
+        echo(None, 0.5),
+        None,
+        "sonars without mounts measure nothing, while the robot model is unknown"
+    );
+    let mounts = robot.sonars;
+    assert_eq!(mounts.len(), 16);
+    assert_eq!(echo(Some(robot), 0.5), Some((mounts, 0.5, true)));
+    assert_eq!(echo(None, 1.2), Some((mounts, 1.0, false)), "no echo comes from beyond the maximum range");
+    assert_eq!(echo(None, 0.04), Some((mounts, 0.1, true)), "what is nearer than the minimum range is there");
 }
 
 #[test]

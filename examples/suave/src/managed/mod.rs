@@ -5,6 +5,7 @@ pub mod follow_pipeline;
 pub mod mission;
 pub mod recover_thrusters;
 pub mod spiral_search;
+pub mod thrusters;
 
 use slate_plugin::prelude::*;
 

@@ -11,7 +11,7 @@ use slate_safety::{Gate, GateConfiguration, GateState};
 
 use super::{BuildPlan, Failed, ModuleBuilder, SPARE_READERS, new_writer};
 use slate_composition::parameters::value_bytes;
-use slate_composition::{GATE, LinkSource, Wire};
+use slate_composition::{GATE, LinkSource, Wire, described_limits};
 use slate_configuration::Mistake;
 use slate_engine::actuators::Actuator;
 
@@ -253,7 +253,10 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     ) -> Result<GateConfiguration, Failed> {
         let name = &wanted.name.value;
         let mut gate = GateConfiguration::new(name, descriptor).time_to_live(wanted.time_to_live.value);
-        for limit in &wanted.limits {
+        let described = described_limits(self.plan.survey, wanted);
+        let described = described.filter(|described| described.command.hash == descriptor.hash);
+        let limits = described.iter().flat_map(|described| &described.limits);
+        for limit in wanted.limits.iter().chain(limits) {
             gate = gate.limit(&limit.field.value, limit.low, limit.high).map_err(|error| {
                 self.builder.complaints.add(
                     limit.field.span,

@@ -3,7 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use crate::agent::composition::Composition;
-use slate_configuration::{Configuration, Layered, PluginEntry, SourceKind, Value};
+use slate_composition::{Complaints, described_limits, survey};
+use slate_configuration::{Configuration, Layered, PluginEntry, SourceKind, Value, limit_setting};
 
 /// All settings, a line each, with what the command line has set and what was changed since. The libraries of plugins are
 /// named by absolute paths, and loaded at the start if they are loaded now. Inferred links are no settings.
@@ -11,20 +12,35 @@ pub(super) fn of(composition: &Composition, agent: &str) -> String {
     whole(composition, agent, Vec::new())
 }
 
-/// The same with inferred links as if they were written, for readers who infer none.
+/// The same with inferred links, and limits of gates from RobotModels, as if they were written, for readers who infer none.
 pub(super) fn expanded(composition: &Composition, agent: &str) -> String {
     let configuration = &composition.configuration;
     let links = configuration.links().iter().filter(|link| link.is_inferred());
-    whole(composition, agent, links.map(|link| configuration.link_line(link)).collect())
+    let links = links.map(|link| configuration.link_line(link));
+    whole(composition, agent, links.chain(limits(composition)).collect())
 }
 
-fn whole(composition: &Composition, agent: &str, links: Vec<String>) -> String {
+/// Limits of gates that are not written, a line each.
+fn limits(composition: &Composition) -> Vec<String> {
+    let configuration = &composition.configuration;
+    let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
+    let mut lines = Vec::new();
+    for actuator in configuration.actuators() {
+        for limit in described_limits(&survey, actuator).iter().flat_map(|described| &described.limits) {
+            let setting = limit_setting(&actuator.name, &limit.field);
+            lines.push(format!("{setting} = [{:?}, {:?}]", limit.low, limit.high));
+        }
+    }
+    lines
+}
+
+fn whole(composition: &Composition, agent: &str, inferred: Vec<String>) -> String {
     // An empty path is one.
     let settings = composition.configuration.settings("").unwrap_or_default().into_iter();
     let settings = settings.filter(|setting| !is_told_apart(&setting.path));
     let configuration = &composition.configuration;
     let lines = settings.map(|setting| format!("{} = {}", setting.path, setting.value));
-    text(composition, agent, lines.map(|line| beside(configuration, line)).chain(links))
+    text(composition, agent, lines.map(|line| beside(configuration, line)).chain(inferred))
 }
 
 /// The same layer by layer.

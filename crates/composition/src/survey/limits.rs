@@ -1,0 +1,81 @@
+//! Limits of gates: those that are written, and of other numbers of the command those that the RobotModel has of the actuator,
+//! where Execute finds its settings (RoCS, 4.2).
+
+use slate_blackboard::interface::{Descriptor, Kind, Primitive};
+use slate_configuration::{Actuator, Configuration, Diagnostic, Limit, Spanned};
+use slate_module::{Direction, Hardware};
+
+use super::block::Block;
+use super::{Survey, scope};
+
+/// Limits of a gate that are not written, from the RobotModel.
+#[derive(Debug)]
+pub struct DescribedLimits<'s> {
+    /// Name of the description, such as `pioneer_p3dx`.
+    pub robot: &'s str,
+    /// Interface of the command.
+    pub command: &'static Descriptor,
+    /// A limit of each number without a written one.
+    pub limits: Vec<Limit>,
+}
+
+/// Share by which a written limit may be wider than that of the RobotModel.
+const ROUNDING: f64 = 1e-3;
+
+/// The limits of a gate that are not written: those of the actuator of its name in the RobotModel of its robot.
+pub fn described_limits<'s>(survey: &'s Survey<'_>, actuator: &Actuator) -> Option<DescribedLimits<'s>> {
+    let (model, command, [low, high]) = described(survey, actuator)?;
+    let is_written = |name: &str| actuator.limits.iter().any(|limit| limit.field.value == name);
+    let fields = numbers(command).filter(|name| !is_written(name));
+    let limit = |name: &str| {
+        let field = Spanned { value: name.into(), span: actuator.name.span };
+        Limit { field, low, high }
+    };
+    let limits: Vec<_> = fields.map(limit).collect();
+    (!limits.is_empty()).then_some(DescribedLimits { robot: &model.robot, command, limits })
+}
+
+/// The RobotModel with the device of a gate, and the interface and the limits of its command.
+fn described<'s>(
+    survey: &'s Survey<'_>,
+    actuator: &Actuator,
+) -> Option<(&'s Hardware, &'static Descriptor, [f64; 2])> {
+    let robot = scope(&actuator.name.value);
+    let knowledge = survey.modules.iter().find(|surveyed| {
+        !robot.is_empty()
+            && scope(&surveyed.module.name.value) == robot
+            && Block::of(&surveyed.description) == Some(Block::Knowledge)
+    })?;
+    let model = knowledge.description.hardware.first()?;
+    let device = model.actuator(actuator.name.value.rsplit('/').next()?)?;
+    let mut ports = survey.modules.iter().flat_map(|surveyed| &surveyed.description.ports);
+    let command = ports
+        .find(|port| port.direction == Direction::Command && port.descriptor.name == device.interface)?;
+    Some((model, command.descriptor, device.limits?))
+}
+
+/// The fields of a command that are numbers.
+fn numbers(command: &Descriptor) -> impl Iterator<Item = &'static str> {
+    let is_number = |kind: &Kind| matches!(kind, Kind::Primitive(primitive) if *primitive != Primitive::Bool);
+    command.fields.iter().filter(move |field| is_number(&field.kind)).map(|field| field.name)
+}
+
+/// Warnings of written limits that are wider than those of the RobotModel.
+pub(super) fn wide_limits(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for actuator in configuration.actuators() {
+        let Some((model, command, [least, greatest])) = described(survey, actuator) else { continue };
+        let slack = ROUNDING * (greatest - least);
+        let is_wide = |limit: &&Limit| limit.low < least - slack || limit.high > greatest + slack;
+        let is_number = |limit: &&Limit| numbers(command).any(|name| name == limit.field.value);
+        for limit in actuator.limits.iter().filter(is_number).filter(is_wide) {
+            let message = format!(
+                "the limits of `{}` at the gate `{}`, {} to {}, are wider than those of the RobotModel, a `{}`: {least} to {greatest}",
+                limit.field.value, actuator.name.value, limit.low, limit.high, model.robot
+            );
+            let help = "remove them, and the gate has those of the RobotModel, or make them narrower";
+            found.push(configuration.diagnostic(limit.field.span, message, Some(help.into())));
+        }
+    }
+    found
+}
