@@ -4,8 +4,7 @@
 use slate::interfaces::Point2;
 use slate::prelude::*;
 use slate::sim::devices::{
-    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedSonar,
-    SimulatedWheels,
+    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedWheels,
 };
 use slate_exp3::follow::FollowPlanner;
 use slate_exp3::patrol::PatrolPlanner;
@@ -16,6 +15,7 @@ use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::locate_robot::LocateRobot;
+use slate_wheeled::median_sonar::MedianSonar;
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 
 fn main() -> ExitCode {
@@ -31,7 +31,7 @@ pub fn robots() -> Robot {
 fn r2() -> Robot {
     let wheels = Gate::new(WheelSpeeds::ZERO).limit("left", -12.3..=12.3).limit("right", -12.3..=12.3);
     Robot::new("r2")
-        .sensor::<SimulatedSonar>("sonar")
+        .sensor::<MedianSonar>("sonar")
         .sensor::<SimulatedPosition>("position")
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
@@ -59,6 +59,7 @@ fn r2() -> Robot {
         .params(pioneer)
         .link("pose", "estimate_pose/estimate")
         .plan::<PatrolPlanner>("planner")
+        .params(|planner| planner.goal_tolerance = 0.05)
         .reactive::<AvoidObstacleModel>("avoid_obstacle")
         .reactive::<AvoidWallModel>("avoid_wall")
         .disabled()
@@ -67,10 +68,12 @@ fn r2() -> Robot {
         .finish()
 }
 
-/// A Pioneer, with the corners in the order in which the authors' robot visits them.
+/// A Pioneer, with the corners in the order in which the authors' robot visits them. They are near walls: where sonars err, their
+/// median takes the place of wider rules.
 fn pioneer(knowledge: &mut WheeledKnowledgeParams) {
     let corners = [(2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)];
     knowledge.robot = "pioneer_p3dx".into();
+    (knowledge.error_distance, knowledge.error_clearance) = (0.0, 0.0);
     knowledge.goals = Sequence::new(&corners.map(|(x, y)| Point2 { x, y }));
 }
 
