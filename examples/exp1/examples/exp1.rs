@@ -2,6 +2,7 @@
 //! that prints its configuration.
 
 use slate::prelude::*;
+use slate::sim::devices::SimulatedSonar;
 use slate_wheeled::go_to_origin::GoToOriginPlanner;
 use slate_wheeled::local_map::MapObstacles;
 
@@ -11,7 +12,7 @@ fn main() -> ExitCode {
 
 /// R2 in the world of EXP1.
 pub fn robot() -> Robot {
-    slate_exp1::r2(&[])
+    slate_exp1::r2::<SimulatedSonar>(|_| {})
         .analyze::<MapObstacles>("map_obstacles")
         .unlinked("robots")
         .disabled()

@@ -1,25 +1,23 @@
 //! R2, as EXP1 and EXP3 have it.
 
-use slate::interfaces::Point2;
 use slate::prelude::*;
 use slate::sim::devices::{
-    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedSonar,
-    SimulatedWheels,
+    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedWheels,
 };
 use slate_wheeled::analyzes::{PassOrientation, PassPosition, PassRange};
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::estimate_pose::EstimatePose;
-use slate_wheeled::knowledge::WheeledKnowledge;
+use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 
 /// R2, a Pioneer P3-DX, without its Plan, which notices the only Analyze of each of its types.
 ///
-/// It visits the goals in turn; without any, it goes to the origin.
-pub fn r2(goals: &[Point2]) -> Robot {
+/// `S` are its sonars, and `set` changes the parameters of its Knowledge.
+pub fn r2<S: Sensor>(set: impl FnOnce(&mut WheeledKnowledgeParams)) -> Robot {
     Robot::new("r2")
-        .sensor::<SimulatedSonar>("sonar")
+        .sensor::<S>("sonar")
         .sensor::<SimulatedPosition>("position")
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
@@ -43,7 +41,7 @@ pub fn r2(goals: &[Point2]) -> Robot {
         .knowledge::<WheeledKnowledge>("knowledge")
         .params(|params| {
             params.robot = "pioneer_p3dx".into();
-            params.goals = Sequence::new(goals);
+            set(params);
         })
         .link("pose", "estimate_pose/estimate")
         .reactive::<AvoidObstacleModel>("avoid_obstacle")

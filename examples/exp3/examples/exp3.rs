@@ -6,6 +6,7 @@ use slate::prelude::*;
 use slate_exp3::follow::FollowPlanner;
 use slate_exp3::patrol::PatrolPlanner;
 use slate_wheeled::locate_robot::LocateRobot;
+use slate_wheeled::median_sonar::MedianSonar;
 
 fn main() -> ExitCode {
     robots().run()
@@ -16,11 +17,17 @@ pub fn robots() -> Robot {
     r2().with(r3()).world_of(slate_exp3::CONFIGURATION)
 }
 
-/// R2, which is that of EXP1, visits the corners in the order in which the authors' robot does.
+/// R2, which is that of EXP1, visits the corners in the order in which the authors' robot does. They are near walls: where
+/// sonars err, their median takes the place of wider rules.
 fn r2() -> Robot {
-    let corners = [(2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)];
-    let corners = corners.map(|(x, y)| Point2 { x, y });
-    slate_exp1::r2(&corners).plan::<PatrolPlanner>("planner").finish()
+    let corners = [(2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)].map(|(x, y)| Point2 { x, y });
+    slate_exp1::r2::<MedianSonar>(|knowledge| {
+        (knowledge.error_distance, knowledge.error_clearance) = (0.0, 0.0);
+        knowledge.goals = Sequence::new(&corners);
+    })
+    .plan::<PatrolPlanner>("planner")
+    .params(|planner| planner.goal_tolerance = 0.05)
+    .finish()
 }
 
 /// R3, which is that of EXP2, follows R2.

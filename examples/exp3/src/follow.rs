@@ -37,12 +37,18 @@ pub struct FollowParams {
     max_bearing_error: f64,
     #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course up to which it is in the way; 0: it never makes way")]
     passing_distance: f64,
+    #[param(default = 0.1, range = 0.01..=100.0, unit = "m", doc = "travel of the leader over which its course is measured")]
+    course_distance: f64,
+    #[param(default = 0.4, range = 0.01..=100.0, unit = "m", doc = "the same, if the detector of robots errs")]
+    error_course_distance: f64,
     #[param(default = 1.6, range = 0.1..=100.0, unit = "m", doc = "distance to keep from a leader that comes towards it")]
     waiting_distance: f64,
     #[param(default = 0.12, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity while it clears the leader's course")]
     evasion_velocity: f64,
     #[param(default = 0.25, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity round what keeps it from the leader")]
     detour_velocity: f64,
+    #[param(default = 0.6, range = 0.0..=3.0, unit = "rad/s", doc = "angular velocity while it looks around for a leader that it does not detect")]
+    search_velocity: f64,
     #[param(default = 3.0, range = 0.1..=1e6, unit = "s", doc = "time without coming nearer to a leader that is too far away after which it drives round what is between, for as long")]
     progress_timeout: f64,
 }
@@ -51,8 +57,6 @@ pub struct FollowParams {
 const HOLD: f64 = 0.5;
 /// How far behind the leader, along its course, a robot still counts as beside it, metres.
 const BESIDE: f64 = 0.3;
-/// Travel of the leader after which its course is updated, metres.
-const COURSE: f64 = 0.1;
 /// Bearing error above which it turns on the spot before it makes way, radians.
 const TURN_FIRST: f64 = 0.4;
 /// Angle between a detour and the direction to the leader, radians.
@@ -130,17 +134,23 @@ impl Plan for FollowPlanner {
         if let Some(leader) = &report {
             state.leader = Some((leader.x, leader.y, leader.range, leader.bearing, leader.seen.get()));
             if leader.seen.get() {
-                state.course.update(leader.x, leader.y);
+                state.course.update(leader.x, leader.y, params.course_distance(&noticed.robot));
             }
         }
-        let Some((x, y, range, bearing, seen)) = state.leader else { return };
         // A reflex is not interrupted.
         if situation.is_reactive() || (report.is_none() && !situation.needs_plan()) {
             return;
         }
+        let Some((x, y, range, bearing, seen)) = state.leader else {
+            return state.turn(params.search_velocity, noticed, now, plan);
+        };
         let pose = noticed.robot.robot.pose;
         let (dx, dy) = (x - pose.x, y - pose.y);
         let detour = state.progress.detour(math::hypot(dx, dy), params, now.seconds());
+        if !seen && math::hypot(dx, dy) < params.following_distance {
+            let side = if bearing < 0.0 { -1.0 } else { 1.0 };
+            return state.turn(side * params.search_velocity, noticed, now, plan);
+        }
         if !seen && detour.is_none() {
             // To where it was last.
             let (speed, tolerance) = (params.max_linear_velocity, params.following_distance);
@@ -177,6 +187,17 @@ impl Plan for FollowPlanner {
 }
 
 impl FollowPlannerState {
+    /// Plans a turn on the spot, at an angular velocity (rad/s).
+    fn turn(&mut self, angular: f64, noticed: &FollowNoticing, now: &Tick, plan: &mut Agenda<'_>) {
+        let wheels = noticed.robot.wheels_for(0.0, angular);
+        plan.replace(SetWheelSpeed::request(Speeds {
+            left: wheels.left,
+            right: wheels.right,
+            duration: HOLD,
+        }));
+        self.planned = (0.0, now.seconds());
+    }
+
     /// Notes how far the robot has driven backwards by its plan until a time, seconds.
     fn advance(&mut self, time: f64, is_reactive: bool) {
         let (linear, since) = self.planned;
@@ -188,12 +209,12 @@ impl FollowPlannerState {
 }
 
 impl LeaderCourse {
-    /// Notes where the leader is, metres.
-    fn update(&mut self, x: f64, y: f64) {
+    /// Notes where the leader is, metres; its course is that of the last part of its way, of a length (m).
+    fn update(&mut self, x: f64, y: f64, length: f64) {
         let (from_x, from_y) = *self.start.get_or_insert((x, y));
         let (dx, dy) = (x - from_x, y - from_y);
         let way = math::hypot(dx, dy);
-        if way >= COURSE {
+        if way >= length {
             self.start = Some((x, y));
             self.direction = Some((dx / way, dy / way));
         }
@@ -229,6 +250,12 @@ impl ApproachProgress {
 }
 
 impl FollowParams {
+    /// Travel of the leader over which its course is measured, metres: errors of a short one are great.
+    fn course_distance(&self, robot: &WheeledModel) -> f64 {
+        let errs = robot.accuracy.sighting_range_stddev > 0.0;
+        if errs { self.error_course_distance } else { self.course_distance }
+    }
+
     /// Linear (m/s) and angular (rad/s) velocity into a direction (rad).
     fn drive(&self, velocity: f64, direction: f64) -> (f64, f64) {
         let linear = if direction.abs() > TURN_FIRST { 0.0 } else { velocity * math::cos(direction) };

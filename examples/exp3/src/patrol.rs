@@ -27,7 +27,7 @@ pub struct PatrolParams {
     #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in crowded space")]
     careful_linear_velocity: f64,
     #[param(default = 0.08, range = 0.001..=1.0, unit = "m", doc = "distance from a corner at which it counts as reached")]
-    goal_tolerance: f64,
+    pub goal_tolerance: f64,
     #[param(default = 20.0, range = 0.1..=1e6, unit = "s", doc = "time without progress after which it leaves a corner for the next lap")]
     progress_timeout: f64,
 }

@@ -1,7 +1,7 @@
 //! Memoryless avoidance: the newest measurements and rules give a turn on the spot and a straight drive.
 
 use serde::{Deserialize, Serialize};
-use slate_interfaces::SonarScan;
+use slate_interfaces::{Pose2, SonarScan, Twist2};
 use slate_module::{Sequence, Text, interface, math};
 
 use crate::footprint::Footprint;
@@ -193,6 +193,12 @@ const POINTS: usize = 16 * ARC;
 const ROBOTS: usize = 8;
 /// Speed above which the robot drives towards what is ahead or behind, m/s.
 const MOVING: f64 = 0.02;
+/// Angular velocity above which the robot turns, rad/s.
+const TURNING: f64 = 0.02;
+/// Clearance from another robot below which no motion may end that comes nearer to it, metres: it moves meanwhile.
+const ROBOT_CLEARANCE: f64 = 0.08;
+/// Clearance from another robot during a turn on the spot, metres.
+const TURN_CLEARANCE: f64 = 0.03;
 /// Distance beyond which a clearance makes no difference, metres.
 const REACH: f64 = 0.3;
 /// Step between headings, radians.
@@ -218,22 +224,21 @@ pub struct ReflexInput {
     count: usize,
     robots: [Disc; ROBOTS],
     seen: usize,
-    /// Linear velocity, negative backward, m/s.
-    velocity: f64,
+    /// Twist of the robot.
+    twist: Twist2,
 }
 
 impl ReflexInput {
-    /// Takes echoes as points on their arcs, and detected robots, whose echoes are left out; `velocity` in m/s,
-    /// negative backward.
+    /// Takes echoes as points on their arcs, detected robots, whose echoes are left out, and the twist of this robot.
     ///
     /// An echo at the minimum range, or without a range, counts as nearer than that.
-    pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, velocity: f64) -> Self {
+    pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, twist: Twist2) -> Self {
         let mut measured = Self {
             points: [(0.0, 0.0); POINTS],
             count: 0,
             robots: [Disc::default(); ROBOTS],
             seen: 0,
-            velocity: if velocity.is_finite() { velocity } else { 0.0 },
+            twist: if (twist.linear + twist.angular).is_finite() { twist } else { Twist2::ZERO },
         };
         for robot in robots.filter(|robot| (robot.x + robot.y).is_finite()).take(ROBOTS) {
             measured.robots[measured.seen] = robot;
@@ -278,7 +283,7 @@ impl ReflexInput {
     /// the outline.
     fn robot_distances(&self, footprint: &Footprint, half_width: f64) -> (f64, f64) {
         let back = 2.0 * footprint.centre() - footprint.front();
-        let (direction, end) = if self.velocity < 0.0 { (-1.0, -back) } else { (1.0, footprint.front()) };
+        let (direction, end) = if self.twist.linear < 0.0 { (-1.0, -back) } else { (1.0, footprint.front()) };
         self.robots[..self.seen].iter().fold((f64::INFINITY, f64::INFINITY), |(ahead, near), robot| {
             let Disc { x, y, radius } = *robot;
             let side = math::max(0.0, y.abs() - half_width);
@@ -288,6 +293,37 @@ impl ReflexInput {
                 if is_ahead { math::min(ahead, along) } else { ahead },
                 math::min(near, footprint.distance(x, y) - radius),
             )
+        })
+    }
+
+    /// Returns whether the robot, with its present twist, comes within the clearance of another one in a time (s).
+    fn approaches_robot(&self, footprint: &Footprint, time: f64) -> bool {
+        let Twist2 { linear, angular } = self.twist;
+        if linear.abs() <= MOVING && angular.abs() <= TURNING {
+            return false;
+        }
+        let now = self.robot_clearance(footprint, Pose2::default());
+        [0.25, 0.5, 0.75, 1.0].into_iter().any(|part| {
+            let (way, turn) = (part * time * linear, part * time * angular);
+            let (x, y) = (way * math::cos(0.5 * turn), way * math::sin(0.5 * turn));
+            let then = self.robot_clearance(footprint, Pose2 { x, y, theta: turn });
+            then < ROBOT_CLEARANCE && then < now - SLACK
+        })
+    }
+
+    /// Returns whether a turn on the spot by an angle (rad) ends at another robot, and nearer to it than now.
+    fn turn_meets_robot(&self, footprint: &Footprint, angle: f64) -> bool {
+        let then = self.robot_clearance(footprint, Pose2 { theta: angle, ..Pose2::default() });
+        then < TURN_CLEARANCE && then < self.robot_clearance(footprint, Pose2::default()) - SLACK
+    }
+
+    /// Returns the least distance of robots from the outline at a pose in the robot's frame.
+    fn robot_clearance(&self, footprint: &Footprint, pose: Pose2) -> f64 {
+        let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
+        self.robots[..self.seen].iter().fold(REACH, |least, robot| {
+            let (dx, dy) = (robot.x - pose.x, robot.y - pose.y);
+            let (along, across) = (cosine * dx + sine * dy, cosine * dy - sine * dx);
+            math::min(least, footprint.distance_within(along, across, REACH + robot.radius) - robot.radius)
         })
     }
 
@@ -330,19 +366,22 @@ fn is_disproved(scan: &SonarScan, x: f64, y: f64) -> bool {
 ///
 /// It reacts to an echo in the strip that the robot covers when it drives straight on, nearer than the sonars' threshold,
 /// and to any echo that almost touches. Then it chooses, of the turns on the spot that touch nothing, the least one to a free
-/// heading. It stops where no maneuver is safe, and for other robots in its way, which
-/// move on; while it stands or drives away from them, they cause no reflex.
+/// heading. It stops where no maneuver is safe, and for other robots in its way or within the sweep of its outline, which
+/// move on; while it stands or moves away from them, they cause no reflex.
 pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput) -> Option<Maneuver> {
     if let Some(distance) = rules.distance(ROBOT_SENSOR) {
         let (ahead, near) =
             measured.robot_distances(footprint, footprint.half_width() + rules.side_clearance);
-        let speed = measured.velocity.abs();
+        let speed = measured.twist.linear.abs();
         let is_near = ahead < distance + speed * rules.reaction_time;
         if speed > MOVING && (is_near || near < rules.min_clearance) {
             return Some(Maneuver::STOP);
         }
+        if measured.approaches_robot(footprint, rules.reaction_time) {
+            return Some(Maneuver::STOP);
+        }
     }
-    let distance = rules.distance(SONAR)? + measured.velocity.abs() * rules.reaction_time;
+    let distance = rules.distance(SONAR)? + measured.twist.linear.abs() * rules.reaction_time;
     let near = measured.clearance(footprint, 0.0, 0.0);
     if measured.free_length(footprint, 0.0, rules.side_clearance) >= distance && near >= rules.min_clearance {
         return None;
@@ -354,6 +393,9 @@ pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput)
         for number in 0..=(std::f64::consts::PI / STEP) as u32 {
             let angle = side * f64::from(number) * STEP;
             least = math::min(least, measured.clearance(footprint, angle, 0.0));
+            if measured.turn_meets_robot(footprint, angle) {
+                break;
+            }
             if least < math::min(0.5 * rules.min_clearance, near - SLACK) {
                 break;
             }

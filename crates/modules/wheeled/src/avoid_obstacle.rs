@@ -1,7 +1,7 @@
 //! Reflex: turns away from obstacles and drives on.
 
 use slate_avoidance::{Disc, Footprint, Maneuver, ROBOT_SENSOR, ReflexInput, SONAR, react};
-use slate_plugin::interfaces::{Odometry, Sightings, SonarScan};
+use slate_plugin::interfaces::{Odometry, Sightings, SonarScan, Twist2};
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
@@ -65,10 +65,10 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
         y: seen.range * math::sin(seen.bearing),
         radius: robot.detected_radius,
     });
-    let speed = match odometry.get() {
-        Some(odometry) if !is_late(ODOMETRY, &sensors.odometry, robot, now) => odometry.twist.linear,
+    let twist = match odometry.get() {
+        Some(odometry) if !is_late(ODOMETRY, &sensors.odometry, robot, now) => odometry.twist,
         // Encoders that have stopped, or never measured, may hide the greatest speed.
-        _ => robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius,
+        _ => Twist2 { linear: robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius, angular: 0.0 },
     };
-    react(&thresholds.avoid_obstacle, &footprint, &ReflexInput::new(sonar.get()?, discs, speed))
+    react(&thresholds.avoid_obstacle, &footprint, &ReflexInput::new(sonar.get()?, discs, twist))
 }
