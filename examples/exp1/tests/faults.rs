@@ -18,7 +18,7 @@ use slate::runtime::{Agent, Control, Cycle, End, Mode, Options, Rate};
 use slate_wheeled::actions::GoToOrigin;
 use slate_wheeled::analyzes::Surroundings;
 use slate_wheeled::avoid_obstacle::{AvoidObstacleModel, AvoidObstacleSensors};
-use slate_wheeled::go_to_origin::{GoToOriginPlanner, Noticing};
+use slate_wheeled::go_to_origin::{GoToOriginPlanner, GoToOriginPorts};
 
 /// What stands between the simulator and the robot.
 #[ports]
@@ -116,13 +116,13 @@ struct CrashingPlanner;
 
 impl Plan for CrashingPlanner {
     const NAME: &'static str = "crashing_planner";
-    type Noticed = Noticing;
+    type Noticed = GoToOriginPorts;
     type Params = CrashParams;
     type State = <GoToOriginPlanner as Plan>::State;
 
     fn run(
         memory: &mut Self::State,
-        noticed: &Noticing,
+        noticed: &GoToOriginPorts,
         situation: &Situation<'_>,
         params: &CrashParams,
         now: &Tick,
