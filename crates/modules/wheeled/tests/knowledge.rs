@@ -122,8 +122,16 @@ fn a_running_robot_takes_another_profile_and_stays_the_robot_that_it_is() {
     assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 0.0);
     knowledge.params().profile = Text::new("real");
     assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 5.0);
-    knowledge.params().robot = Text::new("summit_xl");
-    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "pioneer_p3dx");
+    for (robot, profile) in
+        [("", "real"), ("nothing", "real"), ("pioneer_p3dx", "nonsense"), ("summit_xl", "real")]
+    {
+        knowledge.params().robot = Text::new(robot);
+        knowledge.params().profile = Text::new(profile);
+        let model = model(&mut knowledge);
+        let rate = model.robot.sensor("position").unwrap().rate;
+        assert_eq!((model.chassis.model.as_str(), rate), ("pioneer_p3dx", 5.0), "`{robot}`, {profile}");
+    }
+    knowledge.params().profile = Text::new("real");
     let state = knowledge.save().unwrap();
     knowledge.restore(&state).unwrap();
     knowledge.params().robot = Text::new("pioneer_p3dx");
