@@ -4,6 +4,7 @@ mod actuation;
 mod external;
 mod known;
 mod scene;
+mod services;
 
 use slate_blackboard::interface::Descriptor;
 use slate_composition::{RemotePath, RemoteProperty, Wired, loose};
