@@ -187,7 +187,9 @@ impl<'a> EndOfRun<'a> {
             let models = format!("{module}/");
             let mut own = self.board.properties().into_iter();
             robot_of(module) == robot
-                && own.any(|own| own.path().starts_with(&models) && own.part() == "knowledge")
+                && own.any(|own| {
+                    own.path().starts_with(&models) && matches!(&*own.part(), "knowledge" | "rule")
+                })
         });
         let blocks = std::iter::once(execute).chain(plans.iter().copied()).chain(actuators).chain(knows);
         let mut is_off = false;

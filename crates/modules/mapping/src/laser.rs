@@ -1,4 +1,4 @@
-//! Monitor of a laser scanner, which hands on every scan with one copy.
+//! Monitor of a laser scanner, which hands on every scan without a copy.
 
 use slate_interfaces::LaserScan;
 use slate_mapek::prelude::*;
@@ -7,15 +7,12 @@ use slate_module::prelude::*;
 /// Laser scanner of a robot.
 #[ports]
 pub struct LaserSensors {
-    /// Scans of the laser.
+    /// Scans of the laser, which the Analyzes read where the Sensor has written them.
     #[stale(after = "500ms")]
-    laser: Sensed<LaserScan>,
-    /// Percept of the laser.
-    #[capacity(2048)]
-    percept: Percept<LaserScan>,
+    percept: HandedOn<LaserScan>,
 }
 
-/// Monitors the laser scanner.
+/// Monitors the laser scanner: degraded when it has stopped.
 pub struct LaserMonitor;
 
 impl Monitor for LaserMonitor {
@@ -27,7 +24,6 @@ impl Monitor for LaserMonitor {
     type Value = InPlace<LaserScan>;
 
     fn interpret(_: &mut (), sensors: &LaserSensors, _: &(), _: &Tick) -> Option<InPlace<LaserScan>> {
-        sensors.laser.fresh()?;
-        Some(sensors.percept.copy(&sensors.laser))
+        Some(sensors.percept.as_it_is())
     }
 }
