@@ -169,6 +169,9 @@ impl Plan for FollowPlanner {
             return;
         }
         let pose = noticed.robot.robot.pose;
+        if !pose.is_known() {
+            return;
+        }
         let (dx, dy) = (x - pose.x, y - pose.y);
         let detour = state.progress.detour(math::hypot(dx, dy), params, now.seconds());
         if !is_seen && detour.is_none() {

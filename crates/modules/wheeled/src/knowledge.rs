@@ -21,7 +21,7 @@ pub use crate::knowledge_params::WheeledKnowledgeParams;
 /// Model of a wheeled robot.
 #[interface]
 pub struct WheeledModel {
-    /// Pose, drive, sensors and actuators.
+    /// Pose, drive, sensors and actuators. The pose is [`Pose2::UNKNOWN`] while the sensors do not tell it.
     pub robot: RobotModel,
     /// Outline and wheels.
     pub chassis: Chassis,
@@ -293,6 +293,9 @@ pub struct WheeledKnowledgeState {
     /// Health of the described sensors, and when they measured last.
     #[serde(default)]
     watched: [(u64, u8); SENSORS],
+    /// Whether the pose was known once.
+    #[serde(default)]
+    was_placed: bool,
 }
 
 /// Maximum number of sensors of a robot model.
@@ -393,8 +396,10 @@ impl Knowledge for WheeledKnowledge {
         let mut sensors = [Device::default(); SENSORS];
         let length = models.list_sensors(&mut sensors, &mut state.watched, known, &known_rules, now);
         let sensors = &sensors[..length];
-        // Without a pose the model is unknown.
-        let Some(pose) = models.newest_pose(sensors) else { return };
+        let pose = models.newest_pose(sensors);
+        state.was_placed |= pose.is_some();
+        // The model begins with the first pose, and then tells also of the sensors that do not give it.
+        let Some(pose) = pose.or(state.was_placed.then_some(Pose2::UNKNOWN)) else { return };
         models.robot.write(0, |model| {
             *model = *known;
             model.robot.pose = pose;

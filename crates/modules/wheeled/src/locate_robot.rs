@@ -165,7 +165,7 @@ impl ObservedRobots {
     /// The estimated pose; without one, the measured one.
     fn pose(&self) -> Option<Pose2> {
         if self.robot.get().is_some() {
-            return self.robot.fresh().map(|robot| robot.robot.pose);
+            return self.robot.fresh().map(|robot| robot.robot.pose).filter(Pose2::is_known);
         }
         let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
         Some(Pose2 { x: position.x, y: position.y, theta: orientation.theta })

@@ -78,6 +78,28 @@ fn sensors_that_are_there_are_listed_with_mount_limits_and_rate() {
 }
 
 #[test]
+fn a_robot_model_without_a_pose_tells_which_sensor_has_stopped() {
+    for gone in ["position", "orientation"] {
+        let mut knowledge = Knowing::with(params("pioneer_p3dx", "vrep")).unwrap();
+        knowledge.set("sonar", SonarScan { range_max: 1.0, ..SonarScan::default() });
+        assert!(model(&mut knowledge).robot.pose.is_known());
+        for _ in 0..60 {
+            knowledge.advance(20_000_000);
+            knowledge.set("sonar", SonarScan { range_max: 1.0, ..SonarScan::default() });
+            match gone {
+                "position" => knowledge.set("orientation", Orientation::default()),
+                _ => knowledge.set("position", Position::default()),
+            }
+            knowledge.tick();
+        }
+        let robot = knowledge.output::<WheeledModel>("robot").unwrap().robot;
+        assert!(!robot.pose.is_known(), "{gone}: {:?}", robot.pose);
+        assert!(robot.is_silent(gone) && robot.sensor("sonar").unwrap().health == DeviceHealth::FRESH);
+        assert!(model(&mut knowledge).robot.sensor(gone).unwrap().health != DeviceHealth::SILENT);
+    }
+}
+
+#[test]
 fn an_unknown_robot_is_refused_with_the_known_ones() {
     for robot in ["pionier", "nowhere.toml"] {
         let refusal = Knowing::with(params(robot, "vrep")).err().unwrap().0;
