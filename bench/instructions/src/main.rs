@@ -4,6 +4,7 @@
 //! `cargo run --release --manifest-path bench/Cargo.toml -p slate-instructions [-- --write]`
 #![allow(clippy::disallowed_methods, reason = "nothing here is deterministic")]
 
+mod monitors;
 mod paths;
 
 use std::fmt::Write;

@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::hint::black_box;
 use std::sync::Arc;
 
+use crate::monitors;
 use slate_blackboard::Shape;
 use slate_blackboard::channel::{Budget, Channel, Policy, Start};
 use slate_module::Plugin;
@@ -14,12 +15,18 @@ use slate_runtime::recording::Recording;
 use slate_runtime::{Agent, Options, Rate, RecordedTimes};
 
 /// Their names, and how often they are done in the two runs of which the difference is taken.
-pub const ALL: [(&str, u32, u32); 5] = [
+pub const ALL: [(&str, u32, u32); 11] = [
     ("write a value", 10_000, 30_000),
     ("read a value", 10_000, 30_000),
     ("push to a queue and pull", 10_000, 30_000),
     ("a cycle of 17 modules", 500, 1500),
     ("a cycle of 17 modules, recorded", 500, 1500),
+    ("sonars without a Monitor", 500, 1500),
+    ("sonars, Monitor returns them", 500, 1500),
+    ("sonars, Monitor hands them on", 500, 1500),
+    ("laser without a Monitor", 500, 1500),
+    ("laser, Monitor copies it", 500, 1500),
+    ("laser, Monitor hands it on", 500, 1500),
 ];
 
 /// Does one so often.
@@ -30,6 +37,12 @@ pub fn run(name: &str, count: u32) -> Result<(), String> {
         "push to a queue and pull" => queue(count),
         "a cycle of 17 modules" => cycle(count, false),
         "a cycle of 17 modules, recorded" => cycle(count, true),
+        "sonars without a Monitor" => monitors::cycle(count, ""),
+        "sonars, Monitor returns them" => monitors::cycle(count, "returns_sonars"),
+        "sonars, Monitor hands them on" => monitors::cycle(count, "hands_on_sonars"),
+        "laser without a Monitor" => monitors::cycle(count, "."),
+        "laser, Monitor copies it" => monitors::cycle(count, "copies_laser"),
+        "laser, Monitor hands it on" => monitors::cycle(count, "hands_on_laser"),
         _ => Err(format!("there is no path `{name}`")),
     }
 }

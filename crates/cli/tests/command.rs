@@ -186,10 +186,10 @@ fn the_end_of_a_failed_run_says_why_the_robot_stood() {
             "r2/range_monitor at 1.00 s: the measurements of the sensor `sonar` are invalid",
         ),
         (fault("sonar", "late"), "r2: the sensor `sonar` is late"),
-        (fault("position", "silent"), "r2: no pose since 1.16 s (the sensor `position` stopped at 0.98 s)"),
+        (fault("position", "silent"), "r2: no pose (the sensor `position` stopped at 0.98 s)"),
         (
             fault("orientation", "invalid"),
-            "r2: no pose since 1.16 s (r2/orientation_monitor is degraded); r2/orientation_monitor at 1.00 s: the measurements",
+            "r2: no pose (r2/orientation_monitor is degraded); r2/orientation_monitor at 1.00 s: the measurements",
         ),
         (fault("odometry", "silent"), "r2: the sensor `odometry` stopped at 0.98 s"),
         (off("odometry"), "r2: the sensor `odometry` never measured, as `r2/odometry` is switched off"),

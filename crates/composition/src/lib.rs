@@ -22,7 +22,7 @@ pub use setup::{Describe, OwnSetup, Wire, describe};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
     Absent, DescribedLimits, GATE, Host, Implied, Inferred, Lead, LinkConversion, LinkSource, Misfit,
-    RESERVED, Remote, ResolvedLink, Survey, Surveyed, bridge_refusal, described_limits, elsewhere,
+    RESERVED, Remote, ResolvedLink, Survey, Surveyed, TRUTH, bridge_refusal, described_limits, elsewhere,
     hand_refusal, inbox_part, infer, loose, needs, part, remote_path, scope, survey,
 };
 pub use wired::{Wired, sends};

@@ -15,6 +15,8 @@ pub struct Point2 {
 }
 
 /// Planar pose.
+///
+/// NaN in any field says that the pose is unknown: check [`Pose2::is_known`] where that may be.
 #[interface(ros = "geometry_msgs/msg/Pose2D")]
 #[derive(PartialEq)]
 pub struct Pose2 {
@@ -29,7 +31,17 @@ pub struct Pose2 {
     pub theta: f64,
 }
 
-/// Pose estimate with covariance.
+impl Pose2 {
+    /// Pose that is unknown.
+    pub const UNKNOWN: Self = Self { x: f64::NAN, y: f64::NAN, theta: f64::NAN };
+
+    /// Returns whether the pose is known: all fields are finite numbers.
+    pub fn is_known(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.theta.is_finite()
+    }
+}
+
+/// Pose estimate with covariance; [`Pose2::UNKNOWN`] while there is none.
 #[interface(ros = "geometry_msgs/msg/PoseWithCovarianceStamped")]
 #[derive(PartialEq)]
 pub struct PoseEstimate {

@@ -385,8 +385,8 @@ pub use monitor::{Monitor, MonitorBlock};
 pub use pipeline::{Admission, Origin, Pipeline, QueuedAction};
 pub use plan::{Agenda, Plan, PlanBlock, PlanMemory, PlanPorts, Situation};
 pub use port::{
-    Change, Commanded, Known, Measurement, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn, ReflexOut,
-    Sensed, role,
+    Change, Commanded, HandedOn, Known, Measurement, Noticed, Observed, Percept, PlanIn, PlanOut, ReflexIn,
+    ReflexOut, Sensed, role,
 };
 pub use published::{AnalyzePorts, MonitorPorts, Published, SensorPorts};
 pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};
@@ -406,7 +406,7 @@ pub mod prelude {
     pub use crate::{
         Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, ActuatorBlock, ActuatorStatus,
         Admission, Agenda, Analyze, AnalyzeBlock, BlockState, Change, DeviceHealth, Ended, Ending,
-        ExecuteBlock, ExecuteStatus, Fact, FactTable, Facts, Gate, InParallel, InPlace, InSequence,
+        ExecuteBlock, ExecuteStatus, Fact, FactTable, Facts, Gate, HandedOn, InParallel, InPlace, InSequence,
         Knowledge, KnowledgeBlock, Known, Measurement, Monitor, MonitorBlock, Noticed, Observed, Origin,
         Percept, Pipeline, Plan, PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex,
         Repeat, Repertoire, Robot, RobotModel, Route, Sensed, Sensor, SensorBlock, Situation, Step,

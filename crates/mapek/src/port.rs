@@ -18,6 +18,8 @@ pub mod role {
     pub const MEASUREMENT: &str = "measurement";
     /// Percepts, from Monitor to Analyze.
     pub const PERCEPT: &str = "percept";
+    /// Percepts that a Monitor hands on without a copy: its input, of a Sensor.
+    pub const HANDED_ON: &str = "handed_on";
     /// Changes, from Analyze to Plan.
     pub const CHANGE: &str = "change";
     /// Planned actions, from Plan to Execute.
@@ -34,7 +36,9 @@ pub mod role {
     pub const COMMAND: &str = "command";
     /// Inputs of a driver or a simulator that move a robot, for Actuators and gates.
     pub const ACTUATION: &str = "actuation";
-    /// Facts of Knowledge, for all blocks.
+    /// Outputs of Knowledge that a ReactiveModel may read beside the RobotModel: its thresholds.
+    pub const RULE: &str = "rule";
+    /// Facts of Knowledge, for all blocks but ReactiveModels.
     pub const FACT: &str = "fact";
     /// Ground truth of a simulator, for referees.
     pub const TRUTH: &str = "truth";
@@ -95,6 +99,43 @@ carrying!(
     ///     percept: Percept<LaserScan>,
     /// }
     ///
+    /// /// Leaves out the scans without a range.
+    /// pub struct LaserMonitor;
+    ///
+    /// impl Monitor for LaserMonitor {
+    ///     const NAME: &'static str = "laser_monitor";
+    ///     type Sensors = Laser;
+    ///     type Params = ();
+    ///     type State = ();
+    ///     type Value = InPlace<LaserScan>;
+    ///
+    ///     fn interpret(_: &mut (), laser: &Laser, _: &(), _: &Tick) -> Option<InPlace<LaserScan>> {
+    ///         let is_there = laser.scan.fresh()?.ranges.iter().any(|range| range.is_finite());
+    ///         is_there.then(|| laser.percept.copy(&laser.scan))
+    ///     }
+    /// }
+    /// ```
+    Percept,
+    Output,
+    role::PERCEPT
+);
+carrying!(
+    /// Percept of a Monitor that hands on each measurement of a Sensor as it is: its one port, `percept`.
+    ///
+    /// Analyzes read it at the Monitor's URL, and get the Sensor's value itself, in the same cycle and without a copy. What the Monitor
+    /// still does is to tell when the Sensor stops.
+    ///
+    /// ```
+    /// use slate_interfaces::LaserScan;
+    /// use slate_mapek::{prelude::*, InPlace};
+    /// use slate_module::prelude::*;
+    ///
+    /// #[ports]
+    /// pub struct Laser {
+    ///     #[stale(after = "200ms")]
+    ///     percept: HandedOn<LaserScan>,
+    /// }
+    ///
     /// /// Hands on every scan of the laser.
     /// pub struct LaserMonitor;
     ///
@@ -106,14 +147,13 @@ carrying!(
     ///     type Value = InPlace<LaserScan>;
     ///
     ///     fn interpret(_: &mut (), laser: &Laser, _: &(), _: &Tick) -> Option<InPlace<LaserScan>> {
-    ///         laser.scan.fresh()?;
-    ///         Some(laser.percept.copy(&laser.scan))
+    ///         Some(laser.percept.as_it_is())
     ///     }
     /// }
     /// ```
-    Percept,
-    Output,
-    role::PERCEPT
+    HandedOn,
+    Input,
+    role::HANDED_ON
 );
 carrying!(
     /// Percept of a Monitor at an Analyze: an [`Input`] for Monitors only.
@@ -156,7 +196,7 @@ carrying!(
 carrying!(
     /// Fact of the WorldModel, of any size, at Knowledge.
     ///
-    /// Its link is its single origin, such as an Analyze's change. Every block may read it at Knowledge's URL, such as
+    /// Its link is its single origin, such as an Analyze's change. Every block but a ReactiveModel may read it at Knowledge's URL, such as
     /// `knowledge/map`: it then reads the origin's value, in the same cycle and without a copy. A fact without a link
     /// holds a value that the configuration or a person sets.
     Known,
@@ -177,7 +217,7 @@ macro_rules! reading {
         )+
     };
 }
-reading!(Sensed, Observed, Commanded, Known);
+reading!(Sensed, HandedOn, Observed, Commanded, Known);
 
 macro_rules! writing {
     ($($name:ident),+) => {
@@ -202,6 +242,13 @@ macro_rules! writing {
     };
 }
 writing!(Measurement, Percept, Change);
+
+impl<T: Interface + ?Sized> HandedOn<T> {
+    /// The percept of a Monitor that changes nothing: nothing is written.
+    pub fn as_it_is(&self) -> InPlace<T> {
+        InPlace::new(true, 0, 0)
+    }
+}
 
 impl<T: Interface + ?Sized> Noticed<T> {
     /// Iterates over changes since the previous run, oldest first.

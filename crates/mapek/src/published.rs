@@ -105,9 +105,12 @@ pub(crate) fn has_place<V: Published, P: Ports>(role: &str) -> Result<(), Refusa
     };
     let interface = V::Interface::DESCRIPTOR;
     let has = P::describe().iter().any(|port| {
-        port.direction == Direction::Output
-            && (port.name.as_str(), port.role.as_str()) == (name, role)
-            && port.descriptor.hash == interface.hash
+        let is_place = match port.direction {
+            Direction::Output => port.role == role,
+            Direction::Input => role == role::PERCEPT && port.role == role::HANDED_ON,
+            _ => false,
+        };
+        is_place && port.name == name && port.descriptor.hash == interface.hash
     });
     if V::IN_PLACE && !has {
         let what = interface.name;

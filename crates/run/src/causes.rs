@@ -92,17 +92,23 @@ impl<'a> EndOfRun<'a> {
                     return true;
                 };
                 let is_old = now.saturating_sub(stamp.time) > OLD;
+                let pose = model.and_then(|model| model.get("pose"));
+                let is_nan = |field: &str| {
+                    pose.and_then(|pose| pose.get(field)).and_then(Value::as_f64).is_some_and(f64::is_nan)
+                };
+                let is_lost = ["x", "y", "theta"].into_iter().any(is_nan);
                 for sensor in sensors {
                     let name = sensor.get("name").and_then(Value::as_str).unwrap_or_default();
                     listed.insert(name.to_owned());
-                    // An old model knows nothing of now.
-                    if let Some(condition) = self.condition_of(sensor).filter(|_| !is_old) {
+                    // An old model knows nothing of now, and of a lost robot each sensor is told below.
+                    if let Some(condition) = self.condition_of(sensor).filter(|_| !is_old && !is_lost) {
                         let source = self.sensors_of(knowledge).find(|(input, _)| *input == name);
                         let off = source.map_or_else(String::new, |(_, source)| self.off_text(source));
                         causes.push(format!("{robot}: the sensor `{name}` {condition}{off}"));
                     }
                 }
-                is_old.then(|| format!("no pose since {:.2} s", stamp.time as f64 * 1e-9))
+                let old = is_old.then(|| format!("no pose since {:.2} s", stamp.time as f64 * 1e-9));
+                old.or(is_lost.then(|| "no pose".to_owned()))
             }
         };
         let mut unheard = Vec::new();
@@ -187,7 +193,9 @@ impl<'a> EndOfRun<'a> {
             let models = format!("{module}/");
             let mut own = self.board.properties().into_iter();
             robot_of(module) == robot
-                && own.any(|own| own.path().starts_with(&models) && own.part() == "knowledge")
+                && own.any(|own| {
+                    own.path().starts_with(&models) && matches!(&*own.part(), "knowledge" | "rule")
+                })
         });
         let blocks = std::iter::once(execute).chain(plans.iter().copied()).chain(actuators).chain(knows);
         let mut is_off = false;

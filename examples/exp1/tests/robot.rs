@@ -6,7 +6,7 @@ use slate::interfaces::{Pose2, SonarScan, WheelSpeeds};
 use slate::mapek::{self, ExecuteBlock, Planned, ReactiveBlock};
 use slate::module::math;
 use slate::module::testing::Fixture;
-use slate::runtime::configuration::{self, Configuration};
+use slate::runtime::configuration::{self, Configuration, Database};
 use slate::runtime::{Agent, Options, Rate};
 use slate_avoidance::{ReflexRules, SensorRule};
 use slate_wheeled::actions::Leg;
@@ -15,13 +15,16 @@ use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::rules::WheeledRules;
 
-fn read(text: &str, sets: &[&str]) -> Configuration {
-    let options = configuration::Options {
+fn with(sets: &[&str]) -> configuration::Options {
+    configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: ["world", "report"].map(Into::into).to_vec(),
         ..configuration::Options::default()
-    };
-    Configuration::from_text("exp1.toml", text, &options).unwrap()
+    }
+}
+
+fn read(text: &str, sets: &[&str]) -> Configuration {
+    Configuration::from_text("exp1.toml", text, &with(sets)).unwrap()
 }
 
 fn agent(sets: &[&str]) -> Agent {
@@ -155,6 +158,34 @@ fn bridges_fill_no_port_of_a_block_that_may_not_read_outside() {
     assert!(error.reason.contains(rule) && error.help.contains("let a Sensor"), "{error}");
     // A person may set it.
     assert_eq!(composer.hand_refusal("r2/planner/goal"), None);
+}
+
+#[test]
+fn a_running_robot_takes_no_other_description() {
+    let database = Database::from_text("exp1.toml", slate_exp1::CONFIGURATION, with(&[])).unwrap();
+    let plugins = [slate::sim::plugin(), slate_wheeled::plugin()];
+    let options = Options { rate: Rate::Max, armed: true, ..Options::default() };
+    let mut agent = Agent::load_with(&database, &plugins, options).unwrap();
+    let mut steps = || (0..5).for_each(|_| assert!(agent.step()));
+    steps();
+    for (parameter, value, says) in [
+        ("robot", "", "no robot is named; expected one of pioneer_p3dx, summit_xl"),
+        ("robot", "nothing", "no description of a robot `nothing`"),
+        ("robot", "summit_xl", "the RobotModel of `r2` is that of a `summit_xl`"),
+        ("profile", "nonsense", "no sensor has a profile `nonsense`"),
+    ] {
+        let path = format!("modules.\"r2/knowledge\".params.{parameter}");
+        let refused = database.set(&[(path, format!("\"{value}\""))]).unwrap_err().to_string();
+        assert!(refused.contains(says), "{parameter} = `{value}`: {refused}");
+        steps();
+    }
+    let text = |path: &str| {
+        let value = agent.board().read(path).unwrap().map(|(value, _)| value);
+        value.as_ref().and_then(Value::as_str).map(str::to_owned)
+    };
+    for path in ["r2/knowledge/params/robot", "r2/knowledge/robot/chassis/model"] {
+        assert_eq!(text(path).as_deref(), Some("pioneer_p3dx"), "{path}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use slate_wheeled::locate_robot::Located;
 
 /// Percepts and knowledge of the Plan.
 #[ports]
-pub struct FollowNoticing {
+pub struct FollowPorts {
     leader: Noticed<Located>,
     /// Kinematics of the robot, from its knowledge.
     robot: Required<WheeledModel>,
@@ -69,16 +69,46 @@ const NEARER: f64 = 0.1;
 /// State of [`FollowPlanner`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct FollowPlannerState {
-    /// The newest report of the leader: x, y, range, bearing, and whether it is seen.
-    leader: Option<(f64, f64, f64, f64, bool)>,
-    /// Velocity of the newest plan, m/s, and its time, seconds.
-    planned: (f64, f64),
+    /// Newest report of the leader.
+    leader: Option<LeaderReport>,
+    /// Newest plan.
+    planned: PlannedDrive,
     /// Distance backwards that was planned since it drove forward, metres.
     reversed: f64,
     #[serde(default)]
     course: LeaderCourse,
     #[serde(default)]
     progress: ApproachProgress,
+}
+
+/// Report of the leader.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct LeaderReport {
+    /// Position in the map frame, metres.
+    x: f64,
+    y: f64,
+    /// Distance, metres.
+    range: f64,
+    /// Bearing, radians.
+    bearing: f64,
+    /// Whether it is detected; else the position is the last known one.
+    is_seen: bool,
+}
+
+impl LeaderReport {
+    fn of(located: &Located) -> Self {
+        let Located { x, y, range, bearing, seen } = *located;
+        Self { x, y, range, bearing, is_seen: seen.get() }
+    }
+}
+
+/// Drive of a plan.
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+struct PlannedDrive {
+    /// Linear velocity, m/s.
+    velocity: f64,
+    /// Time of the plan, seconds.
+    time: f64,
 }
 
 /// Course of the leader.
@@ -117,13 +147,13 @@ pub struct FollowPlanner;
 impl Plan for FollowPlanner {
     const NAME: &'static str = "follow_planner";
     const DOC: &'static str = "Follows another robot at a safe distance.";
-    type Noticed = FollowNoticing;
+    type Noticed = FollowPorts;
     type Params = FollowParams;
     type State = FollowPlannerState;
 
     fn run(
         state: &mut FollowPlannerState,
-        noticed: &FollowNoticing,
+        noticed: &FollowPorts,
         situation: &Situation<'_>,
         params: &FollowParams,
         now: &Tick,
@@ -132,7 +162,7 @@ impl Plan for FollowPlanner {
         state.advance(now.seconds(), situation.is_reactive());
         let report = noticed.leader.newest();
         if let Some(leader) = &report {
-            state.leader = Some((leader.x, leader.y, leader.range, leader.bearing, leader.seen.get()));
+            state.leader = Some(LeaderReport::of(leader));
             if leader.seen.get() {
                 state.course.update(leader.x, leader.y, params.course_distance(&noticed.robot));
             }
@@ -141,21 +171,24 @@ impl Plan for FollowPlanner {
         if situation.is_reactive() || (report.is_none() && !situation.needs_plan()) {
             return;
         }
-        let Some((x, y, range, bearing, seen)) = state.leader else {
+        let Some(LeaderReport { x, y, range, bearing, is_seen }) = state.leader else {
             return state.turn(params.search_velocity, noticed, now, plan);
         };
         let pose = noticed.robot.robot.pose;
+        if !pose.is_known() {
+            return;
+        }
         let (dx, dy) = (x - pose.x, y - pose.y);
         let detour = state.progress.detour(math::hypot(dx, dy), params, now.seconds());
-        if !seen && math::hypot(dx, dy) < params.following_distance {
+        if !is_seen && math::hypot(dx, dy) < params.following_distance {
             let side = if bearing < 0.0 { -1.0 } else { 1.0 };
             return state.turn(side * params.search_velocity, noticed, now, plan);
         }
-        if !seen && detour.is_none() {
+        if !is_seen && detour.is_none() {
             // To where it was last.
             let (speed, tolerance) = (params.max_linear_velocity, params.following_distance);
             plan.replace(GoToOrigin::request(Leg { x, y, speed, tolerance }));
-            state.planned = (0.0, now.seconds());
+            state.planned = PlannedDrive { velocity: 0.0, time: now.seconds() };
             return;
         }
         let deceleration = noticed.robot.deceleration();
@@ -176,7 +209,7 @@ impl Plan for FollowPlanner {
         };
         let linear =
             if state.reversed > params.max_reverse_distance { math::max(linear, 0.0) } else { linear };
-        state.planned = (linear, now.seconds());
+        state.planned = PlannedDrive { velocity: linear, time: now.seconds() };
         let wheels = noticed.robot.wheels_for(linear, angular);
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
@@ -188,23 +221,23 @@ impl Plan for FollowPlanner {
 
 impl FollowPlannerState {
     /// Plans a turn on the spot, at an angular velocity (rad/s).
-    fn turn(&mut self, angular: f64, noticed: &FollowNoticing, now: &Tick, plan: &mut Agenda<'_>) {
+    fn turn(&mut self, angular: f64, noticed: &FollowPorts, now: &Tick, plan: &mut Agenda<'_>) {
         let wheels = noticed.robot.wheels_for(0.0, angular);
         plan.replace(SetWheelSpeed::request(Speeds {
             left: wheels.left,
             right: wheels.right,
             duration: HOLD,
         }));
-        self.planned = (0.0, now.seconds());
+        self.planned = PlannedDrive { velocity: 0.0, time: now.seconds() };
     }
 
     /// Notes how far the robot has driven backwards by its plan until a time, seconds.
     fn advance(&mut self, time: f64, is_reactive: bool) {
-        let (linear, since) = self.planned;
-        let way = if is_reactive { 0.0 } else { linear * math::clamp(time - since, 0.0, HOLD) };
+        let PlannedDrive { velocity, time: since } = self.planned;
+        let way = if is_reactive { 0.0 } else { velocity * math::clamp(time - since, 0.0, HOLD) };
         // Forward, it leaves free space behind.
         self.reversed = math::max(self.reversed - way, 0.0);
-        self.planned = (linear, time);
+        self.planned = PlannedDrive { velocity, time };
     }
 }
 

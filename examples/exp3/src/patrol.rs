@@ -9,7 +9,7 @@ use slate_wheeled::navigator::{Navigator, must_replan};
 
 /// Percepts and outputs of the Plan.
 #[ports]
-pub struct PatrolNoticing {
+pub struct PatrolPorts {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
@@ -52,13 +52,13 @@ pub struct PatrolPlanner;
 impl Plan for PatrolPlanner {
     const NAME: &'static str = "patrol_planner";
     const DOC: &'static str = "Sends the robot to the four corners, one after the other, again and again.";
-    type Noticed = PatrolNoticing;
+    type Noticed = PatrolPorts;
     type Params = PatrolParams;
     type State = PatrolMemory;
 
     fn run(
         memory: &mut PatrolMemory,
-        noticed: &PatrolNoticing,
+        noticed: &PatrolPorts,
         situation: &Situation<'_>,
         params: &PatrolParams,
         now: &Tick,

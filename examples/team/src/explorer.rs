@@ -11,7 +11,7 @@ use crate::finder::Obstacle;
 
 /// Percepts of the Plan, and messages of other robots.
 #[ports]
-pub struct Noticing {
+pub struct ExplorerPorts {
     /// Finds of this robot.
     obstacle: Noticed<Obstacle>,
     /// Knowledge of the team.
@@ -54,13 +54,13 @@ impl Plan for Explorer {
     const NAME: &'static str = "explorer";
     const DOC: &'static str =
         "Drives round its part of the arena, and looks where another robot wants it to.";
-    type Noticed = Noticing;
+    type Noticed = ExplorerPorts;
     type Params = ExplorerParams;
     type State = ExplorerState;
 
     fn run(
         memory: &mut ExplorerState,
-        noticed: &Noticing,
+        noticed: &ExplorerPorts,
         situation: &Situation<'_>,
         params: &ExplorerParams,
         _: &Tick,

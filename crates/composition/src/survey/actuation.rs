@@ -137,7 +137,7 @@ pub(super) fn refusal(
             }
             // What an Actuator reads is in the table of blocks.
             _ if !is_actuation => true,
-            Provenance::Block(_) => false,
+            Provenance::Block(_) | Provenance::Rule => false,
             Provenance::Module => {
                 !actuated.is_guarded
                     || !actuated.decides && reads_gate(configuration, survey, &actuated, origin)

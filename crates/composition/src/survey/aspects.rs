@@ -2,10 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use slate_module::aspect::{MainLoop, Service, TimeSource};
+use slate_blackboard::interface::Descriptor;
+use slate_module::aspect::{
+    Actuators, BlackBoard, MainLoop, Network, Plugins, Service, Settings, TimeSource, Transforms,
+};
 use slate_module::{Description, Direction};
 
-use super::Surveyed;
+use super::block::{Block, Provenance};
+use super::{Survey, Surveyed, scope};
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use slate_configuration::Configuration;
@@ -100,6 +104,54 @@ pub(super) fn check_single(
             );
         }
     }
+}
+
+/// Reports blocks with a service by which they read or act past the rules of attachment.
+pub(super) fn check_blocks(survey: &Survey<'_>, complaints: &mut Complaints<'_>) {
+    for ((module, port), provider) in &survey.services {
+        let surveyed = &survey.modules[*module];
+        let Some(block) = Block::of(&surveyed.description) else { continue };
+        let service = surveyed.description.ports[*port].descriptor;
+        let refused = match provider {
+            None => past_the_rules(block, service.hash),
+            Some((other, offered)) => {
+                let other = &survey.modules[*other];
+                let origin = Provenance::of_port(&other.description, &other.description.ports[*offered]);
+                let is_own = scope(&surveyed.module.name.value) == scope(&other.module.name.value);
+                // A driver is what an Actuator acts by.
+                let is_driver = block == Block::Actuator && origin == Provenance::Module;
+                (!block.may_read(origin, is_own) && !is_driver)
+                    .then(|| ("is not of one of these", block.advice(origin)))
+            }
+        };
+        if let Some((why, help)) = refused {
+            let (name, reads) = (&surveyed.module.name.value, block.reads());
+            let message =
+                format!("{reads}: `/{name}` can't have the service `{}`, which {why}", service.name);
+            complaints.add(surveyed.module.name.span, Mistake::Attachment.of(message), help);
+        }
+    }
+}
+
+/// Why a block can't have a service of the host, and what to do instead.
+fn past_the_rules(block: Block, service: u64) -> Option<(&'static str, &'static str)> {
+    let is = |descriptor: &Descriptor| descriptor.hash == service;
+    if is(BlackBoard::DESCRIPTOR) {
+        return Some(("reads and writes any property past its links", "link its ports to what it reads"));
+    }
+    if is(Transforms::DESCRIPTOR) {
+        let help = "link an `Input<Transform>` to the transform that it wants";
+        return Some(("reads the transforms of all modules past its links", help));
+    }
+    let acts = [Actuators::DESCRIPTOR, Settings::DESCRIPTOR, Plugins::DESCRIPTOR].into_iter().any(is);
+    if acts && block != Block::Execute {
+        return Some(("acts past Execute", "let an action do it: Execute may have the service"));
+    }
+    let has_device = matches!(block, Block::Sensor | Block::Actuator | Block::Execute);
+    (is(Network::DESCRIPTOR) && !has_device).then_some((
+        "talks to others past its links",
+        "let a Sensor receive that, and an action send: Sensors, Actuators and Execute may have the service",
+    ))
 }
 
 /// Where the service may come from.

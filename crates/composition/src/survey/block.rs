@@ -2,7 +2,7 @@
 //!
 //! The roles of its ports make a module a block, in any language: no block reads a module without them.
 
-use slate_blackboard::interface::Descriptor;
+use slate_blackboard::interface::{Descriptor, Kind};
 use slate_module::{Description, Direction, PortDescription};
 
 /// Role of ports with ground truth: those of a simulator, and of the referees that alone read them.
@@ -13,6 +13,9 @@ pub const MEASUREMENT: &str = "measurement";
 
 /// Role of what a Monitor makes of measurements.
 pub const PERCEPT: &str = "percept";
+
+/// Role of a Monitor's input whose value is its percept, without a copy.
+pub const HANDED_ON: &str = "handed_on";
 
 /// Role of what an Analyze tells the Plan.
 pub const CHANGE: &str = "change";
@@ -28,6 +31,12 @@ pub const REFLEX: &str = "reflex";
 
 /// Role of a fact: an input of Knowledge that all blocks read.
 const FACT: &str = "fact";
+
+/// Role of an output of Knowledge that reflexes may read, such as their thresholds.
+pub const RULE: &str = "rule";
+
+/// Name of the interface of a robot's model.
+const ROBOT_MODEL: &str = "RobotModel";
 
 /// Part of the architecture that writes what has passed a gate.
 pub const GATE: &str = "gate";
@@ -83,7 +92,7 @@ impl Block {
             description.ports.iter().any(|port| port.direction == direction && port.role == role)
         };
         let is = [
-            (Self::Monitor, has(Direction::Output, PERCEPT)),
+            (Self::Monitor, has(Direction::Output, PERCEPT) || has(Direction::Input, HANDED_ON)),
             (Self::Analyze, has(Direction::Output, CHANGE)),
             (Self::Plan, has(Direction::Outbox, PLAN)),
             (Self::Execute, has(Direction::Inbox, PLAN) || has(Direction::Inbox, REFLEX)),
@@ -144,7 +153,7 @@ impl Block {
             Self::Knowledge => {
                 "Knowledge learns from Sensors, Monitors, Analyzes, Plan, ReactiveModels, Execute and other robots' Knowledge"
             }
-            Self::Reactive => "a ReactiveModel reads Sensors and Knowledge",
+            Self::Reactive => "a ReactiveModel reads Sensors, and of Knowledge its rules and RobotModel",
             Self::Actuator => {
                 "an Actuator reads the command that passed the gate, the gate's state, its driver's status and Knowledge"
             }
@@ -158,7 +167,10 @@ impl Block {
             (_, Provenance::Truth) => false,
             // What its own robot believes or decides is no measurement; another robot is part of the world.
             (Sensor, Provenance::Block(block)) => !is_own || matches!(block, Sensor | Actuator),
-            (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Block(Knowledge)) => true,
+            (Sensor, Provenance::Rule) => !is_own,
+            (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Rule) => true,
+            // A reflex knows no goal and no map.
+            (block, Provenance::Block(Knowledge)) => block != Reactive,
             (Monitor | Reactive | Execute | Knowledge, Provenance::Block(Sensor)) => true,
             (Monitor | Knowledge, Provenance::Health) | (Knowledge, Provenance::Block(Actuator)) => true,
             (Analyze | Knowledge, Provenance::Block(Monitor)) => true,
@@ -174,8 +186,10 @@ impl Block {
     pub fn may_read_abroad(self, origin: Provenance) -> bool {
         match (self, origin) {
             // To a Sensor, another robot is a part of the world; robots tell each other facts through Knowledge.
-            (Self::Sensor, _) | (Self::Knowledge, Provenance::Block(Self::Knowledge)) => true,
-            (_, origin) => !matches!(origin, Provenance::Block(_)),
+            (Self::Sensor, _) | (Self::Knowledge, Provenance::Block(Self::Knowledge) | Provenance::Rule) => {
+                true
+            }
+            (_, origin) => !matches!(origin, Provenance::Block(_) | Provenance::Rule),
         }
     }
 
@@ -200,6 +214,9 @@ impl Block {
             }
             (Self::Plan, Provenance::Block(Self::Sensor)) => "give it a Monitor and an Analyze",
             (Self::Plan, Provenance::Block(Self::Monitor)) => "give it an Analyze",
+            (Self::Reactive, Provenance::Block(Self::Knowledge)) => {
+                "a reflex knows no goal and no map: a threshold is an output of Knowledge with the role `rule`"
+            }
             (Self::Reactive, _) => {
                 "a reflex maps measurements to an action: other knowledge belongs to Knowledge"
             }
@@ -214,6 +231,8 @@ impl Block {
 pub enum Provenance {
     /// A block of any robot.
     Block(Block),
+    /// The RobotModel of any robot's Knowledge, or rules that it has for reflexes.
+    Rule,
     /// A module that is no block.
     Module,
     /// Ground truth of a simulator.
@@ -237,6 +256,7 @@ impl Provenance {
             return Self::Truth;
         }
         match Block::of(description) {
+            Some(Block::Knowledge) if is_for_reflexes(port) => Self::Rule,
             Some(block) => Self::Block(block),
             None if is_referee(description) => Self::Truth,
             None => Self::Module,
@@ -248,6 +268,7 @@ impl Provenance {
         match self {
             Self::Truth => TRUTH,
             Self::Gate => GATE,
+            Self::Rule => RULE,
             Self::Block(block) => block.part(),
             _ => "",
         }
@@ -259,6 +280,7 @@ impl Provenance {
             "" => Self::Module,
             TRUTH => Self::Truth,
             GATE => Self::Gate,
+            RULE => Self::Rule,
             part => Block::of_part(part).map_or(Self::Unknown, Self::Block),
         }
     }
@@ -267,6 +289,7 @@ impl Provenance {
     pub fn name(self) -> String {
         match self {
             Self::Block(block) => format!("of {}", block.name()),
+            Self::Rule => format!("of {}", Block::Knowledge.name()),
             Self::Module => "an output of a module that is no block, such as a simulator or a driver".into(),
             Self::Truth => "ground truth".into(),
             Self::Health => "the condition of a module or of the loop".into(),
@@ -290,12 +313,38 @@ pub fn is_fact(port: &PortDescription) -> bool {
     port.direction == Direction::Input && port.role == FACT
 }
 
+/// Whether an input is the percept of a Monitor: reading it is reading the Monitor, wherever its link leads.
+pub fn is_handed_on(port: &PortDescription) -> bool {
+    port.direction == Direction::Input && port.role == HANDED_ON
+}
+
+/// Whether a port has the percept of a Monitor.
+pub fn is_percept(port: &PortDescription) -> bool {
+    port.direction == Direction::Output && port.role == PERCEPT || is_handed_on(port)
+}
+
+/// Whether a port of a role reads Sensors alone.
+pub fn is_sensed(role: &str) -> bool {
+    matches!(role, MEASUREMENT | HANDED_ON)
+}
+
+/// Whether an output of Knowledge is one that reflexes may read.
+pub fn is_for_reflexes(port: &PortDescription) -> bool {
+    port.direction == Direction::Output && (port.role == RULE || has_robot_model(port.descriptor))
+}
+
+/// Whether an interface is the model of a robot, or has it as a field.
+pub fn has_robot_model(descriptor: &Descriptor) -> bool {
+    let is_model = |kind: &Kind| matches!(kind, Kind::Nested(nested) if nested.name == ROBOT_MODEL);
+    descriptor.name == ROBOT_MODEL || descriptor.fields.iter().any(|field| is_model(&field.kind))
+}
+
 /// Whether a port of a role may read a value from there, whatever its block may read.
 pub fn role_permits(role: &str, origin: Provenance) -> bool {
     match role {
         COMMAND => matches!(origin, Provenance::Gate | Provenance::Unknown),
         GATE_STATE => matches!(origin, Provenance::GateState | Provenance::Unknown),
-        MEASUREMENT => matches!(origin, Provenance::Block(Block::Sensor) | Provenance::Unknown),
+        MEASUREMENT | HANDED_ON => matches!(origin, Provenance::Block(Block::Sensor) | Provenance::Unknown),
         _ => true,
     }
 }
@@ -304,7 +353,16 @@ pub fn role_permits(role: &str, origin: Provenance) -> bool {
 pub fn binds(role: &str) -> bool {
     !matches!(
         role,
-        "" | TRUTH | ACTUATION | FACT | MEASUREMENT | COMMAND | GATE_STATE | ACTUATOR_STATUS | DRIVER_STATUS
+        "" | TRUTH
+            | ACTUATION
+            | FACT
+            | RULE
+            | MEASUREMENT
+            | HANDED_ON
+            | COMMAND
+            | GATE_STATE
+            | ACTUATOR_STATUS
+            | DRIVER_STATUS
     )
 }
 

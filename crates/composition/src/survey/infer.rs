@@ -9,8 +9,8 @@ use std::collections::BTreeSet;
 use slate_module::{Direction, PortDescription};
 
 use super::block::{
-    ACTUATOR_STATUS, Block, COMMAND, DRIVER_STATUS, GATE_STATE, MEASUREMENT, Provenance, TRUTH, binds,
-    is_fact,
+    ACTUATOR_STATUS, Block, COMMAND, DRIVER_STATUS, GATE_STATE, MEASUREMENT, PERCEPT, Provenance, RULE,
+    TRUTH, binds, is_fact, is_percept, is_sensed,
 };
 use super::names::split_module;
 use super::{Surveyed, module, scope, seconds};
@@ -226,13 +226,22 @@ fn readable(
 ) -> bool {
     if is_fact(offered) {
         // A fact with an origin.
-        return !binds(&port.role) && block != Block::Knowledge && configuration.says_of_port(path);
+        let may_read = block.may_read(Provenance::Block(Block::Knowledge), is_own);
+        return !binds(&port.role)
+            && block != Block::Knowledge
+            && may_read
+            && configuration.says_of_port(path);
+    }
+    if port.role == PERCEPT {
+        return is_percept(offered);
     }
     offered.direction == Direction::Output
-        && if binds(&port.role) || port.role == MEASUREMENT {
+        && if is_sensed(&port.role) {
+            offered.role == MEASUREMENT
+        } else if binds(&port.role) {
             offered.role == port.role
         } else {
-            matches!(offered.role.as_str(), "" | MEASUREMENT)
+            matches!(offered.role.as_str(), "" | MEASUREMENT | RULE)
                 && block.may_read(Provenance::of_port(&other.description, offered), is_own)
         }
 }

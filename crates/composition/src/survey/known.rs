@@ -1,21 +1,12 @@
 //! Inputs that Knowledge alone fills: what it has for a reflex, such as its rules, and the RobotModel.
 
-use slate_blackboard::interface::{Descriptor, Kind};
+use slate_blackboard::interface::Descriptor;
 use slate_configuration::{Configuration, Message, Mistake};
 use slate_module::Direction;
 
-use super::block::{Block, Provenance};
+use super::block::{Block, Provenance, has_robot_model, is_for_reflexes};
 use super::origins::ValueOrigin;
 use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
-
-/// Name of the interface of a robot's model.
-const ROBOT_MODEL: &str = "RobotModel";
-
-/// Whether an interface is the model of a robot, or has it as a field.
-fn has_robot_model(descriptor: &Descriptor) -> bool {
-    let is_model = |kind: &Kind| matches!(kind, Kind::Nested(nested) if nested.name == ROBOT_MODEL);
-    descriptor.name == ROBOT_MODEL || descriptor.fields.iter().any(|field| is_model(&field.kind))
-}
 
 /// The output of its robot's Knowledge that an input of a block is for, as its type says.
 pub(super) fn known_output(survey: &Survey<'_>, (module, port): (usize, usize)) -> Option<String> {
@@ -39,7 +30,7 @@ pub(super) fn known_output(survey: &Survey<'_>, (module, port): (usize, usize)) 
     });
     knowledge.find_map(|knowledge| {
         let mut ports = knowledge.description.ports.iter();
-        let output = ports.find(|port| port.direction == Direction::Output && fits(port.descriptor))?;
+        let output = ports.find(|port| is_for_reflexes(port) && fits(port.descriptor))?;
         Some(format!("{}/{}", knowledge.module.name.value, output.name))
     })
 }
@@ -73,7 +64,7 @@ pub(super) fn refusal(
     let output = known_output(survey, (module, port))?;
     let descriptor = survey.modules[module].description.ports[port].descriptor;
     let is_wrong = |origin: &ValueOrigin<'_>| match origin.provenance {
-        Provenance::Block(Block::Knowledge) | Provenance::Unknown => false,
+        Provenance::Rule | Provenance::Block(Block::Knowledge) | Provenance::Unknown => false,
         // A reflex may measure what Knowledge has, too.
         Provenance::Block(Block::Sensor) => has_robot_model(descriptor),
         _ => true,

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, binds};
+use super::block::{ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, binds, is_percept};
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
 use super::known::known_output;
@@ -179,7 +179,8 @@ fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, po
         own.direction == Direction::Inbox || reads(own) && (has_value || configuration.is_filled(&path))
     };
     let senses = ports.iter().any(|port| match port.direction {
-        Direction::Output => port.role == "percept" || port.role == MEASUREMENT,
+        Direction::Input => is_percept(port),
+        Direction::Output => is_percept(port) || port.role == MEASUREMENT,
         Direction::Outbox => port.role == "reflex",
         _ => false,
     });
@@ -212,7 +213,8 @@ fn block_that_sends(role: &str) -> &'static str {
 fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str) -> String {
     let fits = |other: &PortDescription| {
         let writes = matches!(other.direction, Direction::Output | Direction::Debug);
-        writes && other.role == own.role && other.descriptor.hash == own.descriptor.hash
+        let is_alike = writes && other.role == own.role || own.role == PERCEPT && is_percept(other);
+        is_alike && other.descriptor.hash == own.descriptor.hash
     };
     match &in_scope(survey, module, fits)[..] {
         // A queue and what a block tells have no constant value.

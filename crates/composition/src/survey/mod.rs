@@ -39,7 +39,7 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
-pub use block::{GATE, inbox_part, part};
+pub use block::{GATE, TRUTH, inbox_part, part};
 pub use by_hand::{bridge_refusal, hand_refusal};
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use limits::{DescribedLimits, described_limits};
@@ -390,6 +390,7 @@ pub fn survey<'a>(
     };
     links::survey_links(configuration, &dormant, catalogue, &mut survey, complaints);
     rules::check_rules(configuration, &survey, complaints);
+    aspects::check_blocks(&survey, complaints);
     // The order can only be told when every module is known.
     if is_complete {
         survey.listen(configuration);

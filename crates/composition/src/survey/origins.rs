@@ -2,10 +2,10 @@
 
 use std::collections::BTreeSet;
 
-use slate_configuration::Configuration;
+use slate_configuration::{Configuration, Link};
 use slate_module::Direction;
 
-use super::block::{Block, Provenance, is_fact};
+use super::block::{Block, Provenance, is_fact, is_handed_on};
 use super::names::{split_module, split_port};
 use super::{Implied, LinkSource, ResolvedLink, Survey, Wire, scope};
 
@@ -37,8 +37,8 @@ pub(super) fn origins<'s>(
     joint: &ResolvedLink<'_>,
 ) -> Vec<ValueOrigin<'s>> {
     let mut found = Vec::new();
-    if let Some(knowledge) = fact_of(configuration, survey, joint) {
-        found.push(ValueOrigin::of_module(survey, Provenance::Block(Block::Knowledge), knowledge));
+    if let Some((module, block)) = passed_by(configuration, survey, joint.link) {
+        found.push(ValueOrigin::of_module(survey, Provenance::Block(block), module));
         return found;
     }
     collect(configuration, survey, (joint.target, &joint.from), &mut BTreeSet::new(), &mut found);
@@ -104,8 +104,8 @@ fn collect<'s>(
         found.push(ValueOrigin::of_module(survey, Provenance::Module, module));
     }
     for joint in survey.joints.iter().filter(fills) {
-        if let Some(knowledge) = fact_of(configuration, survey, joint) {
-            found.push(ValueOrigin::of_module(survey, Provenance::Block(Block::Knowledge), knowledge));
+        if let Some((module, block)) = passed_by(configuration, survey, joint.link) {
+            found.push(ValueOrigin::of_module(survey, Provenance::Block(block), module));
         } else {
             collect(configuration, survey, (joint.target, &joint.from), seen, found);
         }
@@ -115,15 +115,26 @@ fn collect<'s>(
     }
 }
 
-/// The Knowledge whose fact a link reads: wherever that fact's own link leads, it is Knowledge that has it.
-fn fact_of(configuration: &Configuration, survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> Option<usize> {
-    let url = &joint.link.from.value;
+/// The block whose input has what a link reads: Knowledge with a fact, or a Monitor that hands on a measurement. Wherever that
+/// input's own link leads, it is theirs.
+pub(super) fn passed_by(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    link: &Link,
+) -> Option<(usize, Block)> {
+    let url = &link.from.value;
     let path = url.path_in("");
     let is_own = url.agent().is_none_or(|agent| agent == configuration.agent_name());
     let (module, rest) = split_module(&survey.modules, &path).filter(|_| is_own)?;
     let ports = &survey.modules[module].description.ports;
     let name = split_port(ports, rest).0;
-    ports.iter().any(|port| port.name == name && is_fact(port)).then_some(module)
+    let port = ports.iter().find(|port| port.name == name)?;
+    let block = match port {
+        port if is_fact(port) => Block::Knowledge,
+        port if is_handed_on(port) => Block::Monitor,
+        _ => return None,
+    };
+    Some((module, block))
 }
 
 /// Whether one field is in the other.

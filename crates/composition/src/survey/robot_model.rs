@@ -3,7 +3,7 @@
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{Block, MEASUREMENT};
+use super::block::{Block, MEASUREMENT, is_sensed};
 use super::{LinkSource, Survey, Wire, scope};
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Mistake};
@@ -76,7 +76,7 @@ impl ListedSensors {
 }
 
 fn takes_measurements(port: &PortDescription) -> bool {
-    port.role == MEASUREMENT && matches!(port.direction, Direction::Input | Direction::Queue)
+    is_sensed(&port.role) && matches!(port.direction, Direction::Input | Direction::Queue)
 }
 
 /// Items of a Knowledge's parameters that name a `sensor`, such as the rules of a reflex, name one that its robot has.

@@ -7,14 +7,13 @@ use slate_module::{Direction, PortDescription};
 
 use super::actuation;
 use super::block::{
-    Block, DRIVER_STATUS, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_referee, role_permits,
-    sender_abroad,
+    Block, DRIVER_STATUS, PLAN, Provenance, REFLEX, TRUTH, is_referee, is_sensed, role_permits, sender_abroad,
 };
 use super::by_hand::check_values;
 use super::commander::decides;
 use super::known;
 use super::names::{join, split_module};
-use super::origins::{ValueOrigin, origins};
+use super::origins::{ValueOrigin, origins, passed_by};
 use super::{LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope, seconds};
 use crate::complaints::Complaints;
 
@@ -82,7 +81,11 @@ pub(super) fn refusal(
         return sent(configuration, survey, joint, (module, port), &path);
     }
     let span = joint.link.from.span;
-    let name = target_name(configuration, survey, joint.target);
+    // A fact and a percept that is handed on have the name of their block.
+    let name = match passed_by(configuration, survey, joint.link) {
+        Some(_) => joint.link.from.value.path_in(""),
+        None => target_name(configuration, survey, joint.target),
+    };
     let role = port.map_or("", |port| port.role.as_str());
     let origins = origins(configuration, survey, joint);
     let refused = match Block::of(&own.description) {
@@ -122,7 +125,7 @@ fn read(
             let (reads, what) = (block.reads(), origin.provenance.name());
             let message = format!("{reads}: `/{path}` can't read `/{name}`, {what}");
             let help = match role {
-                MEASUREMENT if may_read(origin) => "link it to a Sensor, or make it an `Input`",
+                role if is_sensed(role) && may_read(origin) => "link it to a Sensor, or make it an `Input`",
                 _ => block.advice(origin.provenance),
             };
             Some((message, help.into()))
@@ -161,7 +164,7 @@ fn two_robots<'n>(one: &'n str, other: &'n str) -> Option<(&'n str, &'n str)> {
 /// What to do instead of a link from a robot's block to one of another robot.
 fn abroad_help(origin: Provenance, own: &str, other: &str) -> String {
     match origin {
-        Provenance::Block(Block::Knowledge) => format!(
+        Provenance::Block(Block::Knowledge) | Provenance::Rule => format!(
             "link a port of the Knowledge of `{own}` to it, and read that: robots tell each other facts through Knowledge"
         ),
         _ => format!(

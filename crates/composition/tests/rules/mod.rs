@@ -4,6 +4,7 @@ mod actuation;
 mod external;
 mod known;
 mod scene;
+mod services;
 
 use slate_blackboard::interface::Descriptor;
 use slate_composition::{RemotePath, RemoteProperty, Wired, loose};
@@ -79,7 +80,9 @@ fn inputs_of_others_hide_nothing_from_the_rules() {
 #[test]
 fn reading_an_input_of_another_block_does_not_cut_it() {
     // Both ranges are linked by their types and roles alone.
-    let says = ["a ReactiveModel reads Sensors and Knowledge: `/r3/avoid/range` can't read `/r3/"];
+    let says = [
+        "a ReactiveModel reads Sensors, and of Knowledge its rules and RobotModel: `/r3/avoid/range` can't read `/r3/",
+    ];
     for from in ["/r3/way/range", "/r3/compare/range"] {
         refused(&format!(r#"links."/r3/avoid/range"="{from}""#), &says);
         refused(&format!(r#"links."/r3/avoid/range/distance"="{from}/distance""#), &["of a Monitor"]);
@@ -144,9 +147,36 @@ fn fact_with_a_bad_origin_is_refused_at_knowledge() {
 fn reflex_reads_sensors_and_knowledge() {
     allowed(r#"links."/r2/avoid/range"="/r2/knowledge/rule""#);
     for from in ["/r2/planner/goal", "/r2/compare/change", "/r2/front/percept"] {
-        let rule = "a ReactiveModel reads Sensors and Knowledge: `/r2/avoid/range`";
+        let rule =
+            "a ReactiveModel reads Sensors, and of Knowledge its rules and RobotModel: `/r2/avoid/range`";
         refused(&format!(r#"links."/r2/avoid/range"="{from}""#), &[rule, "a reflex maps measurements"]);
     }
+}
+
+#[test]
+fn reflex_knows_no_goal_and_no_map() {
+    let says = ["`/r2/avoid/range", "can't read `/r2/", "of Knowledge", "a reflex knows no goal and no map"];
+    for from in ["/r2/knowledge/goal", "/r2/knowledge/fact", "/r3/knowledge/goal"] {
+        refused(&format!(r#"links."/r2/avoid/range"="{from}""#), &says[..1]);
+        refused(&format!(r#"links."/r2/avoid/range/distance"="{from}/distance""#), &says[..1]);
+    }
+    // A fact is one wherever its link leads: to an Analyze's map, or to a Sensor.
+    for origin in ["/r2/compare/change", "/r2/sonar/value", "/r2/knowledge/rule"] {
+        let fact = [
+            format!(r#"links."/r2/knowledge/fact"="{origin}""#),
+            r#"links."/r2/avoid/range"="/r2/knowledge/fact""#.to_owned(),
+        ];
+        refused_scene(&fact.each_ref().map(String::as_str), &says);
+    }
+    let hop = [r#"links."/plain/input"="/r2/knowledge/goal""#, r#"links."/r2/avoid/range"="/plain/input""#];
+    refused_scene(&hop, &says[..1]);
+    // Other blocks read them.
+    for to in ["compare/other", "planner/aim", "front/range"] {
+        allowed(&format!(r#"links."/r2/{to}"="/r2/knowledge/goal""#));
+    }
+    // Also of the Knowledge in another agent.
+    assert!(from_other("/r3/avoid/range", "knowledge").is_some_and(|misfit| misfit.contains("no goal")));
+    assert_eq!(from_other("/r3/avoid/range", "rule"), None);
 }
 
 #[test]
@@ -382,7 +412,7 @@ fn robots_know_each_other_by_sensors_and_knowledge() {
     let plain = [r#"modules.watch.kind="front""#, r#"links."/watch/range"="/r2/sonar/value""#];
     check(&plain, &catalogue()).unwrap();
     assert_eq!(from_other("/r3/avoid/range", "sensor"), None);
-    assert_eq!(from_other("/r3/avoid/range", "knowledge"), None);
+    assert_eq!(from_other("/r3/compare/other", "knowledge"), None);
 }
 
 #[test]
@@ -444,6 +474,33 @@ fn a_sensed_port_reads_a_sensor_alone() {
     refused(r#"links."/r2/listen/near"="/r2/knowledge/rule""#, &says);
     refused(r#"links."/r2/listen/near"="/plain/input""#, &says);
     refused(r#"links."/r2/listen/near"="/simulator/near""#, &["give it a Sensor"]);
+}
+
+#[test]
+fn percept_that_is_handed_on_is_that_of_its_monitor() {
+    let pass = r#"robots.r2.modules.pass.kind="pass""#;
+    let observes = [pass, r#"links."/r2/compare/range"="/r2/pass/percept""#];
+    let (configuration, catalogue) = (read(&observes), catalogue());
+    let wired = Wired::new(&configuration, &catalogue, &|_| false);
+    let survey = wired.check(&catalogue).unwrap();
+    // The Analyze reads the Sensor's value.
+    let path = |joint: &slate_composition::ResolvedLink<'_>| survey.path(wired.configuration(), joint.target);
+    for (to, from) in [("r2/pass/percept", "r2/sonar/value"), ("r2/compare/range", "r2/sonar/value")] {
+        let found = survey.joints.iter().find(|joint| survey.wire_path(joint.port.0, joint.port.1) == to);
+        assert_eq!(path(found.unwrap()), from, "{to}");
+    }
+    for (link, says) in [
+        (r#"links."/r2/planner/aim"="/r2/pass/percept""#, "`/r2/pass/percept`, of a Monitor"),
+        (r#"links."/r2/avoid/range"="/r2/pass/percept""#, "`/r2/pass/percept`, of a Monitor"),
+        (r#"links."/r2/avoid/range/distance"="/r2/pass/percept/distance""#, "of a Monitor"),
+        (r#"links."/r3/compare/range"="/r2/pass/percept""#, "a block reads blocks of its own robot"),
+        (r#"links."/r2/compare/range"="/r2/sonar/value""#, "only Monitor -> Analyze -> Plan"),
+        (r#"links."/r2/pass/percept"="/simulator/near""#, "give it a Sensor"),
+        (r#"links."/r2/pass/percept"="/r2/knowledge/rule""#, "link it to a Sensor"),
+        (r#"links."/r2/pass/percept"="/r2/front/percept""#, "a Monitor reads Sensors and Knowledge"),
+    ] {
+        refused_scene(&[pass, link], &[says]);
+    }
 }
 
 #[test]

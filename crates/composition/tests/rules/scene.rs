@@ -135,8 +135,10 @@ pub struct Facts {
     fact: Known<Near>,
     learn: Input<Near>,
     heard: Inbox<Near>,
+    #[role("rule")]
     rule: Output<Near>,
     advice: Output<Twist2>,
+    goal: Output<Near>,
 }
 
 pub struct Atlas;
@@ -151,7 +153,7 @@ impl Knowledge for Atlas {
 }
 
 #[ports]
-pub struct Noticing {
+pub struct RoverPorts {
     range: Noticed<Near>,
     aim: Input<Near>,
     past: Queue<Near>,
@@ -165,11 +167,11 @@ pub struct Rover;
 
 impl Plan for Rover {
     const NAME: &'static str = "rover";
-    type Noticed = Noticing;
+    type Noticed = RoverPorts;
     type Params = Tuning;
     type State = ();
 
-    fn run((): &mut (), _: &Noticing, _: &Situation<'_>, _: &Tuning, _: &Tick, _: &mut Agenda<'_>) {}
+    fn run((): &mut (), _: &RoverPorts, _: &Situation<'_>, _: &Tuning, _: &Tick, _: &mut Agenda<'_>) {}
 }
 
 #[ports]
@@ -210,6 +212,26 @@ impl Monitor for Listen {
 
     fn interpret((): &mut (), _: &Listening, (): &(), _: &Tick) -> Option<Near> {
         None
+    }
+}
+
+/// A Monitor that hands on what a Sensor measures.
+#[ports]
+pub struct Passing {
+    percept: HandedOn<Near>,
+}
+
+pub struct Pass;
+
+impl Monitor for Pass {
+    const NAME: &'static str = "pass";
+    type Sensors = Passing;
+    type Params = ();
+    type State = ();
+    type Value = InPlace<Near>;
+
+    fn interpret((): &mut (), near: &Passing, (): &(), _: &Tick) -> Option<InPlace<Near>> {
+        Some(near.percept.as_it_is())
     }
 }
 
@@ -282,10 +304,11 @@ wheels = { command = "execute/wheels" }
 
 pub fn catalogue() -> Catalogue {
     let mut catalogue = Catalogue { shares: true, ..Catalogue::default() };
-    let blocks: [ModuleKind; 10] = [
+    let blocks: [ModuleKind; 11] = [
         sensor::<Distance>(),
         monitor::<Front>(),
         monitor::<Listen>(),
+        monitor::<Pass>(),
         analyze::<Compare>(),
         analyze::<WayIsFree>(),
         plan::<Rover>(),

@@ -135,6 +135,8 @@ function Panel({ options, setOptions }) {
   }, [scene]);
 
   const value = (path) => state.readings.get(path)?.value;
+  // One that is unknown has no numbers.
+  const knownPose = (path) => [value(path)].find((pose) => [pose?.x, pose?.y, pose?.theta].every(Number.isFinite));
   const routeNow = (robot, status) => routeOf(value(status)?.route, (gates[robot] ?? []).map(value));
 
   function paint() {
@@ -147,7 +149,7 @@ function Panel({ options, setOptions }) {
     const context = element.getContext("2d");
     const scheme = colors();
     const followed = scene.robots.find(({ name }) => name === options.follow);
-    const leader = followed && value(followed.pose);
+    const leader = followed && knownPose(followed.pose);
     if (leader) Object.assign(state.view, { x: leader.x, y: leader.y });
     const { view } = state;
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
@@ -166,18 +168,18 @@ function Panel({ options, setOptions }) {
     if (isShown("trails")) trails.forEach((trail, place) => draw.trail(context, scheme, view, size, trail, clock.now, trails.length > 1 ? own(scheme, place) : null));
     if (isShown("scans")) {
       for (const { path, interface: name, robot, mount } of shownScans) {
-        const [pose, scan] = [value(robot.pose), value(path)];
+        const [pose, scan] = [knownPose(robot.pose), value(path)];
         if (pose && scan) (name === "SonarScan" ? draw.sonar : draw.laser)(context, scheme, view, size, mounted(pose, mount && value(mount)), scan);
       }
     }
     if (isShown("sightings")) {
       for (const { path, robot } of scene.sightings) {
-        if (value(robot.pose) && value(path)) draw.sightings(context, scheme, view, size, value(robot.pose), value(path));
+        if (knownPose(robot.pose) && value(path)) draw.sightings(context, scheme, view, size, knownPose(robot.pose), value(path));
       }
     }
     for (const body of scene.robots) {
       const color = scheme[{ REACTIVE: "reactive", DELIBERATIVE: "deliberative", TELEOPERATION: "amber" }[routeNow(body.name, body.status)] ?? "idle"];
-      draw.robot(context, scheme, view, size, body, value(body.pose) ?? body, color);
+      draw.robot(context, scheme, view, size, body, knownPose(body.pose) ?? body, color);
     }
     if (isShown("paths")) {
       for (const { path } of scene.paths) if (value(path)) layers.plannedPath(context, scheme, view, size, value(path).points);

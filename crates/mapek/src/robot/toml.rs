@@ -5,6 +5,8 @@ use std::fmt::Write;
 use slate_module::blackboard::interface::Value;
 use slate_module::{Direction, PortDescription};
 
+use crate::port::role;
+
 use super::content::{AttachedLink, GateEntry, Place, RobotContent, RobotModule, RobotProgram, Source};
 
 /// Widest line of a table that is written in one line, characters.
@@ -95,9 +97,12 @@ fn is_determined(robot: &RobotContent, link: &AttachedLink) -> bool {
         .and_then(|module| ports(module).into_iter().find(|port: &PortDescription| port.name == link.port));
     let Some(reader) = reader.filter(|port| !port.role.is_empty()) else { return false };
     let fits = |port: &PortDescription| {
-        port.direction == Direction::Output
-            && port.role == reader.role
-            && port.descriptor.hash == reader.descriptor.hash
+        let is_alike = match port.direction {
+            Direction::Output => port.role == reader.role,
+            Direction::Input => port.role == role::HANDED_ON && reader.role == role::PERCEPT,
+            _ => false,
+        };
+        is_alike && port.descriptor.hash == reader.descriptor.hash
     };
     let others = robot.modules.iter().filter(|module| module.name != link.module);
     let found: Vec<_> = others

@@ -10,7 +10,7 @@ use crate::condition::{Condition, SensorCondition};
 
 /// Percepts of the Plan, and its alternatives.
 #[ports]
-pub struct Noticing {
+pub struct AdaptationPorts {
     /// Preferred sensor.
     first: Noticed<SensorCondition>,
     /// Substitute sensor.
@@ -45,13 +45,13 @@ pub struct AdaptationPlanner;
 impl Plan for AdaptationPlanner {
     const NAME: &'static str = "adaptation_planner";
     const DOC: &'static str = "Chooses what a robot does about its sensors that fail and recover.";
-    type Noticed = Noticing;
+    type Noticed = AdaptationPorts;
     type Params = ();
     type State = PlannerState;
 
     fn run(
         memory: &mut PlannerState,
-        noticed: &Noticing,
+        noticed: &AdaptationPorts,
         situation: &Situation<'_>,
         _: &(),
         now: &Tick,

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::WheelSpeeds;
 use slate_plugin::prelude::*;
 
-use crate::body::WheeledBody;
+use crate::body::{BodyModel, WheeledBody};
 
 /// Turns the wheels for a duration.
 #[derive(Serialize, Deserialize)]
@@ -62,11 +62,23 @@ impl<B: WheeledBody> Action<B> for SetWheelSpeed {
 }
 
 /// Turns on the spot by an angle.
+///
+/// It measures the turn by the pose. While that is unknown, it goes on by the odometry, and without odometry by its own commands: a
+/// reflex does without the deliberative route.
 #[derive(Serialize, Deserialize)]
 pub struct TurnAngle {
     turn: Turn,
-    /// Goal heading, once the pose is known.
+    /// Goal heading, while the pose is known.
     heading: Option<f64>,
+    /// Remaining angle at the newest tick, radians.
+    #[serde(default)]
+    remaining: Option<f64>,
+    /// Heading by the odometry at the newest tick, radians.
+    #[serde(default)]
+    odometry: Option<f64>,
+    /// Newest command, radians per second.
+    #[serde(default)]
+    commanded: f64,
 }
 
 /// Arguments of [`TurnAngle`].
@@ -87,7 +99,29 @@ impl ActionKind for TurnAngle {
     type Arguments = Turn;
 
     fn start(turn: Turn) -> Self {
-        Self { turn, heading: None }
+        Self { turn, heading: None, remaining: None, odometry: None, commanded: 0.0 }
+    }
+}
+
+impl TurnAngle {
+    /// Returns the remaining angle, radians, after the seconds since the newest tick.
+    fn advance(&mut self, model: &BodyModel, elapsed: f64) -> f64 {
+        let before = std::mem::replace(&mut self.odometry, model.odometry_heading());
+        let remaining = self.remaining.unwrap_or(self.turn.angle);
+        let remaining = if let Some(pose) = model.pose() {
+            let heading = *self.heading.get_or_insert_with(|| math::wrap_angle(pose.theta + remaining));
+            math::angle_between(pose.theta, heading)
+        } else {
+            // The next known heading may be another one.
+            self.heading = None;
+            let turned = match (before, self.odometry) {
+                (Some(before), Some(after)) => math::angle_between(before, after),
+                _ => self.commanded * elapsed,
+            };
+            math::wrap_angle(remaining - turned)
+        };
+        self.remaining = Some(remaining);
+        remaining
     }
 }
 
@@ -102,15 +136,13 @@ impl<B: WheeledBody> Action<B> for TurnAngle {
             ));
             return Step::Failed;
         }
-        let Some(pose) = model.pose() else { return Step::Failed };
-        let heading = *self.heading.get_or_insert_with(|| math::wrap_angle(pose.theta + self.turn.angle));
-        let error = math::angle_between(pose.theta, heading);
+        let error = self.advance(model, acting.now.elapsed());
         if error.abs() < HEADING_TOLERANCE {
             return Step::Done;
         }
         // Slower near the heading, so that the turn does not overshoot.
-        let speed = math::clamp(4.0 * error, -self.turn.speed, self.turn.speed);
-        acting.body.turn_wheels(model.wheels_for(0.0, speed), acting.priority);
+        self.commanded = math::clamp(4.0 * error, -self.turn.speed, self.turn.speed);
+        acting.body.turn_wheels(model.wheels_for(0.0, self.commanded), acting.priority);
         Step::Running
     }
 }
@@ -149,7 +181,7 @@ impl<B: WheeledBody> Action<B> for TurnToOrigin {
     }
 }
 
-/// Drives to a place without regard to obstacles.
+/// Drives to a place without regard to obstacles. Its name is that of the paper's Table 2, where the place is the origin.
 ///
 /// Where sonars err it weaves, so that they hear faces beyond their greatest incidence.
 #[derive(Serialize, Deserialize)]

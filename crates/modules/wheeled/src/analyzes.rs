@@ -115,7 +115,7 @@ impl Analyze for PassPosition {
         _: &Tick,
     ) -> Option<Position> {
         let measured = *observed.position.updated()?;
-        let known = observed.robot.get().map(|robot| robot.robot.pose);
+        let known = observed.robot.get().map(|robot| robot.robot.pose).filter(Pose2::is_known);
         let position = known.map_or(measured, |Pose2 { x, y, .. }| Position { x, y, ..measured });
         let moved = reported
             .last
@@ -160,7 +160,7 @@ impl Analyze for PassOrientation {
         _: &Tick,
     ) -> Option<Orientation> {
         let measured = *observed.orientation.updated()?;
-        let known = observed.robot.get().map(|robot| robot.robot.pose);
+        let known = observed.robot.get().map(|robot| robot.robot.pose).filter(Pose2::is_known);
         let orientation = known.map_or(measured, |Pose2 { theta, .. }| Orientation { theta });
         let turned = reported
             .is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.min_rotation);

@@ -1,7 +1,7 @@
 //! Body of a wheeled robot, with any drive.
 
 use slate_avoidance::approach_speed;
-use slate_plugin::interfaces::{Pose2, WheelSpeeds};
+use slate_plugin::interfaces::{Odometry, Pose2, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
@@ -31,19 +31,28 @@ pub trait WheeledBody {
     fn turn_wheels(&self, speeds: WheelSpeeds, priority: Priority);
 }
 
-/// Pose and robot model.
+/// Pose, robot model and odometry.
 #[ports]
 pub struct BodyModel {
     /// Robot model with the pose, from Knowledge.
     #[stale(after = "100ms")]
     robot: Required<WheeledModel>,
+    /// Wheel encoders, by which a turn goes on while the pose is unknown.
+    #[stale(after = "200ms")]
+    odometry: Input<Odometry>,
 }
 
 impl BodyModel {
     /// Returns the pose; `None` if it is stale or invalid.
     pub fn pose(&self) -> Option<Pose2> {
         let pose = self.robot.fresh()?.robot.pose;
-        (pose.x.is_finite() && pose.y.is_finite() && pose.theta.is_finite()).then_some(pose)
+        pose.is_known().then_some(pose)
+    }
+
+    /// Returns the heading in the frame of the odometry, radians; `None` if it is stale or invalid.
+    pub fn odometry_heading(&self) -> Option<f64> {
+        let theta = self.odometry.fresh()?.pose.theta;
+        theta.is_finite().then_some(theta)
     }
 
     /// Returns the linear velocity (m/s) at a distance (m) from the goal: at most `speed`, and low enough to stop.

@@ -75,8 +75,7 @@ impl Analyze for EstimatePose {
         let estimate = estimation.belief.estimate()?;
         if estimation.age(now.seconds()) > timeout {
             // Knowledge must not wait until this is stale.
-            let pose = Pose2 { x: f64::NAN, y: f64::NAN, theta: f64::NAN };
-            observed.estimate.set(PoseEstimate { pose, ..PoseEstimate::default() });
+            observed.estimate.set(PoseEstimate { pose: Pose2::UNKNOWN, ..PoseEstimate::default() });
             return None;
         }
         observed.estimate.set(estimate);

@@ -9,7 +9,7 @@ use crate::navigator::{Navigator, must_replan};
 
 /// Percepts and knowledge of the Plan.
 #[ports]
-pub struct Noticing {
+pub struct GoToOriginPorts {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
@@ -47,13 +47,13 @@ pub struct GoToOriginPlanner;
 impl Plan for GoToOriginPlanner {
     const NAME: &'static str = "go_to_origin_planner";
     const DOC: &'static str = "Sends the robot to its goal.";
-    type Noticed = Noticing;
+    type Noticed = GoToOriginPorts;
     type Params = GoToOriginParams;
     type State = GoToOriginState;
 
     fn run(
         memory: &mut GoToOriginState,
-        noticed: &Noticing,
+        noticed: &GoToOriginPorts,
         situation: &Situation<'_>,
         params: &GoToOriginParams,
         _: &Tick,
@@ -65,7 +65,7 @@ impl Plan for GoToOriginPlanner {
 
 impl GoToOriginState {
     /// Updates from the percepts; returns whether the robot must drive at another speed.
-    pub(crate) fn update(&mut self, noticed: &Noticing) -> bool {
+    pub(crate) fn update(&mut self, noticed: &GoToOriginPorts) -> bool {
         let room_changed = self.navigator.update(&noticed.range, &noticed.position, &noticed.orientation);
         self.navigator.update_other(&noticed.other) | room_changed
     }
@@ -73,7 +73,7 @@ impl GoToOriginState {
     /// Plans the way to the goal, with `anew` also while another planned action runs; returns whether it did.
     pub(crate) fn run(
         &mut self,
-        noticed: &Noticing,
+        noticed: &GoToOriginPorts,
         situation: &Situation<'_>,
         params: &GoToOriginParams,
         anew: bool,

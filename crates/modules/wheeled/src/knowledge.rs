@@ -21,7 +21,7 @@ pub use crate::knowledge_params::WheeledKnowledgeParams;
 /// Model of a wheeled robot.
 #[interface]
 pub struct WheeledModel {
-    /// Pose, drive, sensors and actuators.
+    /// Pose, drive, sensors and actuators. The pose is [`Pose2::UNKNOWN`] while the sensors do not tell it.
     pub robot: RobotModel,
     /// Outline and wheels.
     pub chassis: Chassis,
@@ -252,8 +252,7 @@ impl WheeledModels {
     fn newest_pose(&self, sensors: &[Device]) -> Option<Pose2> {
         if self.pose.get().is_some() {
             let pose = self.pose.fresh()?.pose;
-            // NaN is no pose.
-            return (pose.x + pose.y + pose.theta).is_finite().then_some(pose);
+            return pose.is_known().then_some(pose);
         }
         let measures = |name: &str| {
             sensors.iter().any(|sensor| sensor.name.as_str() == name && sensor.health == DeviceHealth::FRESH)
@@ -301,6 +300,9 @@ pub struct WheeledKnowledgeState {
     /// Health of the described sensors, and when they measured last.
     #[serde(default)]
     watched: [(u64, u8); SENSORS],
+    /// Whether the pose was known once.
+    #[serde(default)]
+    was_placed: bool,
 }
 
 /// Maximum number of sensors of a robot model.
@@ -337,27 +339,26 @@ impl KnownRobot {
         self.known.as_ref()?.1.as_ref()
     }
 
-    /// The model; none after an error, which is logged.
+    /// The model. After an error, which is logged, that of the description before.
     fn model(&mut self, params: &WheeledKnowledgeParams, now: &Tick) -> Option<&WheeledModel> {
         let described = params.described();
         if self.known.as_ref().is_none_or(|(known, _)| *known != described) {
             let before = self.described().copied();
-            *self = Self::read(params).unwrap_or_else(|refusal| {
-                now.error(format_args!("{refusal}"));
-                Self { known: Some((described, None)) }
+            let model = Self::read(params).and_then(|read| match (before, read.described()) {
+                (Some(before), Some(model)) if before.robot.drive != model.robot.drive => Err(Refusal(format!(
+                    "params.robot: a robot that runs as a `{}` can't become a `{}`: set it in the configuration, and start anew",
+                    before.chassis.model.as_str(),
+                    params.robot.as_str()
+                ))),
+                (_, model) => Ok(model.copied()),
             });
-            if let (Some(before), Some(model)) = (before, self.described())
-                && before.robot.drive != model.robot.drive
-            {
-                let (robot, old) = (params.robot.as_str(), before.chassis.model);
-                now.error(format_args!(
-                    "params.robot: a robot that runs as a `{}` can't become a `{robot}`: set it in the configuration, and start anew",
-                    old.as_str()
-                ));
-                self.known = Some((described, Some(before)));
-            }
+            let model = model.unwrap_or_else(|refusal| {
+                now.error(format_args!("{refusal}"));
+                before
+            });
+            self.known = Some((described, model));
         }
-        self.known.as_ref()?.1.as_ref()
+        self.described()
     }
 }
 
@@ -402,8 +403,10 @@ impl Knowledge for WheeledKnowledge {
         let mut sensors = [Device::default(); SENSORS];
         let length = models.list_sensors(&mut sensors, &mut state.watched, known, &known_rules, now);
         let sensors = &sensors[..length];
-        // Without a pose the model is unknown.
-        let Some(pose) = models.newest_pose(sensors) else { return };
+        let pose = models.newest_pose(sensors);
+        state.was_placed |= pose.is_some();
+        // The model begins with the first pose, and then tells also of the sensors that do not give it.
+        let Some(pose) = pose.or(state.was_placed.then_some(Pose2::UNKNOWN)) else { return };
         models.robot.write(0, |model| {
             *model = *known;
             model.robot.pose = pose;

@@ -59,7 +59,7 @@ pub struct LocalObstacles {
     /// Other robots.
     pub robots: Sequence<TrackedRobot, 8>,
     /// Static obstacles.
-    pub obstacles: Sequence<MarkedObstacle, 1024>,
+    pub obstacles: [MarkedObstacle],
 }
 
 /// Percepts and knowledge of the Analyze.
@@ -75,6 +75,9 @@ pub struct ObservedObstacles {
     robots: Observed<Sightings>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
+    /// Local map, as large as what is marked in it.
+    #[capacity(1024)]
+    change: Change<LocalObstacles>,
 }
 
 /// Parameters of [`MapObstacles`].
@@ -107,14 +110,14 @@ impl Analyze for MapObstacles {
     type Observed = ObservedObstacles;
     type Params = MapObstaclesParams;
     type State = ObstacleMemory;
-    type Value = LocalObstacles;
+    type Value = InPlace<LocalObstacles>;
 
     fn process(
         memory: &mut ObstacleMemory,
         observed: &ObservedObstacles,
         params: &MapObstaclesParams,
         now: &Tick,
-    ) -> Option<LocalObstacles> {
+    ) -> Option<InPlace<LocalObstacles>> {
         let (position, orientation) = (observed.position.fresh()?, observed.orientation.fresh()?);
         let mut scan = *observed.range.updated()?;
         let ObstacleMemory { map, footprint, others, motion } = memory;
@@ -145,18 +148,22 @@ impl Analyze for MapObstacles {
             });
         }
         map.update(pose, &scan, footprint, &parameters, now.seconds());
-        Some(report((pose, twist), robots.is_some(), map, others, radius))
+        let count = map.obstacles().count().min(observed.change.capacity());
+        Some(observed.change.write(count, |report| {
+            (report.pose, report.twist) = (pose, twist);
+            report.sees_robots = robots.is_some().into();
+            report.robots = tracked(others, radius);
+            fill(&mut report.obstacles, map.obstacles(), |mark| MarkedObstacle {
+                x: mark.x,
+                y: mark.y,
+                since: mark.since,
+            });
+        }))
     }
 }
 
-/// Lists the obstacles of a map, and tracked robots of a radius (metres).
-fn report(
-    (pose, twist): (Pose2, Twist2),
-    sees_robots: bool,
-    map: &LocalMap,
-    others: &Tracks,
-    radius: f64,
-) -> LocalObstacles {
+/// Lists tracked robots of a radius (metres).
+fn tracked(others: &Tracks, radius: f64) -> Sequence<TrackedRobot, 8> {
     let mut robots = [TrackedRobot::default(); 8];
     let seen = fill(&mut robots, others.iter(), |other| TrackedRobot {
         x: other.x,
@@ -165,19 +172,7 @@ fn report(
         velocity_x: other.velocity[0],
         velocity_y: other.velocity[1],
     });
-    let mut obstacles = [MarkedObstacle::default(); 1024];
-    let marked = fill(&mut obstacles, map.obstacles(), |mark| MarkedObstacle {
-        x: mark.x,
-        y: mark.y,
-        since: mark.since,
-    });
-    LocalObstacles {
-        pose,
-        twist,
-        sees_robots: sees_robots.into(),
-        robots: Sequence::new(&robots[..seen]),
-        obstacles: Sequence::new(&obstacles[..marked]),
-    }
+    Sequence::new(&robots[..seen])
 }
 
 /// Fills a list with as many items as fit, and returns their number.

@@ -6,13 +6,13 @@ use slate_plugin::interfaces::{Point2, Twist2, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 use crate::actions::{SetWheelSpeed, Speeds};
-use crate::go_to_origin::{GoToOriginParams, GoToOriginState, Noticing};
+use crate::go_to_origin::{GoToOriginParams, GoToOriginPorts, GoToOriginState};
 use crate::knowledge::WheeledModel;
 use crate::local_map::LocalObstacles;
 
 /// Obstacles and knowledge that a [`GoToOriginPlanner`](crate::go_to_origin::GoToOriginPlanner) does not have.
 #[ports]
-pub struct LocalNoticing {
+pub struct LocalPlannerPorts {
     obstacles: Noticed<LocalObstacles>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
@@ -65,7 +65,7 @@ pub struct LocalPlanner;
 impl Plan for LocalPlanner {
     const NAME: &'static str = "local_planner";
     const DOC: &'static str = "Sends the robot to its goal round the obstacles of a local map.";
-    type Noticed = (Noticing, LocalNoticing);
+    type Noticed = (GoToOriginPorts, LocalPlannerPorts);
     type Params = LocalPlannerParams;
     type State = LocalPlannerState;
 
@@ -102,7 +102,7 @@ impl LocalPlannerState {
     /// Decides by the newest map whether the straight path is free; `None` without a new map or a valid outline.
     fn decide(
         &mut self,
-        local: &LocalNoticing,
+        local: &LocalPlannerPorts,
         goal: Point2,
         robot: &WheeledModel,
         params: &LocalPlannerParams,

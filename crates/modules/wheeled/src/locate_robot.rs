@@ -104,10 +104,29 @@ pub struct LocateRobotParams {
     gate: f64,
 }
 
+/// Where a robot was reported.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+struct ReportedPlace {
+    /// Position in the map frame, metres.
+    x: f64,
+    y: f64,
+    /// Distance, metres.
+    range: f64,
+    /// Bearing, radians.
+    bearing: f64,
+}
+
+impl ReportedPlace {
+    fn located(self, is_seen: bool) -> Located {
+        let Self { x, y, range, bearing } = self;
+        Located { x, y, range, bearing, seen: is_seen.into() }
+    }
+}
+
 /// Track, newest report, and time of the newest detection.
 #[derive(Default, Serialize, Deserialize)]
 pub struct LastSighting {
-    last: Option<(f64, f64, f64, f64)>,
+    last: Option<ReportedPlace>,
     is_seen: bool,
     seen_at: f64,
     /// Filter of a sensor that errs.
@@ -171,7 +190,7 @@ impl ObservedRobots {
     /// The estimated pose; without one, the measured one.
     fn pose(&self) -> Option<Pose2> {
         if self.robot.get().is_some() {
-            return self.robot.fresh().map(|robot| robot.robot.pose);
+            return self.robot.fresh().map(|robot| robot.robot.pose).filter(Pose2::is_known);
         }
         let (position, orientation) = (self.position.fresh()?, self.orientation.fresh()?);
         Some(Pose2 { x: position.x, y: position.y, theta: orientation.theta })
@@ -243,23 +262,20 @@ impl LastSighting {
         params: &LocateRobotParams,
         time: f64,
     ) -> Option<Located> {
-        let place = |x, y, range, bearing, seen: bool| Located { x, y, range, bearing, seen: seen.into() };
-        let Some((Point2 { x, y }, sighting)) = located else {
+        let Some((Point2 { x, y }, Sighting { range, bearing, .. })) = located else {
             let lost = self.is_seen && time - self.seen_at > params.track_timeout;
             self.is_seen &= !lost;
-            let (x, y, range, bearing) = self.last?;
-            return lost.then(|| place(x, y, range, bearing, false));
+            return self.last.filter(|_| lost).map(|last| last.located(false));
         };
-        let moved = self.last.is_none_or(|(last_x, last_y, range, bearing)| {
-            let turned = math::angle_between(bearing, sighting.bearing).abs() * sighting.range;
-            math::hypot(x - last_x, y - last_y) >= params.min_displacement
-                || (range - sighting.range).abs() >= params.min_displacement
+        let moved = self.last.is_none_or(|last| {
+            let turned = math::angle_between(last.bearing, bearing).abs() * range;
+            math::hypot(x - last.x, y - last.y) >= params.min_displacement
+                || (last.range - range).abs() >= params.min_displacement
                 || turned >= params.min_displacement
         });
         (moved || !self.is_seen).then(|| {
             self.is_seen = true;
-            self.last = Some((x, y, sighting.range, sighting.bearing));
-            place(x, y, sighting.range, sighting.bearing, true)
+            self.last.insert(ReportedPlace { x, y, range, bearing }).located(true)
         })
     }
 }

@@ -95,6 +95,7 @@ pub struct BumperReleaseRules {
 #[ports]
 pub struct RulePorts {
     /// Rules of the reflexes.
+    #[role("rule")]
     rules: Output<WheeledRules>,
 }
 

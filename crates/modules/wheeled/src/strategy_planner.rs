@@ -9,7 +9,7 @@ use crate::actions::GoToOrigin;
 
 /// Inputs, knowledge and outputs of the Plan.
 #[ports]
-pub struct StrategyNoticing {
+pub struct StrategyPlannerPorts {
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
     /// Plan to follow, from Knowledge.
@@ -49,13 +49,13 @@ pub struct StrategyPlanner;
 impl Plan for StrategyPlanner {
     const NAME: &'static str = "strategy_planner";
     const DOC: &'static str = "Follows the most promising plan of the robot's role.";
-    type Noticed = StrategyNoticing;
+    type Noticed = StrategyPlannerPorts;
     type Params = StrategyPlannerParams;
     type State = StrategyProgress;
 
     fn run(
         progress: &mut StrategyProgress,
-        noticed: &StrategyNoticing,
+        noticed: &StrategyPlannerPorts,
         situation: &Situation<'_>,
         params: &StrategyPlannerParams,
         now: &Tick,
@@ -117,7 +117,7 @@ impl StrategyProgress {
         &mut self,
         step: usize,
         strategy: &PlanDescription,
-        noticed: &StrategyNoticing,
+        noticed: &StrategyPlannerPorts,
         situation: &Situation<'_>,
         plan: &mut Agenda<'_>,
     ) {

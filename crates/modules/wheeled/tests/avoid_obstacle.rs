@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 
 use slate::interfaces::{
-    Echo, Odometry, Orientation, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
+    Echo, Odometry, Orientation, Pose2, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
     WheelSpeeds,
 };
 use slate::mapek::{
@@ -354,4 +354,51 @@ fn a_turn_is_finished_before_one_to_the_other_side() {
     assert!(wheels.right > 0.0, "still to the left: {wheels:?}");
     let (_, wheels) = send(&mut execute, 0.0, 0.1);
     assert_eq!((wheels.left, wheels.right), (3.0, 3.0), "a reflex without a turn ends it");
+}
+
+/// The odometry at a heading, radians.
+fn odometry(theta: f64) -> Odometry {
+    Odometry { pose: Pose2 { theta, ..Pose2::default() }, ..Odometry::default() }
+}
+
+/// Steps on while the pose is unknown; returns what runs, and the wheels.
+fn blind(execute: &mut Fixture<ExecuteBlock<DifferentialActions>>) -> (String, WheelSpeeds) {
+    execute.expire("robot");
+    execute.advance(110_000_000);
+    execute.tick();
+    let status = execute.output::<ExecuteStatus>("status");
+    let tree = status.map(|status| status.tree.as_str().to_owned()).unwrap_or_default();
+    (tree, execute.output::<WheelSpeeds>("wheels").unwrap_or_default())
+}
+
+#[test]
+fn a_turn_goes_on_by_the_odometry_without_a_pose() {
+    let mut execute = Fixture::new();
+    execute.set("odometry", odometry(3.0));
+    send(&mut execute, 1.0, 0.0);
+    for heading in [3.1, -2.9, -2.6] {
+        execute.set("odometry", odometry(heading));
+        let (_, wheels) = blind(&mut execute);
+        assert!(wheels.right > 0.0 && wheels.left == -wheels.right, "at {heading}: {wheels:?}");
+    }
+    // The pose is known again, with another heading.
+    let (_, wheels) = step(&mut execute, 1.5);
+    assert!(wheels.right > 0.0, "it has turned by 0.68 rad: {wheels:?}");
+    let (tree, _) = step(&mut execute, 1.75);
+    assert_eq!(tree, "AvoidObstacle > SetWheelSpeed");
+}
+
+#[test]
+fn a_turn_goes_on_by_its_commands_without_pose_and_odometry() {
+    for angle in [1.0, -1.0] {
+        let mut execute = execute(angle);
+        let turns = std::iter::from_fn(|| {
+            let (tree, wheels) = blind(&mut execute);
+            (!tree.contains("SetWheelSpeed")).then_some(wheels)
+        });
+        let turns: Vec<_> = turns.take(30).collect();
+        assert!(turns.iter().all(|wheels| wheels.right * angle > 0.0 && wheels.left == -wheels.right));
+        // 1 rad/s, and slower at the end.
+        assert!((8..15).contains(&turns.len()), "{} of 0.11 s", turns.len());
+    }
 }

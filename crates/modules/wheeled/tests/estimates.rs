@@ -152,7 +152,8 @@ fn knowledge_has_the_estimate_and_before_the_first_one_what_is_measured() {
     let mut knowledge = Fixture::<KnowledgeBlock<WheeledKnowledge>>::with(params).unwrap();
     let pose = |knowledge: &mut Fixture<KnowledgeBlock<WheeledKnowledge>>| {
         knowledge.tick();
-        knowledge.output::<WheeledModel>("robot").map(|model| model.robot.pose.x)
+        let model = knowledge.output::<WheeledModel>("robot").unwrap();
+        Some(model.robot.pose).filter(Pose2::is_known).map(|pose| pose.x)
     };
     knowledge.set("position", Position { x: 1.0, y: 0.0, z: 0.0 });
     knowledge.set("orientation", Orientation::default());

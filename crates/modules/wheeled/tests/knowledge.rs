@@ -99,6 +99,28 @@ fn sensors_that_are_there_are_listed_with_mount_limits_and_rate() {
 }
 
 #[test]
+fn a_robot_model_without_a_pose_tells_which_sensor_has_stopped() {
+    for gone in ["position", "orientation"] {
+        let mut knowledge = Knowing::with(params("pioneer_p3dx", "vrep")).unwrap();
+        knowledge.set("sonar", SonarScan { range_max: 1.0, ..SonarScan::default() });
+        assert!(model(&mut knowledge).robot.pose.is_known());
+        for _ in 0..60 {
+            knowledge.advance(20_000_000);
+            knowledge.set("sonar", SonarScan { range_max: 1.0, ..SonarScan::default() });
+            match gone {
+                "position" => knowledge.set("orientation", Orientation::default()),
+                _ => knowledge.set("position", Position::default()),
+            }
+            knowledge.tick();
+        }
+        let robot = knowledge.output::<WheeledModel>("robot").unwrap().robot;
+        assert!(!robot.pose.is_known(), "{gone}: {:?}", robot.pose);
+        assert!(robot.is_silent(gone) && robot.sensor("sonar").unwrap().health == DeviceHealth::FRESH);
+        assert!(model(&mut knowledge).robot.sensor(gone).unwrap().health != DeviceHealth::SILENT);
+    }
+}
+
+#[test]
 fn an_unknown_robot_is_refused_with_the_known_ones() {
     for robot in ["pionier", "nowhere.toml"] {
         let refusal = Knowing::with(params(robot, "vrep")).err().unwrap().0;
@@ -143,8 +165,16 @@ fn a_running_robot_takes_another_profile_and_stays_the_robot_that_it_is() {
     assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 0.0);
     knowledge.params().profile = Text::new("real");
     assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 5.0);
-    knowledge.params().robot = Text::new("summit_xl");
-    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "pioneer_p3dx");
+    for (robot, profile) in
+        [("", "real"), ("nothing", "real"), ("pioneer_p3dx", "nonsense"), ("summit_xl", "real")]
+    {
+        knowledge.params().robot = Text::new(robot);
+        knowledge.params().profile = Text::new(profile);
+        let model = model(&mut knowledge);
+        let rate = model.robot.sensor("position").unwrap().rate;
+        assert_eq!((model.chassis.model.as_str(), rate), ("pioneer_p3dx", 5.0), "`{robot}`, {profile}");
+    }
+    knowledge.params().profile = Text::new("real");
     let state = knowledge.save().unwrap();
     knowledge.restore(&state).unwrap();
     knowledge.params().robot = Text::new("pioneer_p3dx");

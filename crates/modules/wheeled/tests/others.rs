@@ -8,7 +8,7 @@ use slate::mapek::{AnalyzeBlock, MonitorBlock, SensorBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text, math};
 use slate_wheeled::knowledge::WheeledModel;
-use slate_wheeled::local_map::{LocalObstacles, MapObstacles};
+use slate_wheeled::local_map::{LocalObstacles, MapObstacles, MarkedObstacle, TrackedRobot};
 use slate_wheeled::locate_robot::{LocateRobot, Located, RobotMonitor};
 use slate_wheeled::odometry_pose::{OdometryOrientation, OdometryPosition, OdometryStart};
 use slate_wheeled::tracks::Tracks;
@@ -143,8 +143,17 @@ fn how_a_robot_moves_is_known_from_where_it_is() {
     assert_eq!(motion.update(Pose2::default(), 3.1), Twist2::ZERO, "and it begins anew");
 }
 
+/// A local map in short.
+#[derive(Debug)]
+struct Mapped {
+    obstacles: usize,
+    robots: Vec<TrackedRobot>,
+    sees_robots: bool,
+    bytes: usize,
+}
+
 /// The obstacles that an Analyze maps of one echo 0.1 m to the left of a Summit at (0, 2), whose room is so wide.
-fn mapped(room: f64, robots: Option<Sightings>) -> LocalObstacles {
+fn mapped(room: f64, robots: Option<Sightings>) -> Mapped {
     let mut analyze = Fixture::<AnalyzeBlock<MapObstacles>>::new();
     analyze.params().room_half_width = room;
     let placement = SonarPlacement { x: 0.3, y: 0.3, theta: std::f64::consts::FRAC_PI_2 };
@@ -166,16 +175,29 @@ fn mapped(room: f64, robots: Option<Sightings>) -> LocalObstacles {
         analyze.set("robots", robots);
     }
     analyze.tick();
-    analyze.output::<LocalObstacles>("change").unwrap()
+    let short = |map: &LocalObstacles| Mapped {
+        obstacles: map.obstacles.len(),
+        robots: map.robots.to_vec(),
+        sees_robots: map.sees_robots.get(),
+        bytes: size_of_val(map),
+    };
+    analyze.read("change", short).unwrap()
 }
 
 #[test]
 fn echoes_of_walls_and_robots_mark_no_obstacle() {
-    let obstacles = |room| mapped(room, None).obstacles.len();
+    let obstacles = |room| mapped(room, None).obstacles;
     assert!(obstacles(1e6) > 0, "something is beside it");
     assert_eq!(obstacles(2.4), 0, "the wall of the room is there");
     assert!(obstacles(3.0) > 0, "the wall is elsewhere");
     let seen = mapped(1e6, Some(sees(0.7, 1.2)));
-    assert_eq!((seen.obstacles.len(), seen.robots.len()), (0, 1), "the robot is there");
-    assert!(seen.sees_robots.get() && (seen.robots[0].radius - 0.28).abs() < 1e-9);
+    assert_eq!((seen.obstacles, seen.robots.len()), (0, 1), "the robot is there");
+    assert!(seen.sees_robots && (seen.robots[0].radius - 0.28).abs() < 1e-9);
+}
+
+#[test]
+fn local_map_is_as_large_as_what_is_marked_in_it() {
+    let (none, some) = (mapped(2.4, None), mapped(1e6, None));
+    assert_eq!(some.bytes - none.bytes, some.obstacles * size_of::<MarkedObstacle>());
+    assert!(none.bytes < 500 && some.bytes < 2000, "{none:?}, {some:?}");
 }

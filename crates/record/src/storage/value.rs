@@ -171,7 +171,8 @@ impl Value {
         for group in ["", "pose/"] {
             let [x, y, theta] = ["x", "y", "theta"].map(|name| self.number(&format!("{group}{name}")));
             if let (Some(x), Some(y), Some(theta)) = (x, y, theta) {
-                return Some([x, y, theta]);
+                // One that is unknown is not a number.
+                return Some([x, y, theta]).filter(|pose| pose.iter().all(|number| number.is_finite()));
             }
         }
         ["pose/pose/", "pose/", ""].into_iter().find_map(|group| {

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use slate_blackboard::channel::{Budget, Latest, Writer};
 use slate_blackboard::interface::CanonicalForm;
 use slate_blackboard::{Access, Board, Event, Observer, Pattern, Property, Store};
+use slate_composition::TRUTH;
 use slate_module::aspect::{ABSENT, BlackBoard, BoardEvent, DESCRIBE, Seen};
 use slate_module::decode_interface;
 use slate_module::table::{Bytes, DONE, REFUSED, Sink};
@@ -179,10 +180,22 @@ impl BlackboardService {
         }))
     }
 
+    /// Whether what the module writes is ground truth, as for the simulator and for referees.
+    fn is_referee(&self) -> bool {
+        let own = Pattern::parse(&format!("{}/**", self.module));
+        own.is_ok_and(|own| self.board.matching(&own).iter().any(|property| property.part() == TRUTH))
+    }
+
     fn open_reader(&self, path: &str) -> Result<OpenReader, Not> {
         let (property, field) = self.board.get(path).ok_or(Not::There)?;
         if !field.is_empty() {
             return Err(format!("/{path} is a field; open /{} and look at it", property.path()).into());
+        }
+        if property.part() == TRUTH && !self.is_referee() {
+            return Err(format!(
+                "/{path} is ground truth, which only referees read: give this module an input with the role `truth`"
+            )
+            .into());
         }
         let channel = property.channel().ok_or_else(|| format!("/{path} receives messages"))?;
         let reader = channel.latest().map_err(|error| format!("/{path}: {error}"))?;

@@ -154,8 +154,55 @@ impl Module for Clerk {
     }
 }
 
+#[ports]
+pub struct TruthIo {
+    #[role("truth")]
+    truth: Output<Number>,
+}
+
+/// A simulator.
+pub struct Oracle;
+
+#[module(stage = PreLoop)]
+impl Module for Oracle {
+    type Io = TruthIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &TruthIo, _: &(), _: &Tick) -> Outcome {
+        io.truth.set(Number { value: 5.0 });
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct RefereeIo {
+    #[role("truth")]
+    truth: Input<Number>,
+}
+
+/// The same code as a referee.
+pub struct Referee;
+
+#[module(stage = PostLoop)]
+impl Module for Referee {
+    type Io = (ScribeIo, RefereeIo);
+    type Params = ScribeParams;
+    type State = ();
+
+    fn tick(state: &mut (), (io, own): &Self::Io, params: &ScribeParams, now: &Tick) -> Outcome {
+        assert!(own.truth.get().is_none(), "it is not linked");
+        Scribe::tick(state, io, params, now)
+    }
+}
+
 fn plugins() -> Vec<Plugin> {
-    vec![Plugin::linked::<Scribe>(), Plugin::linked::<Clerk>()]
+    vec![
+        Plugin::linked::<Scribe>(),
+        Plugin::linked::<Clerk>(),
+        Plugin::linked::<Oracle>(),
+        Plugin::linked::<Referee>(),
+    ]
 }
 
 fn property(agent: &Agent, path: &str) -> Arc<Property> {
@@ -275,6 +322,21 @@ fn invalid_paths_and_patterns_are_refused() {
     let (mut agent, log) = logged(text, &plugins());
     steps(&mut agent, 1);
     assert!(says(&agent, &log, "scribe", "read: /clerk/object/value is a field"), "{:?}", log.lines());
+}
+
+#[test]
+fn ground_truth_is_read_by_referees_alone() {
+    let text = "[modules.oracle]\n[modules.referee]\nparams.read = \"/oracle/truth\"\n\
+                [modules.scribe]\nparams.read = \"/oracle/truth\"\n\
+                [modules.clerk]\nparams.read = \"/referee/seen\"\n";
+    let (mut agent, log) = logged(text, &plugins());
+    steps(&mut agent, 2);
+    assert_eq!(number(&agent, "referee/seen/value"), 5.0);
+    assert_eq!(number(&agent, "scribe/seen/value"), -1.0);
+    for (module, path) in [("scribe", "/oracle/truth"), ("clerk", "/referee/seen")] {
+        let refused = format!("read: {path} is ground truth, which only referees read");
+        assert!(says(&agent, &log, module, &refused), "{module}: {:?}", log.lines());
+    }
 }
 
 #[test]

@@ -19,6 +19,8 @@ pub struct Grid {
     pub number: u64,
     /// Where its writer or its reader has it in memory.
     pub place: u64,
+    /// Of a map, the bytes between where a Sensor wrote the measurement and where the Analyze read the percept.
+    pub handed: u64,
     /// Cells.
     pub cells: [u8],
 }
@@ -45,6 +47,7 @@ impl Sensor for Device {
         let number = io.number.updated()?.value as u64;
         Some(io.value.write(CELLS, |grid| {
             grid.number = number;
+            grid.place = std::ptr::from_ref(&grid.number).addr() as u64;
             grid.cells.fill(7);
         }))
     }
@@ -52,9 +55,7 @@ impl Sensor for Device {
 
 #[ports]
 pub struct Devices {
-    grid: Input<Grid>,
-    #[capacity(300_000)]
-    percept: Percept<Grid>,
+    percept: HandedOn<Grid>,
 }
 
 pub struct HandOn;
@@ -67,8 +68,7 @@ impl Monitor for HandOn {
     type Value = InPlace<Grid>;
 
     fn interpret((): &mut (), devices: &Devices, (): &(), _: &Tick) -> Option<InPlace<Grid>> {
-        devices.grid.updated()?;
-        Some(devices.percept.copy(&devices.grid))
+        Some(devices.percept.as_it_is())
     }
 }
 
@@ -94,6 +94,7 @@ impl Analyze for Mapper {
         Some(seen.change.write(CELLS, |map| {
             map.number = percept.number;
             map.place = std::ptr::from_ref(&map.number).addr() as u64;
+            map.handed = (std::ptr::from_ref(&percept.number).addr() as u64).abs_diff(percept.place);
             map.cells.copy_from_slice(&percept.cells);
         }))
     }
@@ -156,7 +157,7 @@ impl Analyze for Surveyor {
 }
 
 #[ports]
-pub struct Noticing {
+pub struct RoverPorts {
     reading: Noticed<Reading1>,
     aim: Input<Number>,
     seen: Output<Number>,
@@ -166,11 +167,11 @@ pub struct Rover;
 
 impl Plan for Rover {
     const NAME: &'static str = "rover";
-    type Noticed = Noticing;
+    type Noticed = RoverPorts;
     type Params = ();
     type State = ();
 
-    fn run((): &mut (), noticed: &Noticing, _: &Situation<'_>, (): &(), _: &Tick, _: &mut Agenda<'_>) {
+    fn run((): &mut (), noticed: &RoverPorts, _: &Situation<'_>, (): &(), _: &Tick, _: &mut Agenda<'_>) {
         let _ = noticed.reading.newest();
         noticed.seen.set(noticed.aim.get().copied().unwrap_or_default());
     }
@@ -266,6 +267,26 @@ fn fact_reaches_analyze_in_its_cycle_without_a_copy() {
         assert_eq!(number(&agent, "r2/surveyor/change/distance"), 0);
         assert_eq!(number(&agent, "r2/surveyor/change/sum"), 7 * CELLS as u64);
     }
+}
+
+#[test]
+fn percept_that_is_handed_on_reaches_analyze_in_its_cycle_without_a_copy() {
+    let mut agent = agent();
+    for _ in 0..5 {
+        steps(&mut agent, 1);
+        let counted = number(&agent, "counter/number/value");
+        assert!(counted > 0);
+        for path in ["device/value/number", "hand_on/percept/number", "mapper/change/number"] {
+            assert_eq!(number(&agent, &format!("r2/{path}")), counted, "{path}");
+        }
+        assert_eq!(number(&agent, "r2/mapper/change/handed"), 0);
+    }
+    // It is one property, with one channel.
+    let of = |path: &str| agent.board().find(path).unwrap().0;
+    assert!(std::sync::Arc::ptr_eq(&of("r2/hand_on/percept"), &of("r2/device/value")));
+    let links = agent.composer().links();
+    let observes = links.iter().find(|link| link.to == "r2/mapper/grid").unwrap();
+    assert_eq!(observes.from, "/r2/hand_on/percept");
 }
 
 #[test]

@@ -13,8 +13,9 @@ use crate::complaints::Complaints;
 use crate::link::{FieldPlace, Filter, NoField, Program};
 use crate::own::{ModuleState, ModuleTiming, TimingHistogram};
 use crate::parameters::enabled_descriptor;
-use crate::survey::block::{Block, binds};
+use crate::survey::block::{Block, PERCEPT, binds};
 use crate::survey::names::{join, split_module};
+use crate::survey::origins::passed_by;
 use crate::survey::writers::writers;
 use crate::survey::{Absent, Implied, LinkConversion, LinkSource, ResolvedLink, Survey, Surveyed, Wire};
 use slate_configuration::{Configuration, Link, Message, Mistake, Span};
@@ -212,6 +213,11 @@ impl<'a, 's> BothEnds<'a, 's> {
         };
         let own = &self.surveyed().description.ports[port].role;
         let other = &self.survey.modules[module].description.ports[other].role;
+        if own == PERCEPT
+            && matches!(passed_by(self.configuration, self.survey, self.link), Some((_, Block::Monitor)))
+        {
+            return Ok(());
+        }
         // A plain port of a block reads what the rules for blocks allow.
         let is_free = !binds(own) && (!binds(other) || Block::of(&self.surveyed().description).is_some());
         // A part of what a plain module reads is no traffic between blocks.

@@ -272,10 +272,12 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             self.refuse_filtered(span, module, wire, &joint);
             return Some(None);
         }
-        // A fact is read from its origin; `previous` is about Knowledge alone.
-        let is_fact = matches!(wire, Wire::Port(port)
-            if block::is_fact(&self.modules()[module].description.ports[port]));
-        let previous = joint.previous && !is_fact;
+        // A fact is read from its origin; `previous` is about Knowledge alone. So it is with a percept that a Monitor hands on.
+        let is_passed = matches!(wire, Wire::Port(port) if {
+            let port = &self.modules()[module].description.ports[port];
+            block::is_fact(port) || block::is_handed_on(port)
+        });
+        let previous = joint.previous && !is_passed;
         Some(Some(TargetField { target: joint.target, field: join(&joint.from, field), previous }))
     }
 
