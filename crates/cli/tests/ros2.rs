@@ -25,7 +25,7 @@ fn topics_that_do_not_fit_are_told_before_a_run() {
     let cases = [
         ("\"/wheels\"", "\"/my-wheels\"", "`/my-wheels` can't be the name of a topic: it has '-'"),
         ("simulator/r2/wheels", "simulator/r2/wheel", "simulator/r2/wheels"),
-        ("simulator/r2/wheels", "simulator/r2/odometry", "it is no input that holds one value"),
+        ("simulator/r2/wheels", "simulator/r2/odometry", "it is no input with values"),
         ("from = \"simulator/r2/odometry\"", "from = \"simulator/r2/odometer\"", "simulator/r2/odometry"),
         (
             "\"/wheels\"",
@@ -38,6 +38,37 @@ fn topics_that_do_not_fit_are_told_before_a_run() {
         running.fails(7, &["check", "robot.toml"], &[words, "robot.toml:1"]);
         running.fails(2, &["run", "robot.toml", "--headless"], &[words]);
     }
+}
+
+#[test]
+fn a_link_needs_a_bridge_that_is_known_and_built_in() {
+    let running = Running::new("bridges");
+    let robot = running.folder().join("robot.toml");
+    let (head, _) = block("toml").split_once("[ros2]").unwrap();
+    let with = |links: &str| std::fs::write(&robot, format!("{head}[links]\n{links}\n")).unwrap();
+    let refused = |words: &[&str]| {
+        running.fails(7, &["check", "robot.toml"], &[words, &["robot.toml:14:"]].concat());
+        running.fails(2, &["run", "robot.toml", "--headless"], words);
+    };
+    with("\"simulator/r2/wheels\" = \"dds:wheels\"");
+    refused(&["`dds:wheels` has an unknown scheme", "there are ros2:, zenoh: and slate://"]);
+    with("\"simulator/r2/wheel\" = \"ros2:/wheels\"");
+    running.fails(7, &["check", "robot.toml"], &["`simulator` has no input `r2/wheel`", "r2/wheels"]);
+    with("\"zenoh:demo/odometry\" = \"simulator/r2/odometry\"");
+    match cfg!(feature = "zenoh") {
+        true => refused(&["the configuration has no [network]", "add [network]"]),
+        false => refused(&["built without Zenoh, which `zenoh:demo/odometry` needs", "--features zenoh"]),
+    }
+    with(
+        "\"simulator/r2/wheels\" = \"ros2:/wheels\"\n\"ros2:/odom\" = { from = \"simulator/r2/odometry\", depth = 1 }",
+    );
+    match cfg!(feature = "ros2") {
+        true => drop(running.done(&["check", "robot.toml"])),
+        false => refused(&["built without ROS 2, which `ros2:/wheels` needs", "--features ros2"]),
+    }
+    // A drawing needs no bridge.
+    let graph = running.done(&["graph", "robot.toml", "--format", "mermaid"]);
+    assert!(graph.contains("ros2:") && graph.contains("/odom") && graph.contains("r2/wheels"), "{graph}");
 }
 
 #[test]

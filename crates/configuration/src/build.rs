@@ -2,7 +2,8 @@ use std::cmp::Ordering;
 use std::path::Path;
 
 use super::layers::CHOICES;
-use super::model::{Agent, Link, Mission, Module};
+use super::links::WrittenLinks;
+use super::model::{Agent, Mission, Module};
 use super::path::absolute;
 use super::problems::Problems;
 use super::source::{Sources, Span, Spanned};
@@ -118,22 +119,22 @@ impl Build<'_> {
     }
 
     /// An input either has a link or holds a value: what the later layer says.
-    pub(super) fn links_or_values(&mut self, modules: &mut [Module], links: &mut Vec<Link>) {
+    pub(super) fn links_or_values(&mut self, modules: &mut [Module], links: &mut WrittenLinks) {
         for module in modules {
             let name = &module.name.value;
             module.inputs.entries.retain(|port, entry| {
                 let path = format!("{name}/{port}");
-                let Some(at) = links.iter().position(|link| link.to.value == path) else { return true };
-                match self.later(links[at].to.span, entry.key) {
+                let Some(place) = links.place_of(&path) else { return true };
+                match self.later(place, entry.key) {
                     Ordering::Less => {
-                        links.remove(at);
+                        links.remove(&path);
                         true
                     }
                     Ordering::Greater => false,
                     Ordering::Equal => {
                         let help = format!(
                             "remove the value or the link; the link is at {}",
-                            self.sources.origin(links[at].to.span)
+                            self.sources.origin(place)
                         );
                         self.problems.add(
                             entry.key,

@@ -20,6 +20,7 @@ impl Configuration {
             module.is_some_and(|module| module.inputs.get(port).is_some())
         };
         self.links.iter().any(|link| fills(link) || sends(link))
+            || self.external.iter().any(|link| link.fills(path))
             || path.rsplit_once('/').is_some_and(|(name, port)| has_value(name, port))
             || self.is_left_out(path)
     }

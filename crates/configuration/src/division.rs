@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use slate_blackboard::Url;
 
+use super::external::ExternalUrl;
 use super::problems::{Problems, suggestion};
 use super::scope::{SECTIONS, each_text};
 use super::senders::{make_commands, make_table};
@@ -64,7 +65,7 @@ impl Division {
             else {
                 continue;
             };
-            table.entries.retain(|name, entry| side.keeps(name, entry, sources, problems));
+            table.entries.retain(|name, entry| side.keeps(owner_of(name, entry), entry, sources, problems));
             for entry in table.entries.values_mut() {
                 match section {
                     "links" => make_table(&mut entry.value, &|url| side.address(url), problems),
@@ -222,6 +223,18 @@ impl AgentSide<'_> {
         let owner = self.owner(first(&path)).filter(|owner| *owner != self.agent)?;
         Some(format!("slate://{}/{path}", self.parts[owner].called))
     }
+}
+
+/// What decides who has something: its own name, or that of the property that a link carries out of all agents.
+fn owner_of<'t>(name: &'t str, entry: &'t TableEntry) -> &'t str {
+    if ExternalUrl::parse(name).is_none() {
+        return name;
+    }
+    let source = match &entry.value.value {
+        Value::Table(table) => table.get("from").and_then(|from| from.as_str()),
+        _ => entry.value.as_str(),
+    };
+    source.map_or(name, |source| source.trim_start_matches('/'))
 }
 
 /// Whether something is written in the table of one agent, or was brought to it at run time.

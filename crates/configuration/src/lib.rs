@@ -44,6 +44,7 @@ mod diagnostic;
 mod division;
 mod document;
 mod exclusive;
+mod external;
 mod files;
 mod inferred;
 mod layered;
@@ -83,6 +84,7 @@ pub use choices::Variant;
 pub use comparison::Comparison;
 pub use database::{Database, Difference, Edit, Proposal, SaveTo, Subscription, Watch, parse_change};
 pub use diagnostic::{Diagnostic, Report};
+pub use external::{ExternalDirection, ExternalLink, ExternalUrl};
 pub use inferred::InferredLink;
 pub use layered::Layered;
 pub use levels::Levels;
@@ -163,6 +165,7 @@ pub struct Configuration {
     plugins: Vec<PluginEntry>,
     modules: Vec<Module>,
     links: Vec<Link>,
+    external: Vec<ExternalLink>,
     actuators: Vec<Actuator>,
 }
 
@@ -264,7 +267,7 @@ impl Configuration {
         &self.modules
     }
 
-    /// The links, by the input they feed.
+    /// The links of agents, by the input they feed.
     pub fn links(&self) -> &[Link] {
         &self.links
     }

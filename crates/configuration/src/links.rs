@@ -1,5 +1,6 @@
 use slate_blackboard::Url;
 
+use super::external::{ExternalDirection, ExternalLink, ExternalUrl};
 use super::model::{Compression, Filter, Link, LinkMode, LinkPolicy, LinkRate, Transport, Wiring};
 use super::path::absolute;
 use super::problems::Problems;
@@ -24,19 +25,48 @@ const KEYS: [&str; 12] = [
     "compression",
 ];
 
-/// Reads `[links]` of an agent.
-pub(super) struct LinkReader<'a> {
-    pub(super) problems: &'a mut Problems,
-    pub(super) agent: &'a str,
+/// What `[links]` says.
+#[derive(Default)]
+pub(super) struct WrittenLinks {
+    /// By what they fill.
+    pub(super) links: Vec<Link>,
+    /// To and from programs that are no agents.
+    pub(super) external: Vec<ExternalLink>,
 }
 
-impl LinkReader<'_> {
-    /// The links, by what they fill.
-    pub(super) fn links(&mut self, root: &Table) -> Vec<Link> {
+impl WrittenLinks {
+    /// Where the link of an input is written, if it has one as a whole.
+    pub(super) fn place_of(&self, input: &str) -> Option<Span> {
+        let link = self.links.iter().find(|link| link.to.value == input).map(|link| link.to.span);
+        let is_it = |link: &&ExternalLink| link.fills(input) && link.path.value == input;
+        link.or_else(|| self.external.iter().find(is_it).map(|link| link.path.span))
+    }
+
+    /// Removes it.
+    pub(super) fn remove(&mut self, input: &str) {
+        self.links.retain(|link| link.to.value != input);
+        self.external.retain(|link| !(link.fills(input) && link.path.value == input));
+    }
+}
+
+/// Reads `[links]` of an agent.
+pub(super) struct LinkReader<'a> {
+    problems: &'a mut Problems,
+    agent: &'a str,
+    external: Vec<ExternalLink>,
+}
+
+impl<'a> LinkReader<'a> {
+    pub(super) fn new(problems: &'a mut Problems, agent: &'a str) -> Self {
+        Self { problems, agent, external: Vec::new() }
+    }
+
+    pub(super) fn links(mut self, root: &Table) -> WrittenLinks {
         let table = self.problems.table(root, "links");
         let mut links = Vec::new();
         for (to, entry) in table.into_iter().flat_map(Table::iter) {
             match &entry.value.value {
+                _ if ExternalUrl::parse(to).is_some() => self.leaving(to, entry),
                 Value::Table(senders) if is_of_senders(senders) => {
                     let senders = senders.iter();
                     links.extend(
@@ -48,7 +78,56 @@ impl LinkReader<'_> {
                 _ => links.extend(self.link(to, entry)),
             }
         }
-        links
+        WrittenLinks { links, external: self.external }
+    }
+
+    /// A link from a property to a program that is no agent.
+    fn leaving(&mut self, to: &str, entry: &TableEntry) {
+        let Some(other) = ExternalUrl::parse(to).map(|url| Spanned::new(url, entry.key)) else { return };
+        let (from, options) = match &entry.value.value {
+            // Removes the link of an earlier layer.
+            Value::Bool(false) => return,
+            Value::Text(text) => (Spanned::new(text.clone(), entry.value.span), Table::default()),
+            Value::Table(table) if !is_of_senders(table) && table.get("from").is_some() => {
+                let Some(from) = self.problems.text(table, "from", "module/property") else { return };
+                (from, without_source(table))
+            }
+            _ => {
+                let message = format!("`{to}` receives the values of one property");
+                let help =
+                    format!("write \"{to}\" = \"module/property\", or = {{ from = \"module/property\" }}");
+                return self.problems.add(entry.value.span, message, help);
+            }
+        };
+        if ExternalUrl::parse(&from).is_some() {
+            let message = Mistake::Ends.of(format!("neither `{to}` nor `{}` is of this agent", from.value));
+            return self.problems.add(from.span, message, "name a property of this agent: module/property");
+        }
+        let Some(url) = self.source(&from) else { return };
+        if let Some(agent) = url.value.agent() {
+            let message =
+                format!("`{to}` receives values of this agent, and `{}` is of `{agent}`", url.value);
+            let help = format!("write the link in the configuration of `{agent}`");
+            return self.problems.add(from.span, Mistake::OtherAgent.of(message), help);
+        }
+        let path = Spanned::new(url.value.path_in(""), from.span);
+        self.external.push(ExternalLink { path, other, direction: ExternalDirection::Out, options });
+    }
+
+    /// A link from a program that is no agent; false when the source is none.
+    fn arriving(&mut self, to: &Spanned<String>, from: &Spanned<String>, table: &Table) -> bool {
+        let Some(url) = ExternalUrl::parse(from) else { return false };
+        if to.value.starts_with("slate://") {
+            let message = Mistake::OtherAgent
+                .of(format!("neither `{}` nor `{}` is of this agent", to.value, from.value));
+            let help = "write the link in the configuration of the agent that has the input";
+            self.problems.add(from.span, message, help);
+            return true;
+        }
+        let (path, other) = (to.clone(), Spanned::new(url, from.span));
+        let options = without_source(table);
+        self.external.push(ExternalLink { path, other, direction: ExternalDirection::In, options });
+        true
     }
 
     /// One of several senders.
@@ -61,8 +140,12 @@ impl LinkReader<'_> {
             Some(true) => &empty,
             None => self.problems.as_table(from, entry)?,
         };
-        let from = self.source(&Spanned::new(from.into(), entry.key))?;
-        Some(self.with_options(destination(to, key, self.agent), from, table))
+        let (to, from) = (destination(to, key, self.agent), Spanned::new(from.into(), entry.key));
+        if self.arriving(&to, &from, table) {
+            return None;
+        }
+        let from = self.source(&from)?;
+        Some(self.with_options(to, from, table))
     }
 
     fn link(&mut self, to: &str, entry: &TableEntry) -> Option<Link> {
@@ -84,6 +167,9 @@ impl LinkReader<'_> {
         let Some(table) = entry.value.as_table() else {
             let from =
                 self.problems.as_text(&format!("\"{}\"", to.value), &entry.value, "module/property")?;
+            if self.arriving(&to, &from, &Table::default()) {
+                return None;
+            }
             let from = self.source(&from)?;
             return Some(self.with_options(to, from, &Table::default()));
         };
@@ -92,6 +178,9 @@ impl LinkReader<'_> {
             self.problems.add(entry.value.span, format!("link `{}` has no `from`", to.value), help);
         }
         let from = self.problems.text(table, "from", "module/property");
+        if from.as_ref().is_some_and(|from| self.arriving(&to, from, table)) {
+            return None;
+        }
         let Some(from) = from.and_then(|from| self.source(&from)) else {
             self.problems.unknown_keys(table, &format!("in link `{}`", to.value), &KEYS);
             return None;
@@ -189,6 +278,13 @@ impl LinkReader<'_> {
         }
         rate.map(|rate| Spanned::new(rate, text.span))
     }
+}
+
+/// What a table says beside the source.
+fn without_source(table: &Table) -> Table {
+    let mut options = table.clone();
+    options.entries.remove("from");
+    options
 }
 
 /// The path of the destination of a link; one in this agent that is written with the agent's name is the same.

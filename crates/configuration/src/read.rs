@@ -9,7 +9,7 @@ use super::change::Change;
 use super::exclusive::settle;
 use super::files::Files;
 use super::layers::Layers;
-use super::links::LinkReader;
+use super::links::{LinkReader, WrittenLinks};
 use super::log::LogReader;
 use super::modules::ModuleReader;
 use super::plugins::PluginReader;
@@ -152,8 +152,9 @@ fn build(
     let share = ShareReader { sources: &sources, problems: &mut problems, agent: name }.share(&merged);
     let plugins = PluginReader { sources: &sources, problems: &mut problems }.plugins(&merged);
     let mut modules = ModuleReader { sources: &sources, problems: &mut problems }.modules(&merged);
-    let mut links = LinkReader { problems: &mut problems, agent: name }.links(&merged);
+    let mut links = LinkReader::new(&mut problems, name).links(&merged);
     Build { sources: &sources, problems: &mut problems }.links_or_values(&mut modules, &mut links);
+    let WrittenLinks { links, external } = links;
     let actuators =
         ActuatorReader { sources: &sources, problems: &mut problems, agent: name }.actuators(&merged);
     match (agent, log) {
@@ -179,6 +180,7 @@ fn build(
                 share,
                 modules,
                 links,
+                external,
                 actuators,
             })
         }

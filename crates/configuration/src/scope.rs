@@ -2,6 +2,7 @@ use std::collections::btree_map::Entry as Slot;
 
 use slate_blackboard::Url;
 
+use super::external::ExternalUrl;
 use super::problems::Problems;
 use super::senders;
 use super::source::Spanned;
@@ -94,6 +95,9 @@ fn move_section(flat: &mut Table, scope: &str, section: &str, from: TableEntry, 
 
 /// The path of what a link fills, or the URL of another agent's inbox.
 fn destination(key: &str, scope: &str, entry: &TableEntry, problems: &mut Problems) -> Option<String> {
+    if ExternalUrl::parse(key).is_some() {
+        return Some(key.to_owned());
+    }
     problems.url(key, entry.key).map(|url| path_or_url(&url, scope))
 }
 

@@ -3,6 +3,7 @@
 //! `"execute/reflexes" = ["a/reflex", "b/reflex"]` becomes `{ "/r2/a/reflex" = true, "/r2/b/reflex" = true }`, so that
 //! lists of several layers unite and `false` removes one of them.
 
+use super::external::ExternalUrl;
 use super::problems::Problems;
 use super::source::{Span, Spanned};
 use super::value::{Table, TableEntry, Value};
@@ -17,7 +18,7 @@ pub(super) fn is_of_senders(table: &Table) -> bool {
 
 /// Whether a key in the table of a link names a sender.
 pub(super) fn is_sender(key: &str) -> bool {
-    key.contains('/') || key == UNNAMED
+    key.contains('/') || key == UNNAMED || ExternalUrl::parse(key).is_some()
 }
 
 /// Makes the sources of a link absolute, and a list of them a table.

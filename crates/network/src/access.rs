@@ -81,6 +81,12 @@ impl AccessControl {
             };
             serve(&mut from, &mut to, origin, rights, tree_key_of(origin, speaks_for));
             read_keys(&mut from, &mut to, settings);
+            write_keys(&mut from, &mut to, settings);
+        }
+        // Of its own links, at a router: what it writes comes from it, and what it reads goes to it.
+        if let Some((_, own)) = origins.iter().find(|(origin, _)| *origin == name) {
+            write_keys(&mut to, &mut from, own);
+            read_keys(&mut to, &mut from, own);
         }
         meet(&mut from, &mut to);
         let subject = json!({ "id": name, "cert_common_names": [name], "link_protocols": ["quic"] });
@@ -92,6 +98,7 @@ impl AccessControl {
         let (mut from, mut to) = (MessageKeys::default(), MessageKeys::default());
         serve(&mut from, &mut to, agent, rights, tree_key(agent));
         read_keys(&mut from, &mut to, settings);
+        write_keys(&mut from, &mut to, settings);
         meet(&mut from, &mut to);
         // No name of an agent has a space.
         let id = "in clear text";
@@ -184,6 +191,13 @@ fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSet
         .collect();
     from.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
     to.allow(&["query", "declare_subscriber"], keys);
+}
+
+/// Keys of Zenoh at which an agent's links publish: whoever is let in may read them.
+fn write_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
+    let keys: Vec<_> = settings.write.iter().map(|output| output.key.clone()).collect();
+    to.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());
+    from.allow(&["query", "declare_subscriber"], keys);
 }
 
 /// How agents find each other. What a subscriber receives is decided for each value.

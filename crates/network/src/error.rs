@@ -35,6 +35,20 @@ pub enum NetworkError {
         /// Where it is written.
         place: Option<Span>,
     },
+    /// A property can't be published at a key.
+    #[error("/{property} can't be published at `{key}`: {reason}")]
+    Output {
+        /// Its path.
+        property: String,
+        /// The key.
+        key: String,
+        /// In words.
+        reason: String,
+        /// What to do.
+        help: &'static str,
+        /// Where it is written.
+        place: Option<Span>,
+    },
     /// Certificates can't be used.
     #[error("{reason}")]
     Security {
@@ -61,7 +75,7 @@ impl NetworkError {
             Self::Connect { .. } => {
                 "start the router first: a Zenoh router, or an agent with mode = \"router\"; a peer waits for it"
             }
-            Self::Input { help, .. } => help,
+            Self::Input { help, .. } | Self::Output { help, .. } => help,
             Self::Security { help, .. } => help,
             Self::Session(_) | Self::System(_) => "see the log",
         }
@@ -74,6 +88,7 @@ impl NetworkError {
             Self::Listen { place, .. }
             | Self::Connect { place, .. }
             | Self::Input { place, .. }
+            | Self::Output { place, .. }
             | Self::Security { place, .. } => *place,
             Self::Session(_) | Self::System(_) => None,
         };

@@ -1,38 +1,39 @@
-use slate_blackboard::Access;
-use slate_module::Direction;
 use slate_runtime::Composer;
 
 use crate::error::NetworkError;
-use crate::settings::{NetworkInput, NetworkSettings};
+use crate::settings::{NetworkInput, NetworkOutput, NetworkSettings};
 
-/// Whether the inputs that settings name are there and no link fills them.
+/// Whether the inputs that settings name are there and no link fills them, and the properties that they publish.
 ///
 /// # Errors
-/// The first that can't read from the network.
+/// The first input that can't read from the network, or property that can't be published.
 pub fn check_inputs(composer: &Composer, settings: &NetworkSettings) -> Result<(), NetworkError> {
-    settings.read.iter().try_for_each(|(input, reading)| check(composer, input, reading))
+    settings.read.iter().try_for_each(|(input, reading)| check_input(composer, input, reading))?;
+    settings.write.iter().try_for_each(|output| check_output(composer, output))
 }
 
-fn check(composer: &Composer, input: &str, reading: &NetworkInput) -> Result<(), NetworkError> {
+fn check_input(composer: &Composer, input: &str, reading: &NetworkInput) -> Result<(), NetworkError> {
+    composer.external_input(input).map(drop).map_err(|error| NetworkError::Input {
+        input: input.into(),
+        reason: error.reason,
+        help: error.help,
+        place: reading.place,
+    })
+}
+
+fn check_output(composer: &Composer, output: &NetworkOutput) -> Result<(), NetworkError> {
     let wrong = |reason: String, help| {
-        Err(NetworkError::Input { input: input.into(), reason, help, place: reading.place })
+        let (property, key) = (output.property.clone(), output.key.clone());
+        Err(NetworkError::Output { property, key, reason, help, place: output.place })
     };
-    let (property, field) = match composer.board().find(input) {
-        Ok(found) => found,
-        Err(error) => return wrong(error.to_string(), "`slate list` shows the inputs"),
-    };
-    let whole = input.strip_suffix(&field).unwrap_or(input).trim_end_matches('/');
-    if property.path() != whole {
-        let reason = format!("it is linked, from /{}", property.path());
-        return wrong(reason, "take the link out of [links]");
+    match composer.board().find(&output.property) {
+        Err(error) => wrong(error.to_string(), "`slate list` shows the properties"),
+        Ok((_, field)) if !field.is_empty() => {
+            wrong(format!("`{field}` is a field, and a key has whole values"), "link the property")
+        }
+        Ok((property, _)) if property.channel().is_none() => {
+            wrong("it takes messages, and has no value".into(), "link an output")
+        }
+        Ok(_) => Ok(()),
     }
-    let port = composer.port(whole);
-    if port.is_none_or(|port| port.direction != Direction::Input) || property.access() != Access::Setting {
-        let reason = "it is no input that holds one value".to_owned();
-        return wrong(
-            reason,
-            "name an input; queues, parameters and outputs can't read from the network yet",
-        );
-    }
-    Ok(())
 }

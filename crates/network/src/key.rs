@@ -99,7 +99,7 @@ impl std::fmt::Display for InputSource {
 }
 
 /// What keeps a text from being the key of one value.
-fn check_key(key: &str) -> Option<&'static str> {
+pub fn check_key(key: &str) -> Option<&'static str> {
     if key.split('/').any(str::is_empty) {
         return Some("its parts are separated by single slashes, and none is empty");
     }

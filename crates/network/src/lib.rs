@@ -69,5 +69,6 @@ pub use reading::ReadingStatus;
 #[cfg(feature = "zenoh")]
 pub use rejections::log_rejections;
 pub use settings::{
-    NetworkFile, NetworkInput, NetworkMode, NetworkRights, NetworkSecurity, NetworkSettings, TABLE,
+    NetworkFile, NetworkInput, NetworkMode, NetworkOutput, NetworkRights, NetworkSecurity, NetworkSettings,
+    SCHEME, TABLE,
 };

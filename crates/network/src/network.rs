@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
@@ -23,7 +23,7 @@ use crate::key::{
 use crate::links::{self, LinkWatch};
 use crate::namesake::NamesakeSearch;
 use crate::publishing::Publishing;
-use crate::reading::{InputReader, ReadingStatus};
+use crate::reading::{InputReader, InputReaders, ReadingStatus};
 use crate::rejections;
 use crate::requests::QueryThread;
 use crate::session;
@@ -35,6 +35,9 @@ use crate::subscriber::InputSubscriber;
 /// How often it is looked whether something has changed without a notice.
 const PAUSE: Duration = Duration::from_millis(500);
 
+/// How often it is looked whether a thread has ended.
+const LOOK: Duration = Duration::from_millis(2);
+
 /// How long an agent has for the answer to a query for its newest value.
 const ANSWER: Duration = Duration::from_secs(2);
 
@@ -42,9 +45,9 @@ const ANSWER: Duration = Duration::from_secs(2);
 /// read theirs. All of it runs in threads of its own: no tick waits for the network.
 pub struct AgentNetwork {
     shared: Arc<NetworkShared>,
-    readers: Arc<[Arc<InputReader>]>,
+    readers: Arc<InputReaders>,
     requests: QueryThread,
-    thread: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
     declared: Option<Declared>,
 }
 
@@ -71,13 +74,11 @@ impl AgentNetwork {
     pub fn start(surface: &Arc<ControlSurface>, settings: &NetworkSettings) -> Result<Self, NetworkError> {
         let composer = surface.agent.composer();
         check_inputs(composer, settings)?;
-        let inputs = settings.read.iter();
-        let readers: Arc<[_]> =
-            inputs.map(|(input, reading)| Arc::new(InputReader::new(composer, input, reading))).collect();
         let agent = composer.board().agent();
         let security = settings.security.as_ref();
         let credentials = security.map(|security| links::load(agent, security)).transpose()?;
         let session = session::open(agent, settings)?;
+        let readers = Arc::new(InputReaders::new(composer, settings));
         let wake = Arc::new(Wake::new());
         let shared = Arc::new(NetworkShared {
             surface: Arc::clone(surface),
@@ -110,15 +111,25 @@ impl AgentNetwork {
             while !own.ended.load(Ordering::Acquire) {
                 publishing.follow();
                 publishing.send();
-                let pause = streams.step(PAUSE);
+                let mut pause = streams.step(PAUSE);
                 let now = own.surface.agent.composer().steady_now();
-                due.iter().for_each(|reader| ask(&own.session, reader, now));
+                for reader in &due.readers {
+                    ask(&own.session, reader, now);
+                    if let Some(next) = reader.release(now) {
+                        pause = pause.min(Duration::from_nanos(next.saturating_sub(now)));
+                    }
+                }
                 namesake.look();
                 watch.look();
                 own.wake.wait_timeout(pause);
             }
         })?;
-        Ok(Self { shared, readers, requests, thread: Some(thread), declared: Some(declared) })
+        let mut threads = vec![thread];
+        if readers.delivery.is_some() {
+            let own = Arc::clone(&readers);
+            threads.push(Builder::new().name("network-set".into()).spawn(move || own.deliver())?);
+        }
+        Ok(Self { shared, readers, requests, threads, declared: Some(declared) })
     }
 
     /// The agents that are on the network now, this one among them.
@@ -131,7 +142,7 @@ impl AgentNetwork {
 
     /// How the inputs stand that read from the network, by path.
     pub fn readings(&self) -> Vec<ReadingStatus> {
-        self.readers.iter().map(|reader| reader.status()).collect()
+        self.readers.readers.iter().map(|reader| reader.status()).collect()
     }
 }
 
@@ -141,20 +152,37 @@ impl Drop for AgentNetwork {
         self.requests.end();
         self.shared.ended.store(true, Ordering::Release);
         self.shared.wake.notify(1);
-        // One that panicked has ended, too.
-        let _ = self.thread.take().map(JoinHandle::join);
+        if let Some(delivery) = &self.readers.delivery {
+            delivery.end();
+        }
+        join(self.threads.drain(..));
         session::close(&self.shared.session, &self.shared.settings);
+    }
+}
+
+/// Waits for threads, but not for one that waits for a cycle which does not end.
+#[allow(clippy::disallowed_methods, reason = "threads end by the machine's clock")]
+fn join(threads: impl Iterator<Item = JoinHandle<()>>) {
+    let began = Instant::now();
+    for thread in threads {
+        while !thread.is_finished() && began.elapsed() < ANSWER {
+            std::thread::sleep(LOOK);
+        }
+        if thread.is_finished() {
+            // One that panicked has ended, too.
+            let _ = thread.join();
+        }
     }
 }
 
 fn declare(
     shared: &Arc<NetworkShared>,
-    readers: &Arc<[Arc<InputReader>]>,
+    readers: &Arc<InputReaders>,
     requests: &QueryThread,
 ) -> Result<Declared, NetworkError> {
     let session = &shared.session;
     let agent = shared.board().agent();
-    let keys = [
+    let own = [
         property_key(agent, "**"),
         set_key(agent, "**"),
         read_key(agent, "*", "**"),
@@ -163,12 +191,18 @@ fn declare(
         tree_key_of(agent, "*"),
         schema_key(agent, "*"),
     ];
+    let outputs = shared.settings.write.iter().map(|output| output.key.clone());
+    let keys: Vec<_> = own.into_iter().chain(outputs).collect();
     let queryable = |key: &String| session.declare_queryable(key).callback(requests.door()).wait();
     let queryables = keys.iter().map(queryable).collect::<Result<_, _>>().map_err(refused)?;
     let mut inputs = Vec::new();
-    for reader in readers.iter() {
-        let own = Arc::clone(reader);
-        let take = move |sample: Sample| own.take(&sample, false);
+    for reader in &readers.readers {
+        let (own, wake) = (Arc::clone(reader), Arc::clone(&shared.wake));
+        let take = move |sample: Sample| {
+            if own.take(&sample, false) {
+                wake.notify(1);
+            }
+        };
         inputs.push(InputSubscriber::new(session, reader.key(), reader.options.mode, take)?);
     }
     let (known, read) = (Arc::clone(shared), Arc::clone(readers));
@@ -186,7 +220,7 @@ fn declare(
 }
 
 /// An agent has come or gone.
-fn note_agent(shared: &NetworkShared, readers: &[Arc<InputReader>], sample: &Sample) {
+fn note_agent(shared: &NetworkShared, readers: &InputReaders, sample: &Sample) {
     let Some(agent) = alive_agent(sample.key_expr().as_str()) else { return };
     let is_here = sample.kind() == SampleKind::Put;
     let changed = match is_here {
@@ -198,7 +232,7 @@ fn note_agent(shared: &NetworkShared, readers: &[Arc<InputReader>], sample: &Sam
         shared.log(Level::Info, &format!("agent `{agent}` {state}"));
     }
     if is_here {
-        for reader in readers {
+        for reader in &readers.readers {
             if matches!(&reader.source, InputSource::Property { agent: other, .. } if other == agent) {
                 reader.restart();
             }

@@ -22,6 +22,8 @@ const EVENTS: usize = 256;
 pub struct Publishing {
     shared: Arc<NetworkShared>,
     exports: BTreeMap<String, PublishedProperty>,
+    /// The same at the keys that links name, by the paths of their properties.
+    outputs: Vec<(String, PublishedProperty)>,
     observer: Observer,
     missed: u64,
 }
@@ -53,7 +55,12 @@ impl Publishing {
     pub fn new(shared: Arc<NetworkShared>) -> Result<Self, NetworkError> {
         let all = Pattern::parse("**").map_err(|error| NetworkError::Session(error.to_string()))?;
         let observer = shared.board().observe(&all, EVENTS, Some(Arc::clone(&shared.wake)));
-        let mut publishing = Self { shared, exports: BTreeMap::new(), observer, missed: 0 };
+        let outputs = shared.settings.write.iter().map(|output| {
+            let export = PublishedProperty::new(&shared, output.key.clone())?;
+            Ok((output.property.clone(), export))
+        });
+        let outputs = outputs.collect::<Result<_, NetworkError>>()?;
+        let mut publishing = Self { shared, exports: BTreeMap::new(), outputs, observer, missed: 0 };
         publishing.refresh()?;
         Ok(publishing)
     }
@@ -81,23 +88,22 @@ impl Publishing {
         for (path, property) in &published {
             if !self.exports.contains_key(path) {
                 let key = property_key(self.shared.board().agent(), path);
-                let publisher = ValuePublisher::new(
-                    &self.shared.session,
-                    (key, 0),
-                    ReadMode::default(),
-                    &self.shared.wake,
-                )?;
-                let mut export = PublishedProperty { publisher, present: None };
+                let mut export = PublishedProperty::new(&self.shared, key)?;
                 export.follow(Some(property));
                 self.exports.insert(path.clone(), export);
             }
+        }
+        for (path, export) in &mut self.outputs {
+            let found = self.shared.board().get(path).filter(|(_, field)| field.is_empty());
+            export.follow(found.map(|(property, _)| property).as_ref());
         }
         Ok(())
     }
 
     /// Sends the newest values that somebody reads and that were not sent.
     pub fn send(&mut self) {
-        for (path, export) in &mut self.exports {
+        let outputs = self.outputs.iter_mut().map(|(path, export)| (&*path, export));
+        for (path, export) in self.exports.iter_mut().chain(outputs) {
             if let Err(reason) = export.send()
                 && let Some(present) = &mut export.present
                 && !std::mem::replace(&mut present.is_told, true)
@@ -109,6 +115,11 @@ impl Publishing {
 }
 
 impl PublishedProperty {
+    fn new(shared: &NetworkShared, key: String) -> Result<Self, NetworkError> {
+        let publisher = ValuePublisher::new(&shared.session, (key, 0), ReadMode::default(), &shared.wake)?;
+        Ok(Self { publisher, present: None })
+    }
+
     /// Turns to the property that is there now, which may be another one.
     fn follow(&mut self, property: Option<&Arc<Property>>) {
         let known = self.present.as_ref().map(|present| &present.property);

@@ -1,21 +1,24 @@
 //! Inputs that read from the network.
 
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
 
 use slate_module::Level;
-use slate_runtime::Composer;
+use slate_runtime::{Composer, ExternalContent, ExternalDelivery, ExternalValue};
 use zenoh::sample::{Sample, SampleKind};
 
 use crate::attachment::SampleAttachment;
 use crate::key::InputSource;
-use crate::options::{ReadOptions, ReadValues};
+use crate::options::{ReadOptions, ReadRate, ReadValues};
 use crate::payload::{Decoded, Payload};
-use crate::settings::NetworkInput;
+use crate::settings::{NetworkInput, NetworkSettings};
 use crate::shared::locked;
 
 /// After so long without a value, ns, a stream is asked for again.
 const RETRY: u64 = 1_000_000_000;
+
+/// Values of an input in lockstep that may wait for the end of a cycle: the newest ones, or as many as possible of all.
+const WAITING: (usize, usize) = (16, 1024);
 
 /// How an input that reads from the network stands.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,10 +41,12 @@ pub struct ReadingStatus {
 
 /// An input that reads. Values come in threads of Zenoh, and none of them waits for the agent.
 pub struct InputReader {
-    input: String,
+    input: Arc<str>,
     pub source: InputSource,
     pub options: ReadOptions,
     composer: Composer,
+    /// In lockstep, where values wait for the end of a cycle, and the place of the input there.
+    delivery: Option<(Arc<ExternalDelivery>, usize)>,
     state: Mutex<ReaderState>,
     /// Whether its newest value is to be asked for.
     is_due: AtomicBool,
@@ -60,13 +65,22 @@ struct ReaderState {
     last: Option<SampleAttachment>,
     /// Whether the agent that it reads of has come back, perhaps as a new process.
     may_be_new: bool,
+    /// A value that is kept back until its time, ns, as the options want fewer than come.
+    kept: Option<ExternalContent>,
+    next: u64,
 }
 
 impl InputReader {
     /// An input of an agent that was [checked](crate::check_inputs).
-    pub fn new(composer: &Composer, input: &str, reading: &NetworkInput) -> Self {
+    pub fn new(
+        composer: &Composer,
+        input: &str,
+        reading: &NetworkInput,
+        delivery: Option<(Arc<ExternalDelivery>, usize)>,
+    ) -> Self {
         Self {
             input: input.into(),
+            delivery,
             source: reading.source.clone(),
             options: reading.options,
             composer: composer.clone(),
@@ -79,8 +93,10 @@ impl InputReader {
 
     /// Whether its newest value is to be asked for now. What begins a stream is asked again until a value comes: a query may be lost.
     pub fn is_to_ask(&self, now: u64) -> bool {
+        let is_stream =
+            self.options != ReadOptions::default() && matches!(self.source, InputSource::Property { .. });
         let is_late = || {
-            self.options != ReadOptions::default()
+            is_stream
                 && !self.is_answered.load(Ordering::Acquire)
                 && now.saturating_sub(self.asked.load(Ordering::Acquire)) > RETRY
         };
@@ -95,7 +111,7 @@ impl InputReader {
     pub fn status(&self) -> ReadingStatus {
         let state = locked(&self.state);
         ReadingStatus {
-            input: self.input.clone(),
+            input: self.input.to_string(),
             source: self.source.clone(),
             received: state.received,
             lost: state.lost,
@@ -111,10 +127,11 @@ impl InputReader {
         self.is_due.store(true, Ordering::Release);
     }
 
-    /// Sets the input to a value that came; one that was asked for may be older than what came meanwhile.
-    pub fn take(&self, sample: &Sample, was_asked: bool) {
+    /// Sets the input to a value that came; one that was asked for may be older than what came meanwhile. Returns whether the
+    /// value is kept back until later.
+    pub fn take(&self, sample: &Sample, was_asked: bool) -> bool {
         if sample.kind() == SampleKind::Delete {
-            return;
+            return false;
         }
         self.is_answered.store(true, Ordering::Release);
         let encoding = sample.encoding().to_string();
@@ -137,18 +154,89 @@ impl InputReader {
             && last.stamp.generation == stamp.stamp.generation
             && stamp.stamp.sequence <= last.stamp.sequence
         {
-            return;
+            return false;
         }
-        match self.set(&payload) {
-            Ok(()) => {
-                state.received += 1;
-                state.error = None;
+        match self.content(&payload) {
+            Ok(content) => {
                 if let (Some(last), Some(new)) = (state.last, stamp) {
                     let (lost, thinned) = self.missed(&last, &new);
                     state.lost += lost;
                     state.thinned += thinned;
                 }
                 state.last = stamp;
+                self.pace(&mut state, content)
+            }
+            Err(error) => {
+                self.note(&mut state, Err(error));
+                false
+            }
+        }
+    }
+
+    /// Sets the input to a value, or keeps it back where values come faster than the options want.
+    fn pace(&self, state: &mut ReaderState, content: ExternalContent) -> bool {
+        let interval = self.interval();
+        if interval == 0 {
+            self.set(state, content);
+            return false;
+        }
+        let now = self.composer.steady_now();
+        if now < state.next {
+            state.thinned += u64::from(state.kept.replace(content).is_some());
+            return true;
+        }
+        state.next = now.saturating_add(interval);
+        self.set(state, content);
+        false
+    }
+
+    /// Sets the input to the value that was kept back, if it is time; returns when it will be.
+    pub fn release(&self, now: u64) -> Option<u64> {
+        let mut state = locked(&self.state);
+        if now < state.next {
+            return state.kept.is_some().then_some(state.next);
+        }
+        let content = state.kept.take()?;
+        state.next = now.saturating_add(self.interval());
+        self.set(&mut state, content);
+        None
+    }
+
+    /// Least time between two values, ns. The origin sees to that, unless it is no agent.
+    fn interval(&self) -> u64 {
+        match (&self.source, self.options.rate) {
+            (InputSource::Property { .. }, _) => 0,
+            (InputSource::Key(_), ReadRate::Every(time) | ReadRate::OnChange { interval: time }) => time,
+        }
+    }
+
+    fn set(&self, state: &mut ReaderState, content: ExternalContent) {
+        if let Some((delivery, place)) = &self.delivery {
+            if !delivery.push(*place, content) {
+                match self.options.values {
+                    ReadValues::All => state.lost += 1,
+                    ReadValues::Newest => state.thinned += 1,
+                }
+            }
+            return;
+        }
+        let value = ExternalValue { input: Arc::clone(&self.input), content };
+        for result in self.composer.set_external(vec![value]) {
+            self.note(state, result.map_err(|error| error.to_string()));
+        }
+    }
+
+    /// Takes note of what became of a value that was set later.
+    pub fn note_set(&self, result: Result<(), String>) {
+        self.note(&mut locked(&self.state), result);
+    }
+
+    /// Takes note of what became of a value; the same reason is logged once.
+    fn note(&self, state: &mut ReaderState, result: Result<(), String>) {
+        match result {
+            Ok(()) => {
+                state.received += 1;
+                state.error = None;
             }
             Err(error) => {
                 state.refused += 1;
@@ -185,15 +273,69 @@ impl InputReader {
         }
     }
 
-    fn set(&self, payload: &Payload<'_>) -> Result<(), String> {
+    fn content(&self, payload: &Payload<'_>) -> Result<ExternalContent, String> {
         let found = self.composer.board().get(&self.input);
         let (property, field) = found.ok_or_else(|| format!("/{} is no longer there", self.input))?;
         let decoded = payload.decode(property.descriptor(), &field).map_err(|error| error.to_string())?;
-        let now = self.composer.now();
-        let set = match decoded {
-            Decoded::Bytes(bytes) => property.set_bytes(&bytes, now),
-            Decoded::Value(value) => property.set(&field, &value, now),
+        Ok(match decoded {
+            Decoded::Bytes(bytes) => ExternalContent::Bytes(bytes),
+            Decoded::Value(value) => ExternalContent::Value { field, value },
+        })
+    }
+}
+
+/// The inputs of an agent that read, and in lockstep the queue in which their values wait.
+pub struct InputReaders {
+    pub readers: Vec<Arc<InputReader>>,
+    pub delivery: Option<Arc<ExternalDelivery>>,
+}
+
+impl InputReaders {
+    /// Inputs of an agent that were [checked](crate::check_inputs). Tools and recordings know from now on what fills them.
+    pub fn new(composer: &Composer, settings: &NetworkSettings) -> Self {
+        let (usual, many) = WAITING;
+        let depth =
+            |reading: &NetworkInput| if reading.options.values == ReadValues::All { many } else { usual };
+        let delivery = composer.is_lockstep().then(|| {
+            let inputs = settings.read.iter().map(|(input, reading)| (input.clone(), depth(reading)));
+            Arc::new(ExternalDelivery::new(composer.clone(), inputs))
+        });
+        let reader = |(place, (input, reading)): (usize, (&String, &NetworkInput))| {
+            let delivery = delivery.as_ref().map(|delivery| (Arc::clone(delivery), place));
+            Arc::new(InputReader::new(composer, input, reading, delivery))
         };
-        set.map(drop).map_err(|error| error.to_string())
+        let readers = Self { readers: settings.read.iter().enumerate().map(reader).collect(), delivery };
+        readers.declare(true);
+        readers
+    }
+
+    /// Says on the blackboard what fills the inputs, or that nothing does any more.
+    fn declare(&self, is_filled: bool) {
+        for reader in &self.readers {
+            let Some((property, field)) = reader.composer.board().get(&reader.input) else { continue };
+            let source = reader.source.to_string();
+            let before = property.external();
+            // Several keys may fill fields of one input.
+            let text = match (is_filled, field.is_empty() || before.is_empty()) {
+                (false, _) => String::new(),
+                (true, true) => source,
+                (true, false) => format!("{before}, {source}"),
+            };
+            property.set_external(&text);
+        }
+    }
+
+    /// Sets inputs in lockstep, until the end.
+    pub fn deliver(&self) {
+        let Some(delivery) = &self.delivery else { return };
+        delivery.run(|place, result| {
+            self.readers[place].note_set(result.map_err(|error| error.to_string()));
+        });
+    }
+}
+
+impl Drop for InputReaders {
+    fn drop(&mut self) {
+        self.declare(false);
     }
 }

@@ -24,6 +24,7 @@ use crate::options::ReadOptions;
 use crate::payload::{Decoded, Payload, encoding};
 use crate::publishing::newest;
 use crate::refusal::{QueryRefusal, refuse};
+use crate::settings::NetworkOutput;
 use crate::shared::{NetworkShared, locked};
 use crate::streams::STREAMS;
 
@@ -131,6 +132,12 @@ impl Answerer {
 
     fn read(&self, query: &Query) {
         let key = query.key_expr().as_str();
+        if let Some(output) = self.shared.settings.write.iter().find(|output| output.key == key) {
+            if let Err(refused) = self.output(query, output) {
+                refuse(query, &refused);
+            }
+            return;
+        }
         let path = self.path_of(key).unwrap_or_default();
         if path == "@alive" {
             return answer_json(query, query.key_expr().clone(), &json!({ "agent": self.agent() }));
@@ -168,6 +175,12 @@ impl Answerer {
                 let _ = answer_value(query, key, &property);
             }
         }
+    }
+
+    /// The newest value of a property that a link publishes at a key.
+    fn output(&self, query: &Query, output: &NetworkOutput) -> Result<(), QueryRefusal> {
+        let (property, _) = self.shared.board().find(&output.property).map_err(Problem::from)?;
+        answer_value(query, query.key_expr().clone(), &property)
     }
 
     fn value(&self, query: &Query, path: &str) -> Result<(), QueryRefusal> {

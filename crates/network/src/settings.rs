@@ -11,11 +11,14 @@ use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Span
 
 use crate::endpoint::NetworkEndpoint;
 
-pub use reading::NetworkInput;
+pub use reading::{NetworkInput, NetworkOutput};
 pub use security::{NetworkFile, NetworkRights, NetworkSecurity};
 
 /// Name of the table.
 pub const TABLE: &str = "network";
+
+/// Scheme of links to keys of the network.
+pub const SCHEME: &str = "zenoh";
 
 /// How an agent takes part in a network of Zenoh.
 ///
@@ -49,6 +52,8 @@ pub struct NetworkSettings {
     pub set: Vec<Pattern>,
     /// Inputs that read from the network, by path.
     pub read: BTreeMap<String, NetworkInput>,
+    /// Properties that are published at keys which links name.
+    pub write: Vec<NetworkOutput>,
     /// Certificates, and what others may do; nothing without `quic/`.
     pub security: Option<NetworkSecurity>,
 }
@@ -89,6 +94,7 @@ impl Default for NetworkSettings {
             publish: None,
             set: Vec::new(),
             read: BTreeMap::new(),
+            write: Vec::new(),
             security: None,
         }
     }
@@ -108,13 +114,17 @@ impl NetworkSettings {
     }
 
     /// What a configuration says in its table `[network]`, which it has to be read with as one of
-    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables); nothing without the table.
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `zenoh:`; nothing without the
+    /// table.
     ///
     /// # Errors
-    /// Everything that is wrong with it, and endpoints in clear text to other machines that are not trusted.
+    /// Everything that is wrong with it, a link without the table, and endpoints in clear text to other machines that are not trusted.
     pub fn of(configuration: &Configuration) -> Result<Option<Self>, Report> {
-        let Some(root) = configuration.value(TABLE) else { return Ok(None) };
         let mut reader = NetworkSettingsReader { configuration, wrong: Vec::new() };
+        let Some(root) = configuration.value(TABLE) else {
+            let link = configuration.links_of_scheme(SCHEME).next();
+            return link.map_or(Ok(None), |link| Err(reader.without_table(link)));
+        };
         let settings = reader.settings(root);
         if reader.wrong.is_empty() { Ok(Some(settings)) } else { Err(Report::from(reader.wrong)) }
     }
@@ -151,6 +161,9 @@ impl NetworkSettingsReader<'_> {
         }
         settings.set = self.patterns(table, "set");
         settings.read = self.readings(table);
+        for link in self.configuration.links_of_scheme(SCHEME) {
+            self.link(link, &mut settings);
+        }
         settings.security = self.security(table);
         self.check_mode(root.span, table, &settings);
         self.check_security(table, &settings);

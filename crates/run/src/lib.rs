@@ -4,6 +4,7 @@
 #[macro_use]
 mod complain;
 
+mod bridges;
 pub mod clock;
 mod console;
 mod display;
@@ -31,6 +32,7 @@ mod unfed;
 
 use std::sync::Arc;
 
+pub use bridges::check_bridges;
 pub use console::open_browser;
 pub use error::RunError;
 pub use finding::ConfigurationFinding;

@@ -9,6 +9,7 @@ use slate_runtime::Rate;
 use slate_runtime::log::LogTarget;
 use slate_runtime::snapshot::Snapshot;
 
+use crate::bridges::check_bridges;
 use crate::console::{ConsoleOptions, open_browser};
 use crate::display::{DisplayLog, LiveDisplay, RunTitle};
 use crate::folder::ReportFolder;
@@ -52,6 +53,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let title = RunTitle { name: application.name.clone(), seed: application.configuration.seed().value };
     let judge = application.configuration.mission().map(|mission| mission.outcome.agent().map(str::to_owned));
     let console_options = ConsoleOptions::of(&application.configuration)?;
+    check_bridges(&application.configuration)?;
     let network_settings = network_settings(&application.configuration)?;
     let configuration = Arc::clone(&application.configuration);
     let mut mission = MissionRun::load(application, load_options)?;

@@ -7,6 +7,7 @@
 
 mod agent;
 mod aspects;
+mod delivery;
 pub mod directory;
 pub mod memory;
 pub mod playback;
@@ -18,10 +19,11 @@ pub mod stop_line;
 pub mod tls;
 
 pub use agent::{
-    Agent, CommandError, Composer, ControlsError, ControlsHolder, ExternalInputError, ExternalValue,
-    LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus, Reload, RemoteEnd,
-    StartError, Stopper, SystemClock, Teleoperation, WeakComposer, catalogue,
+    Agent, CommandError, Composer, ControlsError, ControlsHolder, ExternalContent, ExternalInputError,
+    ExternalValue, LinkStatus, Loaded, Mode, ModuleStatus, NewLink, Options, PluginError, PluginStatus,
+    Reload, RemoteEnd, StartError, Stopper, SystemClock, Teleoperation, WeakComposer, catalogue,
 };
+pub use delivery::ExternalDelivery;
 pub use slate_composition as composition;
 pub use slate_configuration as configuration;
 pub use slate_configuration::{

@@ -114,8 +114,8 @@ impl Property {
         locked(&self.external).clone()
     }
 
-    /// Sets the source outside of the agent that fills it from now on, by [`set_bytes`](Property::set_bytes): nobody else
-    /// [sets](Property::set) it then.
+    /// Sets the source outside of the agent that fills it from now on, by [`set_bytes`](Property::set_bytes) or
+    /// [`set_from_outside`](Property::set_from_outside): nobody else [sets](Property::set) it then.
     pub fn set_external(&self, source: &str) {
         source.clone_into(&mut *locked(&self.external));
     }
@@ -309,9 +309,18 @@ impl Property {
     /// # Errors
     /// When a module writes it, or the value doesn't fit; nothing is changed then.
     pub fn set(&self, field: &str, value: &Value, time: u64) -> Result<Stamp, BoardError> {
+        self.check_reserved(field, value)?;
+        self.set_from_outside(field, value, time)
+    }
+
+    /// Sets a field, or the whole value with an empty path, on behalf of the source outside of the agent that
+    /// [fills it](Property::set_external).
+    ///
+    /// # Errors
+    /// When a module writes it, or the value doesn't fit; nothing is changed then.
+    pub fn set_from_outside(&self, field: &str, value: &Value, time: u64) -> Result<Stamp, BoardError> {
         let access = |error| BoardError::Access { url: self.url(), error };
         let read_only = || BoardError::ReadOnly { url: self.url() };
-        self.check_reserved(field, value)?;
         // First, so that of two who set different fields at once neither undoes the other.
         let mut setter = locked(&self.setter);
         let writer = setter.as_mut().ok_or_else(read_only)?;

@@ -19,7 +19,7 @@ use crate::message::RosMessage;
 use crate::name::wire_topic;
 use crate::outbound::{OutboundCounts, OutboundTopic, OutboundTopics};
 use crate::participant::{RosParticipant, TopicReader};
-use crate::settings::RosSettings;
+use crate::settings::{RosSettings, TABLE};
 
 /// How long the end waits for a thread that sets inputs.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -96,7 +96,7 @@ impl RosBridge {
             guids.push(reader.guid());
             readers.push(reader);
             let capacity = property.channel().map_or(0, |channel| channel.shape().capacity);
-            property.set_external(&format!("ros2:{}", settings.topic));
+            property.set_external(&format!("{TABLE}:{}", settings.topic));
             topics.push(InboundTopic::new(settings.clone(), message, capacity));
         }
         let mut writers = Vec::new();

@@ -23,7 +23,13 @@ pub fn input(composer: &Composer, own: &TopicInput) -> Result<(Arc<Property>, Ro
         RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place: own.place }))
     };
     let found = composer.external_input(&own.input);
-    let property = found.map_err(|error| wrong(error.reason, error.help))?;
+    let (property, field) = found.map_err(|error| wrong(error.reason, error.help))?;
+    if !field.is_empty() {
+        return Err(wrong(
+            format!("`{field}` is a field, and a topic has a whole value"),
+            "name the input alone",
+        ));
+    }
     let message = RosMessage::of(property.descriptor());
     match message.check_decodable() {
         Ok(()) => Ok((property, message)),

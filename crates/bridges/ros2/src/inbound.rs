@@ -1,6 +1,5 @@
 //! From topics to inputs.
 
-use std::collections::VecDeque;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::task::Waker;
@@ -9,8 +8,7 @@ use std::time::Duration;
 use slate_blackboard::interface::Kind;
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
-use slate_runtime::recording::RecordedAgent;
-use slate_runtime::{Composer, ExternalValue};
+use slate_runtime::{Composer, ExternalContent, ExternalDelivery};
 
 use crate::message::RosMessage;
 use crate::participant::TopicReader;
@@ -18,9 +16,6 @@ use crate::settings::TopicInput;
 
 /// How long a thread sleeps when nothing comes.
 const PAUSE: Duration = Duration::from_millis(100);
-
-/// How often it is looked whether an agent in lockstep has begun.
-const LOOK: Duration = Duration::from_millis(2);
 
 /// Messages of a topic that are taken before those of the next.
 const TURN: usize = 256;
@@ -31,7 +26,6 @@ pub struct InboundTopic {
     pub message: RosMessage,
     /// Items of the input's tail, at most.
     pub capacity: usize,
-    path: Arc<str>,
     pub received: AtomicU64,
     pub refused: AtomicU64,
     pub dropped: AtomicU64,
@@ -42,20 +36,10 @@ pub struct InboundTopic {
 pub struct InboundTopics {
     pub topics: Vec<InboundTopic>,
     composer: Composer,
-    queue: Mutex<InboundQueue>,
-    /// Wakes who sets the inputs.
-    set: Wake,
+    delivery: ExternalDelivery,
     /// Wakes who receives.
     received: Arc<Wake>,
     ended: AtomicBool,
-}
-
-/// Values in the order in which they came, each with the place of its topic.
-#[derive(Default)]
-struct InboundQueue {
-    values: VecDeque<(usize, Vec<u8>)>,
-    /// By topic.
-    counts: Vec<usize>,
 }
 
 /// Wakes the thread that receives.
@@ -70,7 +54,6 @@ impl std::task::Wake for ReaderWaker {
 impl InboundTopic {
     pub fn new(settings: TopicInput, message: RosMessage, capacity: usize) -> Self {
         Self {
-            path: settings.input.as_str().into(),
             settings,
             message,
             capacity,
@@ -121,12 +104,12 @@ impl InboundTopic {
 
 impl InboundTopics {
     pub fn new(composer: Composer, topics: Vec<InboundTopic>) -> Self {
-        let queue = InboundQueue { values: VecDeque::new(), counts: vec![0; topics.len()] };
+        let depths = topics.iter().map(|topic| &topic.settings);
+        let depths = depths.map(|settings| (settings.input.clone(), settings.quality.depth.into()));
         Self {
+            delivery: ExternalDelivery::new(composer.clone(), depths),
             topics,
             composer,
-            queue: Mutex::new(queue),
-            set: Wake::new(),
             received: Arc::new(Wake::new()),
             ended: AtomicBool::new(false),
         }
@@ -135,7 +118,7 @@ impl InboundTopics {
     /// Ends both loops.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Release);
-        self.set.notify(1);
+        self.delivery.end();
         self.received.notify(1);
     }
 
@@ -179,48 +162,16 @@ impl InboundTopics {
 
     /// Puts a value behind the others; the oldest of its topic goes when there are as many as its depth.
     fn push(&self, place: usize, bytes: Vec<u8>) {
-        let topic = &self.topics[place];
-        let mut queue = locked(&self.queue);
-        if queue.counts[place] >= topic.settings.quality.depth.into() {
-            let oldest = queue.values.iter().position(|(own, _)| *own == place);
-            drop(oldest.and_then(|oldest| queue.values.remove(oldest)));
-            topic.dropped.fetch_add(1, Ordering::Relaxed);
-        } else {
-            queue.counts[place] += 1;
+        if !self.delivery.push(place, ExternalContent::Bytes(bytes)) {
+            self.topics[place].dropped.fetch_add(1, Ordering::Relaxed);
         }
-        queue.values.push_back((place, bytes));
-        drop(queue);
-        self.set.notify(1);
     }
 
     /// Sets the inputs to what came, until the end.
     pub fn deliver(&self) {
-        while !self.ended.load(Ordering::Acquire) {
-            if RecordedAgent::cycles(&self.composer) == 0 {
-                self.set.wait_timeout(LOOK);
-                continue;
-            }
-            let values = self.waiting();
-            if values.is_empty() {
-                self.set.wait_timeout(PAUSE);
-                continue;
-            }
-            let places: Vec<_> = values.iter().map(|(place, _)| *place).collect();
-            let external = values.into_iter().map(|(place, bytes)| {
-                let input = Arc::clone(&self.topics[place].path);
-                ExternalValue { input, bytes }
-            });
-            let results = self.composer.set_external(external.collect());
-            for (place, result) in places.into_iter().zip(results) {
-                self.topics[place].note(result.map_err(|error| error.to_string()), &self.composer);
-            }
-        }
-    }
-
-    fn waiting(&self) -> VecDeque<(usize, Vec<u8>)> {
-        let mut queue = locked(&self.queue);
-        queue.counts.fill(0);
-        std::mem::take(&mut queue.values)
+        self.delivery.run(|place, result| {
+            self.topics[place].note(result.map_err(|error| error.to_string()), &self.composer);
+        });
     }
 }
 

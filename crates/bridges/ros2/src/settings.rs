@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 
 use slate_runtime::Message;
-use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span, Spanned, Table, Value};
+use slate_runtime::configuration::{
+    Configuration, Diagnostic, ExternalDirection, ExternalLink, Report, Span, Spanned, Table, Value,
+};
 
 use crate::name::{NodeName, check_node, check_topic};
 use crate::quality::TopicQuality;
 
-/// Name of the table.
+/// Name of the table, and scheme of links.
 pub const TABLE: &str = "ros2";
 
 /// The variable that programs of ROS have their domain from.
@@ -78,18 +80,30 @@ pub struct TopicOutput {
 }
 
 const KNOWN: [&str; 6] = ["domain", "node", "namespace", "trusted", "read", "write"];
+/// Keys of the quality of service.
+const QUALITY: [&str; 3] = ["reliable", "transient_local", "depth"];
+const QUALITY_AND_FRAME: [&str; 4] = ["reliable", "transient_local", "depth", "frame"];
+
+/// Frame in headers unless said.
+const FRAME: &str = "base_link";
+
+const LINK: &str =
+    "write \"driver/scan\" = \"ros2:/scan\" or \"ros2:/cmd_vel\" = \"/r2/wheels/command\" in [links]";
 const READ: &str = "write read.\"driver/scan\" = \"/scan\", or = { topic = \"/scan\", reliable = false }";
 const WRITE: &str =
     "write write.\"/cmd_vel\" = \"r2/wheels/command\", or = { from = \"r2/wheels/command\", depth = 1 }";
 
 impl RosSettings {
     /// What a configuration says in its table `[ros2]`, which it has to be read with as one of
-    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables); nothing without the table.
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `ros2:`; nothing without both.
     ///
     /// # Errors
     /// Everything that is wrong with it.
     pub fn of(configuration: &Configuration) -> Result<Option<Self>, Report> {
-        let Some(root) = configuration.value(TABLE) else { return Ok(None) };
+        let root = configuration.value(TABLE);
+        if root.is_none() && configuration.links_of_scheme(TABLE).next().is_none() {
+            return Ok(None);
+        }
         let mut reader = RosSettingsReader { configuration, wrong: Vec::new() };
         let settings = reader.settings(root);
         if reader.wrong.is_empty() { Ok(Some(settings)) } else { Err(Report::from(reader.wrong)) }
@@ -106,7 +120,7 @@ impl RosSettingsReader<'_> {
         self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
     }
 
-    fn settings(&mut self, root: &Spanned<Value>) -> RosSettings {
+    fn settings(&mut self, root: Option<&Spanned<Value>>) -> RosSettings {
         let mut settings = RosSettings {
             domain: 0,
             node: NodeName::of_agent(self.configuration.agent_name()),
@@ -114,29 +128,69 @@ impl RosSettingsReader<'_> {
             read: Vec::new(),
             write: Vec::new(),
         };
-        let Some(table) = root.as_table() else {
-            let message = format!("`{TABLE}` is a table, found {}", root.describe());
-            self.add(root.span, message, "write [ros2]");
+        let empty = Table::default();
+        let table = root.map_or(Some(&empty), |root| root.as_table());
+        let Some(table) = table else {
+            if let Some(root) = root {
+                let message = format!("`{TABLE}` is a table, found {}", root.describe());
+                self.add(root.span, message, "write [ros2]");
+            }
             return settings;
         };
         self.wrong.extend(self.configuration.unknown_keys(table, "in [ros2]", &KNOWN));
-        settings.domain = self.domain(table, root.span);
+        settings.domain = self.domain(table, root.map(|root| root.span));
         settings.node = self.node(table, settings.node);
         settings.trusted = self.truth(table, "trusted");
         settings.read = self.inputs(table, &settings.node);
         settings.write = self.outputs(table, &settings.node);
+        for link in self.configuration.links_of_scheme(TABLE) {
+            self.link(link, &mut settings);
+        }
         self.check_twice(&settings);
-        if settings.read.is_empty() && settings.write.is_empty() && self.wrong.is_empty() {
-            let help = format!("{READ}; or take [ros2] away");
-            self.add(root.span, "[ros2] names no topic", &help);
+        if let Some(root) = root
+            && settings.read.is_empty()
+            && settings.write.is_empty()
+            && self.wrong.is_empty()
+        {
+            let help = format!("{LINK}; or take [ros2] away");
+            self.add(root.span, "[ros2] names no topic, and no link does", &help);
         }
         settings
     }
 
+    /// A topic that a link names.
+    fn link(&mut self, link: &ExternalLink, settings: &mut RosSettings) {
+        let (path, span) = (&link.path.value, link.other.span);
+        let topic = self.topic(&link.other.value.address, span, &settings.node, LINK);
+        let known = if link.direction == ExternalDirection::In { &QUALITY[..] } else { &QUALITY_AND_FRAME };
+        self.wrong.extend(self.configuration.unknown_keys(&link.options, "of a topic", known));
+        let quality = self.quality(&link.options);
+        let frame = self.frame(&link.options);
+        let Some(topic) = topic else { return };
+        match link.direction {
+            ExternalDirection::In => {
+                self.check_free(path, link.path.span, settings);
+                let input = path.clone();
+                settings.read.push(TopicInput { input, topic, quality, place: Some(span) });
+            }
+            ExternalDirection::Out => {
+                let property = path.clone();
+                settings.write.push(TopicOutput { topic, property, frame, quality, place: Some(span) });
+            }
+        }
+    }
+
+    /// An input reads one topic.
+    fn check_free(&mut self, input: &str, span: Span, settings: &RosSettings) {
+        if settings.read.iter().any(|other| other.input == input) {
+            self.add(span, format!("/{input} reads two topics"), "an input reads one: take one away");
+        }
+    }
+
     /// That of the file, or of the environment.
-    fn domain(&mut self, table: &Table, place: Span) -> u16 {
+    fn domain(&mut self, table: &Table, place: Option<Span>) -> u16 {
         let (number, span, found) = match table.get("domain") {
-            Some(value) => (value.as_integer(), value.span, value.value.to_string()),
+            Some(value) => (value.as_integer(), Some(value.span), value.value.to_string()),
             None => match std::env::var(DOMAIN) {
                 Ok(text) if !text.is_empty() => (text.parse().ok(), place, format!("{DOMAIN}={text}")),
                 _ => return 0,
@@ -146,7 +200,11 @@ impl RosSettingsReader<'_> {
             Some(number) => number as u16,
             None => {
                 let message = format!("a domain is a number from 0 to {HIGHEST}, found {found}");
-                self.add(span, message, "write domain = 7, as ROS_DOMAIN_ID of the other programs");
+                let help = "write domain = 7 in [ros2], as ROS_DOMAIN_ID of the other programs";
+                self.wrong.push(match span {
+                    Some(span) => self.configuration.diagnostic(span, message, Some(help.into())),
+                    None => Diagnostic::without_place(message, Some(help.into())),
+                });
                 0
             }
         }
@@ -176,7 +234,7 @@ impl RosSettingsReader<'_> {
             let path = self.path(&input, span, READ);
             let given = self.given(&entry, "topic", &["topic"], READ);
             let topic = given.and_then(|topic| self.topic(&topic, entry.span, node, READ));
-            let quality = self.quality(&entry);
+            let quality = entry.as_table().map_or_else(TopicQuality::default, |own| self.quality(own));
             let (Some(input), Some(topic)) = (path, topic) else { continue };
             if inputs.iter().any(|other| other.input == input) {
                 self.add(span, format!("/{input} reads two topics"), "an input reads one: take one away");
@@ -192,9 +250,10 @@ impl RosSettingsReader<'_> {
             let topic = self.topic(&topic, span, node, WRITE);
             let given = self.given(&entry, "from", &["from", "frame"], WRITE);
             let property = given.and_then(|path| self.path(&path, entry.span, WRITE));
-            let own = entry.as_table().and_then(|own| self.text(own, "frame", "frame = \"laser\""));
-            let frame = own.map_or_else(|| "base_link".to_owned(), |(frame, _)| frame);
-            let quality = self.quality(&entry);
+            let (frame, quality) = match entry.as_table() {
+                Some(own) => (self.frame(own), self.quality(own)),
+                None => (FRAME.to_owned(), TopicQuality::default()),
+            };
             let (Some(topic), Some(property)) = (topic, property) else { continue };
             outputs.push(TopicOutput { topic, property, frame, quality, place: Some(span) });
         }
@@ -239,8 +298,7 @@ impl RosSettingsReader<'_> {
     /// What an entry is alone, or has under a key.
     fn given(&mut self, entry: &Spanned<Value>, key: &str, own: &[&str], help: &str) -> Option<String> {
         if let Some(table) = entry.as_table() {
-            let known: Vec<_> =
-                own.iter().chain(&["reliable", "transient_local", "depth"]).copied().collect();
+            let known: Vec<_> = own.iter().chain(&QUALITY).copied().collect();
             self.wrong.extend(self.configuration.unknown_keys(table, "of a topic", &known));
             if table.get(key).is_none() {
                 self.add(entry.span, format!("an entry lacks `{key}`"), help);
@@ -275,9 +333,12 @@ impl RosSettingsReader<'_> {
         }
     }
 
-    fn quality(&mut self, entry: &Spanned<Value>) -> TopicQuality {
+    fn frame(&mut self, table: &Table) -> String {
+        self.text(table, "frame", "frame = \"laser\"").map_or_else(|| FRAME.to_owned(), |(frame, _)| frame)
+    }
+
+    fn quality(&mut self, table: &Table) -> TopicQuality {
         let mut quality = TopicQuality::default();
-        let Some(table) = entry.as_table() else { return quality };
         if table.get("reliable").is_some() {
             quality.reliable = self.truth(table, "reliable");
         }

@@ -12,7 +12,7 @@ use clap_complete::ArgValueCompleter;
 use slate::blackboard::Pattern;
 use slate::control::graph::{GraphLink, ModuleGraph};
 use slate::runtime::composition::Wired;
-use slate::runtime::configuration::{Actuator, Link};
+use slate::runtime::configuration::{Actuator, ExternalLink, Link};
 use slate::runtime::replacement::Replacement;
 
 use crate::connection::AgentOption;
@@ -133,6 +133,10 @@ fn of_configuration(name: &str, options: &GraphOptions) -> Result<ModuleGraph, F
         let (to, from) = (link.to.value.clone(), link.from.value.to_string());
         GraphLink::new(to, from, &options, sends, link.is_inferred())
     };
+    let external = |link: &ExternalLink| {
+        let (to, from) = link.ends();
+        GraphLink::new(to, from, &[], false, false)
+    };
     let commands = |actuator: &Actuator| {
         let commands = actuator.commands.iter().map(|command| command.value.to_string());
         (actuator.name.value.clone(), commands.collect())
@@ -140,7 +144,12 @@ fn of_configuration(name: &str, options: &GraphOptions) -> Result<ModuleGraph, F
     Ok(ModuleGraph::new(
         application.name.clone(),
         names.into_iter().map(module).collect(),
-        configuration.links().iter().map(link).collect(),
+        configuration
+            .links()
+            .iter()
+            .map(link)
+            .chain(configuration.external_links().iter().map(external))
+            .collect(),
         configuration.actuators().iter().map(commands).collect(),
     ))
 }

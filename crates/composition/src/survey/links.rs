@@ -1,6 +1,7 @@
 //! Joins ports as the links say, and finds the conversion of each value.
 
 mod ends;
+mod external;
 mod fit;
 mod remote;
 mod sinks;
@@ -32,11 +33,13 @@ pub(super) fn survey_links<'a>(
         .map(|link| sinks::sink(configuration, survey, dormant, link, complaints))
         .collect();
     check_overlaps(configuration, &own, survey, complaints);
+    external::check_arriving(configuration, survey, dormant, &own, complaints);
     survey.remote = remote::all(configuration, catalogue);
     survey.carriers.clone_from(&catalogue.carriers);
     survey.has_jpeg = catalogue.has_jpeg;
     let mut sources = LinkSources::new(configuration, dormant, survey, &own, complaints);
     let mut joints: Vec<_> = (0..own.len()).filter_map(|link| sources.joint(link)).collect();
+    external::check_leaving(configuration, &mut sources);
     let LinkSources { absent, misfits, .. } = sources;
     joints.sort_by_cached_key(|joint| join(&survey.wire_path(joint.port.0, joint.port.1), &joint.field));
     survey.absent = absent;

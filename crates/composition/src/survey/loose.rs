@@ -46,7 +46,7 @@ fn loose_port(
     let own = &surveyed.description.ports[port];
     let path = format!("{}/{}", surveyed.module.name.value, own.name);
     let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
-        || reads(own) && has_link(configuration, &path);
+        || reads(own) && configuration.is_filled(&path);
     if is_linked || surveyed.inputs.contains_key(&port) {
         return None;
     }
@@ -163,7 +163,7 @@ fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, po
         let path = survey.path(configuration, LinkSource::Port(module, port));
         let has_value = surveyed.inputs.contains_key(&port) || configuration.is_left_out(&path);
         // Tools and other agents may send to an inbox.
-        own.direction == Direction::Inbox || reads(own) && (has_value || has_link(configuration, &path))
+        own.direction == Direction::Inbox || reads(own) && (has_value || configuration.is_filled(&path))
     };
     let senses = ports.iter().any(|port| match port.direction {
         Direction::Output => port.role == "percept" || port.role == MEASUREMENT,
@@ -179,11 +179,6 @@ fn is_idle(configuration: &Configuration, survey: &Survey<'_>, module: usize, po
 /// Whether a port is an input.
 fn reads(port: &PortDescription) -> bool {
     matches!(port.direction, Direction::Input | Direction::Queue)
-}
-
-/// Whether a link fills an input or a part of it, also one whose source is not there yet.
-fn has_link(configuration: &Configuration, path: &str) -> bool {
-    configuration.links().iter().any(|link| slate_blackboard::is_within(&link.to.value, path))
 }
 
 /// Whether the mission's outcome is of that module.
@@ -263,7 +258,8 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
         let is_named = configuration
             .links()
             .iter()
-            .any(|link| slate_blackboard::is_within(&link.from.value.path_in(""), &command));
+            .any(|link| slate_blackboard::is_within(&link.from.value.path_in(""), &command))
+            || configuration.is_sent_outside(&command);
         if is_read || is_named {
             continue;
         }
@@ -290,6 +286,7 @@ fn unread_output(
     // Another agent may read it.
     if is_read
         || configuration.share().is_some()
+        || configuration.is_sent_outside(path)
         || links.any(|link| slate_blackboard::is_within(&link.from.value.path_in(""), path))
     {
         return None;

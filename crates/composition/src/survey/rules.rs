@@ -309,6 +309,10 @@ fn collect(
         joint.port == (module, wire) && (wire != Wire::Params || meets(&joint.field, field))
     };
     let before = found.len();
+    // What a program outside fills an input with is that of a driver.
+    if configuration.external_links().iter().any(|link| link.fills(&survey.wire_path(module, wire))) {
+        found.push((Provenance::Module, Some(module)));
+    }
     for joint in survey.joints.iter().filter(fills) {
         if let Some(knowledge) = fact_of(configuration, survey, joint) {
             found.push((Provenance::Block(Block::Knowledge), Some(knowledge)));

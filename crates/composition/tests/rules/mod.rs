@@ -1,5 +1,6 @@
 //! Rules of attachment, for links of every kind.
 
+mod external;
 mod scene;
 
 use slate_blackboard::interface::Descriptor;

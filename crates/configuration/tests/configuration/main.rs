@@ -5,6 +5,7 @@ mod agents;
 mod changes;
 mod choices;
 mod division;
+mod external;
 mod files;
 mod handlers;
 mod layers;

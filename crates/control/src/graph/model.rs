@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
+use slate_runtime::configuration::ExternalUrl;
 
 /// Modules, gates and links of an agent.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -34,7 +35,7 @@ pub enum NodeKind {
     Module,
     /// The gate of an actuator.
     Gate,
-    /// Another agent, or the host.
+    /// Another agent, programs behind a bridge, or the host.
     Outside,
 }
 
@@ -176,6 +177,9 @@ impl ModuleGraph {
             }
             None => url.trim_start_matches('/'),
         };
+        if let Some(ExternalUrl { scheme, address }) = ExternalUrl::parse(url) {
+            return (self.outside(&format!("{scheme}:"), "bridge"), address);
+        }
         let owner = self.nodes.iter().enumerate().filter_map(|(index, node)| {
             let rest = path.strip_prefix(node.name.as_str())?.strip_prefix('/')?;
             Some((node.name.len(), index, rest.to_owned()))

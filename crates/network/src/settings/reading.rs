@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use slate_runtime::configuration::{Span, Spanned, Table, Value};
+use slate_runtime::configuration::{ExternalDirection, ExternalLink, Report, Span, Spanned, Table, Value};
 
-use super::NetworkSettingsReader;
-use crate::key::InputSource;
+use super::{NetworkSettings, NetworkSettingsReader};
+use crate::key::{InputSource, check_key};
 use crate::options::{ReadMode, ReadOptions, ReadRate, ReadValues, duration};
 
 /// What an input reads.
@@ -19,6 +19,21 @@ pub struct NetworkInput {
     pub place: Option<Span>,
 }
 
+/// A property that is published at a key which a link names.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NetworkOutput {
+    /// The key.
+    pub key: String,
+    /// Path of the property.
+    pub property: String,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+/// Beginning of the keys of agents.
+const AGENTS: &str = "slate/";
+
+const LINK: &str = "write \"climate/outside\" = \"zenoh:demo/temperature\" or \"zenoh:demo/speed\" = \"r2/wheels/command\" in [links]";
 const EXAMPLE: &str =
     "write read.\"follower/target\" = \"slate://base/mission/target\", or = \"zenoh:demo/target\"";
 
@@ -72,12 +87,62 @@ impl NetworkSettingsReader<'_> {
                 return None;
             }
         };
-        if matches!(source, InputSource::Key(_)) && options != ReadOptions::default() {
-            let help = "leave the options out, or name a property of an agent, slate://AGENT/PATH";
-            self.add(value.span, format!("`{source}` has no options: its writer is no agent"), help);
+        self.input(source, options, value.span)
+    }
+
+    fn input(&mut self, source: InputSource, options: ReadOptions, place: Span) -> Option<NetworkInput> {
+        if matches!(source, InputSource::Key(_)) && options.mode == ReadMode::BestEffort {
+            let message =
+                format!("`{source}` has no mode \"best-effort\": its writer is no agent, and decides");
+            let help = "leave `mode` out, or name a property of an agent, slate://AGENT/PATH";
+            self.add(place, message, help);
             return None;
         }
-        Some(NetworkInput { source, options, place: Some(value.span) })
+        Some(NetworkInput { source, options, place: Some(place) })
+    }
+
+    /// A key that a link names.
+    pub(super) fn link(&mut self, link: &ExternalLink, settings: &mut NetworkSettings) {
+        let (path, span) = (&link.path.value, link.other.span);
+        let key = link.other.value.address.clone();
+        let known = if link.direction == ExternalDirection::In { &KEYS[1..] } else { &[] };
+        self.unknown_keys(&link.options, "of a link to the network", known);
+        if let Some(reason) = check_key(&key) {
+            return self.add(span, format!("`{key}` is not a key of Zenoh: {reason}"), LINK);
+        }
+        match link.direction {
+            ExternalDirection::In => {
+                let Some(options) = self.options(&link.options) else { return };
+                let Some(input) = self.input(InputSource::Key(key), options, span) else { return };
+                if let Some(other) = settings.read.insert(path.clone(), input) {
+                    let message = format!("/{path} reads two sources, and the other is `{}`", other.source);
+                    self.add(link.path.span, message, "an input has one source: take one away");
+                }
+            }
+            ExternalDirection::Out if key.starts_with(AGENTS) => {
+                let message = format!("`{key}` is a key of an agent, which publishes there itself");
+                self.add(
+                    span,
+                    message,
+                    "name another key, or link the input in the configuration of that agent",
+                );
+            }
+            ExternalDirection::Out => {
+                settings.write.push(NetworkOutput {
+                    key,
+                    property: path.clone(),
+                    place: Some(link.path.span),
+                });
+            }
+        }
+    }
+
+    /// A link to a network that no table describes.
+    pub(super) fn without_table(&self, link: &ExternalLink) -> Report {
+        let message =
+            format!("`{}` needs a network, and the configuration has no [network]", link.other.value);
+        let help = "add [network] with `listen` or `connect`, such as connect = [\"tcp/127.0.0.1:7447\"]";
+        Report::from(self.configuration.diagnostic(link.other.span, message, Some(help.into())))
     }
 
     /// The options of an input; nothing after a mistake.

@@ -8,6 +8,8 @@ mod certificates;
 mod hostile;
 mod layout;
 #[cfg(feature = "zenoh")]
+mod links;
+#[cfg(feature = "zenoh")]
 mod options;
 #[cfg(feature = "zenoh")]
 mod presence;
@@ -17,6 +19,8 @@ mod python;
 mod quic;
 #[cfg(feature = "zenoh")]
 mod reading;
+#[cfg(feature = "zenoh")]
+mod replay;
 #[cfg(feature = "zenoh")]
 mod rights;
 #[cfg(feature = "zenoh")]

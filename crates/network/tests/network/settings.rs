@@ -1,6 +1,6 @@
 //! The table `[network]`.
 
-use slate_network::{InputSource, NetworkMode, NetworkSettings};
+use slate_network::{InputSource, NetworkMode, NetworkSettings, ReadMode, ReadRate};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
 fn read(table: &str) -> Result<NetworkSettings, Report> {
@@ -162,5 +162,44 @@ fn each_mistake_in_certificates_and_rights_is_told() {
         let text = wrong(&table);
         assert!(text.starts_with("arm.toml:") && text.contains(message), "{table}: {text}");
         assert!(!text.contains("()"), "no help: {text}");
+    }
+}
+
+#[test]
+fn links_name_keys_beside_the_table() {
+    let of = |links: &str, table: &str| {
+        let options = Options { extra_tables: vec!["network".into()], ..Options::default() };
+        let text = format!("agent.name = \"arm\"\n[links]\n{links}\n{table}");
+        let configuration = Configuration::from_text("arm.toml", &text, &options).unwrap();
+        NetworkSettings::of(&configuration).map(Option::unwrap)
+    };
+    let table = "[network]\nlisten = [\"tcp/127.0.0.1:7447\"]";
+    let links = "\"a/in\" = { from = \"zenoh:demo/temperature\", rate = \"10Hz\", mode = \"reliable\" }\n\
+                 \"zenoh:demo/speed\" = \"a/speed\"";
+    let settings = of(links, table).unwrap();
+    let input = &settings.read["a/in"];
+    assert_eq!(input.source, InputSource::Key("demo/temperature".into()));
+    assert_eq!((input.options.rate, input.options.mode), (ReadRate::Every(100_000_000), ReadMode::Reliable));
+    let output = &settings.write[0];
+    assert_eq!((output.key.as_str(), output.property.as_str()), ("demo/speed", "a/speed"));
+    let both = format!("{table}\nread.\"a/in\" = \"zenoh:b\"");
+    for (links, table, words) in [
+        ("\"a/in\" = \"zenoh:b\"", "", "`zenoh:b` needs a network, and the configuration has no [network]"),
+        ("\"a/in\" = \"zenoh:b/*\"", table, "is not a key of Zenoh"),
+        ("\"zenoh:b//c\" = \"a/out\"", table, "is not a key of Zenoh"),
+        ("\"zenoh:slate/base/goal\" = \"a/out\"", table, "is a key of an agent"),
+        ("\"zenoh:b\" = { from = \"a/out\", rate = \"10Hz\" }", table, "rate"),
+        ("\"a/in\" = { from = \"zenoh:b\", mode = \"best-effort\" }", table, "its writer is no agent"),
+        ("\"a/in\" = { from = \"zenoh:b\", every = 2 }", table, "every"),
+        ("\"a/in\" = \"zenoh:c\"", &both, "/a/in reads two sources, and the other is `zenoh:b`"),
+    ] {
+        let report = of(links, table).unwrap_err();
+        let found = report.diagnostics().iter().find(|own| own.message().contains(words));
+        let found = found.unwrap_or_else(|| panic!("{links}: {report}"));
+        assert!(
+            found.placed().starts_with("arm.toml:3:") && found.help_text().is_some(),
+            "{}",
+            found.placed()
+        );
     }
 }

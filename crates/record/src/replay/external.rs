@@ -13,6 +13,8 @@ use crate::storage::{Error, Reader, Spot};
 /// A value in the file.
 struct ExternalSpot {
     time: u64,
+    /// How many values the input had had with it.
+    sequence: u32,
     /// Place of the input among all.
     input: usize,
     spot: Spot,
@@ -43,7 +45,8 @@ impl ExternalValues {
         while let Some((spot, _, message)) = reader.next_spot()? {
             if let Some(input) = topics.get(&message.channel.topic) {
                 let time = message.log_time.saturating_sub(epoch);
-                found.push(ExternalSpot { time, input: *input, spot });
+                let sequence = message.sequence;
+                found.push(ExternalSpot { time, sequence, input: *input, spot });
             }
         }
         // Those of one time stay in the order of the file.
@@ -65,6 +68,10 @@ impl ExternalValues {
                 format!("a value that came to /{input} from outside can't be set again: {error}")
             };
             let (property, _) = agent.board().get(input).ok_or_else(|| lost(&"the input is not there"))?;
+            // The rerun has the value of the configuration already.
+            if property.channel().is_some_and(|channel| channel.published() >= value.sequence.into()) {
+                continue;
+            }
             let message = reader.message_at(value.spot).map_err(|error| lost(&error))?;
             let bytes = ros::decode(property.descriptor(), message.data).map_err(|error| lost(&error))?;
             property.set_bytes(&bytes, value.time).map_err(|error| lost(&error))?;

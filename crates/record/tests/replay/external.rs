@@ -9,7 +9,9 @@ use slate_blackboard::interface::Value;
 use slate_record::Recorder;
 use slate_record::replay::{Plan, Verdict};
 use slate_runtime::configuration::{Database, Options as Layers};
-use slate_runtime::{Agent, Composer, Control, Cycle, ExternalValue, Options, RecordedTimes};
+use slate_runtime::{
+    Agent, Composer, Control, Cycle, ExternalContent, ExternalValue, Options, RecordedTimes,
+};
 
 use crate::replay::repaired::verdict;
 use crate::replay::support::{ROBOT, file, play, plugins, times, values};
@@ -22,7 +24,8 @@ fn robot() -> String {
 const INPUT: &str = "front/other";
 
 fn external(value: f64) -> ExternalValue {
-    ExternalValue { input: INPUT.into(), bytes: value.to_ne_bytes().to_vec() }
+    let bytes = value.to_ne_bytes().to_vec();
+    ExternalValue { input: INPUT.into(), content: ExternalContent::Bytes(bytes) }
 }
 
 fn set(composer: &Composer, values: &[f64]) {
@@ -30,9 +33,9 @@ fn set(composer: &Composer, values: &[f64]) {
     assert!(results.len() == values.len() && results.iter().all(Result::is_ok), "{results:?}");
 }
 
-/// The robot, as it begins to be recorded; its input has a source outside if that is `declared`.
-fn begun(path: &Path, declared: bool) -> (Agent, Recorder) {
-    let database = Database::from_text("robot.toml", &robot(), Layers::default()).unwrap();
+/// A robot, as it begins to be recorded, with inputs that have a source outside.
+fn begun(path: &Path, text: &str, declared: &[(&str, &str)]) -> (Agent, Recorder) {
+    let database = Database::from_text("robot.toml", text, Layers::default()).unwrap();
     let recorder = Recorder::new(database.current().record());
     let options = Options {
         time_source: Some(Box::new(RecordedTimes::new(times()))),
@@ -40,15 +43,17 @@ fn begun(path: &Path, declared: bool) -> (Agent, Recorder) {
         ..Options::default()
     };
     let agent = Agent::load_with(&database, &plugins(), options).unwrap();
-    let input = agent.composer().external_input(INPUT).unwrap();
-    input.set_external(if declared { "ros2:/other" } else { "" });
+    for (input, source) in declared {
+        agent.composer().external_input(input).unwrap().0.set_external(source);
+    }
     recorder.begin(&agent, path);
     (agent, recorder)
 }
 
 /// Records the robot; `between` is called before each cycle.
 fn recorded(path: &Path, declared: bool, between: impl Fn(&Composer, usize)) {
-    let (mut agent, recorder) = begun(path, declared);
+    let source = [(INPUT, "ros2:/other")];
+    let (mut agent, recorder) = begun(path, &robot(), if declared { &source } else { &[] });
     for cycle in 0..times().len() {
         between(&agent.composer(), cycle);
         assert!(agent.step());
@@ -103,7 +108,7 @@ fn a_rerun_differs_when_no_source_outside_is_recorded() {
 #[allow(clippy::disallowed_methods, reason = "a program outside goes by a clock of its own")]
 fn values_from_another_thread_do_not_change_a_cycle_that_runs() {
     let path = file("external-thread.mcap");
-    let (mut agent, recorder) = begun(&path, true);
+    let (mut agent, recorder) = begun(&path, &robot(), &[(INPUT, "ros2:/other")]);
     let (composer, is_over) = (agent.composer(), AtomicBool::new(false));
     std::thread::scope(|scope| {
         scope.spawn(|| {
@@ -136,7 +141,6 @@ fn only_inputs_without_a_link_are_filled_from_outside() {
         }
         let cases = [
             ("front/otter", "front/other"),
-            ("front/other/value", "field"),
             ("front/number", "it is linked, from /source/number"),
             ("gatherer/numbers", "it is linked"),
             ("front/params", "it is no input"),
@@ -146,7 +150,7 @@ fn only_inputs_without_a_link_are_filled_from_outside() {
             let error = composer.external_input(input).unwrap_err();
             assert!(error.to_string().contains(reason) && !error.help.is_empty(), "{error}");
         }
-        let wrong = ExternalValue { bytes: vec![0; 3], ..external(0.0) };
+        let wrong = ExternalValue { content: ExternalContent::Bytes(vec![0; 3]), ..external(0.0) };
         let gone = ExternalValue { input: "front/gone".into(), ..external(0.0) };
         let results = composer.set_external(vec![wrong, external(1.0), gone]);
         assert!(matches!(&results[..], [Err(_), Ok(()), Err(_)]), "{results:?}");
@@ -155,4 +159,35 @@ fn only_inputs_without_a_link_are_filled_from_outside() {
         let tool = property.set("value", &Value::Float(2.0), 0).unwrap_err();
         assert!(tool.to_string().contains("ros2:/other"), "{tool}");
     });
+}
+
+#[test]
+fn queues_and_fields_from_outside_come_in_the_same_cycle() {
+    let path = file("external-queue.mcap");
+    // An input with a value of its own, of which a part is filled.
+    let text = robot()
+        .replace("\"gatherer/numbers\" = \"source/number\"\n", "")
+        .replace("\"back/other\" = { from = \"source/number\", previous = true }\n", "")
+        .replace(
+            "[modules.back]\nkind = \"sum\"",
+            "[modules.back]\nkind = \"sum\"\ninputs.other.value = 0.125",
+        );
+    let (mut agent, recorder) =
+        begun(&path, &text, &[("gatherer/numbers", "zenoh:numbers"), ("back/other/value", "zenoh:other")]);
+    for cycle in 0..times().len() {
+        if cycle > 0 {
+            let whole = |value: f64| ExternalValue { input: "gatherer/numbers".into(), ..external(value) };
+            let value = Value::Float(cycle as f64 / 3.0);
+            let content = ExternalContent::Value { field: "value".into(), value };
+            let field = ExternalValue { input: "back/other/value".into(), content };
+            let values = vec![whole(1.0), whole(cycle as f64), field, whole(-1.0)];
+            let results = agent.composer().set_external(values);
+            assert!(results.len() == 4 && results.iter().all(Result::is_ok), "{results:?}");
+        }
+        assert!(agent.step());
+    }
+    recorder.end(&mut agent).unwrap();
+    assert_eq!(values(&path, "/gatherer/numbers").len(), 3 * (times().len() - 1));
+    let found = verdict(&path);
+    assert!(matches!(found, Verdict::Identical { values: 100.., whole: true, cycles: 30 }), "{found:?}");
 }

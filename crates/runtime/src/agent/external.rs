@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use slate_blackboard::interface::Value;
 use slate_blackboard::{Access, Property};
 use slate_module::Direction;
 
@@ -22,8 +23,22 @@ pub struct ExternalInputError {
 pub struct ExternalValue {
     /// Path of the input.
     pub input: Arc<str>,
-    /// The whole value, as it lies in memory.
-    pub bytes: Vec<u8>,
+    /// The value.
+    pub content: ExternalContent,
+}
+
+/// A value from outside, or a part of one.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExternalContent {
+    /// The whole, as it lies in memory.
+    Bytes(Vec<u8>),
+    /// A value without its type.
+    Value {
+        /// The field that it is of; empty for the whole.
+        field: String,
+        /// The value.
+        value: Value,
+    },
 }
 
 /// Fills inputs from outside.
@@ -36,31 +51,31 @@ impl<'a> ExternalInputs<'a> {
         Self { agent }
     }
 
-    pub fn find(&self, input: &str) -> Result<Arc<Property>, ExternalInputError> {
+    pub fn find(&self, input: &str) -> Result<(Arc<Property>, String), ExternalInputError> {
         let wrong = |reason: String, help| Err(ExternalInputError { reason, help });
         let (property, field) = match self.agent.board().find(input) {
             Ok(found) => found,
             Err(error) => return wrong(error.to_string(), "`slate list` shows the inputs"),
         };
-        if !field.is_empty() {
-            return wrong(
-                format!("`{field}` is a field, and the whole input is filled"),
-                "name the input alone",
-            );
-        }
-        if property.path() != input {
+        let whole = input.strip_suffix(&field).unwrap_or(input).trim_end_matches('/');
+        if property.path() != whole {
             return wrong(format!("it is linked, from /{}", property.path()), "take the link out of [links]");
         }
-        let port = self.agent.overview().port(input);
-        if port.is_none_or(|port| port.direction != Direction::Input) || property.access() != Access::Setting
+        let direction = self.agent.overview().port(whole).map(|port| port.direction);
+        if !matches!(direction, Some(Direction::Input | Direction::Queue))
+            || property.access() != Access::Setting
         {
-            let reason = "it is no input that holds one value".to_owned();
+            let reason = "it is no input with values".to_owned();
             return wrong(
                 reason,
-                "name an input; queues, parameters and outputs are not filled from outside",
+                "name an input; parameters, inboxes and outputs are not filled from outside",
             );
         }
-        Ok(property)
+        if direction == Some(Direction::Queue) && !field.is_empty() {
+            let reason = format!("`{field}` is a field, and a queue takes whole values");
+            return wrong(reason, "name the queue input alone, or read the field with a plain input");
+        }
+        Ok((property, field))
     }
 
     pub fn set(&self, values: Vec<ExternalValue>) -> Vec<Result<(), ExternalInputError>> {
@@ -84,5 +99,10 @@ fn set(agent: &AgentHandle, value: &ExternalValue) -> Result<(), ExternalInputEr
     let wrong = |reason: String| ExternalInputError { reason, help: "`slate list` shows the inputs" };
     let found = agent.board().get(&value.input);
     let (property, _) = found.ok_or_else(|| wrong(format!("/{} is no longer there", value.input)))?;
-    property.set_bytes(&value.bytes, agent.now()).map(drop).map_err(|error| wrong(error.to_string()))
+    let now = agent.now();
+    let set = match &value.content {
+        ExternalContent::Bytes(bytes) => property.set_bytes(bytes, now),
+        ExternalContent::Value { field, value } => property.set_from_outside(field, value, now),
+    };
+    set.map(drop).map_err(|error| wrong(error.to_string()))
 }

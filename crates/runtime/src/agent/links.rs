@@ -8,10 +8,14 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::is_within;
 use slate_module::Direction;
 
+use super::build::HostResources;
 use super::handle::AgentHandle;
 use crate::sharing::RemotePath;
 use slate_composition::{Catalogue, Complaints, loose, survey};
-use slate_configuration::{Change, Configuration, Database, Diagnostic, Link, Proposal, Report};
+use slate_configuration::{
+    Change, Configuration, Database, Diagnostic, ExternalDirection, ExternalLink, ExternalUrl, Link,
+    Proposal, Report,
+};
 use slate_configuration::{Mistake, TEAM, link_setting, sender_setting};
 
 /// A link to be made while the agent runs.
@@ -101,6 +105,8 @@ pub struct LinkStatus {
     pub sends: bool,
     /// Whether nobody has written it, as types and roles leave no choice.
     pub inferred: bool,
+    /// Whether one of its ends is a program that is no agent, such as `ros2:/scan`.
+    pub external: bool,
     /// What else the configuration says of it: keys and values of its table.
     pub options: Vec<(String, String)>,
     /// For a queue input: how many values wait for it, and how many it has lost because it was too slow.
@@ -142,12 +148,40 @@ impl<'c> LinkEditor<'c> {
             evicted: gauge(link).is_some_and(|gauge| gauge.evicted.load(Ordering::Relaxed)),
             options: composition.configuration.link_options(link),
             inferred: link.is_inferred(),
+            external: false,
             sends: composition.assembly.sends(&link.to.value, &link.from.value.path_in("")),
             to: link.to.value.clone(),
             from: link.from.value.to_string(),
             trouble: trouble(link),
         };
-        composition.configuration.links().iter().map(status).collect()
+        let configuration = &composition.configuration;
+        let resources = &composition.assembly.resources;
+        let external = configuration.external_links().iter().map(|link| self.external(link, resources));
+        configuration.links().iter().map(status).chain(external).collect()
+    }
+
+    /// A link whose other end is a program that is no agent.
+    fn external(&self, link: &ExternalLink, resources: &HostResources) -> LinkStatus {
+        let (to, from) = link.ends();
+        // A bridge says what fills the input as long as it does.
+        let property = self.agent.board().find(&link.path.value).ok();
+        let is_idle = link.direction == ExternalDirection::In
+            && property.is_some_and(|(property, _)| property.external().is_empty());
+        LinkStatus {
+            queue: resources
+                .gauges
+                .get(&to)
+                .map(|gauge| (gauge.lag.load(Ordering::Relaxed), gauge.lost.load(Ordering::Relaxed))),
+            age: resources.ages.get(&to).and_then(|age| age.get()),
+            evicted: false,
+            options: link.option_texts(),
+            inferred: false,
+            external: true,
+            sends: false,
+            trouble: is_idle.then(|| format!("nothing carries `{}:` here", link.other.value.scheme)),
+            to,
+            from,
+        }
     }
 
     /// What leads nowhere and should: ports of blocks without a link, and actuators whose commands reach nothing.
@@ -265,6 +299,9 @@ impl<'c> LinkEditor<'c> {
     /// The database, and the path of what a link fills or the URL of another agent's inbox.
     fn destination(&self, to: &str) -> Result<(Database, String), Report> {
         let composition = self.agent.composition();
+        if ExternalUrl::parse(to).is_some() {
+            return Ok((composition.database()?, to.to_owned()));
+        }
         let own = composition.configuration.agent_name();
         let other = slate_blackboard::Url::parse(to)
             .ok()
@@ -299,6 +336,11 @@ impl<'c> LinkEditor<'c> {
             let senders: Vec<_> = links.map(|link| link.from.value.to_string()).collect();
             let message = Mistake::Name.of(format!("`{path}` has no link from `{from}`"));
             let help = format!("its links are from: {}", senders.join(", "));
+            return Err(Diagnostic::without_place(message, Some(help)).into());
+        }
+        let mut external = configuration.external_links().iter();
+        if let Some(link) = external.find(|link| link.ends().0 == path) {
+            let (message, help) = unchanging(link);
             return Err(Diagnostic::without_place(message, Some(help)).into());
         }
         let known = configuration.links().iter().map(|link| link.to.value.as_str());
@@ -394,6 +436,14 @@ pub(super) fn new_loose_ends(
         found.retain(|end| !earlier.iter().any(|old| old.message() == end.message()));
     }
     found
+}
+
+/// Why a link to a program that is no agent stays as it is, and what to do.
+pub(super) fn unchanging(link: &ExternalLink) -> (String, String) {
+    let (to, from) = link.ends();
+    let message = format!("the link from `{from}` to `{to}` can't change while the agent runs");
+    let help = "it takes effect at the next start: write it into the file, and start the agent again";
+    (message, help.into())
 }
 
 /// A link that is taken away, or all of an inbox.

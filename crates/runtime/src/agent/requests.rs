@@ -90,7 +90,7 @@ impl RecordedAgent for Composer {
             true => (link.from.trim_start_matches('/').to_owned(), inbox(link.to)),
             false => (link.to, link.from),
         };
-        self.links().into_iter().map(told).collect()
+        self.links().into_iter().filter(|link| !link.external).map(told).collect()
     }
 
     fn order(&self) -> Vec<(String, Vec<String>)> {

@@ -10,6 +10,7 @@
 use crate::common;
 mod blocks;
 mod conversion;
+mod external;
 mod inferred;
 mod lateness;
 mod model;

@@ -88,3 +88,48 @@ fn what_is_wrong_is_said_with_its_line() {
     let without = Configuration::from_text("r2.toml", "agent.name = \"r2\"\n", &options).unwrap();
     assert_eq!(RosSettings::of(&without).unwrap(), None);
 }
+
+#[test]
+fn links_name_topics_without_a_table_and_with_one() {
+    let of = |text: &str| {
+        let options = Options { extra_tables: vec![TABLE.into()], ..Options::default() };
+        let configuration = Configuration::from_text("r2.toml", text, &options).unwrap();
+        RosSettings::of(&configuration).map(|settings| settings.unwrap())
+    };
+    let links = "agent.name = \"r2\"\n[links]\n\"driver/scan\" = { from = \"ros2:scan\", reliable = false, depth = 2 }\n\
+                 \"ros2:/cmd_vel\" = { from = \"wheels/command\", frame = \"base\" }\n";
+    let settings = of(links).unwrap();
+    let (read, written) = (&settings.read[0], &settings.write[0]);
+    let lossy = TopicQuality { reliable: false, transient_local: false, depth: 2 };
+    assert_eq!((read.input.as_str(), read.topic.as_str(), read.quality), ("driver/scan", "/scan", lossy));
+    assert_eq!(
+        (written.topic.as_str(), written.property.as_str(), written.frame.as_str()),
+        ("/cmd_vel", "wheels/command", "base")
+    );
+    let settings =
+        of(&format!("{links}[ros2]\nnamespace = \"/robots\"\nread.\"driver/goal\" = \"/goal\"\n")).unwrap();
+    let topics: Vec<_> = settings.read.iter().map(|own| own.topic.as_str()).collect();
+    assert_eq!((topics, settings.write.len()), (vec!["/goal", "/robots/scan"], 1));
+    let cases = [
+        ("\"driver/scan\" = \"ros2:/my-scan\"", 3, "`/my-scan` can't be the name of a topic"),
+        ("\"driver/scan\" = { from = \"ros2:/scan\", stale = \"1s\" }", 3, "stale"),
+        ("\"driver/scan\" = { from = \"ros2:/scan\", frame = \"a\" }", 3, "frame"),
+        (
+            "\"driver/scan\" = \"ros2:/scan\"\n\"ros2:/scan\" = \"a/b\"",
+            3,
+            "/scan is read by /driver/scan and written by /a/b",
+        ),
+        (
+            "\"driver/scan\" = \"ros2:/scan\"\n[ros2]\nread.\"driver/scan\" = \"/b\"",
+            3,
+            "/driver/scan reads two topics",
+        ),
+    ];
+    for (links, line, words) in cases {
+        let report = of(&format!("agent.name = \"r2\"\n[links]\n{links}\n")).unwrap_err();
+        let found = report.diagnostics().iter().find(|own| own.message().contains(words));
+        let found = found.unwrap_or_else(|| panic!("{links}: {report}"));
+        assert!(found.placed().starts_with(&format!("r2.toml:{line}:")), "{}", found.placed());
+        assert!(found.help_text().is_some(), "{links}");
+    }
+}

@@ -11,8 +11,7 @@ use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
 use crate::survey::{Absent, Host, Implied, LinkSource, Misfit, ResolvedLink, Survey, Surveyed, Wire, block};
-use slate_configuration::Mistake;
-use slate_configuration::{Configuration, Link, Span};
+use slate_configuration::{Configuration, Link, Message, Mistake, Span};
 
 pub(super) struct LinkSources<'s, 'a> {
     configuration: &'a Configuration,
@@ -126,6 +125,26 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             self.complaints.add(*span, message, help);
         }
         said.iter().all(Option::is_none)
+    }
+
+    /// The property at a path and the field of it, for a link that leaves the agent; nothing after a complaint.
+    pub fn end(&mut self, span: Span, path: &str) -> Option<(LinkSource, String)> {
+        self.source(span, path).map(|TargetField { target, field }| (target, field))
+    }
+
+    /// Whether messages go there.
+    pub fn is_inbox(&self, target: LinkSource) -> bool {
+        match target {
+            LinkSource::Port(module, port) => {
+                self.modules()[module].description.ports[port].direction == Direction::Inbox
+            }
+            LinkSource::Played(played) => self.survey.played[played].is_mailbox,
+            _ => false,
+        }
+    }
+
+    pub fn complain(&mut self, span: Span, message: Message, help: &str) {
+        self.complaints.add(span, message, help);
     }
 
     /// Resolves a path; nothing after a complaint.

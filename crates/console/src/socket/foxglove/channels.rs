@@ -167,7 +167,7 @@ impl Channels {
             .map(|(path, ..)| json!({ "name": format!("/{path}"), "publisherIds": owner(path).into_iter().collect::<Vec<_>>() }))
             .collect();
         let mut readers: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
-        for link in composer.links().into_iter().filter(|link| !link.sends) {
+        for link in composer.links().into_iter().filter(|link| !link.sends && !link.external) {
             let of_property = surface.board().find(link.from.trim_start_matches('/')).ok();
             let topic =
                 of_property.map_or(link.from.clone(), |(property, _)| format!("/{}", property.path()));

@@ -41,7 +41,12 @@ impl Running {
 
     /// An agent that is not connected yet.
     pub fn load(name: &str, network: &str) -> Self {
-        let text = format!("[agent]\nname = \"{name}\"\n{}\n[network]\n{network}\n", modules::CONFIGURATION);
+        Self::load_with(name, "", network)
+    }
+
+    /// The same with links beside its own.
+    pub fn load_with(name: &str, links: &str, network: &str) -> Self {
+        let text = modules::configuration(name, links, network);
         let sources = Sources { extra_tables: vec![slate_network::TABLE.into()], ..Sources::default() };
         let database = Database::from_text("test.toml", &text, sources).unwrap();
         let log = MemoryTarget::default();
@@ -85,6 +90,16 @@ impl Drop for Running {
         self.stopper.stop();
         let ended = self.thread.take().map(JoinHandle::join);
         assert!(std::thread::panicking() || ended.is_none_or(|ended| ended.is_ok()));
+    }
+}
+
+/// Why an agent does not start.
+pub fn refused(configuration: &str) -> String {
+    let sources = Sources { extra_tables: vec![slate_network::TABLE.into()], ..Sources::default() };
+    let database = Database::from_text("test.toml", configuration, sources).unwrap();
+    match Agent::load_with(&database, &modules::plugins(), Options::default()) {
+        Ok(_) => panic!("it should be refused"),
+        Err(error) => format!("{error}"),
     }
 }
 

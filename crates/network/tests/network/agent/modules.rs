@@ -49,28 +49,32 @@ pub struct DriverIo {
     goal: Input<Pose2>,
     ambient: Input<Speed>,
     linked: Input<Speed>,
+    speeds: Queue<Speed>,
     notes: Inbox<Speed>,
     heard: Output<Speed>,
+    sum: Output<Speed>,
     seen: Output<Speed>,
 }
 
-/// Repeats what it reads, and hears messages that are not negative.
+/// Repeats what it reads, adds up what comes in its queue, and hears messages that are not negative.
 pub struct Driver;
 
 #[module(stage = Act)]
 impl Module for Driver {
     type Io = DriverIo;
     type Params = ();
-    type State = f64;
+    type State = (f64, f64);
 
-    fn tick(state: &mut f64, io: &DriverIo, _: &(), _: &Tick) -> Outcome {
+    fn tick((heard, sum): &mut (f64, f64), io: &DriverIo, _: &(), _: &Tick) -> Outcome {
         for note in io.notes.iter() {
             match note.value {
                 value if value < 0.0 => note.refuse(1),
-                value => *state += value,
+                value => *heard += value,
             }
         }
-        io.heard.set(Speed { value: *state });
+        io.heard.set(Speed { value: *heard });
+        *sum += io.speeds.iter().map(|speed| speed.value).sum::<f64>();
+        io.sum.set(Speed { value: *sum });
         let ambient = io.ambient.get().copied().unwrap_or(Speed { value: 0.0 });
         io.seen.set(Speed { value: ambient.value + io.goal.get().map_or(0.0, |goal| goal.x) });
         let _ = io.linked.get();
@@ -83,7 +87,7 @@ pub fn plugins() -> Vec<Plugin> {
 }
 
 /// How they are put together.
-pub const CONFIGURATION: &str = r#"
+const CONFIGURATION: &str = r#"
 [loop]
 period = "10ms"
 [modules.sensor]
@@ -91,3 +95,8 @@ period = "10ms"
 [links]
 "driver/linked" = "sensor/count"
 "#;
+
+/// The configuration of an agent with further links and a table `[network]`.
+pub fn configuration(name: &str, links: &str, network: &str) -> String {
+    format!("[agent]\nname = \"{name}\"\n{CONFIGURATION}{links}\n[network]\n{network}\n")
+}

@@ -163,12 +163,12 @@ impl Composer {
         self.agent.recorder.settle();
     }
 
-    /// Returns an input that a program outside of the agent can fill: it holds one value, and no link fills it. Its
-    /// [`set_external`](Property::set_external) says so to tools and recordings, from which a rerun takes the values.
+    /// Returns an input that a program outside of the agent can fill, as no link does, and the field that the path names.
+    /// Its [`set_external`](Property::set_external) says so to tools and recordings, from which a rerun takes the values.
     ///
     /// # Errors
     /// Why it can't be filled.
-    pub fn external_input(&self, input: &str) -> Result<Arc<Property>, ExternalInputError> {
+    pub fn external_input(&self, input: &str) -> Result<(Arc<Property>, String), ExternalInputError> {
         ExternalInputs::new(&self.agent).find(input)
     }
 

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 
 use slate_blackboard::is_within;
 
-use slate_configuration::{Change, Configuration, Diagnostic, Variant};
+use super::super::links::unchanging;
+use slate_configuration::{Change, Configuration, Diagnostic, ExternalLink, Variant};
 
 /// A setting that may change while the agent runs.
 pub(super) enum LiveSetting<'a> {
@@ -90,7 +91,8 @@ impl<'a> OtherModules<'a> {
                     (message, format!("take the link away first: slate unlink {}", link.to.value))
                 })
             }
-            Some(LiveSetting::LogLevel | LiveSetting::Link) => None,
+            Some(LiveSetting::LogLevel) => None,
+            Some(LiveSetting::Link) => self.external(change).map(unchanging),
             Some(LiveSetting::Enabled { module }) => [self.before, self.after]
                 .iter()
                 .all(|configuration| linked(configuration, &format!("{module}/enabled")))
@@ -110,6 +112,20 @@ impl<'a> OtherModules<'a> {
             None if self.chooses(change) => None,
             None => Some((format!("`{path}` can't change while the agent runs"), LATER.into())),
         }
+    }
+
+    /// The link to or from a program that is no agent which a change makes, removes or alters.
+    fn external(&self, change: &Change) -> Option<&'a ExternalLink> {
+        let [_, to, ..] = change.names() else { return None };
+        let of = |configuration: &'a Configuration| {
+            configuration.external_links().iter().filter(|link| link.ends().0 == *to).collect::<Vec<_>>()
+        };
+        let (before, after) = (of(self.before), of(self.after));
+        let texts = |links: &[&ExternalLink]| {
+            links.iter().map(|link| (link.ends(), link.option_texts())).collect::<Vec<_>>()
+        };
+        let is_same = texts(&before) == texts(&after);
+        after.into_iter().chain(before).next().filter(|_| !is_same)
     }
 
     /// The changes that a running agent can't make.

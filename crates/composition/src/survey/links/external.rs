@@ -1,0 +1,160 @@
+//! Links to and from programs that are no agents: whether the end in this agent is there and may have one.
+
+use slate_blackboard::is_within;
+use slate_configuration::{Configuration, ExternalDirection, ExternalLink, Message, Mistake};
+use slate_module::{Direction, PortDescription};
+
+use super::sinks::LinkSink;
+use super::sources::LinkSources;
+use super::words::roles;
+use crate::complaints::{Complaints, suggest};
+use crate::link::{FieldPlace, NoField};
+use crate::survey::block::{Block, Provenance, binds, role_permits};
+use crate::survey::names::{deep_name, owner, split_module, split_port};
+use crate::survey::{LinkSource, Survey, Wire};
+
+/// What is wrong with a link, and what to do about it.
+type Complaint = (Message, String);
+
+/// Checks the links that fill inputs.
+pub(super) fn check_arriving<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    dormant: &[&str],
+    sinks: &[Option<LinkSink>],
+    complaints: &mut Complaints<'a>,
+) {
+    let mut filled: Vec<(usize, usize, String, &str)> = Vec::new();
+    for (sink, link) in sinks.iter().zip(configuration.links()) {
+        if let Some(LinkSink { module, wire: Wire::Port(port), field, sends: false }) = sink {
+            filled.push((*module, *port, field.clone(), &link.to.value));
+        }
+    }
+    for link in configuration.external_links() {
+        if link.direction != ExternalDirection::In {
+            continue;
+        }
+        let (module, port, field) = match input(survey, dormant, link) {
+            Ok(Some(found)) => found,
+            Ok(None) => continue,
+            Err((message, help)) => {
+                complaints.add(link.path.span, message, help);
+                continue;
+            }
+        };
+        let meets = |other: &&(usize, usize, String, &str)| {
+            (other.0, other.1) == (module, port)
+                && (is_within(&other.2, &field) || is_within(&field, &other.2))
+        };
+        if let Some((.., other)) = filled.iter().find(meets) {
+            let message = format!("`{}` is linked already, by `{other}`", link.path.value);
+            let help = "an input has one source: link each field once, or the whole input";
+            complaints.add(link.path.span, Mistake::TwoSources.of(message), help);
+        }
+        filled.push((module, port, field, &link.path.value));
+    }
+}
+
+/// The input that a link fills, and the field of it; nothing when it is of a module that is not loaded.
+fn input(
+    survey: &Survey<'_>,
+    dormant: &[&str],
+    link: &ExternalLink,
+) -> Result<Option<(usize, usize, String)>, Complaint> {
+    let (path, from) = (&link.path.value, &link.other.value);
+    let Some((module, rest)) = split_module(&survey.modules, path) else {
+        if owner(dormant, path).is_some() {
+            return Ok(None);
+        }
+        let names = survey.modules.iter().map(|surveyed| surveyed.module.name.value.as_str());
+        return Err((Mistake::Name.of(format!("no module owns `{path}`")), suggest(path, names)));
+    };
+    let surveyed = &survey.modules[module];
+    let (ports, own) = (&surveyed.description.ports, &surveyed.module.name.value);
+    let (name, field) = split_port(ports, rest);
+    if matches!(name, "enabled" | "params") {
+        let message = format!("`{path}` can't follow `{from}`: only inputs do");
+        return Err((Mistake::Ends.of(message), "link an input, or let the program set it".into()));
+    }
+    let reads = |port: &&PortDescription| matches!(port.direction, Direction::Input | Direction::Queue);
+    let Some(at) = ports.iter().position(|port| port.name == name) else {
+        let name = deep_name(ports, name, rest);
+        let help = suggest(name, ports.iter().filter(reads).map(|port| port.name.as_str()));
+        return Err((Mistake::Name.of(format!("`{own}` has no input `{name}`")), help));
+    };
+    let port = &ports[at];
+    match port.direction {
+        Direction::Input => {}
+        Direction::Queue if field.is_empty() => {}
+        Direction::Queue => {
+            let message = format!("`{own}/{name}` takes whole values, and no fields of them");
+            return Err((Mistake::Ends.of(message), "link the whole, or make it a plain input".into()));
+        }
+        Direction::Output | Direction::Debug => {
+            let message = format!("`{path}` is an output, and a link names its destination first");
+            return Err((Mistake::Ends.of(message), format!("write \"{from}\" = \"/{path}\"")));
+        }
+        _ => {
+            let message = format!("`{path}` is no input with values, as `{from}` has them");
+            return Err((Mistake::Ends.of(message), "link an input or a queue input".into()));
+        }
+    }
+    if !field.is_empty() {
+        let place = FieldPlace::find(port.descriptor, field)
+            .map_err(|NoField { message, help }| (Mistake::Name.of(format!("`/{path}`: {message}")), help))?;
+        if place.may_be_missing() {
+            let message = format!("`{path}` is an item of a list, which may be shorter");
+            return Err((Mistake::Ends.of(message), "link the whole list".into()));
+        }
+    }
+    check_architecture(survey, module, at, link)?;
+    Ok(Some((module, at, field.to_owned())))
+}
+
+/// What comes from outside is that of a driver: a robot's blocks read it through a Sensor.
+fn check_architecture(
+    survey: &Survey<'_>,
+    module: usize,
+    port: usize,
+    link: &ExternalLink,
+) -> Result<(), Complaint> {
+    let (path, from) = (&link.path.value, &link.other.value);
+    let description = &survey.modules[module].description;
+    let role = description.ports[port].role.as_str();
+    if binds(role) {
+        let message =
+            roles(path, role, &from.to_string(), "").replace(&format!("`/{from}`"), &format!("`{from}`"));
+        let help = "only Monitor -> Analyze -> Plan -> Execute can be attached, and reflexes to Execute";
+        return Err((Mistake::Attachment.of(message), help.into()));
+    }
+    let origin = Provenance::Module;
+    match Block::of(description) {
+        Some(block) if !block.may_read(origin, false) || !role_permits(role, origin) => {
+            let message = format!("{}: `/{path}` can't read `{from}`, which is of no block", block.reads());
+            Err((Mistake::Attachment.of(message), block.advice(origin).into()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Checks the links that carry properties out.
+pub(super) fn check_leaving(configuration: &Configuration, sources: &mut LinkSources<'_, '_>) {
+    let links = configuration.external_links().iter();
+    for link in links.filter(|link| link.direction == ExternalDirection::Out) {
+        let (path, to, span) = (&link.path.value, &link.other.value, link.path.span);
+        let Some((target, field)) = sources.end(span, path) else { continue };
+        let refusal = if !field.is_empty() && !matches!(target, LinkSource::Absent(_)) {
+            Some((
+                format!("`{to}` receives whole values, and `/{path}` is a part of one"),
+                "link the property",
+            ))
+        } else if sources.is_inbox(target) {
+            Some((format!("`/{path}` receives messages, and has no value for `{to}`"), "link an output"))
+        } else {
+            None
+        };
+        if let Some((message, help)) = refusal {
+            sources.complain(span, Mistake::Ends.of(message), help);
+        }
+    }
+}

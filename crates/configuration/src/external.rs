@@ -1,0 +1,111 @@
+//! Links to programs that are no agents, which bridges carry.
+
+use std::fmt;
+
+use super::Configuration;
+use super::model::Link;
+use super::source::Spanned;
+use super::value::Table;
+
+/// An address outside of all agents, such as `ros2:/scan`: its scheme names the bridge.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct ExternalUrl {
+    /// The scheme, such as `ros2`.
+    pub scheme: String,
+    /// What the bridge calls it, such as `/scan`.
+    pub address: String,
+}
+
+impl ExternalUrl {
+    /// Reads one; nothing of a text without a scheme, or with `slate:` or two slashes, as no bridge names a host.
+    ///
+    /// ```
+    /// use slate_configuration::ExternalUrl;
+    ///
+    /// let topic = ExternalUrl::parse("ros2:/scan").unwrap();
+    /// assert_eq!((topic.scheme.as_str(), topic.address.as_str()), ("ros2", "/scan"));
+    /// assert!(ExternalUrl::parse("laser/scan").is_none() && ExternalUrl::parse("slate://base/laser/scan").is_none());
+    /// ```
+    pub fn parse(text: &str) -> Option<Self> {
+        let (scheme, address) = text.split_once(':')?;
+        let is_scheme = scheme.starts_with(|first: char| first.is_ascii_lowercase())
+            && scheme.bytes().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-')
+            && scheme != "slate"
+            && !address.starts_with("//");
+        is_scheme.then(|| Self { scheme: scheme.into(), address: address.into() })
+    }
+}
+
+impl fmt::Display for ExternalUrl {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.scheme, self.address)
+    }
+}
+
+/// Direction of a link to or from a program that is no agent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExternalDirection {
+    /// The program fills an input.
+    In,
+    /// The program receives the values of a property.
+    Out,
+}
+
+/// A link between this agent and a program that is no agent.
+#[derive(Clone, Debug)]
+pub struct ExternalLink {
+    /// The path in this agent: of the input, or of the property.
+    pub path: Spanned<String>,
+    /// The other end.
+    pub other: Spanned<ExternalUrl>,
+    /// Whether values come or leave.
+    pub direction: ExternalDirection,
+    /// What its table says beside `from`; the bridge knows the keys.
+    pub options: Table,
+}
+
+impl ExternalLink {
+    /// Destination and source, as they are written.
+    pub fn ends(&self) -> (String, String) {
+        let (own, other) = (self.path.value.clone(), self.other.value.to_string());
+        match self.direction {
+            ExternalDirection::In => (own, other),
+            ExternalDirection::Out => (other, format!("/{own}")),
+        }
+    }
+
+    /// The keys and values of its table beside `from`.
+    pub fn option_texts(&self) -> Vec<(String, String)> {
+        self.options.iter().map(|(name, entry)| (name.to_owned(), entry.value.value.to_string())).collect()
+    }
+
+    /// Whether it fills an input, or a part of it.
+    pub fn fills(&self, input: &str) -> bool {
+        self.direction == ExternalDirection::In && slate_blackboard::is_within(&self.path.value, input)
+    }
+}
+
+impl Configuration {
+    /// The links to and from programs that are no agents.
+    pub fn external_links(&self) -> &[ExternalLink] {
+        &self.external
+    }
+
+    /// Those with a scheme.
+    pub fn links_of_scheme(&self, scheme: &str) -> impl Iterator<Item = &ExternalLink> {
+        self.external.iter().filter(move |link| link.other.value.scheme == scheme)
+    }
+
+    /// Whether a link fills an input or a part of it, from this agent, another one or a program that is no agent.
+    pub fn is_filled(&self, input: &str) -> bool {
+        let fills = |link: &Link| slate_blackboard::is_within(&link.to.value, input);
+        self.links.iter().any(fills) || self.external.iter().any(|link| link.fills(input))
+    }
+
+    /// Whether a link to a program that is no agent carries a property or a part of it.
+    pub fn is_sent_outside(&self, path: &str) -> bool {
+        let is_out = |link: &&ExternalLink| link.direction == ExternalDirection::Out;
+        let mut sent = self.external.iter().filter(is_out);
+        sent.any(|link| slate_blackboard::is_within(&link.path.value, path))
+    }
+}

@@ -1,0 +1,93 @@
+//! Bridges of this program, by the schemes of the links that they carry.
+
+use slate_network::NetworkSettings;
+use slate_runtime::configuration::{Configuration, Diagnostic, ExternalDirection, Report, Span};
+
+/// A bridge.
+struct Bridge {
+    /// Scheme of its links.
+    scheme: &'static str,
+    /// What it reaches.
+    name: &'static str,
+    /// The feature that it needs, and whether this program has it.
+    feature: (&'static str, bool),
+}
+
+const BRIDGES: [Bridge; 2] = [
+    Bridge { scheme: "ros2", name: "ROS 2", feature: ("ros2", cfg!(feature = "ros2")) },
+    Bridge { scheme: slate_network::SCHEME, name: "Zenoh", feature: ("zenoh", cfg!(feature = "zenoh")) },
+];
+
+/// Whether this program has a bridge for each link to or from a program that is no agent, and each input has one source.
+///
+/// # Errors
+/// Schemes that are unknown or not built in, and inputs that two bridges would fill.
+pub fn check_bridges(configuration: &Configuration) -> Result<(), Report> {
+    let mut wrong = Vec::new();
+    for link in configuration.external_links() {
+        let url = &link.other.value;
+        let bridge = BRIDGES.iter().find(|bridge| bridge.scheme == url.scheme);
+        let (message, help) = match bridge {
+            Some(Bridge { feature: (_, true), .. }) => continue,
+            Some(Bridge { name, feature: (feature, false), .. }) => (
+                format!("this program is built without {name}, which `{url}` needs"),
+                format!(
+                    "build it with the feature `{feature}`: cargo build --release --features {feature}; or take the link away"
+                ),
+            ),
+            None => {
+                let known: Vec<_> = BRIDGES.iter().map(|bridge| format!("{}:", bridge.scheme)).collect();
+                (
+                    format!("`{url}` has an unknown scheme"),
+                    format!(
+                        "there are {} and slate://, and a property of this agent is module/property",
+                        known.join(", ")
+                    ),
+                )
+            }
+        };
+        wrong.push(configuration.diagnostic(link.other.span, message, Some(help)));
+    }
+    if wrong.is_empty() {
+        wrong = two_bridges(configuration)?;
+    }
+    if wrong.is_empty() { Ok(()) } else { Err(Report::from(wrong)) }
+}
+
+/// Inputs that a table and a link, or the tables of two bridges, would fill.
+fn two_bridges(configuration: &Configuration) -> Result<Vec<Diagnostic>, Report> {
+    let mut filled: Vec<(String, String, Option<Span>)> = Vec::new();
+    if let Some(network) = NetworkSettings::of(configuration)? {
+        let inputs = network.read.into_iter();
+        filled.extend(inputs.map(|(input, reading)| (input, reading.source.to_string(), reading.place)));
+    }
+    #[cfg(feature = "ros2")]
+    if let Some(ros) = slate_ros2::RosSettings::of(configuration)? {
+        let inputs = ros.read.into_iter();
+        filled.extend(inputs.map(|own| (own.input, format!("ros2:{}", own.topic), own.place)));
+    }
+    let links = configuration.external_links().iter();
+    for link in links.filter(|link| link.direction == ExternalDirection::In) {
+        let is_there = filled
+            .iter()
+            .any(|(input, _, place)| *input == link.path.value && *place == Some(link.other.span));
+        if !is_there {
+            filled.push((link.path.value.clone(), link.other.value.to_string(), Some(link.path.span)));
+        }
+    }
+    let mut wrong = Vec::new();
+    for (at, (input, source, place)) in filled.iter().enumerate() {
+        let meets = |(other, ..): &&(String, String, Option<Span>)| {
+            slate_blackboard::is_within(other, input) || slate_blackboard::is_within(input, other)
+        };
+        if let Some((_, other, _)) = filled[..at].iter().find(meets) {
+            let message = format!("/{input} would be filled by `{other}` and by `{source}`");
+            let help = Some("an input has one source: take one of the two away".to_owned());
+            wrong.push(match place {
+                Some(span) => configuration.diagnostic(*span, message, help),
+                None => Diagnostic::without_place(message, help),
+            });
+        }
+    }
+    Ok(wrong)
+}
