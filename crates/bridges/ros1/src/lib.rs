@@ -1,0 +1,28 @@
+//! Topics of [ROS 1](https://wiki.ros.org) as properties of an agent, both ways.
+//!
+//! A [`Ros1Settings`] is the table `[ros1]` of a configuration and its links with `ros1:`. A [`Ros1Message`] is how values lie on
+//! the wire: as the message that ROS has for their interface, or else as `slate_msgs/NAME`. `Ros1Bridge` needs the feature
+//! `tcpros`.
+//!
+//! Nothing of it runs in a tick. What comes in waits in a bounded queue; a thread takes it from there and sets the inputs, in
+//! lockstep between two cycles, so that a run with ROS is repeated bit for bit from its recording.
+
+#[cfg(feature = "tcpros")]
+mod bridge;
+mod topics;
+mod error;
+#[cfg(feature = "tcpros")]
+mod inbound;
+mod message;
+mod name;
+#[cfg(feature = "tcpros")]
+mod outbound;
+mod settings;
+
+#[cfg(feature = "tcpros")]
+pub use bridge::Ros1Bridge;
+pub use topics::check_topics;
+pub use error::Ros1Error;
+pub use message::Ros1Message;
+pub use name::{check_name, node_of_agent};
+pub use settings::{Ros1Settings, SCHEME, TopicInput, TopicOutput};
