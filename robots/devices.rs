@@ -20,6 +20,8 @@ pub struct RobotDevices {
     pub sensors: Vec<DeviceDescription>,
     /// Actuators.
     pub actuators: Vec<DeviceDescription>,
+    /// Radius of the robots that the robot sensor detects, metres.
+    pub detected_radius: f64,
 }
 
 /// Drive of a robot.
@@ -42,6 +44,8 @@ pub struct Drive {
 pub struct DeviceDescription {
     /// Name.
     pub name: &'static str,
+    /// Number of its elements, such as the sonars of a ring.
+    pub count: usize,
     /// x and y in metres and heading in radians, in the robot's frame.
     pub mount: [f64; 3],
     /// Least value of what it measures or does.
@@ -54,11 +58,25 @@ pub struct DeviceDescription {
 
 /// Why a description can't be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DescriptionProblem(String);
+pub struct DescriptionProblem {
+    message: String,
+    is_of_profile: bool,
+}
+
+impl DescriptionProblem {
+    fn new(message: String) -> Self {
+        Self { message, is_of_profile: false }
+    }
+
+    /// Returns the argument that is wrong: `robot` or `profile`.
+    pub fn argument(&self) -> &'static str {
+        if self.is_of_profile { "profile" } else { "robot" }
+    }
+}
 
 impl fmt::Display for DescriptionProblem {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
+        f.write_str(&self.message)
     }
 }
 
@@ -125,6 +143,9 @@ struct RangeTable {
     range_min: f64,
     range_max: f64,
     rate: Option<f64>,
+    /// Of a robot sensor: radius of the robots that it detects.
+    robot_radius: Option<f64>,
+    placements: Option<Vec<[f64; 3]>>,
 }
 
 /// A profile of the positioning system and the compass.
@@ -144,6 +165,7 @@ impl RangeTable {
             minimum: self.range_min,
             maximum: self.range_max,
             rate: self.rate.unwrap_or(0.0),
+            count: self.placements.as_ref().map_or(1, Vec::len),
             ..plain(name)
         }
     }
@@ -151,8 +173,11 @@ impl RangeTable {
 
 /// A device in the middle of the robot, without limits.
 fn plain(name: &'static str) -> DeviceDescription {
-    DeviceDescription { name, mount: [0.0; 3], minimum: 0.0, maximum: 0.0, rate: 0.0 }
+    DeviceDescription { name, count: 1, mount: [0.0; 3], minimum: 0.0, maximum: 0.0, rate: 0.0 }
 }
+
+/// Radius of other robots where no description says it, metres: that of a Pioneer.
+const ROBOT_RADIUS: f64 = 0.28;
 
 /// The profile of that name, or else the first one.
 fn choose<'a, T>(profiles: &'a BTreeMap<String, T>, profile: &str) -> Option<&'a T> {
@@ -173,24 +198,27 @@ impl RobotDevices {
         let known = ROBOTS.map(|(name, _)| name).join(", ");
         let expected =
             format!("expected one of {known}, or the path of a description such as `my_robot.toml`");
+        if robot.is_empty() {
+            return Err(DescriptionProblem::new(format!("no robot is named; {expected}")));
+        }
         if !robot.ends_with(".toml") {
-            return Err(DescriptionProblem(format!("no description of a robot `{robot}`; {expected}")));
+            return Err(DescriptionProblem::new(format!("no description of a robot `{robot}`; {expected}")));
         }
         let text = std::fs::read_to_string(robot)
-            .map_err(|error| DescriptionProblem(format!("can't read `{robot}`: {error}; {expected}")))?;
+            .map_err(|error| DescriptionProblem::new(format!("can't read `{robot}`: {error}; {expected}")))?;
         Self::parse(robot, &text, profile)
     }
 
     /// Reads a description.
     fn parse(source: &str, text: &str, profile: &str) -> Result<Self, DescriptionProblem> {
-        let document: Document = toml_edit::de::from_str(text)
-            .map_err(|error| DescriptionProblem(format!("{source}: {}", error.to_string().trim_end())))?;
+        let document: Document = toml_edit::de::from_str(text).map_err(|error| {
+            DescriptionProblem::new(format!("{source}: {}", error.to_string().trim_end()))
+        })?;
         let profiles = document.profiles();
         if !profiles.is_empty() && !profiles.contains(profile) {
             let known = profiles.into_iter().collect::<Vec<_>>().join(", ");
-            return Err(DescriptionProblem(format!(
-                "{source}: no sensor has a profile `{profile}`; expected one of {known}"
-            )));
+            let message = format!("{source}: no sensor has a profile `{profile}`; expected one of {known}");
+            return Err(DescriptionProblem { message, is_of_profile: true });
         }
         let ranges = [
             choose(&document.sonar, profile).map(|sonar| sonar.device("sonar")),
@@ -198,6 +226,13 @@ impl RobotDevices {
             choose(&document.laser, profile).map(|laser| laser.device("laser")),
             document.bumper.as_ref().map(|_| plain("bumper")),
         ];
+        let detector = choose(&document.robot_sensor, profile);
+        let detected_radius = detector.and_then(|sensor| sensor.robot_radius).unwrap_or(ROBOT_RADIUS);
+        if !(detected_radius > 0.0 && detected_radius.is_finite()) {
+            return Err(DescriptionProblem::new(format!(
+                "{source}: `robot_radius` of the robot sensor is {detected_radius}; expected a positive number of metres"
+            )));
+        }
         let rate =
             choose(&document.positioning, profile).and_then(|positioning| positioning.rate).unwrap_or(0.0);
         let sensors = ["position", "orientation"].map(|name| DeviceDescription { rate, ..plain(name) });
@@ -216,6 +251,7 @@ impl RobotDevices {
             actuators: vec![DeviceDescription { minimum: -limit, maximum: limit, ..plain("wheels") }],
             name: document.name,
             footprint: document.footprint,
+            detected_radius,
         })
     }
 }

@@ -29,6 +29,7 @@ use crate::plugin::PluginVerb;
 use crate::record::RecordVerb;
 use crate::replay::{ReplayOptions, TryOptions};
 use crate::report::ReportOptions;
+use crate::ros::RosVerb;
 use crate::run_options::RunVerb;
 use crate::send::SendOptions;
 use crate::snapshot::SnapshotVerb;
@@ -183,6 +184,9 @@ pub enum Verb {
     Mcp(McpOptions),
     /// Check that this machine can run a robot (exit code 7 if not)
     Doctor(DoctorOptions),
+    /// List nodes, topics and services of ROS 2, and print and measure topics
+    #[command(subcommand)]
+    Ros(RosVerb),
     /// Explain an error code such as S006, or list all codes
     Explain {
         /// Error codes

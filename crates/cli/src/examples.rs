@@ -4,7 +4,7 @@ use slate::blackboard::nearest_names;
 use slate::module::Plugin;
 use slate::runtime::configuration::{Configuration, Database, Options, Variant, parse_change};
 use slate::runtime::snapshot::Snapshot;
-use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory, with_sensor_profile};
+use slate_run::{Application, EXTRA_TABLES, PATHS, RunHistory};
 
 use crate::failure::Failure;
 use crate::output;
@@ -14,13 +14,35 @@ struct Example {
     name: &'static str,
     about: &'static str,
     configuration: &'static str,
+    /// Path and text of the files that it includes.
+    embedded: &'static [(&'static str, &'static str)],
 }
 
 const EXAMPLES: [Example; 4] = [
-    Example { name: slate_exp1::NAME, about: slate_exp1::ABOUT, configuration: slate_exp1::CONFIGURATION },
-    Example { name: slate_exp2::NAME, about: slate_exp2::ABOUT, configuration: slate_exp2::CONFIGURATION },
-    Example { name: slate_exp3::NAME, about: slate_exp3::ABOUT, configuration: slate_exp3::CONFIGURATION },
-    Example { name: slate_suave::NAME, about: slate_suave::ABOUT, configuration: slate_suave::CONFIGURATION },
+    Example {
+        name: slate_exp1::NAME,
+        about: slate_exp1::ABOUT,
+        configuration: slate_exp1::CONFIGURATION,
+        embedded: &[],
+    },
+    Example {
+        name: slate_exp2::NAME,
+        about: slate_exp2::ABOUT,
+        configuration: slate_exp2::CONFIGURATION,
+        embedded: slate_exp2::EMBEDDED,
+    },
+    Example {
+        name: slate_exp3::NAME,
+        about: slate_exp3::ABOUT,
+        configuration: slate_exp3::CONFIGURATION,
+        embedded: slate_exp3::EMBEDDED,
+    },
+    Example {
+        name: slate_suave::NAME,
+        about: slate_suave::ABOUT,
+        configuration: slate_suave::CONFIGURATION,
+        embedded: &[],
+    },
 ];
 
 /// An example that is configuration, in the folder `examples` of Slate's sources.
@@ -156,8 +178,8 @@ pub fn find(
     };
     if let Some(example) = EXAMPLES.iter().find(|example| example.name == name) {
         let file = format!("{name}.toml");
-        let read = |sets| Database::from_text(&file, example.configuration, options(sets));
-        return Ok(application(name, with_sensor_profile(sets, read)?));
+        let options = Options { embedded: example.embedded, ..options(sets) };
+        return Ok(application(name, Database::from_text(&file, example.configuration, options)?));
     }
     let path = file_of(name);
     let path = path.as_path();
@@ -187,11 +209,10 @@ pub fn find(
         }
         false => (None, sets),
     };
-    let read = |sets| match &text {
-        Some(text) => Database::from_text(&format!("{stem}.toml"), text, options(sets)),
-        None => Database::open(path, options(sets)),
+    let database = match &text {
+        Some(text) => Database::from_text(&format!("{stem}.toml"), text, options(sets))?,
+        None => Database::open(path, options(sets))?,
     };
-    let database = with_sensor_profile(sets, read)?;
     Ok(application(&run, database))
 }
 

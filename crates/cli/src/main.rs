@@ -48,6 +48,7 @@ mod recording;
 mod replay;
 mod report;
 mod role;
+mod ros;
 mod run;
 mod run_options;
 mod send;
@@ -146,6 +147,7 @@ fn done(verb: &Verb) -> Result<u8, Failure> {
         Verb::Watch(options) => return watch::watch(options),
         Verb::Wait(options) => wait::wait(options),
         Verb::Stat(options) => return stat::stat(options),
+        Verb::Ros(verb) => return ros::ros(verb),
         Verb::Tree(options) => tree::tree(options),
         Verb::Top(options) => top::top(options),
         Verb::New(options) => new::new(options),

@@ -8,13 +8,17 @@ use serde_json::Value;
 
 const EXP1: &str = include_str!("../../../examples/exp1/exp1.toml");
 const EXP3: &str = include_str!("../../../examples/exp3/exp3.toml");
+/// The robot that EXP3 includes.
+const R3: &str = include_str!("../../../examples/exp2/robots/r3.toml");
 /// The head of the links of EXP1's robot.
 const LINKS: &str = "[robots.r2.links]\n";
 
 /// How many modules a configuration has, as its text says.
 fn modules_of(text: &str) -> usize {
     let document: toml_edit::DocumentMut = text.parse().unwrap();
-    let modules = |table: &toml_edit::Item| table["modules"].as_table_like().unwrap().len();
+    let modules = |table: &toml_edit::Item| {
+        table.get("modules").and_then(toml_edit::Item::as_table_like).map_or(0, |modules| modules.len())
+    };
     let robots = document["robots"].as_table_like().unwrap();
     modules(document.as_item()) + robots.iter().map(|(_, robot)| modules(robot)).sum::<usize>()
 }
@@ -35,7 +39,7 @@ fn findings(running: &Running, code: i32, arguments: &[&str]) -> Value {
 fn what_fits_is_called_good_and_leaves_nothing_behind() {
     let running = Running::new("check-good");
     let said = running.done(&["check", "exp3", "--strict"]);
-    let modules = modules_of(EXP3);
+    let modules = modules_of(EXP3) + modules_of(R3);
     assert!(said.contains(&format!("exp3 is good: 1 agent, {modules} modules, ")), "{said}");
     assert!(said.contains(" links, 2 actuators"), "{said}");
     let checked = findings(&running, 0, &["check", "exp1"]);
@@ -79,10 +83,12 @@ fn all_mistakes_are_told_at_once_with_their_places() {
 fn rules_of_reflexes_are_told_of_in_their_lines() {
     let running = Running::new("check-rules");
     let both = "sensor_rules = [{ sensor = \"sonar\", distance = 0.3 }, { sensor = \"robot_sensor\", distance = 0.25 }]";
-    assert_eq!(EXP3.matches(both).count(), 1);
-    let file = running.folder().join("rules.toml");
+    assert_eq!(R3.matches(both).count(), 1);
+    let file = running.folder().join("r3.toml");
+    let exp3 = EXP3.replacen("../exp2/robots/r3.toml", "r3.toml", 1);
+    std::fs::write(running.folder().join("rules.toml"), exp3).unwrap();
     let found = |rules: &str, words: &[&str], line: &str| {
-        let text = EXP3.replacen(both, rules, 1);
+        let text = R3.replacen(both, rules, 1);
         std::fs::write(&file, &text).unwrap();
         let checked = findings(&running, 7, &["check", "rules.toml"]);
         let found = checked["findings"].as_array().unwrap();
@@ -91,7 +97,7 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
         assert!(words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
         let place = found[0]["line"].as_u64().unwrap() as usize;
         let told = text.lines().nth(place - 1).unwrap();
-        assert!(told.contains(line) && found[0]["file"] == "rules.toml", "{told}: {checked}");
+        assert!(told.contains(line) && found[0]["file"] == "r3.toml", "{told}: {checked}");
     };
     let with =
         |second: &str| format!("sensor_rules = [\n{{ sensor = \"sonar\", distance = 0.3 }},\n{second}\n]");
@@ -113,8 +119,11 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
     found(&with(endless), &["item 2 of `sensor_rules` has no `distance`"], endless);
     found("sensor_rules = [{ distance = 0.3 }]", &["item 1 of `sensor_rules` has no `sensor`"], "distance");
     found("sensor_rules = []", &["expected a rule such as", "found none"], "sensor_rules = []");
+    // A threshold of another reflex.
+    let fast = "give_way_velocity = 9.0";
+    found(&format!("{both}\n{fast}"), &["`give_way_velocity` is 9, outside 0 to 5"], fast);
     // Another parameter of Knowledge.
-    let text = EXP3.replacen("robot = \"summit_xl\"", "robot = \"summit\"", 1);
+    let text = R3.replacen("robot = \"summit_xl\"", "robot = \"summit\"", 1);
     std::fs::write(&file, &text).unwrap();
     let checked = findings(&running, 7, &["check", "rules.toml"]);
     let place = checked["findings"][0]["line"].as_u64().unwrap() as usize;
@@ -311,12 +320,49 @@ fn a_mistake_has_the_code_of_its_kind() {
         ("loop.period=fast", "S015"),
         ("robots.r2.links.\"planner/goal\"=\"/simulator/r2/position\"", "S016"),
         ("robots.r2.modules.planner.params.max_linear_velocity=99", "S015"),
+        ("robots.r2.modules.knowledge.params.robot=summit_xl", "S017"),
     ] {
         let checked = findings(&running, 7, &["check", "exp1", "--set", set]);
         assert_eq!(checked["findings"][0]["code"], code, "{set}: {checked}");
     }
     std::fs::write(running.folder().join("text.toml"), "[loop\nperiod").unwrap();
     assert_eq!(findings(&running, 7, &["check", "text.toml"])["findings"][0]["code"], "S001");
+}
+
+#[test]
+fn a_robot_model_of_another_robot_is_refused_with_both_places() {
+    let running = Running::new("check-robot");
+    let line_of =
+        |text: &str, words: &str| text.lines().position(|line| line.contains(words)).unwrap_or_default() + 1;
+    let knows = "knowledge = { kind = \"wheeled_knowledge\", params = { robot = \"pioneer_p3dx\" } }";
+    let other = EXP1.replacen(knows, &knows.replace("pioneer_p3dx", "summit_xl"), 1);
+    let none = EXP1.replacen(knows, "knowledge = { kind = \"wheeled_knowledge\" }", 1);
+    let model = line_of(EXP1, "model = \"pioneer_p3dx\"");
+    for (name, text, code, words) in [
+        (
+            "other.toml",
+            &other,
+            "S017",
+            format!("`simulator` has a `pioneer_p3dx` there (other.toml:{model})"),
+        ),
+        ("none.toml", &none, "", "no robot is named; expected one of pioneer_p3dx, summit_xl".into()),
+    ] {
+        std::fs::write(running.folder().join(name), text).unwrap();
+        let checked = findings(&running, 7, &["check", name]);
+        let found = checked["findings"].as_array().unwrap();
+        assert_eq!(found.len(), 1, "{checked}");
+        assert!(found[0]["message"].as_str().unwrap().contains(&words), "{checked}");
+        assert_eq!((&found[0]["code"], &found[0]["line"]), (&code.into(), &line_of(EXP1, knows).into()));
+        running.fails(2, &["run", name, "--headless"], &["knowledge"]);
+    }
+    // The driver of a real Pioneer knows its robot, too.
+    let pioneer = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/exp1/pioneer.toml");
+    let pioneer = pioneer.to_str().unwrap();
+    findings(&running, 0, &["check", pioneer]);
+    let set = "robots.r2.modules.knowledge.params.robot=summit_xl";
+    let checked = findings(&running, 7, &["check", pioneer, "--set", set]);
+    let message = checked["findings"][0]["message"].as_str().unwrap();
+    assert!(message.contains("`pioneer` has a `pioneer_p3dx` there"), "{checked}");
 }
 
 #[test]

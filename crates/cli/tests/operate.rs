@@ -15,8 +15,6 @@ use std::time::{Duration, Instant};
 use common::{Running, json, text, wait_for};
 use serde_json::Value;
 
-const EXP3: &str = include_str!("../../../examples/exp3/exp3.toml");
-
 /// A run without an end, whose robot has no reflexes, as these go before a person.
 const EXP1: [&str; 11] = [
     "run",
@@ -35,11 +33,7 @@ const EXP1: [&str; 11] = [
 #[test]
 fn goals_that_nobody_reads_are_told_to_do_nothing() {
     let mut running = Running::new("goal-unread");
-    // R3's reflex keeps clear of its goal; without it nobody reads that.
-    let reflex = "give_way = { kind = \"give_way_model\" }\n";
-    assert_eq!(EXP3.matches(reflex).count(), 1);
-    std::fs::write(running.folder().join("robot.toml"), EXP3.replacen(reflex, "", 1)).unwrap();
-    running.start("exp3", &["run", "robot.toml", "--headless", "--rate", "0.3"]);
+    running.start("exp3", &["run", "exp3", "--headless", "--rate", "0.3"]);
     let words = ["no module has a settable goal", "the goals of r2/knowledge, r3/knowledge have no reader"];
     running.fails(4, &["goal", "1", "0", "--yes"], &words);
 }

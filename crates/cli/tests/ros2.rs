@@ -47,7 +47,7 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
     let (head, _) = block("toml").split_once("[ros2]").unwrap();
     let with = |links: &str| std::fs::write(&robot, format!("{head}[links]\n{links}\n")).unwrap();
     let refused = |words: &[&str]| {
-        running.fails(7, &["check", "robot.toml"], &[words, &["robot.toml:14:"]].concat());
+        running.fails(7, &["check", "robot.toml"], &[words, &["robot.toml:13:"]].concat());
         running.fails(2, &["run", "robot.toml", "--headless"], words);
     };
     with("\"simulator/r2/wheels\" = \"dds:wheels\"");
@@ -66,9 +66,17 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
         true => drop(running.done(&["check", "robot.toml"])),
         false => refused(&["built without ROS 2, which `ros2:/wheels` needs", "--features ros2"]),
     }
+    if cfg!(all(feature = "ros2", feature = "zenoh")) {
+        let network =
+            "[network]\nlisten = [\"tcp/127.0.0.1:7447\"]\nread.\"simulator/r2/wheels\" = \"zenoh:wheels\"";
+        with(&format!("\"simulator/r2/wheels\" = \"ros2:/wheels\"\n{network}"));
+        refused(&["would be filled by `zenoh:wheels` and by `ros2:/wheels`", "take one of the two away"]);
+        with("\"simulator/r2/wheels\" = \"ros2:/wheels\"\n\"ros2:/odom\" = \"simulator/r2/odometry\"");
+    }
     // A drawing needs no bridge.
     let graph = running.done(&["graph", "robot.toml", "--format", "mermaid"]);
-    assert!(graph.contains("ros2:") && graph.contains("/odom") && graph.contains("r2/wheels"), "{graph}");
+    let has = |name: &str| graph.contains(&format!("([\"{name}\"])"));
+    assert!(has("ros2:/wheels") && has("ros2:/odom") && graph.contains("r2/odometry"), "{graph}");
 }
 
 #[test]
@@ -99,4 +107,52 @@ fn a_node_drives_a_robot_as_the_book_says_and_the_run_is_made_again() {
     assert!(verdict.starts_with("identical, "), "{verdict}");
     let info = running.done(&["bag", "info", "here/run.mcap"]);
     assert!(info.contains("simulator/r2/wheels  ros2:/wheels"), "{info}");
+}
+
+#[test]
+#[cfg(not(feature = "ros2"))]
+fn a_command_without_ros_says_how_to_get_it() {
+    let running = Running::new("ros2-missing");
+    running.fails(2, &["ros", "list"], &["built without ROS 2", "cargo build --release --features ros2"]);
+}
+
+#[test]
+#[cfg(all(feature = "ros2", feature = "external-tools"))]
+fn topics_of_a_domain_are_listed_printed_and_measured() {
+    use std::path::Path;
+    use std::process::{Command, Stdio};
+
+    let running = Running::new("ros2-tools");
+    // A domain that hardly anybody has.
+    let domain = (100 + std::process::id() % 100).to_string();
+    let python = slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")));
+    let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/exp1/base.py");
+    let mut node = Command::new(python);
+    node.arg(base).env("ROS_DOMAIN_ID", &domain).env("ROS_LOG_DIR", running.folder().join("log"));
+    let mut node = node.stdin(Stdio::null()).spawn().unwrap();
+    let ros = |verb: &[&str]| {
+        let domain = ["--domain", domain.as_str(), "--wait", "4s"];
+        running.done(&[&["ros"], verb, &domain].concat())
+    };
+    let list = ros(&["list"]);
+    for line in ["node     /base", "nav_msgs/msg/Odometry", "service  /base/get_parameters"] {
+        assert!(list.contains(line), "{line}: {list}");
+    }
+    let list: serde_json::Value = serde_json::from_str(&ros(&["list", "--json"])).unwrap();
+    assert!(list["topics"].as_array().unwrap().iter().any(|topic| topic["topic"] == "/cmd_vel"), "{list}");
+    let info = ros(&["info", "/scan"]);
+    assert!(info.contains("publisher") && info.contains("/base") && info.contains("BEST_EFFORT"), "{info}");
+    let echo = ros(&["echo", "/odom", "--count", "2", "--timeout", "10s"]);
+    assert!(echo.contains("child_frame_id: \"base_link\"") && echo.ends_with("---\n"), "{echo}");
+    let scan = ros(&["echo", "/scan", "--count", "1", "--timeout", "10s", "--json"]);
+    let scan: serde_json::Value = serde_json::from_str(&scan).unwrap();
+    assert_eq!(scan["ranges"].as_array().map(Vec::len), Some(64));
+    let rate: serde_json::Value = serde_json::from_str(&ros(&["hz", "/odom", "--json"])).unwrap();
+    let hertz = rate["rate"].as_f64().unwrap();
+    assert!((20.0..80.0).contains(&hertz), "{rate}");
+    let end = ["--domain", &domain, "--wait", "4s"];
+    running.fails(4, &[&["ros", "info", "/odometry"], &end[..]].concat(), &["/odometry", "/odom"]);
+    running.fails(7, &[&["ros", "hz", "/odom", "--min", "1000"], &end[..]].concat(), &[]);
+    node.kill().unwrap();
+    node.wait().unwrap();
 }

@@ -283,7 +283,17 @@ fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
     set(5, "[]", &["expected a rule such as", "found none"]);
     set(5, "[{ distance = 0.2 }]", &["item 1 of `sensor_rules` has no `sensor`", "distance"]);
     running.done(&["set", rules, "[{ sensor = \"sonar\", distance = 0.15 }]"]);
-    running.done(&["wait", "/r2/knowledge/rules/sensors/0/distance", "== 0.15", "--timeout", "20s"]);
+    running.done(&[
+        "wait",
+        "/r2/knowledge/rules/avoid_obstacle/sensors/0/distance",
+        "== 0.15",
+        "--timeout",
+        "20s",
+    ]);
+    let timeout = "/r2/knowledge/params/release_timeout";
+    running.fails(5, &["set", timeout, "0.0"], &["release_timeout", "0.1 to 60"]);
+    running.done(&["set", timeout, "5.0"]);
+    running.done(&["wait", "/r2/knowledge/rules/bumper_release/timeout", "== 5.0", "--timeout", "20s"]);
     // A link that the rule needs is not removed.
     running.fails(5, &["unlink", "r2/knowledge/sonar"], &["a rule for the sensor `sonar`"]);
 }

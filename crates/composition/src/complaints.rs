@@ -22,6 +22,15 @@ impl<'a> Complaints<'a> {
         self.diagnostics.push(self.configuration.diagnostic(span, message, Some(help)));
     }
 
+    /// A place in words, such as `line 12` of the same file, or `robot.toml:12`.
+    pub fn place(&self, span: Span) -> String {
+        let diagnostic = self.configuration.diagnostic(span, "", None);
+        match (diagnostic.source_name(), diagnostic.line()) {
+            (Some(file), Some(line)) => format!("{file}:{line}"),
+            _ => "the command line".into(),
+        }
+    }
+
     /// Adds one whose message says what to do.
     pub fn add_plain(&mut self, span: Span, message: impl Into<Message>) {
         self.diagnostics.push(self.configuration.diagnostic(span, message, None));

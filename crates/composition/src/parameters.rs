@@ -4,8 +4,7 @@ use slate_blackboard::interface::{self, Descriptor, Interface, edit};
 use slate_module::{Bool, Description};
 
 use crate::complaints::Complaints;
-use slate_configuration::Mistake;
-use slate_configuration::{Spanned, Table, Value};
+use slate_configuration::{Configuration, Mistake, Module, Spanned, Table, Value};
 
 /// Whether a module runs.
 #[slate_module::interface]
@@ -55,15 +54,40 @@ fn fields(descriptor: &Descriptor) -> String {
     format!("{{ {} }}", fields.join(", "))
 }
 
-/// The parameters of a module: its defaults, and what configuration says.
-pub fn bytes(description: &Description, table: &Table, complaints: &mut Complaints<'_>) -> Vec<u8> {
+/// The values of settings that parameters of a module follow, by parameter, where the configuration gives them none.
+pub fn followed<'a>(
+    configuration: &'a Configuration,
+    module: &Module,
+    description: &Description,
+) -> Vec<(String, &'a Spanned<Value>)> {
+    let robot = module.name.value.rsplit_once('/').map_or("", |(robot, _)| robot);
+    let open = description.parameters.iter().filter(|parameter| module.params.get(&parameter.name).is_none());
+    let followed = open.filter_map(|parameter| {
+        let settings = parameter.follows.iter().map(|path| path.replace("{robot}", robot));
+        // Empty text is that of no setting.
+        let is_said = |value: &&Spanned<Value>| value.value.as_str() != Some("");
+        let value = settings.filter_map(|path| configuration.value(&path)).find(is_said)?;
+        Some((parameter.name.clone(), value))
+    });
+    followed.collect()
+}
+
+/// The parameters of a module: its defaults, what they follow, and what configuration says.
+pub fn bytes(
+    description: &Description,
+    table: &Table,
+    followed: &[(String, &Spanned<Value>)],
+    complaints: &mut Complaints<'_>,
+) -> Vec<u8> {
     let descriptor = description.params;
     let mut bytes = vec![0; descriptor.size];
     for parameter in &description.parameters {
         // The default comes from a value of the interface itself.
         let _ = edit(descriptor, &mut bytes, 0, &parameter.name, &parameter.default);
     }
-    for (name, entry) in table.iter() {
+    let own = table.iter().map(|(name, entry)| (name, entry.key, &entry.value));
+    let followed = followed.iter().map(|(name, value)| (name.as_str(), value.span, *value));
+    for (name, key, entry) in followed.chain(own) {
         let Some(parameter) = description.parameters.iter().find(|parameter| parameter.name == name) else {
             let names = description.parameters.iter().map(|parameter| parameter.name.as_str());
             let near = slate_blackboard::nearest_names(name, names.clone());
@@ -72,16 +96,16 @@ pub fn bytes(description: &Description, table: &Table, complaints: &mut Complain
                 (Some(near), _) => format!("did you mean `{near}`?"),
                 (None, _) => format!("there are: {}", names.collect::<Vec<_>>().join(", ")),
             };
-            complaints.add(entry.key, Mistake::Parameter.of(format!("no parameter `{name}`")), help);
+            complaints.add(key, Mistake::Parameter.of(format!("no parameter `{name}`")), help);
             continue;
         };
-        let value = interface::Value::from(&entry.value.value);
+        let value = interface::Value::from(&entry.value);
         if let (Some((low, high)), Some(number)) = (parameter.range, value.as_f64())
             && !(low..=high).contains(&number)
         {
             let message = Mistake::Value.of(format!("`{name}` is {number}, outside {low} to {high}"));
             complaints.add(
-                entry.value.span,
+                entry.span,
                 message,
                 format!("choose a value from {low} to {high}; the default is {}", parameter.default),
             );
@@ -93,7 +117,7 @@ pub fn bytes(description: &Description, table: &Table, complaints: &mut Complain
             // Items of the default with the same place are no default of these.
             bytes[field.offset..field.offset + field.kind.size()].fill(0);
             if let interface::Kind::Nested(item) = item
-                && refuse_gaps(name, &entry.value.value, item, complaints)
+                && refuse_gaps(name, &entry.value, item, complaints)
             {
                 continue;
             }
@@ -105,7 +129,7 @@ pub fn bytes(description: &Description, table: &Table, complaints: &mut Complain
             } else {
                 format!("its unit is {unit}")
             };
-            complaints.add(entry.value.span, Mistake::Value.of(error.to_string()), help);
+            complaints.add(entry.span, Mistake::Value.of(error.to_string()), help);
         }
     }
     bytes

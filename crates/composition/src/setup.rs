@@ -17,13 +17,16 @@ pub struct OwnSetup {
     pub period: u64,
     /// The section of the configuration that its kind asks for.
     pub section: Option<Value>,
+    /// Its parameters, for the description of its hardware; none else.
+    pub params: Option<Vec<u8>>,
 }
 
 impl OwnSetup {
     /// Lends it in the form that modules take.
     pub fn with<R>(&self, work: impl FnOnce(&Setup<'_>) -> R) -> R {
         let (seed, period) = (self.seed, self.period);
-        work(&Setup { name: &self.name, seed, period, section: self.section.as_ref() })
+        let (section, params) = (self.section.as_ref(), self.params.as_deref());
+        work(&Setup { name: &self.name, seed, period, section, params })
     }
 }
 

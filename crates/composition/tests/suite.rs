@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, missing_docs, reason = "a test that fails panics")]
 
 mod devices;
+mod hardware;
 mod inference;
 mod robot;
 mod rules;

@@ -1,9 +1,10 @@
-//! Modules and links of a configuration that are not written: modules of plugins that were loaded by hand, and inferred
-//! links.
+//! What a configuration's links fill and carry, and modules and links that are not written: modules of plugins that were loaded
+//! by hand, and inferred links.
 
 use slate_blackboard::is_within;
 
 use super::Configuration;
+use super::external::{ExternalDirection, ExternalLink};
 use super::inferred::InferredLink;
 use super::model::{Isolation, Link, Module, Wiring};
 use super::senders::UNNAMED;
@@ -11,6 +12,29 @@ use super::source::{SettingSource, SourceKind, Span, Spanned};
 use super::value::{Table, Value};
 
 impl Configuration {
+    /// The links to and from programs that are no agents.
+    pub fn external_links(&self) -> &[ExternalLink] {
+        &self.external
+    }
+
+    /// Those with a scheme.
+    pub fn links_of_scheme(&self, scheme: &str) -> impl Iterator<Item = &ExternalLink> {
+        self.external.iter().filter(move |link| link.other.value.scheme == scheme)
+    }
+
+    /// Whether a link fills an input or a part of it, from this agent, another one or a program that is no agent.
+    pub fn is_filled(&self, input: &str) -> bool {
+        let fills = |link: &Link| is_within(&link.to.value, input);
+        self.links.iter().any(fills) || self.external.iter().any(|link| link.fills(input))
+    }
+
+    /// Whether a link to a program that is no agent carries a property or a part of it.
+    pub fn is_sent_outside(&self, path: &str) -> bool {
+        let is_out = |link: &&ExternalLink| link.direction == ExternalDirection::Out;
+        let mut sent = self.external.iter().filter(is_out);
+        sent.any(|link| is_within(&link.path.value, path))
+    }
+
     /// Whether a port is linked, or has a value, or is to have neither.
     pub fn says_of_port(&self, path: &str) -> bool {
         let fills = |link: &Link| !link.is_inferred() && is_within(&link.to.value, path);

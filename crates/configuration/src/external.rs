@@ -2,8 +2,6 @@
 
 use std::fmt;
 
-use super::Configuration;
-use super::model::Link;
 use super::source::Spanned;
 use super::value::Table;
 
@@ -82,30 +80,5 @@ impl ExternalLink {
     /// Whether it fills an input, or a part of it.
     pub fn fills(&self, input: &str) -> bool {
         self.direction == ExternalDirection::In && slate_blackboard::is_within(&self.path.value, input)
-    }
-}
-
-impl Configuration {
-    /// The links to and from programs that are no agents.
-    pub fn external_links(&self) -> &[ExternalLink] {
-        &self.external
-    }
-
-    /// Those with a scheme.
-    pub fn links_of_scheme(&self, scheme: &str) -> impl Iterator<Item = &ExternalLink> {
-        self.external.iter().filter(move |link| link.other.value.scheme == scheme)
-    }
-
-    /// Whether a link fills an input or a part of it, from this agent, another one or a program that is no agent.
-    pub fn is_filled(&self, input: &str) -> bool {
-        let fills = |link: &Link| slate_blackboard::is_within(&link.to.value, input);
-        self.links.iter().any(fills) || self.external.iter().any(|link| link.fills(input))
-    }
-
-    /// Whether a link to a program that is no agent carries a property or a part of it.
-    pub fn is_sent_outside(&self, path: &str) -> bool {
-        let is_out = |link: &&ExternalLink| link.direction == ExternalDirection::Out;
-        let mut sent = self.external.iter().filter(is_out);
-        sent.any(|link| slate_blackboard::is_within(&link.path.value, path))
     }
 }

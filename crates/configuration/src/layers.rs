@@ -38,6 +38,8 @@ pub(super) struct Layers {
     pub(super) elsewhere: bool,
     /// The application's settings that are paths.
     pub(super) paths: Vec<Vec<String>>,
+    /// Path and text of the program's embedded files.
+    pub(super) embedded: Vec<(&'static str, &'static str)>,
     /// The text that includes the current one in the end.
     root: Option<usize>,
     ranks: usize,
@@ -107,13 +109,26 @@ impl Layers {
         }
     }
 
+    /// The embedded file that a text without a file of its own includes; empty when it was read before.
+    fn take_embedded(&mut self, id: usize, path: &Path) -> Option<Arc<str>> {
+        if self.sources.0[id].path().is_some() {
+            return None;
+        }
+        let (_, text) = self.embedded.iter_mut().find(|(own, _)| Path::new(own) == path)?;
+        Some(std::mem::take(text).into())
+    }
+
     /// Takes over what a text says, or the part of it that is a source of its own.
     pub(super) fn table(&mut self, id: usize, mut table: Table) {
         if let Some(TableEntry { value, .. }) = table.entries.remove("include") {
             let source = &self.sources.0[id];
             let folder = source.path().unwrap_or(Path::new(&source.name)).parent().map(Path::to_owned);
             for file in self.problems.texts("include", &value, "common.toml") {
-                self.file(&folder.clone().unwrap_or_default().join(&file.value), Some(file.span));
+                let path = folder.clone().unwrap_or_default().join(&file.value);
+                match self.take_embedded(id, &path) {
+                    Some(text) => self.text(crate::printable(&path), SourceKind::File, None, text),
+                    None => self.file(&path, Some(file.span)),
+                }
             }
         }
         if let Some(folder) = self.sources.0[id].path().and_then(Path::parent) {

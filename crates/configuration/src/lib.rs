@@ -125,6 +125,8 @@ pub struct Options {
     /// Settings of the application that may be paths, relative to the file that they are written in, such as `world.arena`;
     /// `*` is any name. What has neither a slash nor the ending `.toml` is a name, and no path.
     pub paths: Vec<String>,
+    /// Path and text of files that are part of the program: a main text includes them in place of those on the disk.
+    pub embedded: &'static [(&'static str, &'static str)],
     /// Whether the main text is that of a running or recorded agent: what its variants set is part of it already, below later
     /// settings.
     pub is_recorded: bool,
@@ -286,6 +288,15 @@ impl Configuration {
     pub fn value(&self, path: &str) -> Option<&Spanned<Value>> {
         let names = scope::flatten_path(path::names(path, self.described_as()).ok()?);
         self.merged.at(names.iter().map(String::as_str))
+    }
+
+    /// Whether the messages of an outbox leave the agent over a bridge, as an entry of `[ros2.call]` names it.
+    pub fn is_outgoing(&self, outbox: &str) -> bool {
+        let calls = self.value("ros2.call").and_then(|calls| calls.as_table());
+        let from = |entry: &Spanned<Value>| entry.as_table()?.get("from")?.as_str().map(ToOwned::to_owned);
+        let mut outgoing =
+            calls.into_iter().flat_map(Table::iter).filter_map(|(_, entry)| from(&entry.value));
+        outgoing.any(|from| self.own_path(&from).is_ok_and(|path| path == outbox))
     }
 
     /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or the

@@ -40,6 +40,8 @@ pub enum Mistake {
     Value,
     /// A link bypasses the architecture.
     Attachment,
+    /// A RobotModel is not that of its robot.
+    Hardware,
     /// No agent is reached.
     NoAgent,
     /// It has to be said which agent.
@@ -60,7 +62,7 @@ pub enum Mistake {
 
 impl Mistake {
     /// All of them, in the order of their codes.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 25] = [
         Self::Syntax,
         Self::Key,
         Self::Parameter,
@@ -77,6 +79,7 @@ impl Mistake {
         Self::Library,
         Self::Value,
         Self::Attachment,
+        Self::Hardware,
         Self::NoAgent,
         Self::WhichAgent,
         Self::Silent,
@@ -106,6 +109,7 @@ impl Mistake {
             Self::Library => "S014",
             Self::Value => "S015",
             Self::Attachment => "S016",
+            Self::Hardware => "S017",
             Self::NoAgent => "S101",
             Self::WhichAgent => "S102",
             Self::Silent => "S103",

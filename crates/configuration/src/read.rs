@@ -93,6 +93,7 @@ pub(super) fn layers(request: &ReadRequest<'_>, files: Files) -> Layers {
     let ReadRequest { main, options, elsewhere, .. } = request;
     let mut layers = Layers::of(options.agent.clone(), files, *elsewhere);
     layers.paths = options.paths.iter().map(|path| path.split('.').map(String::from).collect()).collect();
+    layers.embedded = options.embedded.to_vec();
     layers.defaults();
     layers.sets(SourceKind::Default, options.defaults.iter().map(|text| Written { text, equals: None }));
     match main {

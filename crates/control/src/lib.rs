@@ -25,6 +25,7 @@ pub mod client;
 mod connection;
 mod dispatcher;
 mod entries;
+mod frames;
 pub mod graph;
 mod lease;
 mod operation;
@@ -57,6 +58,7 @@ pub use entries::{
     ModuleEntry, News, PluginEntry, PropertyEntry, Reading, Refusal, Reloaded, RemoteSnapshotEntry, Saved,
     SettingEntry, SnapshotEntry, Spread, Switched, TraceEntry, TrackEntry, UnloadedPlugin, Watched,
 };
+pub use frames::{TransformStream, frames, is_transform};
 pub use lease::LOOK;
 pub use operation::{
     BASE, Caller, MatchedOperation, Operation, OperationRequest, Pace, Parameter, without_slash,

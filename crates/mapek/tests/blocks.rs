@@ -57,7 +57,7 @@ fn a_robot_has_one_plan_one_execute_and_one_knowledge() {
 #[test]
 fn ports_that_may_be_linked_have_the_same_role() {
     let role = |kind: ModuleKind, port: &str| {
-        let setup = Setup { name: "test", seed: 0, period: 20_000_000, section: None };
+        let setup = Setup { name: "test", seed: 0, period: 20_000_000, section: None, params: None };
         let description = kind.describe(&setup).unwrap();
         description
             .ports

@@ -126,6 +126,11 @@ fn several_robots_stand_behind_their_world() {
     assert!(first < second);
     let same = robot().with(Robot::new("r3").monitor::<NearMonitor>("near")).world_of(&text);
     assert_eq!(same.to_toml().unwrap(), text, "its robots are left out");
+    for include in ["include = \"r3.toml\"\n", "include = [\"r3.toml\"]\n", "include=[\n  \"r3.toml\",\n]\n"]
+    {
+        let same = robot().with(Robot::new("r3").monitor::<NearMonitor>("near"));
+        assert_eq!(same.world_of(&format!("{include}{text}")).to_toml().unwrap(), text, "{include}");
+    }
 }
 
 #[test]

@@ -34,8 +34,8 @@
 
 // The version of this interface; a host refuses what was built for another one.
 //
-// 2: a description says which inputs are required, and an interface may have padding.
-#define SLATE_ABI 2
+// 3: a setup may have parameters, and a description hardware of robots.
+#define SLATE_ABI 3
 
 // A call went as it should.
 #define SLATE_DONE 0
@@ -158,6 +158,8 @@ typedef struct SlateSetupTable {
     uint64_t period;
     // The configuration table that the module asked for, as CBOR; none when it is not there.
     struct SlateBytes section;
+    // A value of the parameter interface, when a kind that describes hardware is described once more; none else.
+    struct SlateBytes params;
 } SlateSetupTable;
 
 // Takes bytes from a module: a description, a state, or the reason of a refusal. What is written adds up.
@@ -367,11 +369,12 @@ SLATE_STATIC_ASSERT(offsetof(SlateBytes, length) == 8, "Bytes.length");
 SLATE_STATIC_ASSERT(sizeof(SlateSink) == 16, "Sink");
 SLATE_STATIC_ASSERT(offsetof(SlateSink, context) == 0, "Sink.context");
 SLATE_STATIC_ASSERT(offsetof(SlateSink, write) == 8, "Sink.write");
-SLATE_STATIC_ASSERT(sizeof(SlateSetupTable) == 48, "SetupTable");
+SLATE_STATIC_ASSERT(sizeof(SlateSetupTable) == 64, "SetupTable");
 SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, name) == 0, "SetupTable.name");
 SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, seed) == 16, "SetupTable.seed");
 SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, period) == 24, "SetupTable.period");
 SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, section) == 32, "SetupTable.section");
+SLATE_STATIC_ASSERT(offsetof(SlateSetupTable, params) == 48, "SetupTable.params");
 SLATE_STATIC_ASSERT(sizeof(SlateModuleTable) == 104, "ModuleTable");
 SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, name) == 0, "ModuleTable.name");
 SLATE_STATIC_ASSERT(offsetof(SlateModuleTable, doc) == 16, "ModuleTable.doc");

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 use slate_blackboard::interface::Descriptor;
 
-use crate::Parameter;
+use crate::{Hardware, Parameter};
 
 /// What the host must know of a module before it runs it.
 #[derive(Clone, Debug)]
@@ -20,6 +20,10 @@ pub struct Description {
     pub deadline: Option<u64>,
     /// What only one module of a robot may be, such as `plan`; empty for nothing.
     pub unique: String,
+    /// Whether it is described again with its parameters, of which its hardware depends.
+    pub describes_hardware: bool,
+    /// Hardware of robots, as far as the setup says it.
+    pub hardware: Vec<Hardware>,
 }
 
 /// A port, as the host sees it.

@@ -91,7 +91,9 @@ unsafe fn with_setup<R>(
     let (table, name, section) = unsafe { (&*table, (*table).name.as_slice(), (*table).section.as_slice()) };
     let name = std::str::from_utf8(name).map_err(|error| Refusal(format!("the module's name: {error}")))?;
     let section = if section.is_empty() { None } else { Some(decode(section)?) };
-    work(&Setup { name, seed: table.seed, period: table.period, section: section.as_ref() })
+    // SAFETY: passed on to the caller.
+    let params = (!table.params.data.is_null()).then(|| unsafe { table.params.as_slice() });
+    work(&Setup { name, seed: table.seed, period: table.period, section: section.as_ref(), params })
 }
 
 unsafe extern "C" fn describe<I: Instance>(setup: *const SetupTable, sink: *const Sink) -> i32 {

@@ -54,8 +54,12 @@ pub(crate) struct Authored<M: Module> {
 }
 
 impl<M: Module> Instance for Authored<M> {
-    fn describe(_: &Setup<'_>) -> Result<Description, Refusal> {
+    fn describe(setup: &Setup<'_>) -> Result<Description, Refusal> {
         let spec = M::spec();
+        let hardware = match setup.params {
+            Some(params) => M::hardware(setup, &read_params::<M::Params>(params)?)?,
+            None => Vec::new(),
+        };
         Ok(Description {
             ports: M::Io::describe(),
             params: M::Params::DESCRIPTOR,
@@ -64,6 +68,8 @@ impl<M: Module> Instance for Authored<M> {
             trigger: spec.trigger,
             deadline: spec.deadline,
             unique: spec.unique.into(),
+            describes_hardware: M::DESCRIBES_HARDWARE,
+            hardware,
         })
     }
 

@@ -80,6 +80,7 @@ mod codec;
 mod description;
 mod export;
 mod frame;
+mod hardware;
 mod instance;
 pub mod math;
 mod module;
@@ -100,6 +101,7 @@ pub use description::{Description, Direction, PortDescription, Stage, Trigger, p
 #[doc(hidden)]
 pub use export::write_robot;
 pub use frame::{Entry, Flags, Frame, Host, Level, PortSlot};
+pub use hardware::{Hardware, HardwareDevice, HardwareDrive};
 pub use instance::{Instance, read_params};
 pub use module::{Module, Outcome, Refusal, Spec};
 pub use outline::{ModuleOutline, Outline, PluginOutline, PortList, PortOutline};

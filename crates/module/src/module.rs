@@ -1,6 +1,6 @@
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::{Params, Ports, Setup, Stage, Tick, Trigger};
+use crate::{Hardware, Params, Ports, Setup, Stage, Tick, Trigger};
 
 /// A unit of behaviour: a pure step over inputs, outputs and parameters that the host owns, and a state.
 ///
@@ -21,6 +21,9 @@ pub trait Module: Sized + 'static {
     /// The step of the main loop that it belongs to.
     const STAGE: Stage;
 
+    /// Whether its parameters name a robot, whose hardware [`hardware`](Module::hardware) returns.
+    const DESCRIBES_HARDWARE: bool = false;
+
     /// Trigger and deadline.
     fn spec() -> Spec;
 
@@ -29,6 +32,14 @@ pub trait Module: Sized + 'static {
     /// # Errors
     /// A refusal in words; the agent then does not start.
     fn create(setup: &Setup<'_>, params: &Self::Params) -> Result<Self::State, Refusal>;
+
+    /// The hardware of the robots that its parameters name, asked before it is created and after each change of its parameters.
+    ///
+    /// # Errors
+    /// A refusal when there is no such robot: `params.NAME: ` and what was expected.
+    fn hardware(_: &Setup<'_>, _: &Self::Params) -> Result<Vec<Hardware>, Refusal> {
+        Ok(Vec::new())
+    }
 
     /// One step. It must not wait, and knows the time only from `now`.
     fn tick(state: &mut Self::State, io: &Self::Io, params: &Self::Params, now: &Tick) -> Outcome;

@@ -9,6 +9,9 @@ pub struct Parameter {
     pub default: Value,
     /// The least and the greatest value allowed.
     pub range: Option<(f64, f64)>,
+    /// Settings of the configuration whose value it takes unless it has one itself: the first that is there, such as
+    /// `world.robots.{robot}.profile`, where `{robot}` is the module's robot.
+    pub follows: Vec<String>,
 }
 
 /// The parameters of a module, made by the `#[params]` macro.

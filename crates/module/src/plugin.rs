@@ -219,6 +219,9 @@ fn setup_table(setup: &Setup<'_>, section: &[u8]) -> SetupTable {
         seed: setup.seed,
         period: setup.period,
         section: Bytes { data: section.as_ptr(), length: section.len() },
+        params: setup
+            .params
+            .map_or(Bytes::NONE, |params| Bytes { data: params.as_ptr(), length: params.len() }),
     }
 }
 

@@ -9,7 +9,9 @@ use slate_blackboard::interface::{
     Constant, Descriptor, Enumeration, Field, Kind, Primitive, Value, schema_hash,
 };
 
-use crate::{Description, Direction, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode};
+use crate::{
+    Description, Direction, Hardware, Parameter, PortDescription, Refusal, Stage, Trigger, decode, encode,
+};
 
 /// A [`Description`] without pointers. What is left out of it has the usual value.
 #[derive(Debug, Serialize, Deserialize)]
@@ -28,6 +30,10 @@ pub struct PortableDescription {
     deadline: Option<u64>,
     #[serde(default)]
     unique: String,
+    #[serde(default)]
+    describes_hardware: bool,
+    #[serde(default)]
+    hardware: Vec<Hardware>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
@@ -59,6 +65,8 @@ struct PortableParameter {
     default: Value,
     #[serde(default)]
     range: Option<(f64, f64)>,
+    #[serde(default)]
+    follows: Vec<String>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -118,11 +126,14 @@ pub(crate) fn encode_description(description: &Description) -> Result<Vec<u8>, R
                 name: parameter.name.clone(),
                 default: parameter.default.clone(),
                 range: parameter.range,
+                follows: parameter.follows.clone(),
             })
             .collect(),
         trigger: Some(description.trigger.clone()),
         deadline: description.deadline,
         unique: description.unique.clone(),
+        describes_hardware: description.describes_hardware,
+        hardware: description.hardware.clone(),
     })
 }
 
@@ -243,12 +254,15 @@ impl TryFrom<PortableDescription> for Description {
                     name: parameter.name,
                     default: parameter.default,
                     range: parameter.range,
+                    follows: parameter.follows,
                 })
                 .collect(),
             stage: portable.stage,
             trigger: portable.trigger.unwrap_or(Trigger::Stage),
             deadline: portable.deadline,
             unique: portable.unique,
+            describes_hardware: portable.describes_hardware,
+            hardware: portable.hardware,
         })
     }
 }

@@ -11,4 +11,7 @@ pub struct Setup<'a> {
     pub period: u64,
     /// The configuration table named by [`Instance::SECTION`](crate::Instance::SECTION), if the module asks for one and it is there.
     pub section: Option<&'a Value>,
+    /// A value of the parameter interface, when a module that [describes hardware](crate::Module::DESCRIBES_HARDWARE) is described
+    /// with its parameters.
+    pub params: Option<&'a [u8]>,
 }

@@ -5,8 +5,8 @@ use crate::Frame;
 
 /// The version of this interface; a host refuses what was built for another one.
 ///
-/// 2: a description says which inputs are required, and an interface may have padding.
-pub const ABI: u32 = 2;
+/// 3: a setup may have parameters, and a description hardware of robots.
+pub const ABI: u32 = 3;
 
 /// Bytes that stay as they are during a call; those of a table, as long as its library is open.
 #[repr(C)]
@@ -62,6 +62,8 @@ pub struct SetupTable {
     pub period: u64,
     /// The configuration table that the module asked for, as CBOR; none when it is not there.
     pub section: Bytes,
+    /// A value of the parameter interface, when a kind that describes hardware is described once more; none else.
+    pub params: Bytes,
 }
 
 /// A call went as it should.

@@ -68,7 +68,7 @@ impl<M: Module> Fixture<M> {
     /// # Errors
     /// The module's refusal.
     pub fn with(mut params: M::Params) -> Result<Self, Refusal> {
-        let setup = Setup { name: M::NAME, seed: 0, period: 20_000_000, section: None };
+        let setup = Setup { name: M::NAME, seed: 0, period: 20_000_000, section: None, params: None };
         let description = Authored::<M>::describe(&setup)?;
         let memory = description
             .ports

@@ -48,7 +48,7 @@ fn asserts() -> String {
     layout! { out,
         Bytes { data, length }
         Sink { context, write }
-        SetupTable { name, seed, period, section }
+        SetupTable { name, seed, period, section, params }
         ModuleTable { name, doc, section, describe, create, tick, save, restore, may_unload, destroy }
         PluginTable { abi, module_size, modules, module_count }
         Stamp { sequence, time, generation }

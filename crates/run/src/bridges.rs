@@ -4,7 +4,7 @@ use slate_network::NetworkSettings;
 use slate_runtime::configuration::{Configuration, Diagnostic, ExternalDirection, Report, Span};
 
 /// A bridge.
-struct Bridge {
+struct SchemeBridge {
     /// Scheme of its links.
     scheme: &'static str,
     /// What it reaches.
@@ -13,9 +13,13 @@ struct Bridge {
     feature: (&'static str, bool),
 }
 
-const BRIDGES: [Bridge; 2] = [
-    Bridge { scheme: "ros2", name: "ROS 2", feature: ("ros2", cfg!(feature = "ros2")) },
-    Bridge { scheme: slate_network::SCHEME, name: "Zenoh", feature: ("zenoh", cfg!(feature = "zenoh")) },
+const BRIDGES: [SchemeBridge; 2] = [
+    SchemeBridge { scheme: "ros2", name: "ROS 2", feature: ("ros2", cfg!(feature = "ros2")) },
+    SchemeBridge {
+        scheme: slate_network::SCHEME,
+        name: "Zenoh",
+        feature: ("zenoh", cfg!(feature = "zenoh")),
+    },
 ];
 
 /// Whether this program has a bridge for each link to or from a program that is no agent, and each input has one source.
@@ -28,8 +32,8 @@ pub fn check_bridges(configuration: &Configuration) -> Result<(), Report> {
         let url = &link.other.value;
         let bridge = BRIDGES.iter().find(|bridge| bridge.scheme == url.scheme);
         let (message, help) = match bridge {
-            Some(Bridge { feature: (_, true), .. }) => continue,
-            Some(Bridge { name, feature: (feature, false), .. }) => (
+            Some(SchemeBridge { feature: (_, true), .. }) => continue,
+            Some(SchemeBridge { name, feature: (feature, false), .. }) => (
                 format!("this program is built without {name}, which `{url}` needs"),
                 format!(
                     "build it with the feature `{feature}`: cargo build --release --features {feature}; or take the link away"

@@ -23,7 +23,6 @@ mod ros2;
 mod run;
 mod run_history;
 pub mod scene;
-mod sensor_profile;
 mod silent_sensors;
 mod stay;
 #[cfg(feature = "console")]
@@ -45,7 +44,6 @@ pub use robot::RunRobot;
 pub use ros2::check_ros2;
 pub use run::{RunContext, Supervision, run};
 pub use run_history::RunHistory;
-pub use sensor_profile::with_sensor_profile;
 use slate_module::Plugin;
 use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;

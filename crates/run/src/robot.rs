@@ -9,9 +9,7 @@ use slate_runtime::configuration::{Database, Options};
 use slate_runtime::isolation;
 use slate_runtime::snapshot::Snapshot;
 
-use crate::{
-    Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, output, run, with_sensor_profile,
-};
+use crate::{Application, EXTRA_TABLES, PATHS, RunContext, RunError, RunOptions, output, run};
 
 /// Arguments of a robot's program.
 #[derive(Debug, Parser)]
@@ -91,9 +89,7 @@ fn application<B>(robot: &Robot<B>, layers: Options) -> Result<Application, RunE
     let extra_tables = EXTRA_TABLES.map(Into::into).to_vec();
     let layers = Options { extra_tables, paths: PATHS.map(Into::into).to_vec(), ..layers };
     let (file, text) = (format!("{}.toml", robot.name()), robot.to_toml_with_places()?);
-    let sets = layers.sets.clone();
-    let read = |sets| Database::from_text(&file, &text, Options { sets, ..layers.clone() });
-    let database = with_sensor_profile(sets, read)?;
+    let database = Database::from_text(&file, &text, layers)?;
     let name = database.current().agent_name().to_owned();
     Ok(Application::new(&name, database, plugins(robot)))
 }

@@ -5,6 +5,9 @@ use slate_runtime::configuration::{Configuration, Report};
 
 #[cfg(feature = "ros2")]
 mod built_in {
+    use std::sync::Arc;
+
+    use slate_control::ControlSurface;
     use slate_ros2::{RosBridge, RosSettings, check_topics};
 
     use super::{Agent, Configuration, Report};
@@ -15,10 +18,10 @@ mod built_in {
 
     impl RunBridge {
         /// Joins the domain that a configuration names, if it names one; nothing is sent or set yet.
-        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+        pub fn open(agent: &Agent, surface: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
             let configuration = agent.configuration();
             let Some(settings) = RosSettings::of(&configuration)? else { return Ok(None) };
-            let bridge = RosBridge::open(&agent.composer(), &settings);
+            let bridge = RosBridge::open(surface, &settings);
             bridge.map(|bridge| Some(Self(bridge))).map_err(|error| error.report(&configuration))
         }
 
@@ -36,6 +39,10 @@ mod built_in {
 
 #[cfg(not(feature = "ros2"))]
 mod built_in {
+    use std::sync::Arc;
+
+    use slate_control::ControlSurface;
+
     use super::{Agent, Configuration, Report};
     use crate::RunError;
 
@@ -46,7 +53,7 @@ mod built_in {
     pub struct RunBridge;
 
     impl RunBridge {
-        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+        pub fn open(agent: &Agent, _: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
             check(agent, &agent.configuration()).map(|()| None)
         }
 

@@ -10,6 +10,7 @@ mod error;
 pub mod fault;
 pub mod geometry;
 pub mod grid;
+mod hardware;
 pub mod laser;
 pub mod layout;
 pub mod positioning;

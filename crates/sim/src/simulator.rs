@@ -13,6 +13,7 @@ use slate_module::{
 
 use crate::drive::{FourWheels, Wheels};
 use crate::geometry::{Point, Pose};
+use crate::hardware::hardware;
 use crate::robot::DriveKind;
 use crate::scenario::Scenario;
 use crate::simulation::{Placement, Simulation};
@@ -177,6 +178,8 @@ impl Instance for Simulator {
             trigger: Trigger::Stage,
             deadline: None,
             unique: String::new(),
+            describes_hardware: false,
+            hardware: scenario.placements.iter().map(|placement| hardware(&scenario, placement)).collect(),
         })
     }
 

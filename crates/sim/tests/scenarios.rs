@@ -187,7 +187,7 @@ fn a_mistake_in_the_table_names_its_setting() {
 
 fn create(robot: &str, more: &str) -> Result<Simulator, String> {
     let table = table(robot, more);
-    let setup = Setup { name: "simulator", seed: 0, period: 20_000_000, section: Some(&table) };
+    let setup = Setup { name: "simulator", seed: 0, period: 20_000_000, section: Some(&table), params: None };
     Simulator::create(&setup, &[]).map_err(|refusal| refusal.to_string())
 }
 
@@ -203,7 +203,8 @@ fn a_script_needs_sonars_that_look_ahead_or_none() {
 fn a_robot_has_the_ports_of_what_it_is_made_of() {
     let ports = |robot: &str, more: &str| {
         let table = table(robot, more);
-        let setup = Setup { name: "simulator", seed: 0, period: 20_000_000, section: Some(&table) };
+        let setup =
+            Setup { name: "simulator", seed: 0, period: 20_000_000, section: Some(&table), params: None };
         let ports = Simulator::describe(&setup).unwrap().ports;
         ports.into_iter().map(|port| (port.name, port.descriptor.name.to_owned())).collect::<Vec<_>>()
     };

@@ -62,7 +62,7 @@ fn main() {
         host: &raw const host,
     };
 
-    let setup = Setup { name: "monitor", seed: 0, period: 20_000_000, section: None };
+    let setup = Setup { name: "monitor", seed: 0, period: 20_000_000, section: None, params: None };
     let mut state = Called::create(&setup, &()).unwrap();
     // SAFETY: the frame was filled for this module.
     let fixed = measured(|| unsafe {

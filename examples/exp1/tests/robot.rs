@@ -13,6 +13,7 @@ use slate_wheeled::actions::Leg;
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::rules::WheeledRules;
 
 fn read(text: &str, sets: &[&str]) -> Configuration {
     let options = configuration::Options {
@@ -88,12 +89,13 @@ fn who_does_not_know_where_it_is_does_not_drive() {
 fn a_nan_scan_neither_starts_nor_ends_a_reflex() {
     let mut avoid = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
     let rule = SensorRule { distance: 0.1, sensor: slate::module::Text::new("sonar") };
-    let rules = ReflexRules {
+    let avoid_obstacle = ReflexRules {
         drive_distance: 0.2,
         linear_velocity: 0.3,
         sensors: slate::module::Sequence::new(&[rule]),
         ..ReflexRules::default()
     };
+    let rules = WheeledRules { avoid_obstacle, ..WheeledRules::default() };
     let mut scan = SonarScan { range_max: 1.0, field_of_view: 0.5, ..SonarScan::default() };
     let echo = slate::interfaces::Echo { range: f64::NAN, heard: true.into() };
     scan.echoes = slate::module::Sequence::new(&[echo; 16]);

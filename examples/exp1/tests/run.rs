@@ -9,6 +9,7 @@ use slate::prelude::*;
 use slate::run::{Application, EXTRA_TABLES, MissionOptions, MissionRun, ModeName};
 use slate::runtime::Rate;
 use slate::runtime::configuration::{Database, Options};
+use slate::sim::devices::SimulatedSonar;
 use slate_wheeled::knowledge::WheeledKnowledge;
 
 #[allow(dead_code, reason = "this file has a main function of its own")]
@@ -35,17 +36,27 @@ fn without_rules() -> (Robot, u32) {
     (program::robot().with(knows), line)
 }
 
+/// EXP1 with a robot that reads the Pioneer's sonar and takes itself for another one, or for none, and its line.
+fn of_another(robot: &str) -> (Robot, u32) {
+    let reads = Robot::new("r9").sensor::<SimulatedSonar>("sonar").link("source", "/simulator/r2/sonar");
+    let (knows, line) = (reads.knowledge::<WheeledKnowledge>("knowledge"), line!());
+    (program::robot().with(knows.params(|params| params.robot = robot.into())), line)
+}
+
 fn main() -> ExitCode {
     match std::env::var(ROBOT).as_deref() {
         Ok("exp1") => return program::robot().run(),
         Ok("unfit") => return unfit().0.run(),
         Ok("without_rules") => return without_rules().0.run(),
+        Ok("summit") => return of_another("summit_xl").0.run(),
+        Ok("nobody") => return of_another("").0.run(),
         _ => {}
     }
-    const TESTS: [(&str, fn()); 4] = [
+    const TESTS: [(&str, fn()); 5] = [
         ("a program runs as slate run does", runs_as_slate_run_does),
         ("a program prints its configuration", prints_its_configuration),
         ("a program names the line of what does not fit", names_the_line),
+        ("a program names the line of a RobotModel of another robot", names_the_other_robot),
         ("a program refuses unknown options", refuses_unknown_options),
     ];
     for (name, test) in TESTS {
@@ -137,6 +148,21 @@ fn names_the_line() {
     assert!(said.contains("`r9/knowledge`") && said.contains("expected a rule such as"), "{said}");
     assert!(said.contains("sensor_rules = []"), "{said}");
     assert!(said.contains(&format!("# {}:{}", file!(), without_rules().1)), "{said}");
+}
+
+fn names_the_other_robot() {
+    for (robot, words) in [
+        ("summit", "error[S017]: the RobotModel of `r9` is that of a `summit_xl`, and `simulator` has a"),
+        ("nobody", "r9/knowledge: params.robot: no robot is named; expected one of pioneer_p3dx, summit_xl"),
+    ] {
+        let (output, folder) = call(robot, robot, &["--headless"]);
+        assert_eq!(output.status.code(), Some(2), "{output:?}");
+        // A message is broken into lines.
+        let said = text(&output.stderr).replace("\n  │ ", " ");
+        assert!(said.contains(words), "{said}");
+        assert!(said.contains(&format!("# {}:{}", file!(), of_another("").1)), "{said}");
+        assert!(!folder.join("runs").exists(), "nothing ran");
+    }
 }
 
 fn refuses_unknown_options() {

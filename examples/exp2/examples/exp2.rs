@@ -1,103 +1,26 @@
 //! EXP2 as a program: `cargo run --release -p slate-exp2 --example exp2` runs it, and `-- --toml` behind that prints its
 //! configuration.
 
-use slate::interfaces::FourWheelSpeeds;
 use slate::prelude::*;
-use slate::sim::devices::{
-    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
-    SimulatedSkidSteerWheels,
-};
-use slate_avoidance::SensorRule;
-use slate_wheeled::analyzes::{PassOrientation, PassPosition, PassRange};
-use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
-use slate_wheeled::avoid_wall::AvoidWallModel;
-use slate_wheeled::estimate_pose::EstimatePose;
-use slate_wheeled::give_way::GiveWayModel;
 use slate_wheeled::go_to_origin::GoToOriginPlanner;
-use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::local_map::MapObstacles;
-use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
-use slate_wheeled::median_sonar::MedianSonar;
-use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
-use slate_wheeled::skid_steer::SkidSteerActions;
+use slate_wheeled::locate_robot::LocateRobot;
 
 fn main() -> ExitCode {
     robot().run()
 }
 
-/// R3 in the world of EXP2.
+/// R3 in the world of EXP2. Its Plan notices the only Analyze of each of its types.
 pub fn robot() -> Robot {
-    Robot::new("r3")
-        .sensor::<MedianSonar>("sonar")
-        .sensor::<SimulatedPosition>("position")
-        .sensor::<SimulatedOrientation>("orientation")
-        .sensor::<SimulatedOdometry>("odometry")
-        .sensor::<SimulatedAccuracy>("accuracy")
-        .sensor::<SimulatedRobotSensor>("robot_sensor")
-        .actuator::<SimulatedSkidSteerWheels>("motors")
-        .monitor::<RangeMonitor>("range_monitor")
-        .attach::<PassRange>("pass_range")
-        .monitor::<PositionMonitor>("position_monitor")
-        .attach::<PassPosition>("pass_position")
-        .attach::<EstimatePose>("estimate_pose")
-        .attach::<LocateRobot>("locate_robot")
-        .monitor::<OrientationMonitor>("orientation_monitor")
-        .attach::<PassOrientation>("pass_orientation")
-        .attach::<EstimatePose>("estimate_pose")
-        .attach::<LocateRobot>("locate_robot")
-        .monitor::<RobotMonitor>("robot_monitor")
-        .attach::<LocateRobot>("locate_robot")
-        .monitor::<OdometryMonitor>("odometry_monitor")
-        .attach::<EstimatePose>("estimate_pose")
-        .analyze::<EstimatePose>("estimate_pose")
-        .link_previous("robot", "knowledge/robot")
-        .analyze::<PassRange>("pass_range")
-        .attach::<GoToOriginPlanner>("planner")
-        .analyze::<PassPosition>("pass_position")
-        .attach::<GoToOriginPlanner>("planner")
-        .analyze::<PassOrientation>("pass_orientation")
-        .attach::<GoToOriginPlanner>("planner")
+    slate_exp2::r3()
         .analyze::<LocateRobot>("locate_robot")
         .params(|params| params.robot = "r1".into())
         .attach::<GoToOriginPlanner>("planner")
         .analyze::<MapObstacles>("map_obstacles")
         .params(|params| params.obstacle_timeout = 20.0)
         .disabled()
-        .knowledge::<WheeledKnowledge>("knowledge")
-        .params(summit)
-        .link("pose", "estimate_pose/estimate")
         .plan::<GoToOriginPlanner>("planner")
-        .reactive::<AvoidObstacleModel>("avoid_obstacle")
-        .reactive::<AvoidWallModel>("avoid_wall")
-        .disabled()
-        .reactive::<GiveWayModel>("give_way")
-        .execute::<SkidSteerActions>("execute")
-        .gate("wheels", wheels())
         .world_of(slate_exp2::CONFIGURATION)
         // Its variants name more kinds of blocks.
         .plugin(slate_wheeled::plugin())
-}
-
-/// A Summit XL, its goal and the rules of its reflex.
-fn summit(knowledge: &mut WheeledKnowledgeParams) {
-    let rule = |sensor: &str, distance| SensorRule { distance, sensor: sensor.into() };
-    *knowledge = WheeledKnowledgeParams {
-        robot: "summit_xl".into(),
-        goal_x: 1.2,
-        goal_y: 1.2,
-        sensor_rules: Sequence::new(&[rule("sonar", 0.3), rule("robot_sensor", 0.25)]),
-        reaction_time: 0.7,
-        side_clearance: 0.05,
-        free_distance: 0.754,
-        turn_clearance: 0.01,
-        drive_distance: 0.8,
-        ..WheeledKnowledgeParams::default()
-    };
-}
-
-/// The four wheels of a Summit XL, radians per second.
-fn wheels() -> Gate {
-    let gate = Gate::new(FourWheelSpeeds::ZERO).time_to_live("100ms");
-    let fields = ["front_left", "front_right", "back_left", "back_right"];
-    fields.iter().fold(gate, |gate, field| gate.limit(field, -13.6..=13.6))
 }

@@ -12,13 +12,14 @@ use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate_wheeled::actions::{GoToOrigin, Leg};
 use slate_wheeled::give_way::GiveWayModel;
-use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::knowledge::{WheeledKnowledgeParams, WheeledModel};
 use slate_wheeled::skid_steer::SkidSteerActions;
 
 fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: ["world", "report"].map(Into::into).to_vec(),
+        embedded: slate_exp2::EMBEDDED,
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp2.toml", slate_exp2::CONFIGURATION, &options).unwrap();
@@ -105,6 +106,7 @@ fn gives_way_to(robots: &[Sighting], range: f64, velocity: f64) -> Option<f64> {
     let twist = Twist2 { linear: velocity, angular: 0.0 };
     model_of.set("odometry", Odometry { twist, ..Odometry::default() });
     model_of.set("robot", model());
+    model_of.set("rules", WheeledKnowledgeParams::default().rules());
     model_of.set("robots", Sightings { list: Sequence::new(robots) });
     let echo = Echo { range, heard: (range < 1.0).into() };
     model_of.set(

@@ -29,7 +29,7 @@ pub fn table() -> io::Result<String> {
     let mut rows = String::new();
     let mut details = String::new();
     for name in EXPERIMENTS {
-        let text = fs::read_to_string(examples.join(name).join(format!("{name}.toml")))?;
+        let text = configuration(&examples.join(name).join(format!("{name}.toml")))?;
         let blocks = blocks(&text);
         let files = files_of(&blocks, &sources);
         let is_new = |file: &&PathBuf| !known.contains(*file);
@@ -104,6 +104,21 @@ and became the library that they are. Counted once, with `diff`, when EXP2 and E
 The actions had to turn two sides of any body in the place of two wheels, `knowledge.rs` to tell of that body, `avoid_obstacle.rs` to regard robots that are seen, how a heavy body moves
 already. EXP1 links none of that.
 ";
+
+/// The text of a configuration, with those that it includes.
+fn configuration(file: &Path) -> io::Result<String> {
+    let mut text = fs::read_to_string(file)?;
+    let included: Vec<_> = text
+        .lines()
+        .filter_map(|line| line.strip_prefix("include = ["))
+        .flat_map(|files| files.split('"').skip(1).step_by(2))
+        .map(|name| file.with_file_name("").join(name))
+        .collect();
+    for file in included {
+        text.push_str(&fs::read_to_string(file)?);
+    }
+    Ok(text)
+}
 
 /// A file of blocks.
 struct Source {

@@ -14,5 +14,8 @@ pub const NAME: &str = "exp3";
 pub const ABOUT: &str = "RoCS EXP3: a Pioneer visits the four corners, a Summit XL follows it";
 /// Its configuration.
 pub const CONFIGURATION: &str = include_str!("../exp3.toml");
+/// The files that it includes.
+pub const EMBEDDED: &[(&str, &str)] =
+    &[("../exp2/robots/r3.toml", include_str!("../../exp2/robots/r3.toml"))];
 
 plugin!(PlanBlock<patrol::PatrolPlanner>, PlanBlock<follow::FollowPlanner>);

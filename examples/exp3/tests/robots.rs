@@ -17,6 +17,7 @@ fn agent(sets: &[&str]) -> Agent {
     let options = configuration::Options {
         sets: sets.iter().map(|set| (*set).to_owned()).collect(),
         extra_tables: ["world", "report"].map(Into::into).to_vec(),
+        embedded: slate_exp3::EMBEDDED,
         ..configuration::Options::default()
     };
     let configuration = Configuration::from_text("exp3.toml", slate_exp3::CONFIGURATION, &options).unwrap();

@@ -2,8 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::mapek::{FactTable, Statements, StrategyModel, StrategyPorts};
+use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
-use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState};
+use slate_wheeled::knowledge::{
+    WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState, hardware_of,
+};
 
 /// What a robot states about its role.
 #[interface]
@@ -37,11 +40,21 @@ pub struct TeamKnowledgeParams {
     name: Text<28>,
     #[param(default = "pioneer_p3dx", doc = "robot's description, as of `wheeled_knowledge`")]
     robot: Text<252>,
+    #[param(
+        default = "vrep",
+        follows = ["world.robots.{robot}.profile", "world.profile"],
+        doc = "profile of its sensors"
+    )]
+    profile: Text<28>,
 }
 
 impl TeamKnowledgeParams {
     fn wheeled(&self) -> WheeledKnowledgeParams {
-        WheeledKnowledgeParams { robot: self.robot, ..WheeledKnowledgeParams::default() }
+        WheeledKnowledgeParams {
+            robot: self.robot,
+            profile: self.profile,
+            ..WheeledKnowledgeParams::default()
+        }
     }
 }
 
@@ -63,6 +76,11 @@ impl Knowledge for TeamKnowledge {
     type Models = ((<WheeledKnowledge as Knowledge>::Models, StrategyPorts), TeamPorts);
     type Params = TeamKnowledgeParams;
     type State = TeamKnowledgeState;
+    const DESCRIBES_HARDWARE: bool = true;
+
+    fn hardware(_: &Setup<'_>, params: &TeamKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
+        hardware_of(&params.wheeled())
+    }
 
     fn create(setup: &Setup<'_>, params: &TeamKnowledgeParams) -> Result<TeamKnowledgeState, Refusal> {
         let wheeled = WheeledKnowledge::create(setup, &params.wheeled())?;

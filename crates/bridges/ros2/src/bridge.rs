@@ -8,17 +8,22 @@ use std::time::{Duration, Instant};
 
 use rustdds::GUID;
 use slate_blackboard::wake::Wake;
+use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
 
-use crate::check::{input, output};
+use crate::check::{check_clock, input, output};
 use crate::error::RosError;
+use crate::frame_inputs::FrameInputs;
 use crate::inbound::{InboundTopic, InboundTopics};
 use crate::matches::{Matches, OwnEndpoint};
 use crate::message::RosMessage;
 use crate::name::wire_topic;
+use crate::node::NodeTopics;
 use crate::outbound::{OutboundCounts, OutboundTopic, OutboundTopics};
+use crate::parameters::parameter_services;
 use crate::participant::{RosParticipant, TopicReader};
+use crate::services::ServiceThreads;
 use crate::settings::{RosSettings, TABLE};
 
 /// How long the end waits for a thread that sets inputs.
@@ -59,6 +64,12 @@ pub struct RosBridge {
     wake: Arc<Wake>,
     ended: Arc<AtomicBool>,
     waiting: Option<(Vec<TopicReader>, Vec<OutboundTopic>)>,
+    services: ServiceThreads,
+    surface: Arc<ControlSurface>,
+    node: Option<NodeTopics>,
+    frames: Option<FrameInputs>,
+    /// Of threads that wait for something else than values.
+    wakes: Vec<Arc<Wake>>,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -82,7 +93,8 @@ impl RosBridge {
     ///
     /// # Errors
     /// When a property does not fit its topic, or DDS refuses. The agent is as before then.
-    pub fn open(composer: &Composer, settings: &RosSettings) -> Result<Self, RosError> {
+    pub fn open(surface: &Arc<ControlSurface>, settings: &RosSettings) -> Result<Self, RosError> {
+        let composer = surface.agent.composer();
         let inputs = settings.read.iter().map(|own| Ok((own, input(composer, own)?)));
         let inputs = inputs.collect::<Result<Vec<_>, RosError>>()?;
         let outputs = settings.write.iter().map(|own| Ok((own, output(composer, own)?)));
@@ -106,8 +118,21 @@ impl RosBridge {
             own.insert(topic.guid(), endpoint(&settings.topic, &topic.message, false));
             writers.push(topic);
         }
-        let written: Vec<_> = writers.iter().map(OutboundTopic::guid).collect();
-        participant.announce(&guids, &written)?;
+        let mut services = ServiceThreads::open(&participant, surface, settings, &mut topics)?;
+        check_clock(composer, settings)?;
+        let frames = FrameInputs::open(&participant, composer, settings, &mut topics)?;
+        let node = NodeTopics::open(&participant, surface, settings)?;
+        if let Some(group) = parameter_services(&participant, surface, settings)? {
+            services.add(group);
+        }
+        own.extend(services.endpoints());
+        let (mut all_readers, mut all_writers): (Vec<_>, Vec<_>) = services.guids().unzip();
+        own.extend(frames.iter().flat_map(FrameInputs::endpoints));
+        all_readers.extend(frames.iter().flat_map(FrameInputs::guids));
+        all_readers.extend(&guids);
+        all_writers.extend(node.guids());
+        all_writers.extend(writers.iter().map(OutboundTopic::guid));
+        participant.announce(&all_readers, &all_writers)?;
         let outbound = writers.iter().map(|topic| OutboundStatus {
             guid: topic.guid(),
             topic: topic.settings.topic.clone(),
@@ -125,6 +150,11 @@ impl RosBridge {
             wake: Arc::new(Wake::new()),
             ended: Arc::new(AtomicBool::new(false)),
             waiting: Some((readers, writers)),
+            services,
+            surface: Arc::clone(surface),
+            node: Some(node),
+            frames,
+            wakes: Vec::new(),
             threads: Vec::new(),
         })
     }
@@ -135,8 +165,9 @@ impl RosBridge {
     /// When no thread is left.
     pub fn start(&mut self) -> Result<(), RosError> {
         let Some((readers, topics)) = self.waiting.take() else { return Ok(()) };
-        let wake = Arc::clone(&self.wake);
-        if !self.composer.after_tick(Box::new(move || wake.notify(1))) {
+        let (wake, node_wake) = (Arc::clone(&self.wake), Arc::new(Wake::new()));
+        let wakes = [wake, Arc::clone(&node_wake)];
+        if !self.composer.after_tick(Box::new(move || wakes.iter().for_each(|wake| wake.notify(1)))) {
             let text =
                 "ros2: values are looked at now and then only, as the agent was connected often before";
             self.composer.log(Level::Warn, text);
@@ -160,6 +191,19 @@ impl RosBridge {
         self.threads.push(spawn("ros2-receive").spawn(move || inbound.receive(&readers, look))?);
         let inbound = Arc::clone(&self.inbound);
         self.threads.push(spawn("ros2-set").spawn(move || inbound.deliver())?);
+        if let Some(node) = self.node.take().filter(|node| !node.is_empty()) {
+            let (surface, wake, ended) =
+                (Arc::clone(&self.surface), Arc::clone(&node_wake), Arc::clone(&self.ended));
+            self.threads.push(spawn("ros2-node").spawn(move || node.run(&surface, &wake, &ended))?);
+        }
+        if let Some(frames) = self.frames.take() {
+            let (inbound, ended, wake) =
+                (Arc::clone(&self.inbound), Arc::clone(&self.ended), Arc::new(Wake::new()));
+            self.wakes.push(Arc::clone(&wake));
+            self.threads.push(spawn("ros2-frames").spawn(move || frames.run(&inbound, &wake, &ended))?);
+        }
+        self.wakes.push(node_wake);
+        self.threads.extend(self.services.start(&self.composer, &self.matches, &self.inbound)?);
         Ok(())
     }
 
@@ -207,6 +251,8 @@ impl Drop for RosBridge {
         self.ended.store(true, Ordering::Release);
         self.wake.notify(1);
         self.inbound.end();
+        self.services.end();
+        self.wakes.iter().for_each(|wake| wake.notify(1));
         let began = Instant::now();
         for thread in self.threads.drain(..) {
             // One that waits for a cycle which does not end is left alone.

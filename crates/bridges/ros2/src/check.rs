@@ -1,19 +1,62 @@
 use std::sync::Arc;
 
 use slate_blackboard::Property;
+use slate_blackboard::interface::Interface;
+use slate_interfaces::Transform;
 use slate_runtime::Composer;
 
 use crate::error::{RosError, TopicMisfit};
 use crate::message::RosMessage;
+use crate::options::FrameInput;
+use crate::services::check_services;
 use crate::settings::{RosSettings, TopicInput, TopicOutput};
 
-/// Whether the properties that settings name are there and fit their topics; nothing is opened.
+/// Whether the ports that settings name are there and fit their topics and services; nothing is opened.
 ///
 /// # Errors
 /// The first that does not fit.
 pub fn check_topics(composer: &Composer, settings: &RosSettings) -> Result<(), RosError> {
     settings.read.iter().try_for_each(|own| input(composer, own).map(drop))?;
-    settings.write.iter().try_for_each(|own| output(composer, own).map(drop))
+    settings.write.iter().try_for_each(|own| output(composer, own).map(drop))?;
+    check_services(composer, settings)?;
+    let frames = &settings.options.frames;
+    frames.iter().try_for_each(|own| check_frame(composer, own).map(drop))?;
+    check_clock(composer, settings)
+}
+
+/// The input that reads the transform of a frame.
+pub fn check_frame(composer: &Composer, own: &FrameInput) -> Result<Arc<Property>, RosError> {
+    let wrong = |reason: String, help: &'static str| {
+        let topic = format!("frame {}", own.frame);
+        let (property, place) = (own.input.clone(), own.place);
+        RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place }))
+    };
+    let found = whole_input(composer, &own.input);
+    let property = found.map_err(|(reason, help)| wrong(reason, help))?;
+    if property.descriptor().hash != Transform::DESCRIPTOR.hash {
+        let reason = format!("the input is a {}, and a frame has a Transform", property.descriptor().name);
+        return Err(wrong(reason, "name the input of a module of the kind `frame`"));
+    }
+    Ok(property)
+}
+
+/// Whether the agent has a time that is its own, if that is published.
+pub fn check_clock(composer: &Composer, settings: &RosSettings) -> Result<(), RosError> {
+    if settings.options.clock && !composer.is_lockstep() {
+        let reason =
+            "the agent goes by the system's clock, and /clock is the time of a simulation".to_owned();
+        return Err(RosError::Clock { reason });
+    }
+    Ok(())
+}
+
+/// The input at a path, or why it can't be filled from outside and what to do.
+pub fn whole_input(composer: &Composer, path: &str) -> Result<Arc<Property>, (String, &'static str)> {
+    let (property, field) = composer.external_input(path).map_err(|error| (error.reason, error.help))?;
+    if field.is_empty() {
+        return Ok(property);
+    }
+    Err((format!("`{field}` is a field, and a message has a whole value"), "name the input alone"))
 }
 
 /// The input that reads a topic, and what it reads.
@@ -22,14 +65,8 @@ pub fn input(composer: &Composer, own: &TopicInput) -> Result<(Arc<Property>, Ro
         let (property, topic) = (own.input.clone(), own.topic.clone());
         RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place: own.place }))
     };
-    let found = composer.external_input(&own.input);
-    let (property, field) = found.map_err(|error| wrong(error.reason, error.help))?;
-    if !field.is_empty() {
-        return Err(wrong(
-            format!("`{field}` is a field, and a topic has a whole value"),
-            "name the input alone",
-        ));
-    }
+    let found = whole_input(composer, &own.input);
+    let property = found.map_err(|(reason, help)| wrong(reason, help))?;
     let message = RosMessage::of(property.descriptor());
     match message.check_decodable() {
         Ok(()) => Ok((property, message)),

@@ -43,7 +43,7 @@ pub struct InboundTopics {
 }
 
 /// Wakes the thread that receives.
-struct ReaderWaker(Arc<Wake>);
+pub struct ReaderWaker(pub Arc<Wake>);
 
 impl std::task::Wake for ReaderWaker {
     fn wake(self: Arc<Self>) {
@@ -161,7 +161,7 @@ impl InboundTopics {
     }
 
     /// Puts a value behind the others; the oldest of its topic goes when there are as many as its depth.
-    fn push(&self, place: usize, bytes: Vec<u8>) {
+    pub fn push(&self, place: usize, bytes: Vec<u8>) {
         if !self.delivery.push(place, ExternalContent::Bytes(bytes)) {
             self.topics[place].dropped.fetch_add(1, Ordering::Relaxed);
         }

@@ -12,6 +12,10 @@ mod bridge;
 mod check;
 mod error;
 #[cfg(feature = "dds")]
+mod explorer;
+#[cfg(feature = "dds")]
+mod frame_inputs;
+#[cfg(feature = "dds")]
 mod graph;
 #[cfg(feature = "dds")]
 mod inbound;
@@ -20,19 +24,29 @@ mod matches;
 mod message;
 mod name;
 #[cfg(feature = "dds")]
+mod node;
+mod options;
+#[cfg(feature = "dds")]
 mod outbound;
+#[cfg(feature = "dds")]
+mod parameters;
 #[cfg(feature = "dds")]
 mod participant;
 mod quality;
 #[cfg(feature = "dds")]
 mod raw;
+mod services;
 mod settings;
 
 #[cfg(feature = "dds")]
 pub use bridge::{RosBridge, TopicStatus};
 pub use check::check_topics;
 pub use error::{RosError, TopicMisfit};
+#[cfg(feature = "dds")]
+pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream};
 pub use message::RosMessage;
 pub use name::{NodeName, check_topic, type_name, wire_topic};
+pub use options::{FrameInput, NodeOptions, ParameterAccess};
 pub use quality::TopicQuality;
+pub use services::{ServiceCall, ServiceOffer, ServiceType};
 pub use settings::{RosSettings, TABLE, TopicInput, TopicOutput};

@@ -46,6 +46,11 @@ impl Matches {
         locked(&self.state).others.get(&own).map_or(0, BTreeSet::len)
     }
 
+    /// Whether another endpoint is the other end of one of the agent.
+    pub fn has(&self, own: GUID, other: GUID) -> bool {
+        locked(&self.state).others.get(&own).is_some_and(|others| others.contains(&other))
+    }
+
     /// Takes note of what has happened in the domain, and logs what can't work.
     pub fn note(&self, event: &Event, composer: &Composer) {
         let mut state = locked(&self.state);

@@ -78,6 +78,18 @@ pub fn wire_topic(topic: &str) -> String {
     format!("rt{topic}")
 }
 
+/// The topic of a service's requests: that of `/enable` is `rq/enableRequest`.
+#[cfg(feature = "dds")]
+pub fn request_topic(service: &str) -> String {
+    format!("rq{service}Request")
+}
+
+/// The topic of a service's responses: that of `/enable` is `rr/enableReply`.
+#[cfg(feature = "dds")]
+pub fn reply_topic(service: &str) -> String {
+    format!("rr{service}Reply")
+}
+
 /// The type of DDS: `sensor_msgs/msg/LaserScan` is `sensor_msgs::msg::dds_::LaserScan_`.
 pub fn type_name(message: &str) -> String {
     match message.rsplit_once('/') {

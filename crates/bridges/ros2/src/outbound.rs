@@ -158,7 +158,7 @@ impl OutboundTopics {
 }
 
 /// Time of a message, ns: that of the simulation in lockstep, else the date.
-fn date(composer: &Composer, time: u64) -> u64 {
+pub fn date(composer: &Composer, time: u64) -> u64 {
     if composer.is_lockstep() {
         return time;
     }

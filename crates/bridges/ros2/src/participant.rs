@@ -47,9 +47,16 @@ impl RosParticipant {
     /// # Errors
     /// When DDS refuses.
     pub fn open(settings: &RosSettings) -> Result<Self, RosError> {
-        let domain = settings.domain;
+        Self::join(settings.domain, settings.trusted, settings.node.clone())
+    }
+
+    /// As [`open`](RosParticipant::open), by what that needs.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn join(domain: u16, trusted: bool, node: NodeName) -> Result<Self, RosError> {
         let mut builder = DomainParticipantBuilder::new(domain);
-        if !settings.trusted {
+        if !trusted {
             builder = builder.with_only_networks([IpAddr::V4(Ipv4Addr::LOCALHOST)]);
         }
         let participant = builder.build().map_err(|error| refused(domain, &error))?;
@@ -62,7 +69,7 @@ impl RosParticipant {
             .create_datawriter_no_key(&topic, Some(policies(quality)))
             .map_err(|error| refused(domain, &error))?;
         let status = participant.status_listener();
-        Ok(Self { node: settings.node.clone(), domain, participant, publisher, subscriber, graph, status })
+        Ok(Self { node, domain, participant, publisher, subscriber, graph, status })
     }
 
     /// Reads a topic of ROS.
@@ -70,7 +77,20 @@ impl RosParticipant {
     /// # Errors
     /// When DDS refuses.
     pub fn reader(&self, topic: &str, message: &str, quality: TopicQuality) -> Result<TopicReader, RosError> {
-        let topic = create_topic(&self.participant, wire_topic(topic), message, quality)?;
+        self.reader_at(wire_topic(topic), message, quality)
+    }
+
+    /// Reads a topic of DDS.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn reader_at(
+        &self,
+        topic: String,
+        message: &str,
+        quality: TopicQuality,
+    ) -> Result<TopicReader, RosError> {
+        let topic = create_topic(&self.participant, topic, message, quality)?;
         let reader = self.subscriber.create_simple_datareader_no_key(&topic, Some(policies(quality)));
         reader.map_err(|error| refused(self.domain, &error))
     }
@@ -80,7 +100,20 @@ impl RosParticipant {
     /// # Errors
     /// When DDS refuses.
     pub fn writer(&self, topic: &str, message: &str, quality: TopicQuality) -> Result<TopicWriter, RosError> {
-        let topic = create_topic(&self.participant, wire_topic(topic), message, quality)?;
+        self.writer_at(wire_topic(topic), message, quality)
+    }
+
+    /// Writes a topic of DDS.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn writer_at(
+        &self,
+        topic: String,
+        message: &str,
+        quality: TopicQuality,
+    ) -> Result<TopicWriter, RosError> {
+        let topic = create_topic(&self.participant, topic, message, quality)?;
         let writer = self.publisher.create_datawriter_no_key(&topic, Some(policies(quality)));
         writer.map_err(|error| refused(self.domain, &error))
     }

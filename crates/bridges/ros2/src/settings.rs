@@ -8,7 +8,9 @@ use slate_runtime::configuration::{
 };
 
 use crate::name::{NodeName, check_node, check_topic};
+use crate::options::{KEYS, NodeOptions};
 use crate::quality::TopicQuality;
+use crate::services::{ServiceCall, ServiceOffer, ServicesReader};
 
 /// Name of the table, and scheme of links.
 pub const TABLE: &str = "ros2";
@@ -49,6 +51,12 @@ pub struct RosSettings {
     pub read: Vec<TopicInput>,
     /// Topics that have the values of properties.
     pub write: Vec<TopicOutput>,
+    /// Inboxes that are services.
+    pub serve: Vec<ServiceOffer>,
+    /// Services that outboxes call.
+    pub call: Vec<ServiceCall>,
+    /// What the node does beside that.
+    pub options: NodeOptions,
 }
 
 /// An input that reads a topic.
@@ -79,7 +87,7 @@ pub struct TopicOutput {
     pub place: Option<Span>,
 }
 
-const KNOWN: [&str; 6] = ["domain", "node", "namespace", "trusted", "read", "write"];
+const KNOWN: [&str; 8] = ["domain", "node", "namespace", "trusted", "read", "write", "serve", "call"];
 /// Keys of the quality of service.
 const QUALITY: [&str; 3] = ["reliable", "transient_local", "depth"];
 const QUALITY_AND_FRAME: [&str; 4] = ["reliable", "transient_local", "depth", "frame"];
@@ -108,16 +116,25 @@ impl RosSettings {
         let settings = reader.settings(root);
         if reader.wrong.is_empty() { Ok(Some(settings)) } else { Err(Report::from(reader.wrong)) }
     }
+
+    /// Whether the agent has nothing to do with any other node.
+    fn is_empty(&self) -> bool {
+        self.read.is_empty() && self.write.is_empty() && self.serve.is_empty() && self.call.is_empty()
+    }
 }
 
-struct RosSettingsReader<'c> {
+pub struct RosSettingsReader<'c> {
     configuration: &'c Configuration,
     wrong: Vec<Diagnostic>,
 }
 
 impl RosSettingsReader<'_> {
-    fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
+    pub fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
         self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
+    }
+
+    pub fn check_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
+        self.wrong.extend(self.configuration.unknown_keys(table, place, known));
     }
 
     fn settings(&mut self, root: Option<&Spanned<Value>>) -> RosSettings {
@@ -127,6 +144,9 @@ impl RosSettingsReader<'_> {
             trusted: false,
             read: Vec::new(),
             write: Vec::new(),
+            serve: Vec::new(),
+            call: Vec::new(),
+            options: NodeOptions::default(),
         };
         let empty = Table::default();
         let table = root.map_or(Some(&empty), |root| root.as_table());
@@ -137,19 +157,22 @@ impl RosSettingsReader<'_> {
             }
             return settings;
         };
-        self.wrong.extend(self.configuration.unknown_keys(table, "in [ros2]", &KNOWN));
+        self.wrong.extend(self.configuration.unknown_keys(table, "in [ros2]", &[&KNOWN, &KEYS[..]].concat()));
         settings.domain = self.domain(table, root.map(|root| root.span));
         settings.node = self.node(table, settings.node);
         settings.trusted = self.truth(table, "trusted");
         settings.read = self.inputs(table, &settings.node);
         settings.write = self.outputs(table, &settings.node);
+        let mut services = ServicesReader::new(self, &settings.node);
+        (settings.serve, settings.call) = (services.offers(table), services.calls(table));
+        settings.options = NodeOptions::of(self, table);
         for link in self.configuration.links_of_scheme(TABLE) {
             self.link(link, &mut settings);
         }
         self.check_twice(&settings);
         if let Some(root) = root
-            && settings.read.is_empty()
-            && settings.write.is_empty()
+            && settings.is_empty()
+            && !NodeOptions::is_said(table)
             && self.wrong.is_empty()
         {
             let help = format!("{LINK}; or take [ros2] away");
@@ -286,7 +309,7 @@ impl RosSettingsReader<'_> {
     }
 
     /// The entries of a table in the table: key, its place, and value.
-    fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<(String, Span, Spanned<Value>)> {
+    pub fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<(String, Span, Spanned<Value>)> {
         let Some(value) = table.get(name) else { return Vec::new() };
         let Some(entries) = value.as_table() else {
             self.add(value.span, format!("`{name}` is a table, found {}", value.describe()), help);
@@ -312,7 +335,7 @@ impl RosSettingsReader<'_> {
         entry.as_str().map(ToOwned::to_owned)
     }
 
-    fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
+    pub fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
         match node.topic(name) {
             Ok(topic) => Some(topic),
             Err(reason) => {
@@ -322,7 +345,7 @@ impl RosSettingsReader<'_> {
         }
     }
 
-    fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
+    pub fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
         match self.configuration.own_path(text) {
             Ok(path) => Some(path),
             Err(report) => {
@@ -355,7 +378,7 @@ impl RosSettingsReader<'_> {
         quality
     }
 
-    fn truth(&mut self, table: &Table, name: &str) -> bool {
+    pub fn truth(&mut self, table: &Table, name: &str) -> bool {
         let Some(value) = table.get(name) else { return false };
         if value.as_bool().is_none() {
             let message = format!("`{name}` takes true or false, found {}", value.describe());
@@ -364,7 +387,7 @@ impl RosSettingsReader<'_> {
         value.as_bool().unwrap_or(false)
     }
 
-    fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
+    pub fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
         let value = table.get(name)?;
         if value.as_str().is_none() {
             self.add(value.span, format!("`{name}` takes a text, found {}", value.describe()), help);

@@ -10,7 +10,7 @@ pub struct Explanation {
 }
 
 /// All explanations.
-pub const EXPLANATIONS: [Explanation; 24] = [
+pub const EXPLANATIONS: [Explanation; 25] = [
     Explanation {
         mistake: Mistake::Syntax,
         title: "invalid syntax",
@@ -123,6 +123,14 @@ pub const EXPLANATIONS: [Explanation; 24] = [
                act through the Execute of their own robot. Ground truth of a simulator, and what a referee makes \
                of it, is for ports of referees, those with the role `truth`. A person may set any port that has no \
                link. The rules do not apply to robots of plain modules.",
+    },
+    Explanation {
+        mistake: Mistake::Hardware,
+        title: "a RobotModel of another robot",
+        text: "The RobotModel of a robot comes from the description that its Knowledge names, such as `robot = \
+               \"pioneer_p3dx\"`. Wheels, mounts and numbers of elements must be those of the simulated robot or of the \
+               driver that the robot moves (a calibrated drive may differ by 5 %), an Execute commands the actuators \
+               that the description has, and Monitors, ReactiveModels and Execute read sensors that it has.",
     },
     Explanation {
         mistake: Mistake::NoAgent,

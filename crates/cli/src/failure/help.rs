@@ -91,7 +91,7 @@ impl Failure {
                  [agents.{agent}.console] enables one"
             ),
             Self::Network(trouble) => trouble.help(),
-            Self::Http { help, .. } | Self::Mcp { help, .. } => help.clone(),
+            Self::Http { help, .. } | Self::Mcp { help, .. } | Self::Ros { help, .. } => help.clone(),
             Self::TraceWithoutEnd { left: None, .. } => {
                 "the incomplete file is removed; start the agent and record again".into()
             }

@@ -22,7 +22,7 @@ use crate::condition::Unfit;
 pub const UNREACHED: u8 = 3;
 
 /// Exit code: unknown name.
-const UNKNOWN: u8 = 4;
+pub const UNKNOWN: u8 = 4;
 
 /// Exit code: the agent refuses the request.
 const REFUSED: u8 = 5;
@@ -135,6 +135,8 @@ pub enum Failure {
     NoTerminal,
     #[error("cannot serve the Model Context Protocol: {reason}")]
     Mcp { reason: String, help: String },
+    #[error("{problem}")]
+    Ros { problem: String, help: String, code: u8 },
     #[error("`{text}` is not JSON")]
     Body { text: String },
     #[error("unknown graph format: {}", slate::runtime::printable(.path))]
@@ -251,6 +253,7 @@ impl Failure {
             Self::GoalOutside { .. } => REFUSED,
             Self::Condition { problem: Unfit::NoField(_), .. } => UNKNOWN,
             Self::NoValue(_) => NO_DATA,
+            Self::Ros { code, .. } => *code,
             Self::Http { status: 404, .. } => UNKNOWN,
             Self::Http { .. } if self.mistake() == Some(Mistake::Name) => UNKNOWN,
             Self::Http { status: 408 | 504, .. } => TIMED_OUT,

@@ -4,6 +4,7 @@ mod aspects;
 mod block;
 mod commander;
 mod crossing;
+mod hardware;
 mod host;
 mod infer;
 mod levels;
@@ -83,6 +84,8 @@ pub struct ResolvedLink<'a> {
     pub way: LinkConversion,
     /// The values that it lets pass; all without one.
     pub filter: Option<Arc<Filter>>,
+    /// Whether last cycle's value is meant, by this link or that of an input on the way.
+    pub previous: bool,
     /// Whether last cycle's value is meant of what is written earlier in a cycle.
     pub delayed: bool,
 }
@@ -279,7 +282,7 @@ impl<'a> Survey<'a> {
                     _ => 0,
                 },
                 is_written: self.is_written(joint.target),
-                previous: link.previous,
+                previous: joint.previous,
                 delayed: joint.delayed,
                 stale: link.stale.as_ref().map(|stale| stale.value),
                 said: [
@@ -378,6 +381,7 @@ pub fn survey<'a>(
     if is_complete {
         survey.listen(configuration);
         robot_model::check_robot_models(configuration, &dormant, &survey, complaints);
+        hardware::check_hardware(configuration, &dormant, &survey, complaints);
         survey.order = order::survey_order(configuration, &survey.modules, &survey.joints, complaints);
         if complaints.diagnostics.is_empty() {
             rings::check_rings(&survey.modules, &survey.joints, complaints);

@@ -36,9 +36,16 @@ pub(super) fn survey_module<'a>(
         complaints.add(module.kind.span, message, help);
         return None;
     };
-    let (setup, description) = described(configuration, module, (kind, catalogue), complaints)?;
+    let (setup, mut description) = described(configuration, module, (kind, catalogue), complaints)?;
     // A wrong value does not keep the links from being checked.
-    let params = parameters::bytes(&description, &module.params, complaints);
+    let before = complaints.diagnostics.len();
+    let followed = parameters::followed(configuration, module, &description);
+    let params = parameters::bytes(&description, &module.params, &followed, complaints);
+    if description.describes_hardware && complaints.diagnostics.len() == before {
+        let with_params = OwnSetup { params: Some(params.clone()), ..setup.clone() };
+        description.hardware =
+            describe(configuration, module, (kind, catalogue), &with_params, complaints)?.hardware;
+    }
     let inputs = inputs(module, &description, complaints);
     let trigger = trigger(module, &description, complaints)?;
     Some(Surveyed {
@@ -69,20 +76,9 @@ fn described<'a>(
         seed: configuration.seed().value,
         period: configuration.period().value,
         section,
+        params: None,
     };
-    let hang = Duration::from_nanos(configuration.hang().value);
-    let description = match (catalogue.describe)(kind, &setup, hang) {
-        Ok(description) => description,
-        Err(refusal) => {
-            let message = format!("{}: {refusal}", module.name.value);
-            match configuration.place_of(&refusal.0) {
-                // The refusal says what is expected of the setting.
-                Some(place) => complaints.add_plain(place, message),
-                None => complaints.add(module.name.span, message, "see the module's documentation"),
-            }
-            return None;
-        }
-    };
+    let description = describe(configuration, module, (kind, catalogue), &setup, complaints)?;
     let is_reserved =
         |name: &str| RESERVED.contains(&name) || module.isolated.value && name == RESERVED_WHEN_ISOLATED;
     if let Some(port) = description.ports.iter().find(|port| is_reserved(&port.name)) {
@@ -92,6 +88,29 @@ fn described<'a>(
         return None;
     }
     Some((setup, description))
+}
+
+/// What a kind says of itself under a setup; its refusal is a complaint.
+fn describe<'a>(
+    configuration: &'a Configuration,
+    module: &'a Module,
+    (kind, catalogue): (&ModuleKind, &Catalogue),
+    setup: &OwnSetup,
+    complaints: &mut Complaints<'a>,
+) -> Option<Description> {
+    let hang = Duration::from_nanos(configuration.hang().value);
+    let refusal = match (catalogue.describe)(kind, setup, hang) {
+        Ok(description) => return Some(description),
+        Err(refusal) => refusal,
+    };
+    let message = format!("{}: {refusal}", module.name.value);
+    match module.place_of(&refusal.0).or_else(|| configuration.place_of(&refusal.0)) {
+        // The refusal says what is expected of the setting.
+        Some(place) => complaints.add_plain(place, message),
+        None if setup.params.is_some() => complaints.add_plain(module.name.span, message),
+        None => complaints.add(module.name.span, message, "see the module's documentation"),
+    }
+    None
 }
 
 /// The values of inputs that the configuration has, by port.

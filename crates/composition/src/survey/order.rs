@@ -27,7 +27,7 @@ pub(super) fn survey_order(
             let sends = matches!(joint.port.1, Wire::Port(port)
                 if modules[joint.port.0].description.ports[port].direction == Direction::Outbox);
             // A writer comes before its reader and a sender before the receiver, unless last cycle's value is meant.
-            let own_first = joint.link.previous != sends;
+            let own_first = joint.previous != sends;
             if let LinkSource::Port(module, port) = joint.target
                 && modules[module].description.ports[port].direction == Direction::Input
                 && !joints.iter().any(|other| other.port == (module, Wire::Port(port)))
@@ -37,8 +37,7 @@ pub(super) fn survey_order(
             }
             for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
                 // A value from the module itself, or from the gate that it commands, is always from before its tick.
-                let unordered =
-                    sends || joint.link.previous || matches!(joint.target, LinkSource::Command(_));
+                let unordered = sends || joint.previous || matches!(joint.target, LinkSource::Command(_));
                 if own != target || !unordered {
                     edges.push(if own_first { (own, target) } else { (target, own) });
                 }

@@ -56,6 +56,32 @@ fn a_file_that_two_others_include_counts_once() {
 }
 
 #[test]
+fn embedded_files_are_included_in_place_of_those_on_the_disk() {
+    let options = Options {
+        embedded: &[
+            (
+                "../robots/body.toml",
+                "include = \"wheels.toml\"\n[agent]\nseed = 2\n[loop]\nperiod = \"30ms\"\n",
+            ),
+            ("../robots/wheels.toml", "[loop]\nhang = \"2s\"\n"),
+        ],
+        ..Options::default()
+    };
+    let read = |include: &str| {
+        let text = format!("include = [{include}]\n[agent]\nseed = 3\n");
+        Configuration::from_text("exp1.toml", &text, &options)
+    };
+    let configuration = read("\"../robots/body.toml\", \"../robots/wheels.toml\"").unwrap();
+    let (period, hang) = (configuration.period().value, configuration.hang().value);
+    assert_eq!((configuration.seed().value, period, hang), (3, 30_000_000, 2_000_000_000));
+    let refusal = read("\"../robots/other.toml\"").unwrap_err().to_string();
+    assert!(refusal.contains("can't read the configuration ../robots/other.toml"), "{refusal}");
+    let wrong = Options { embedded: &[("body.toml", "[loop]\nperiod = 5\n")], ..Options::default() };
+    let refusal = Configuration::from_text("exp1.toml", "include = \"body.toml\"\n", &wrong).unwrap_err();
+    assert!(refusal.to_string().contains("body.toml:2:"), "{refusal}");
+}
+
+#[test]
 fn errors_found_later_point_into_the_right_file() {
     let folder = Folder::new(
         "later",

@@ -123,7 +123,17 @@ impl MessageSender {
         let full = |reason: String| refusal(reason, "wait for the module that takes them");
         let log_end = self.log_end();
         let mut sender = mailbox.sender().map_err(|error| full(error.to_string()))?;
-        let sent = sender.send(&bytes[..shape.bytes(items)], items, self.properties.composer().now());
+        bytes.truncate(shape.bytes(items));
+        let composer = self.properties.composer();
+        let now = {
+            let composer = composer.clone();
+            move || composer.now()
+        };
+        let sent = composer.between_cycles(move || {
+            let sent = sender.send(&bytes, items, now());
+            (sender, sent)
+        });
+        let (sender, sent) = sent.ok_or_else(|| full("the agent has ended".into()))?;
         let ticket = sent.map_err(|error| full(error.to_string()))?;
         let mut waited = Duration::ZERO;
         loop {

@@ -177,8 +177,8 @@ impl ModuleGraph {
             }
             None => url.trim_start_matches('/'),
         };
-        if let Some(ExternalUrl { scheme, address }) = ExternalUrl::parse(url) {
-            return (self.outside(&format!("{scheme}:"), "bridge"), address);
+        if let Some(external) = ExternalUrl::parse(url) {
+            return (self.outside(url, "outside of all agents"), external.address);
         }
         let owner = self.nodes.iter().enumerate().filter_map(|(index, node)| {
             let rest = path.strip_prefix(node.name.as_str())?.strip_prefix('/')?;

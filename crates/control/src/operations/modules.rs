@@ -60,7 +60,7 @@ pub(super) fn parameters(
     let composer = surface.agent.composer();
     let of_module = |name: String| {
         let parameters = composer.parameters(&name).into_iter();
-        parameters.map(move |Parameter { name: parameter, default, range }| {
+        parameters.map(move |Parameter { name: parameter, default, range, .. }| {
             // An endless range is none.
             let range = range.filter(|(least, most)| least.is_finite() && most.is_finite());
             let operable = surface.is_operable(&format!("{name}/params/{parameter}"), &Json::Null);

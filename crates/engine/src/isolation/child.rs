@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rustix::net::{RecvAncillaryBuffer, RecvAncillaryMessage, RecvFlags, recvmsg};
 use rustix::process::{Resource, Rlimit, Signal, getrlimit, set_parent_process_death_signal, setrlimit};
 use slate_module::table::{DONE, PANICKED, REFUSED};
-use slate_module::{Frame, Host, ModuleKind, Plugin, Refusal, decode, encode};
+use slate_module::{Frame, Host, ModuleKind, Plugin, Refusal, Setup, decode, encode};
 
 use super::arena::map;
 use super::wire::{Asked, Begin, Code, KindText, Topic, receive, send};
@@ -205,7 +205,10 @@ impl Module<'_> {
             }
             Topic::Describe => {
                 let asked: Asked = decode(body)?;
-                return self.kind(&asked.kind)?.describe_portable(&asked.setup());
+                // A value of parameters has bytes.
+                let params = Some(asked.params.as_slice()).filter(|params| !params.is_empty());
+                let setup = Setup { params, ..asked.setup() };
+                return self.kind(&asked.kind)?.describe_portable(&setup);
             }
             Topic::Create => {
                 let asked: Asked = decode(body)?;

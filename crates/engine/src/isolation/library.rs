@@ -51,7 +51,7 @@ pub fn probe(program: Option<&Path>, file: &Path) -> Result<(), String> {
     let asked = process.begin(&begin_with(file), &[]).and_then(|_| {
         let kinds: Vec<KindText> = decode(process.ask(Topic::Kinds, &[], STARTING)?)?;
         for kind in kinds {
-            let setup = Setup { name: &kind.name, seed: 0, period: 20_000_000, section: None };
+            let setup = Setup { name: &kind.name, seed: 0, period: 20_000_000, section: None, params: None };
             let asked = encode(&Asked::new(&kind.name, &setup, &[], 0))?;
             // It may refuse to be described so, and it may not end.
             let described = process.ask(Topic::Describe, &asked, STARTING).map(drop);
@@ -88,7 +88,7 @@ fn ask(program: Option<&Path>, file: &Path, topic: Topic, body: &[u8]) -> Result
 
 impl Maker for Outside {
     fn describe(&self, setup: &Setup<'_>) -> Result<Vec<u8>, Refusal> {
-        let asked = encode(&Asked::new(&self.kind, setup, &[], 0))?;
+        let asked = encode(&Asked::new(&self.kind, setup, setup.params.unwrap_or_default(), 0))?;
         ask(self.program.as_deref(), &self.file, Topic::Describe, &asked)
     }
 

@@ -106,7 +106,13 @@ impl Asked {
     }
 
     pub fn setup(&self) -> Setup<'_> {
-        Setup { name: &self.name, seed: self.seed, period: self.period, section: self.section.as_ref() }
+        Setup {
+            name: &self.name,
+            seed: self.seed,
+            period: self.period,
+            section: self.section.as_ref(),
+            params: None,
+        }
     }
 }
 

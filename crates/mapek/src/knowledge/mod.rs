@@ -14,7 +14,7 @@ use std::marker::PhantomData;
 pub use facts::{Fact, Facts, Live, Merge, MostCertain, Newest, Union, Version};
 pub use plans::{PlanDescription, PlanLibrary, PlanOutcome, Role};
 pub use robot::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
-use slate_module::{Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
+use slate_module::{Hardware, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
 pub use statements::Statements;
 pub use strategy::{StoredPlan, StrategyModel, StrategyRecord, StrategyReport};
 pub use strategy_ports::StrategyPorts;
@@ -38,6 +38,16 @@ pub trait Knowledge: 'static {
     type Params: Params;
     /// State.
     type State: BlockState;
+    /// Whether its RobotModel describes a robot that the parameters name.
+    const DESCRIBES_HARDWARE: bool = false;
+
+    /// Returns the hardware of that robot, which must have what its Monitors and Execute want and be that of its devices.
+    ///
+    /// # Errors
+    /// A refusal when there is no such robot: `params.NAME: ` and what was expected.
+    fn hardware(_: &Setup<'_>, _: &Self::Params) -> Result<Vec<Hardware>, Refusal> {
+        Ok(Vec::new())
+    }
 
     /// Returns the first state.
     ///
@@ -62,6 +72,11 @@ impl<K: Knowledge> Module for KnowledgeBlock<K> {
     const NAME: &'static str = K::NAME;
     const DOC: &'static str = K::DOC;
     const STAGE: Stage = Stage::WorldState;
+    const DESCRIBES_HARDWARE: bool = K::DESCRIBES_HARDWARE;
+
+    fn hardware(setup: &Setup<'_>, params: &K::Params) -> Result<Vec<Hardware>, Refusal> {
+        K::hardware(setup, params)
+    }
 
     fn spec() -> Spec {
         Spec { trigger: Trigger::Stage, deadline: None, unique: "knowledge" }

@@ -107,7 +107,7 @@ impl Source {
 impl RobotModule {
     /// Ports and parameters; the reason if the block refuses to be set up without its configuration.
     pub fn description(&self) -> Result<Description, String> {
-        let setup = Setup { name: &self.name, seed: 0, period: 20_000_000, section: None };
+        let setup = Setup { name: &self.name, seed: 0, period: 20_000_000, section: None, params: None };
         self.kind.describe(&setup).map_err(|refusal| refusal.0)
     }
 

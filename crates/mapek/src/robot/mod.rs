@@ -142,11 +142,21 @@ impl<B> Robot<B> {
         Robot::of(self.content)
     }
 
-    /// Adds the [world](Robot::world) of a configuration: all in front of its first robot.
+    /// Adds the [world](Robot::world) of a configuration: all in front of its first robot but `include`, as the program adds
+    /// the robots.
     pub fn world_of(self, configuration: &str) -> Robot {
-        // A table of a robot begins a line.
+        // A table of a robot begins a line, and so does `include`.
         let end = configuration.find("\n[robots.").map_or(configuration.len(), |end| end + 1);
-        self.world(&configuration[..end])
+        let mut is_included = false;
+        let world = configuration[..end].split_inclusive('\n').filter(|line| {
+            let files =
+                line.strip_prefix("include").map(str::trim_start).filter(|rest| rest.starts_with('='));
+            let is_kept = files.is_none() && !is_included;
+            is_included =
+                (is_included || files.is_some_and(|files| files.contains('['))) && !line.contains(']');
+            is_kept
+        });
+        self.world(&world.collect::<String>())
     }
 
     /// Adds the kinds of modules that the world names, beside those of the robot's blocks and of the simulator.

@@ -25,7 +25,8 @@ pub fn interface(arguments: TokenStream, item: TokenStream) -> TokenStream {
 /// Makes a struct the parameters of a module.
 ///
 /// Each field says `#[param(default = 0.8, range = 0.0..=5.0, unit = "1/s", doc = "heading gain")]`; what is left out
-/// is zero, unbounded, without unit.
+/// is zero, unbounded, without unit. With `follows = ["world.robots.{robot}.profile", "world.profile"]` it takes the value of the
+/// first of these settings that is there, unless the configuration gives it one.
 #[proc_macro_attribute]
 pub fn params(_: TokenStream, item: TokenStream) -> TokenStream {
     expand(params::expand(item.into()))

@@ -1,6 +1,9 @@
 use proc_macro2::TokenStream as Tokens;
 use quote::quote;
-use syn::{Data, DeriveInput, Error, Expr, ExprRange, Field, LitStr, RangeLimits, Result, Type, Visibility};
+use syn::{
+    Data, DeriveInput, Error, Expr, ExprArray, ExprRange, Field, LitStr, RangeLimits, Result, Type,
+    Visibility,
+};
 
 use crate::attributes::take;
 use crate::root;
@@ -22,12 +25,17 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
         publish(field, &input.vis);
         let mut default: Option<Expr> = None;
         let mut range: Option<ExprRange> = None;
+        let mut follows: Vec<LitStr> = Vec::new();
         if let Some(attribute) = take(&mut field.attrs, "param") {
             attribute.parse_nested_meta(|meta| {
                 if meta.path.is_ident("default") {
                     default = Some(meta.value()?.parse()?);
                 } else if meta.path.is_ident("range") {
                     range = Some(meta.value()?.parse()?);
+                } else if meta.path.is_ident("follows") {
+                    let list: ExprArray = meta.value()?.parse()?;
+                    follows =
+                        list.elems.iter().map(|item| syn::parse2(quote!(#item))).collect::<Result<_>>()?;
                 } else if meta.path.is_ident("unit") {
                     let unit: LitStr = meta.value()?.parse()?;
                     field.attrs.push(syn::parse_quote!(#[unit(#unit)]));
@@ -35,7 +43,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
                     let doc: LitStr = meta.value()?.parse()?;
                     field.attrs.push(syn::parse_quote!(#[doc = #doc]));
                 } else {
-                    return Err(meta.error("expected `default`, `range`, `unit` or `doc`"));
+                    return Err(meta.error("expected `default`, `range`, `follows`, `unit` or `doc`"));
                 }
                 Ok(())
             })?;
@@ -62,6 +70,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
                 name: ::std::string::String::from(#text),
                 default: default.get(#text).cloned().unwrap_or(#root::blackboard::interface::Value::Null),
                 range: #range,
+                follows: ::std::vec![#(::std::string::String::from(#follows)),*],
             }
         });
     }

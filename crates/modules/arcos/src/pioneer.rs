@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use slate_interfaces::{Bumper, Chassis, Odometry, SonarScan, WheelSpeeds};
 use slate_module::aspect::{Actuators, Aspect, Threads};
 use slate_module::prelude::*;
+use slate_module::{Hardware, HardwareDevice, HardwareDrive};
 
 use crate::driver::{self, DriverSettings, Order, Reading};
 use crate::model::{MODELS, Model};
@@ -85,6 +86,30 @@ impl Module for Pioneer {
     type Io = PioneerIo;
     type Params = PioneerParams;
     type State = PioneerState;
+
+    const DESCRIBES_HARDWARE: bool = true;
+
+    fn hardware(_: &Setup<'_>, params: &PioneerParams) -> Result<Vec<Hardware>, Refusal> {
+        // All that are known have the same body.
+        let model = model(params)?.unwrap_or(&MODELS[0]);
+        let mut sensors = vec![
+            HardwareDevice::new("odometry", Odometry::DESCRIPTOR.name),
+            HardwareDevice::new("bumper", Bumper::DESCRIPTOR.name),
+        ];
+        if params.sonars > 0 {
+            let count = u32::try_from(params.sonars).unwrap_or(u32::MAX);
+            let sonar = HardwareDevice::new("sonar", SonarScan::DESCRIPTOR.name);
+            sensors.push(HardwareDevice { count, ..sonar });
+        }
+        Ok(vec![Hardware {
+            robot: model.chassis().model.as_str().into(),
+            ports: String::new(),
+            setting: "params.model".into(),
+            drive: Some(HardwareDrive { wheel_radius: model.wheel_radius, track: model.track }),
+            sensors,
+            actuators: vec![HardwareDevice::new("wheels", WheelSpeeds::DESCRIPTOR.name)],
+        }])
+    }
 
     fn create(_: &Setup<'_>, params: &PioneerParams) -> Result<PioneerState, Refusal> {
         model(params)?;

@@ -25,6 +25,7 @@
 //! ```
 
 mod distance;
+mod frame;
 mod geometry;
 mod laser;
 mod occupancy_mapper;
@@ -34,6 +35,7 @@ mod pose_estimator;
 mod pose_filter;
 mod search;
 
+pub use frame::{Frame, FrameIo};
 pub use laser::{LaserMonitor, LaserSensors};
 pub use occupancy_mapper::{OccupancyMapper, OccupancyMapperIo, OccupancyMapperParams, OccupancyMapperState};
 pub use path_planner::{PathPlanner, PathPlannerIo, PathPlannerParams, PathPlannerState};
@@ -47,4 +49,5 @@ slate_module::plugin!(
     AnalyzeBlock<PoseEstimator>,
     AnalyzeBlock<OccupancyMapper>,
     AnalyzeBlock<PathPlanner>,
+    Frame,
 );

@@ -1,12 +1,13 @@
 //! Reflex: turns away from obstacles and drives on.
 
-use slate_avoidance::{Disc, Footprint, Maneuver, ROBOT_SENSOR, ReflexInput, ReflexRules, SONAR, react};
+use slate_avoidance::{Disc, Footprint, Maneuver, ROBOT_SENSOR, ReflexInput, SONAR, react};
 use slate_plugin::interfaces::{Odometry, Sightings, SonarScan};
 use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
 use crate::late_sensors::{is_blind, is_late};
+use crate::rules::WheeledRules;
 
 /// Sensors and knowledge of the reflex.
 #[ports]
@@ -20,15 +21,13 @@ pub struct AvoidObstacleSensors {
     #[stale(after = "200ms")]
     odometry: Input<Odometry>,
     /// Thresholds, from Knowledge.
-    rules: Input<ReflexRules>,
+    rules: Input<WheeledRules>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
 }
 
 /// Name of the wheel encoders in a robot model.
 const ODOMETRY: &str = "odometry";
-/// Radius of other robots, metres.
-const ROBOT_RADIUS: f64 = 0.28;
 
 /// Maps the newest measurements to `AvoidObstacle`, by the rules in Knowledge. It has no memory.
 ///
@@ -64,7 +63,7 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
     let discs = seen.into_iter().flat_map(|robots| robots.list.iter()).map(|seen| Disc {
         x: seen.range * math::cos(seen.bearing),
         y: seen.range * math::sin(seen.bearing),
-        radius: ROBOT_RADIUS,
+        radius: robot.detected_radius,
     });
     let speed = match odometry.get() {
         Some(odometry) if !is_late(ODOMETRY, &sensors.odometry, robot, now) => odometry.twist.linear,
@@ -72,5 +71,5 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
         Some(_) => robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius,
         None => 0.0,
     };
-    react(thresholds, &footprint, &ReflexInput::new(sonar.get()?, discs, speed))
+    react(&thresholds.avoid_obstacle, &footprint, &ReflexInput::new(sonar.get()?, discs, speed))
 }

@@ -1,6 +1,6 @@
 //! Reflex of the authors of RoCS with its published constants: the baseline.
 
-use slate_avoidance::{ReflexRules, Rocs, RocsVariant, SONAR};
+use slate_avoidance::{Rocs, RocsVariant, SONAR};
 use slate_plugin::interfaces::{SonarScan, WheelSpeeds};
 use slate_plugin::prelude::*;
 
@@ -8,6 +8,7 @@ use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
 use crate::late_sensors::is_blind;
 use crate::monitors::is_valid;
+use crate::rules::WheeledRules;
 
 /// Ring of sonars, and knowledge.
 #[ports]
@@ -15,7 +16,7 @@ pub struct Sonar {
     #[stale(after = "200ms")]
     sonar: Input<SonarScan>,
     /// Which sensors must not stop, from Knowledge.
-    rules: Input<ReflexRules>,
+    rules: Input<WheeledRules>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
 }

@@ -1,34 +1,22 @@
 //! Reflex: backs away from a pressed bumper.
 
-use slate_avoidance::ReflexRules;
 use slate_plugin::interfaces::{Bumper, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 use crate::actions::{Release, ReleaseBumper};
 use crate::knowledge::WheeledModel;
 use crate::late_sensors::{is_blind, is_late};
-use crate::rules::BUMPER;
+use crate::rules::{BUMPER, BumperReleaseRules, WheeledRules};
 
 /// Sensors and knowledge of the reflex.
 #[ports]
 pub struct BumperSensors {
     #[stale(after = "200ms")]
     bumper: Input<Bumper>,
-    /// Which sensors must not stop, from Knowledge.
-    rules: Input<ReflexRules>,
+    /// Thresholds, from Knowledge.
+    rules: Input<WheeledRules>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
-}
-
-/// Parameters of [`BumperReleaseModel`].
-#[params]
-pub struct BumperReleaseParams {
-    #[param(default = 0.15, range = 0.01..=1.0, unit = "m/s", doc = "linear velocity away from the contact")]
-    linear_velocity: f64,
-    #[param(default = 0.12, range = 0.0..=1.0, unit = "m", doc = "distance to travel after the bumper is released")]
-    release_distance: f64,
-    #[param(default = 3.0, range = 0.1..=60.0, unit = "s", doc = "time after which a robot with a bumper that stays pressed stands")]
-    release_timeout: f64,
 }
 
 /// Backs away from a pressed bumper, and by the release distance more. It has no memory: the action drives on after the release.
@@ -40,26 +28,19 @@ impl ReactiveModel for BumperReleaseModel {
     /// Above the reflexes by range: a contact was not detected in time.
     const RANK: i32 = 2;
     type Sensors = BumperSensors;
-    type Params = BumperReleaseParams;
+    type Params = ();
     type State = ();
 
-    fn run(
-        (): &mut (),
-        sensors: &BumperSensors,
-        params: &BumperReleaseParams,
-        now: &Tick,
-    ) -> Option<ActionRequest> {
+    fn run((): &mut (), sensors: &BumperSensors, (): &(), now: &Tick) -> Option<ActionRequest> {
         let BumperSensors { bumper, rules, robot } = sensors;
         let robot = robot.get()?;
-        let BumperReleaseParams { linear_velocity, release_distance, release_timeout: time_limit } = *params;
-        if is_blind(BUMPER, bumper, rules, robot, now) {
-            return Some(ReleaseBumper::request(Release {
-                left: 0.0,
-                right: 0.0,
-                duration: HOLD,
-                time_limit,
-            }));
-        }
+        let known = rules.get();
+        let time_limit = known.map_or(HOLD, |rules| rules.bumper_release.timeout);
+        let (false, Some(known)) = (is_blind(BUMPER, bumper, rules, robot, now), known) else {
+            let stop = Release { left: 0.0, right: 0.0, duration: HOLD, time_limit };
+            return Some(ReleaseBumper::request(stop));
+        };
+        let BumperReleaseRules { linear_velocity, distance, .. } = known.bumper_release;
         let bumper = bumper
             .get()
             .filter(|bumper| bumper.pressed() && !is_late(BUMPER, &sensors.bumper, robot, now))?;
@@ -69,7 +50,7 @@ impl ReactiveModel for BumperReleaseModel {
             _ => 1.0,
         };
         let WheelSpeeds { left, right } = robot.wheels_for(direction * linear_velocity, 0.0);
-        let duration = math::max(release_distance / linear_velocity, HOLD);
+        let duration = math::max(distance / linear_velocity, HOLD);
         Some(ReleaseBumper::request(Release { left, right, duration, time_limit }))
     }
 }

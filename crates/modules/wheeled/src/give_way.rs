@@ -1,6 +1,6 @@
 //! Reflex of a robot that stands: gives way to another robot that comes too close.
 
-use slate_avoidance::{ROBOT_SENSOR, ReflexRules, SONAR};
+use slate_avoidance::{ROBOT_SENSOR, SONAR};
 use slate_plugin::interfaces::{Echo, Odometry, Sighting, Sightings, SonarPlacement, SonarScan, WheelSpeeds};
 use slate_plugin::prelude::*;
 
@@ -8,6 +8,7 @@ use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
 use crate::late_sensors::{is_blind, is_late};
 use crate::monitors::is_valid;
+use crate::rules::{GiveWayRules, WheeledRules};
 
 /// Sensors and knowledge of the reflex.
 #[ports]
@@ -20,27 +21,12 @@ pub struct GiveWaySensors {
     /// Twist of the robot, which gives way only when it does not drive on.
     #[stale(after = "200ms")]
     odometry: Input<Odometry>,
-    /// Which sensors must not stop, from Knowledge.
-    rules: Input<ReflexRules>,
+    /// Thresholds, from Knowledge.
+    rules: Input<WheeledRules>,
     /// Robot model, from Knowledge.
     robot: Input<WheeledModel>,
 }
 
-/// Parameters of [`GiveWayModel`].
-#[params]
-pub struct GiveWayParams {
-    #[param(default = 0.7, range = 0.0..=10.0, unit = "m", doc = "distance of another robot's center below which it gives way")]
-    min_separation: f64,
-    #[param(default = 0.2, range = 0.0..=5.0, unit = "m/s", doc = "linear velocity")]
-    linear_velocity: f64,
-    #[param(default = 0.15, range = 0.0..=10.0, unit = "m", doc = "minimum range of the sonars in its direction")]
-    min_clearance: f64,
-    #[param(default = 0.05, range = 0.0..=5.0, unit = "m/s", doc = "linear velocity above which the robot drives on")]
-    standing_velocity: f64,
-}
-
-/// Angle within which a robot is ahead or behind, not beside, radians.
-const ALONG: f64 = 1.2;
 /// Duration of a command unless it is renewed, seconds.
 const HOLD: f64 = 0.1;
 
@@ -52,39 +38,41 @@ impl ReactiveModel for GiveWayModel {
     const DOC: &'static str = "Gives way to a robot that comes too close to this one while it stands.";
     const RANK: i32 = 1;
     type Sensors = GiveWaySensors;
-    type Params = GiveWayParams;
+    type Params = ();
     type State = ();
 
-    fn run(
-        (): &mut (),
-        sensors: &GiveWaySensors,
-        params: &GiveWayParams,
-        now: &Tick,
-    ) -> Option<ActionRequest> {
-        let GiveWaySensors { robots, sonar, odometry, rules, robot } = sensors;
-        let robot = robot.get()?;
-        let is_blind =
-            is_blind(SONAR, sonar, rules, robot, now) || is_blind(ROBOT_SENSOR, robots, rules, robot, now);
-        let linear = if is_blind || sonar.get().is_some_and(|scan| !is_valid(scan)) {
-            0.0
-        } else {
-            let scan = sonar.get().filter(|_| !is_late(SONAR, sonar, robot, now))?;
-            let robots = robots.get().filter(|_| !is_late(ROBOT_SENSOR, robots, robot, now))?;
-            params.velocity(robots, scan, odometry.fresh()?.twist.linear)?
-        };
+    fn run((): &mut (), sensors: &GiveWaySensors, (): &(), now: &Tick) -> Option<ActionRequest> {
+        let robot = sensors.robot.get()?;
+        let linear = sensors.velocity(robot, now)?;
         let WheelSpeeds { left, right } = robot.wheels_for(linear, 0.0);
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
     }
 }
 
-impl GiveWayParams {
+impl GiveWaySensors {
+    /// Returns the linear velocity, m/s: zero without rules, or while a sensor with a rule is late.
+    fn velocity(&self, robot: &WheeledModel, now: &Tick) -> Option<f64> {
+        let Self { robots, sonar, odometry, rules, .. } = self;
+        let is_blind =
+            is_blind(SONAR, sonar, rules, robot, now) || is_blind(ROBOT_SENSOR, robots, rules, robot, now);
+        let (false, Some(rules)) = (is_blind || sonar.get().is_some_and(|scan| !is_valid(scan)), rules.get())
+        else {
+            return Some(0.0);
+        };
+        let scan = sonar.get().filter(|_| !is_late(SONAR, sonar, robot, now))?;
+        let robots = robots.get().filter(|_| !is_late(ROBOT_SENSOR, robots, robot, now))?;
+        rules.give_way.velocity(robots, scan, odometry.fresh()?.twist.linear)
+    }
+}
+
+impl GiveWayRules {
     /// The linear velocity away from all robots that are too close, m/s; `None` without one, or without a way.
     fn velocity(&self, robots: &Sightings, scan: &SonarScan, speed: f64) -> Option<f64> {
         // NaN is nowhere.
         let near = |seen: &&Sighting| seen.range < self.min_separation && seen.bearing.is_finite();
         let side = |seen: &Sighting| match seen.bearing.abs() {
-            ahead if ahead < ALONG => Some(-self.linear_velocity),
-            behind if behind > std::f64::consts::PI - ALONG => Some(self.linear_velocity),
+            ahead if ahead < self.max_bearing => Some(-self.linear_velocity),
+            behind if behind > std::f64::consts::PI - self.max_bearing => Some(self.linear_velocity),
             // A robot from the side passes, or stops: this one can't make room.
             _ => None,
         };

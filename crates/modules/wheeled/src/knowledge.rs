@@ -1,16 +1,19 @@
 //! Knowledge of a wheeled robot: goal and robot model.
 
 use serde::{Deserialize, Serialize};
-use slate_avoidance::{Parameters, ROBOT_SENSOR, ReflexRules, SONAR, SensorRule, Sides};
+use slate_avoidance::{Parameters, ROBOT_SENSOR, SONAR, Sides};
 use slate_plugin::interfaces::{
-    Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
-    SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
+    Bumper, Chassis, FourWheelSpeeds, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2,
+    PoseEstimate, Position, SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
 };
 use slate_plugin::mapek::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
+use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
 use slate_plugin::prelude::*;
 use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
 
-use crate::rules::{RefusedRule, RefusedRules, RulePorts, default_sensor_rules, has_threshold};
+use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
+
+pub use crate::knowledge_params::WheeledKnowledgeParams;
 
 /// Model of a wheeled robot.
 #[interface]
@@ -21,6 +24,9 @@ pub struct WheeledModel {
     pub chassis: Chassis,
     /// Errors of the sensors; zero if they are exact.
     pub accuracy: SensorAccuracy,
+    /// Radius of the robots that its robot sensor detects.
+    #[unit("m")]
+    pub detected_radius: f64,
 }
 
 impl WheeledModel {
@@ -54,6 +60,7 @@ impl WheeledModel {
                 model: Text::new(&devices.name),
             },
             accuracy: SensorAccuracy::default(),
+            detected_radius: devices.detected_radius,
         }
     }
 
@@ -80,6 +87,45 @@ impl WheeledModel {
         let acceleration = self.chassis.maximum_wheel_acceleration * wheel_radius;
         (track > 0.0 && acceleration > 0.0).then_some(Sides { track, acceleration })
     }
+}
+
+/// Hardware of the robot that parameters name, for its [`Knowledge::hardware`].
+///
+/// # Errors
+/// They name none, or its description is invalid.
+pub fn hardware_of(params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
+    let devices = RobotDevices::load(params.robot.as_str(), params.profile.as_str())
+        .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
+    let device = |interface: &'static str| {
+        move |device: &DeviceDescription| HardwareDevice {
+            name: device.name.into(),
+            interface: interface.into(),
+            count: u32::try_from(device.count).unwrap_or(u32::MAX),
+            mount: device.mount,
+        }
+    };
+    let interface = |name: &str| match name {
+        SONAR => SonarScan::DESCRIPTOR.name,
+        "position" => Position::DESCRIPTOR.name,
+        "orientation" => Orientation::DESCRIPTOR.name,
+        "odometry" => Odometry::DESCRIPTOR.name,
+        "bumper" => Bumper::DESCRIPTOR.name,
+        "laser" => LaserScan::DESCRIPTOR.name,
+        _ => Sightings::DESCRIPTOR.name,
+    };
+    let wheels = match devices.drive.is_skid_steer {
+        true => FourWheelSpeeds::DESCRIPTOR.name,
+        false => WheelSpeeds::DESCRIPTOR.name,
+    };
+    let sensors = devices.sensors.iter().map(|sensor| device(interface(sensor.name))(sensor));
+    Ok(vec![Hardware {
+        ports: String::new(),
+        setting: "params.robot".into(),
+        drive: Some(HardwareDrive { wheel_radius: devices.drive.wheel_radius, track: devices.drive.track }),
+        sensors: sensors.collect(),
+        actuators: devices.actuators.iter().map(device(wheels)).collect(),
+        robot: devices.name,
+    }])
 }
 
 /// A device as its description says.
@@ -173,6 +219,48 @@ impl WheeledModels {
         (names, length)
     }
 
+    /// Publishes the rules, and returns them.
+    fn publish_rules(
+        &self,
+        checked: &mut CheckedRules,
+        model: &WheeledModel,
+        ports: &RulePorts,
+        params: &WheeledKnowledgeParams,
+        now: &Tick,
+    ) -> WheeledRules {
+        let given = params.rules();
+        let (names, length) = self.ruled_sensors(model);
+        let refused = RefusedRule::find(&given.avoid_obstacle, &names[..length]);
+        // By default, of a robot that may have no sonars.
+        let refused = refused.filter(|_| given.avoid_obstacle.sensors != default_sensor_rules());
+        let has_sonars = model.robot.sensor(SONAR).is_some();
+        let rules = if has_sonars { given.with_sonars() } else { given };
+        checked.publish(ports, rules, refused, now);
+        rules
+    }
+
+    /// Lists the described sensors that have measured or have a rule, with their health; returns their number.
+    fn list_sensors(
+        &self,
+        list: &mut [Device; SENSORS],
+        watched: &mut [(u64, u8); SENSORS],
+        model: &WheeledModel,
+        rules: &WheeledRules,
+        now: &Tick,
+    ) -> usize {
+        let mut length = 0;
+        for (sensor, (measured, health)) in model.robot.sensors.iter().zip(watched) {
+            let mut sensor = Device { measured: *measured, health: DeviceHealth(*health), ..*sensor };
+            let has_measured = self.watch(&mut sensor, now);
+            (*measured, *health) = (sensor.measured, sensor.health.0);
+            if has_measured || rules.is_required(sensor.name.as_str()) {
+                list[length] = sensor;
+                length += 1;
+            }
+        }
+        length
+    }
+
     /// The estimated pose; before the first estimate, the measured one of these devices.
     fn newest_pose(&self, sensors: &[Device]) -> Option<Pose2> {
         if self.pose.get().is_some() {
@@ -216,61 +304,13 @@ impl<T: Interface + ?Sized> SensorInput for Sensed<T> {
     }
 }
 
-/// Parameters of [`WheeledKnowledge`].
-#[params]
-#[derive(PartialEq)]
-pub struct WheeledKnowledgeParams {
-    #[param(default = "", doc = "robot's description: `pioneer_p3dx`, `summit_xl`, or the path of a file")]
-    pub robot: Text<252>,
-    #[param(
-        default = "vrep",
-        doc = "profile of its sensors, which a simulated world sets by its own key; a sensor without it has its first one"
-    )]
-    pub profile: Text<28>,
-    #[param(default = 0.0, unit = "m", doc = "x of the goal")]
-    pub goal_x: f64,
-    #[param(default = 0.0, unit = "m", doc = "y of the goal")]
-    pub goal_y: f64,
-    #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in metres")]
-    pub sensor_rules: Sequence<SensorRule, 4>,
-    #[param(default = 0.3, range = 0.0..=5.0, unit = "s", doc = "additional distance of a reflex per speed")]
-    pub reaction_time: f64,
-    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "clearance on both sides of the strip ahead below which a reflex follows")]
-    pub side_clearance: f64,
-    #[param(default = 0.03, range = 0.0..=1.0, unit = "m", doc = "distance from the outline below which any echo causes a reflex")]
-    pub min_clearance: f64,
-    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "free length of a heading that a reflex turns to")]
-    pub free_distance: f64,
-    #[param(default = 0.02, range = 0.0..=1.0, unit = "m", doc = "additional clearance on both sides of such a heading")]
-    pub turn_clearance: f64,
-    #[param(default = 0.2, range = 0.01..=10.0, unit = "m", doc = "length of the drive of a reflex")]
-    pub drive_distance: f64,
-    #[param(default = 0.3, range = 0.01..=3.0, unit = "m/s", doc = "linear velocity of that drive")]
-    pub reflex_velocity: f64,
-}
-
-impl WheeledKnowledgeParams {
-    fn rules(&self) -> ReflexRules {
-        ReflexRules {
-            reaction_time: self.reaction_time,
-            side_clearance: self.side_clearance,
-            min_clearance: self.min_clearance,
-            free_distance: self.free_distance,
-            turn_clearance: self.turn_clearance,
-            drive_distance: self.drive_distance,
-            linear_velocity: self.reflex_velocity,
-            sensors: self.sensor_rules,
-        }
-    }
-}
-
 /// State of [`WheeledKnowledge`]: the robot by its description, which is read again after a restart.
 #[derive(Default, Serialize, Deserialize)]
 pub struct WheeledKnowledgeState {
     #[serde(skip)]
     robot: KnownRobot,
     #[serde(skip)]
-    refused: RefusedRules,
+    rules: CheckedRules,
     /// Health of the described sensors, and when they measured last.
     #[serde(default)]
     watched: [(u64, u8); SENSORS],
@@ -300,7 +340,7 @@ impl KnownRobot {
 
     fn read(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
         let model = WheeledModel::load(params.robot.as_str(), params.profile.as_str())
-            .map_err(|problem| Refusal(format!("params.robot: {problem}")))?;
+            .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
         Ok(Self { known: Some((params.robot, params.profile, Some(model))) })
     }
 
@@ -331,6 +371,11 @@ impl Knowledge for WheeledKnowledge {
     type Models = (WheeledModels, RulePorts);
     type Params = WheeledKnowledgeParams;
     type State = WheeledKnowledgeState;
+    const DESCRIBES_HARDWARE: bool = true;
+
+    fn hardware(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
+        hardware_of(params)
+    }
 
     fn create(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<WheeledKnowledgeState, Refusal> {
         let robot = KnownRobot::new(params)?;
@@ -338,10 +383,9 @@ impl Knowledge for WheeledKnowledge {
             // Which of them it has, the links say.
             let names = model.robot.sensors.iter().map(|device| device.name.as_str());
             let names: Vec<_> = names.filter(|name| has_threshold(name)).collect();
-            params
-                .rules()
-                .check(&names)
-                .map_err(|error| Refusal(RefusedRule { error, sensors: &names }.to_string()))?;
+            if let Some(refused) = RefusedRule::find(&params.rules().avoid_obstacle, &names) {
+                return Err(Refusal(refused.to_string()));
+            }
         }
         Ok(WheeledKnowledgeState { robot, ..WheeledKnowledgeState::default() })
     }
@@ -354,20 +398,9 @@ impl Knowledge for WheeledKnowledge {
     ) {
         models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
         let Some(known) = state.robot.model(params, now) else { return };
-        let (names, length) = models.ruled_sensors(known);
-        state.refused.update(rules, params.rules(), &names[..length], now);
+        let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
         let mut sensors = [Device::default(); SENSORS];
-        let mut length = 0;
-        for (sensor, (measured, health)) in known.robot.sensors.iter().zip(&mut state.watched) {
-            let mut sensor = Device { measured: *measured, health: DeviceHealth(*health), ..*sensor };
-            let has_measured = models.watch(&mut sensor, now);
-            (*measured, *health) = (sensor.measured, sensor.health.0);
-            let has_rule = params.sensor_rules.iter().any(|rule| rule.sensor == sensor.name);
-            if has_measured || has_rule {
-                sensors[length] = sensor;
-                length += 1;
-            }
-        }
+        let length = models.list_sensors(&mut sensors, &mut state.watched, known, &known_rules, now);
         let sensors = &sensors[..length];
         // Without a pose the model is unknown.
         let Some(pose) = models.newest_pose(sensors) else { return };

@@ -6,6 +6,7 @@ use slate_plugin::prelude::*;
 /// Laser scanner.
 #[ports]
 pub struct Laser {
+    #[capacity(2048)]
     laser: Input<LaserScan>,
     /// Mount of the laser on the robot, if its driver or the simulator publishes it.
     mount: Input<Transform>,

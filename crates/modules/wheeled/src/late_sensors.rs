@@ -1,21 +1,21 @@
 //! Sensors that measure too late for a reflex.
 
-use slate_avoidance::ReflexRules;
 use slate_plugin::mapek::Device;
 use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
+use crate::rules::WheeledRules;
 
 /// Returns whether a sensor that the reflexes have a rule for gives no timely measurement: it counts as near, and all reflexes
 /// that read it stop the robot.
 pub fn is_blind<T: Interface + ?Sized>(
     name: &str,
     input: &Input<T>,
-    rules: &Input<ReflexRules>,
+    rules: &Input<WheeledRules>,
     robot: &WheeledModel,
     now: &Tick,
 ) -> bool {
-    rules.get().is_some_and(|rules| rules.distance(name).is_some()) && is_late(name, input, robot, now)
+    rules.get().is_some_and(|rules| rules.is_required(name)) && is_late(name, input, robot, now)
 }
 
 /// Returns whether a sensor has not measured yet or is late, by its rate in the robot model.

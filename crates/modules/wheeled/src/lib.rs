@@ -25,6 +25,7 @@ pub mod go_to_origin;
 pub mod journey;
 pub mod keep_wall;
 pub mod knowledge;
+mod knowledge_params;
 pub mod laser_ring;
 pub mod late_sensors;
 pub mod local_map;
@@ -33,6 +34,7 @@ pub mod locate_robot;
 mod median;
 pub mod median_sonar;
 pub mod monitors;
+pub mod nodes;
 pub mod odometry_pose;
 pub mod own_motion;
 pub mod rules;
@@ -43,7 +45,8 @@ pub mod track_filter;
 pub mod tracks;
 
 use slate_plugin::mapek::{
-    AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock, SensorBlock,
+    ActuatorBlock, AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock,
+    SensorBlock,
 };
 use slate_plugin::prelude::*;
 
@@ -53,6 +56,13 @@ plugin!(
     SensorBlock<median_sonar::MedianSonar>,
     SensorBlock<odometry_pose::OdometryPosition>,
     SensorBlock<odometry_pose::OdometryOrientation>,
+    SensorBlock<nodes::SonarNode>,
+    SensorBlock<nodes::PositionNode>,
+    SensorBlock<nodes::OrientationNode>,
+    SensorBlock<nodes::OdometryNode>,
+    SensorBlock<nodes::BumperNode>,
+    ActuatorBlock<nodes::WheelsNode>,
+    ActuatorBlock<nodes::TwistNode>,
     MonitorBlock<monitors::RangeMonitor>,
     MonitorBlock<monitors::PositionMonitor>,
     MonitorBlock<monitors::OrientationMonitor>,

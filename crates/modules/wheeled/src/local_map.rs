@@ -82,8 +82,6 @@ pub struct ObservedObstacles {
 pub struct MapObstaclesParams {
     #[param(default = 6.0, range = 0.1..=1e6, unit = "s", doc = "age after which an obstacle is forgotten; more without sonars all around")]
     obstacle_timeout: f64,
-    #[param(default = 0.28, range = 0.0..=10.0, unit = "m", doc = "radius of other robots")]
-    other_robot_radius: f64,
     #[param(default = 1e6, range = 0.0..=1e6, unit = "m", doc = "half the side of a known square room about the origin")]
     pub room_half_width: f64,
 }
@@ -128,6 +126,7 @@ impl Analyze for MapObstacles {
             }
         };
         let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
+        let radius = observed.robot.get()?.detected_radius;
         let twist = motion.notice(pose, now.seconds());
         let parameters = Parameters { obstacle_timeout: params.obstacle_timeout, ..Parameters::default() };
         if params.room_half_width < 1e6 {
@@ -142,9 +141,7 @@ impl Analyze for MapObstacles {
             }
             // Echoes of robots are no static obstacles.
             leave_out(&mut scan, |placement, echo, scan| {
-                others
-                    .iter()
-                    .any(|other| is_echo_of(pose, placement, echo, scan, other, params.other_robot_radius))
+                others.iter().any(|other| is_echo_of(pose, placement, echo, scan, other, radius))
             });
         }
         map.update(pose, &scan, footprint, &parameters, now.seconds());
@@ -152,7 +149,7 @@ impl Analyze for MapObstacles {
         let seen = fill(&mut robots_seen, others.iter(), |other| TrackedRobot {
             x: other.x,
             y: other.y,
-            radius: params.other_robot_radius,
+            radius,
             velocity_x: other.velocity[0],
             velocity_y: other.velocity[1],
         });

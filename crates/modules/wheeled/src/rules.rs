@@ -5,40 +5,148 @@ use std::fmt;
 use slate_avoidance::{ROBOT_SENSOR, ReflexRules, RuleError, SONAR, SensorRule};
 use slate_plugin::prelude::*;
 
+/// Rules of the reflexes of a wheeled robot.
+#[interface]
+#[derive(PartialEq)]
+pub struct WheeledRules {
+    /// Of the reflex that avoids obstacles; a sensor with a rule there is one that no reflex does without.
+    pub avoid_obstacle: ReflexRules,
+    /// Of the reflex that gives way.
+    pub give_way: GiveWayRules,
+    /// Of the reflex that follows a wall.
+    pub keep_wall: KeepWallRules,
+    /// Of the reflex that backs away from a contact.
+    pub bumper_release: BumperReleaseRules,
+}
+
+/// Rules of the reflex that gives way to another robot.
+#[interface]
+#[derive(PartialEq)]
+pub struct GiveWayRules {
+    /// Distance of another robot's center below which it gives way.
+    #[unit("m")]
+    pub min_separation: f64,
+    /// Bearing from straight ahead or behind within which it gives way; it can't move sideways.
+    #[unit("rad")]
+    pub max_bearing: f64,
+    /// Linear velocity.
+    #[unit("m/s")]
+    pub linear_velocity: f64,
+    /// Range of the sonars in its direction below which it stays.
+    #[unit("m")]
+    pub min_clearance: f64,
+    /// Linear velocity above which the robot drives on.
+    #[unit("m/s")]
+    pub standing_velocity: f64,
+}
+
+/// Rules of the reflex that follows a wall.
+#[interface]
+#[derive(PartialEq)]
+pub struct KeepWallRules {
+    /// Distance of the robot's center from a wall on the left; negative: on the right.
+    #[unit("m")]
+    pub wall_distance: f64,
+    /// Linear velocity along the wall.
+    #[unit("m/s")]
+    pub linear_velocity: f64,
+    /// Maximum angular velocity.
+    #[unit("rad/s")]
+    pub max_angular_velocity: f64,
+    /// Lookahead distance of pure pursuit.
+    #[unit("m")]
+    pub lookahead_distance: f64,
+    /// Maximum range at which a wall is followed.
+    #[unit("m")]
+    pub max_range: f64,
+    /// Duration of the arc about the end of a wall.
+    #[unit("s")]
+    pub timeout: f64,
+    /// Tolerance in direction of a sonar beside.
+    #[unit("rad")]
+    pub side_tolerance: f64,
+    /// Tolerance in direction of a sonar ahead.
+    #[unit("rad")]
+    pub front_tolerance: f64,
+    /// Margin over the wall distance at which it turns away from an obstacle ahead.
+    #[unit("m")]
+    pub front_margin: f64,
+    /// Angle by which it turns away from an obstacle ahead.
+    #[unit("rad")]
+    pub turn_angle: f64,
+}
+
+/// Rules of the reflex that backs away from a contact.
+#[interface]
+#[derive(PartialEq)]
+pub struct BumperReleaseRules {
+    /// Linear velocity away from the contact.
+    #[unit("m/s")]
+    pub linear_velocity: f64,
+    /// Distance to travel after the bumper is released.
+    #[unit("m")]
+    pub distance: f64,
+    /// Time after which a robot with a bumper that stays pressed stands.
+    #[unit("s")]
+    pub timeout: f64,
+}
+
 /// Rules for the reflexes.
 #[ports]
 pub struct RulePorts {
-    /// Rules of the reflex that avoids obstacles.
-    rules: Output<ReflexRules>,
+    /// Rules of the reflexes.
+    rules: Output<WheeledRules>,
 }
 
-/// The last refused rules: each is logged once.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RefusedRules {
-    error: Option<RuleError>,
-    /// Whether there are rules.
-    is_written: bool,
-}
-
-impl RefusedRules {
-    /// Writes the rules if the robot has their sensors; else the previous rules remain.
+impl WheeledRules {
+    /// Returns the rules with the default threshold of the sonars, if they have none for them.
     ///
-    /// The first rules are written in any case: a sensor that never measures counts as near.
-    pub fn update(&mut self, ports: &RulePorts, rules: ReflexRules, sensors: &[&str], now: &Tick) {
-        let error = rules.check(sensors).err();
-        if error.is_none() || !self.is_written {
+    /// A rule for another sensor does not switch the reflex by sonars off.
+    pub fn with_sonars(mut self) -> Self {
+        if self.avoid_obstacle.distance(SONAR).is_none() {
+            let mut sensors = [SensorRule::default(); 4];
+            let default = default_sensor_rules();
+            let all = default.iter().chain(self.avoid_obstacle.sensors.iter());
+            let count = sensors.iter_mut().zip(all).map(|(place, rule)| *place = *rule).count();
+            self.avoid_obstacle.sensors = Sequence::new(&sensors[..count]);
+        }
+        self
+    }
+
+    /// Returns whether a sensor has a rule: while it is late, no reflex that reads it drives.
+    pub fn is_required(&self, sensor: &str) -> bool {
+        self.avoid_obstacle.distance(sensor).is_some()
+    }
+}
+
+/// Rules of a robot, checked against its sensors.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct CheckedRules {
+    /// The last error, which is logged once.
+    error: Option<RuleError>,
+    /// Whether rules are published.
+    is_published: bool,
+}
+
+impl CheckedRules {
+    /// Publishes the rules if the robot has their sensors; else the previous rules remain.
+    ///
+    /// The first rules are published in any case: a sensor that never measures counts as near.
+    pub fn publish(
+        &mut self,
+        ports: &RulePorts,
+        rules: WheeledRules,
+        error: Option<RefusedRule<'_>>,
+        now: &Tick,
+    ) {
+        if error.is_none() || !self.is_published {
             ports.rules.set(rules);
-            self.is_written = true;
+            self.is_published = true;
         }
-        match error {
-            // By default, of a robot that may have no sonars.
-            Some(_) if rules.sensors == default_sensor_rules() => {}
-            Some(error) if self.error != Some(error) => {
-                now.error(format_args!("{}", RefusedRule { error, sensors }));
-            }
-            _ => {}
+        let last = std::mem::replace(&mut self.error, error.as_ref().map(|refused| refused.error));
+        if let Some(refused) = error.filter(|refused| last != Some(refused.error)) {
+            now.error(format_args!("{refused}"));
         }
-        self.error = error;
     }
 }
 
@@ -47,10 +155,15 @@ pub const BUMPER: &str = "bumper";
 
 /// A refused rule of a robot with these sensors. It begins with the place of the rule, by which the host finds its line.
 pub struct RefusedRule<'a> {
-    /// What is wrong.
-    pub error: RuleError,
-    /// Names of the robot's sensors that may have a rule.
-    pub sensors: &'a [&'a str],
+    error: RuleError,
+    sensors: &'a [&'a str],
+}
+
+impl<'a> RefusedRule<'a> {
+    /// Checks the rules of a robot with these sensors, of those that may have a rule.
+    pub fn find(rules: &ReflexRules, sensors: &'a [&'a str]) -> Option<Self> {
+        rules.check(sensors).err().map(|error| Self { error, sensors })
+    }
 }
 
 impl fmt::Display for RefusedRule<'_> {

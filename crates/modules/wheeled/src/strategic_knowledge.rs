@@ -2,9 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::mapek::{StrategyModel, StrategyPorts};
+use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
 
-use crate::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState};
+use crate::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState, hardware_of};
 
 /// The knowledge of a robot that has a role and plans to choose from. Its state is the strategies alone: what the robot
 /// remembers from run to run when the configuration gives this module a memory.
@@ -26,6 +27,11 @@ impl Knowledge for StrategicKnowledge {
     type Models = (<WheeledKnowledge as Knowledge>::Models, StrategyPorts);
     type Params = WheeledKnowledgeParams;
     type State = StrategicKnowledgeState;
+    const DESCRIBES_HARDWARE: bool = true;
+
+    fn hardware(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
+        hardware_of(params)
+    }
 
     fn create(
         setup: &Setup<'_>,

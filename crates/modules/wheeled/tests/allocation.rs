@@ -7,11 +7,11 @@ use slate::interfaces::{
 use slate::mapek::{AnalyzeBlock, ReactiveBlock};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text};
-use slate_avoidance::{ReflexRules, SensorRule};
+use slate_avoidance::SensorRule;
 use slate_testing::{Counted, allocations};
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::give_way::GiveWayModel;
-use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::knowledge::{WheeledKnowledgeParams, WheeledModel};
 use slate_wheeled::local_map::MapObstacles;
 
 #[test]
@@ -20,14 +20,10 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
     let mut avoid = Fixture::<Counted<ReactiveBlock<AvoidObstacleModel>>>::new();
     let mut map = Fixture::<Counted<AnalyzeBlock<MapObstacles>>>::new();
     let rule = |sensor: &str| SensorRule { distance: 0.3, sensor: Text::new(sensor) };
-    let rules = ReflexRules {
-        min_clearance: 0.03,
-        free_distance: 0.6,
-        drive_distance: 0.4,
-        linear_velocity: 0.3,
-        sensors: Sequence::new(&[rule("sonar"), rule("robot_sensor")]),
-        ..ReflexRules::default()
-    };
+    let sensor_rules = Sequence::new(&[rule("sonar"), rule("robot_sensor")]);
+    let rules =
+        WheeledKnowledgeParams { sensor_rules, drive_distance: 0.4, ..WheeledKnowledgeParams::default() }
+            .rules();
     let mut give_way = Fixture::<Counted<ReactiveBlock<GiveWayModel>>>::new();
     let placement = SonarPlacement { x: 0.3, y: 0.0, theta: 0.0 };
     let mut first = None;
@@ -49,6 +45,7 @@ fn a_tick_with_robots_in_sight_allocates_nothing() {
             ..SonarScan::default()
         };
         avoid.set("rules", rules);
+        give_way.set("rules", rules);
         macro_rules! run {
             ($block:expr, $scan:literal) => {
                 $block.set("robots", Sightings { list: Sequence::new(&seen) });

@@ -9,11 +9,12 @@ use slate::mapek::{ActionKind, ExecuteBlock, ExecuteStatus, KnowledgeBlock, Reac
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text};
 use slate::sim::robot::RobotDescription;
-use slate_avoidance::{ReflexRules, SensorRule};
+use slate_avoidance::SensorRule;
 use slate_wheeled::actions::{AvoidObstacle, Evasion, Turn, TurnAngle};
 use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledModel};
+use slate_wheeled::rules::WheeledRules;
 
 fn pioneer() -> WheeledModel {
     WheeledModel::load("pioneer_p3dx", "vrep").unwrap()
@@ -23,17 +24,9 @@ fn rule(sensor: &str, distance: f64) -> SensorRule {
     SensorRule { distance, sensor: Text::new(sensor) }
 }
 
-fn rules(sensors: &[SensorRule]) -> ReflexRules {
-    ReflexRules {
-        reaction_time: 0.3,
-        side_clearance: 0.03,
-        min_clearance: 0.03,
-        free_distance: 0.6,
-        turn_clearance: 0.02,
-        drive_distance: 0.2,
-        linear_velocity: 0.3,
-        sensors: Sequence::new(sensors),
-    }
+fn rules(sensors: &[SensorRule]) -> WheeledRules {
+    let sensor_rules = Sequence::new(sensors);
+    WheeledKnowledgeParams { sensor_rules, ..WheeledKnowledgeParams::default() }.rules()
 }
 
 /// The sonars of a Pioneer, of which these hear something at that range.
@@ -58,14 +51,14 @@ fn scan(heard: &[(usize, f64)]) -> SonarScan {
 }
 
 /// Angle and wheels of the reflex of a robot that stands, if there is one.
-fn react(scan: SonarScan, rules: ReflexRules, robots: Option<Sightings>) -> Option<[f64; 3]> {
+fn react(scan: SonarScan, rules: WheeledRules, robots: Option<Sightings>) -> Option<[f64; 3]> {
     react_at(scan, rules, robots, 0.0)
 }
 
 /// The same at a velocity, m/s.
 fn react_at(
     scan: SonarScan,
-    rules: ReflexRules,
+    rules: WheeledRules,
     robots: Option<Sightings>,
     velocity: f64,
 ) -> Option<[f64; 3]> {
@@ -208,7 +201,8 @@ fn wrong_rules_are_refused_with_the_place_of_the_rule() {
         knowledge.set("orientation", Orientation::default());
         knowledge.advance(20_000_000);
         knowledge.tick();
-        knowledge.output::<ReflexRules>("rules").map(|rules| rules.sensors[0].distance)
+        let rules = knowledge.output::<WheeledRules>("rules");
+        rules.map(|rules| rules.avoid_obstacle.sensors[0].distance)
     };
     assert_eq!(known(SONAR, 0.2), Some(0.2), "rules may change while it runs");
     assert_eq!(known(SONAR, 11.0), None, "the rules that hold stay");
@@ -227,8 +221,8 @@ fn sonars_that_are_missing_have_their_rule_and_count_as_near() {
     knowledge.set("position", Position::default());
     knowledge.set("orientation", Orientation::default());
     knowledge.tick();
-    let known = knowledge.output::<ReflexRules>("rules").unwrap();
-    assert_eq!(known.distance(SONAR), Some(0.1));
+    let known = knowledge.output::<WheeledRules>("rules").unwrap();
+    assert_eq!(known.avoid_obstacle.distance(SONAR), Some(0.1));
     let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
     model.set("robot", pioneer());
     model.tick();
@@ -236,6 +230,28 @@ fn sonars_that_are_missing_have_their_rule_and_count_as_near() {
     model.set("rules", known);
     model.tick();
     assert_eq!(model.sent::<Reflex>("reflex").len(), 1, "and without a scan");
+}
+
+#[test]
+fn a_rule_for_another_sensor_leaves_the_sonars_theirs() {
+    for (sensor, others) in [("bumper", false), ("robot_sensor", true)] {
+        let params = WheeledKnowledgeParams {
+            robot: Text::new(if others { "summit_xl" } else { "pioneer_p3dx" }),
+            sensor_rules: Sequence::new(&[rule(sensor, 0.2)]),
+            ..WheeledKnowledgeParams::default()
+        };
+        let mut knowledge = Fixture::<KnowledgeBlock<WheeledKnowledge>>::with(params).unwrap();
+        knowledge.set("position", Position::default());
+        knowledge.set("orientation", Orientation::default());
+        knowledge.tick();
+        let known = knowledge.output::<WheeledRules>("rules").unwrap();
+        assert_eq!(known.avoid_obstacle.distance(sensor), Some(0.2));
+        assert_eq!(known.avoid_obstacle.distance(SONAR), Some(0.1), "{sensor}");
+        let listed: WheeledModel = knowledge.output("robot").unwrap();
+        assert!(listed.robot.sensor(SONAR).is_some(), "sonars that never measure count as near");
+        let near = scan(&[(2, 0.1), (3, 0.09)]);
+        assert!(react(near, known, None).is_some(), "{sensor}: the reflex by sonars is on");
+    }
 }
 
 /// An Execute with a turn by that angle and a drive.

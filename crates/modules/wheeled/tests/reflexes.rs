@@ -5,23 +5,28 @@ use slate::blackboard::interface::Value;
 use slate::interfaces::{Bumper, Echo, SensorAccuracy, SonarPlacement, SonarScan, WheelSpeeds};
 use slate::mapek::{ActionKind, ExecuteBlock, MonitorBlock, ReactiveBlock, Reflex, SensorBlock};
 use slate::module::testing::Fixture;
-use slate::module::{Bool, Sequence, Text, math};
+use slate::module::{Bool, Sequence, math};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate::sim::robot::RobotDescription;
-use slate_avoidance::{ReflexRules, SensorRule};
 use slate_wheeled::actions::{Release, ReleaseBumper};
 use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::bumper_release::BumperReleaseModel;
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::give_way::GiveWayModel;
-use slate_wheeled::keep_wall::{KeepWallModel, KeepWallParams};
-use slate_wheeled::knowledge::WheeledModel;
+use slate_wheeled::keep_wall::KeepWallModel;
+use slate_wheeled::knowledge::{WheeledKnowledgeParams, WheeledModel};
 use slate_wheeled::median_sonar::MedianSonar;
 use slate_wheeled::monitors::RangeMonitor;
+use slate_wheeled::rules::WheeledRules;
 
 fn pioneer() -> WheeledModel {
     WheeledModel::load("pioneer_p3dx", "vrep").unwrap()
+}
+
+/// The default rules.
+fn rules() -> WheeledRules {
+    WheeledKnowledgeParams::default().rules()
 }
 
 /// The wheels of the reflex of the last tick, left and right, if there was one.
@@ -40,6 +45,7 @@ fn wheels<R: slate::mapek::ReactiveModel>(
 fn release(presses: impl IntoIterator<Item = (bool, bool)>) -> Vec<Option<(f64, f64)>> {
     let mut model = Fixture::<ReactiveBlock<BumperReleaseModel>>::new();
     model.set("robot", pioneer());
+    model.set("rules", rules());
     let react = |(front, back): (bool, bool)| {
         model.advance(100_000_000);
         model.set("bumper", Bumper { front: front.into(), back: back.into() });
@@ -88,6 +94,7 @@ fn the_action_drives_on_after_the_release_and_stands_when_stuck() {
 fn bumpers_that_say_nothing_release_nobody() {
     let mut model = Fixture::<ReactiveBlock<BumperReleaseModel>>::new();
     model.set("robot", pioneer());
+    model.set("rules", rules());
     model.set("bumper", Bumper { front: true.into(), back: false.into() });
     model.advance(300_000_000);
     assert_eq!(wheels(&mut model, "ReleaseBumper"), None);
@@ -122,8 +129,10 @@ fn scan(walls: &[((f64, f64), f64)]) -> SonarScan {
 
 /// A robot that keeps a wall so far to its left.
 fn along(distance: f64) -> Fixture<ReactiveBlock<KeepWallModel>> {
-    let params = KeepWallParams { wall_distance: distance, ..KeepWallParams::default() };
-    let mut model = Fixture::with(params).unwrap();
+    let mut model = Fixture::new();
+    let mut rules = rules();
+    rules.keep_wall.wall_distance = distance;
+    model.set("rules", rules);
     model.set("robot", pioneer());
     model
 }
@@ -182,8 +191,7 @@ fn where_the_wall_ends_it_drives_an_arc_about_the_end() {
 
 #[test]
 fn a_sensor_with_a_rule_that_stops_stops_every_reflex_that_reads_it() {
-    let rule = SensorRule { distance: 0.1, sensor: Text::new("sonar") };
-    let rules = ReflexRules { sensors: Sequence::new(&[rule]), ..ReflexRules::default() };
+    let rules = rules();
     macro_rules! stops {
         ($model:ty, $kind:literal) => {
             let mut model = Fixture::<ReactiveBlock<$model>>::new();
@@ -205,6 +213,57 @@ fn a_sensor_with_a_rule_that_stops_stops_every_reflex_that_reads_it() {
     give_way.tick();
     let stop = give_way.sent::<Reflex>("reflex").last().unwrap().action;
     assert_eq!(&stop.arguments[..3], [0.0, 0.0, 0.0], "sonars that have not measured yet are as bad");
+}
+
+#[test]
+fn reflexes_without_rules_stop_the_robot() {
+    macro_rules! stops {
+        ($model:ty, $wheels:expr, $sensor:literal, $value:expr) => {
+            let mut model = Fixture::<ReactiveBlock<$model>>::new();
+            model.set("robot", pioneer());
+            model.set($sensor, $value);
+            model.tick();
+            let sent = model.sent::<Reflex>("reflex");
+            let wheels = sent.last().map(|reflex| $wheels.map(|at: usize| reflex.action.arguments[at] + 0.0));
+            assert_eq!(wheels, Some([0.0, 0.0]), "{}", stringify!($model));
+        };
+    }
+    stops!(KeepWallModel, [0, 1], "sonar", scan(&[(LEFT, 0.5)]));
+    stops!(GiveWayModel, [1, 2], "sonar", scan(&[]));
+    stops!(BumperReleaseModel, [0, 1], "bumper", Bumper { front: true.into(), back: false.into() });
+}
+
+/// The wheels of a robot with these rules whose front bumper is pressed.
+fn released_by(rules: WheeledRules) -> (f64, f64) {
+    let mut model = Fixture::<ReactiveBlock<BumperReleaseModel>>::new();
+    model.set("robot", pioneer());
+    model.set("rules", rules);
+    model.set("bumper", Bumper { front: true.into(), back: false.into() });
+    wheels(&mut model, "ReleaseBumper").unwrap()
+}
+
+#[test]
+fn every_reflex_follows_its_rules_in_knowledge() {
+    let params = WheeledKnowledgeParams {
+        wall_distance: -0.5,
+        wall_velocity: 0.1,
+        max_wall_range: 0.6,
+        release_velocity: 0.3,
+        ..WheeledKnowledgeParams::default()
+    };
+    let changed = params.rules();
+    let (before, after) = (released_by(rules()), released_by(changed));
+    assert!((after.0 - 2.0 * before.0).abs() < 1e-9, "twice as fast: {before:?} {after:?}");
+    let mut model = Fixture::<ReactiveBlock<KeepWallModel>>::new();
+    model.set("robot", pioneer());
+    model.set("rules", changed);
+    assert_eq!(motion(&mut model, scan(&[(LEFT, 0.5)])), None, "it is on the other side");
+    let (speed, turn) = motion(&mut model, scan(&[(RIGHT, 0.5)])).unwrap();
+    let chassis = pioneer().chassis;
+    assert!((speed * chassis.wheel_radius - 0.1).abs() < 1e-9 && turn.abs() < 1e-9, "{speed} {turn}");
+    assert_eq!(motion(&mut model, scan(&[(RIGHT, 0.85)])), None, "too far away by the rule");
+    model.set("rules", rules());
+    assert!(motion(&mut model, scan(&[(LEFT, 0.5)])).is_some(), "rules hold from the next tick on");
 }
 
 #[test]
@@ -359,6 +418,32 @@ fn waits_for_avoidance(sets: &[&str]) -> usize {
         avoids && number(&agent, "r2/execute/status/high") >= 1.0
     });
     waits.count()
+}
+
+/// Mean distance from the walls of the room in four seconds, twelve seconds after a wall distance was set.
+fn kept_distance(set: Option<f64>) -> f64 {
+    let mut agent = agent(&["agent.seed=0"]);
+    for _ in 0..100 {
+        agent.step();
+    }
+    if let Some(distance) = set {
+        agent.board().write("r2/knowledge/params/wall_distance", &Value::Float(distance), 0).unwrap();
+    }
+    for _ in 0..600 {
+        agent.step();
+    }
+    let distance = |_| {
+        agent.step();
+        let [x, y] = ["x", "y"].map(|axis| number(&agent, &format!("simulator/r2/truth/{axis}")).abs());
+        2.5 - math::max(x, y)
+    };
+    (0..200).map(distance).sum::<f64>() / 200.0
+}
+
+#[test]
+fn the_wall_distance_changes_while_the_robot_drives() {
+    let (usual, farther) = (kept_distance(None), kept_distance(Some(0.7)));
+    assert!(farther > usual + 0.1, "{usual} {farther}");
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Links to and from keys of Zenoh.
+#![allow(clippy::disallowed_methods, reason = "the other program goes by the machine's clock")]
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use slate_blackboard::interface::Value;
 use slate_network::{AgentNetwork, NetworkError, NetworkSettings, ReadingStatus, SampleAttachment};
@@ -67,7 +68,7 @@ fn a_reader_of_a_key_has_a_rate_of_its_own() {
     let other = session("peer", &[], &[port]);
     let fast = other.declare_publisher("demo/fast").wait().unwrap();
     eventually("a reader", || fast.matching_status().wait().unwrap().matching());
-    let began = std::time::Instant::now();
+    let began = Instant::now();
     for number in 1..=100 {
         fast.put(number.to_string()).wait().unwrap();
         std::thread::sleep(Duration::from_millis(10));

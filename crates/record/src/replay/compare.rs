@@ -15,7 +15,7 @@ use slate_runtime::snapshot::PluginMark;
 use super::changes;
 use super::comparer::{Comparer, ComparisonProgress, mark};
 use super::expected::Expected;
-use super::external::ExternalValues;
+use super::external::{ExternalValues, ExternalWish};
 use super::run::Run;
 use super::verdict::Verdict;
 use crate::recorder::Hub;
@@ -45,7 +45,8 @@ impl Comparison {
         let run = Run::read_all(&mut reader)?;
         reader.rewind();
         let expected = Expected::new(reader);
-        let external = ExternalValues::find(path, run.epoch(), run.external.keys().cloned().collect())?;
+        let inputs = run.external.keys().cloned().collect();
+        let external = ExternalValues::find(path, run.epoch(), inputs, ExternalWish::ValuesAndMessages)?;
         let hub = Hub::new(Record::default().buffer);
         hub.want(0, Box::new(|_| true));
         Ok(Self { run, hub, expected, external })

@@ -5,10 +5,21 @@ use std::fs::File;
 use std::io::BufReader;
 use std::path::Path;
 
+use slate_blackboard::Carrier;
+use slate_blackboard::interface::Kind;
 use slate_runtime::Agent;
 
 use crate::ros;
 use crate::storage::{Error, Reader, Spot};
+
+/// What is set again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum ExternalWish {
+    /// Values of inputs.
+    Values,
+    /// Those, and messages to inboxes, which the playback of a part of the modules sends itself.
+    ValuesAndMessages,
+}
 
 /// A value in the file.
 struct ExternalSpot {
@@ -33,7 +44,7 @@ impl ExternalValues {
     ///
     /// # Errors
     /// When the file can't be read.
-    pub fn find(path: &Path, epoch: u64, inputs: Vec<String>) -> Result<Self, Error> {
+    pub fn find(path: &Path, epoch: u64, inputs: Vec<String>, what: ExternalWish) -> Result<Self, Error> {
         let mut values = Self { reader: None, inputs, waiting: VecDeque::new() };
         if values.inputs.is_empty() {
             return Ok(values);
@@ -44,7 +55,15 @@ impl ExternalValues {
         let mut found = Vec::new();
         while let Some((spot, _, message)) = reader.next_spot()? {
             if let Some(input) = topics.get(&message.channel.topic) {
-                let time = message.log_time.saturating_sub(epoch);
+                let metadata = &message.channel.metadata;
+                let is_message = metadata.get("access").is_some_and(|access| access == "messages");
+                // Modules send theirs themselves.
+                if is_message && (what == ExternalWish::Values || metadata.contains_key("from")) {
+                    continue;
+                }
+                // A message is taken in the cycle after it was sent.
+                let time = if is_message { message.publish_time } else { message.log_time };
+                let time = time.saturating_sub(epoch);
                 let sequence = message.sequence;
                 found.push(ExternalSpot { time, sequence, input: *input, spot });
             }
@@ -74,6 +93,13 @@ impl ExternalValues {
             }
             let message = reader.message_at(value.spot).map_err(|error| lost(&error))?;
             let bytes = ros::decode(property.descriptor(), message.data).map_err(|error| lost(&error))?;
+            if let Carrier::Mailbox(mailbox) = property.carrier() {
+                let items = bytes.len().saturating_sub(property.descriptor().size);
+                let items = items / property.descriptor().tail().map_or(1, Kind::size).max(1);
+                let mut sender = mailbox.sender().map_err(|error| lost(&error))?;
+                sender.send(&bytes, items, value.time).map_err(|error| lost(&error))?;
+                continue;
+            }
             property.set_bytes(&bytes, value.time).map_err(|error| lost(&error))?;
         }
         Ok(())

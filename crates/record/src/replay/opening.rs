@@ -12,7 +12,7 @@ use slate_runtime::recording::{Change, configuration};
 
 use super::changes::{concerns, of_readers, played};
 use super::coverage::some;
-use super::external::ExternalValues;
+use super::external::{ExternalValues, ExternalWish};
 use super::lacks::Lacks;
 use super::plan::{Plan, PlayError};
 use super::reel::Reel;
@@ -158,10 +158,11 @@ impl Opening<'_> {
 
     /// The values that programs outside of the agent sent to inputs of the modules that run.
     pub fn external(&self) -> Result<ExternalValues, PlayError> {
-        let Some(run) = self.run else { return Ok(ExternalValues::find(self.path, 0, Vec::new())?) };
+        let find = |epoch, inputs| ExternalValues::find(self.path, epoch, inputs, ExternalWish::Values);
+        let Some(run) = self.run else { return Ok(find(0, Vec::new())?) };
         let runs = |input: &&String| run.owner(input).is_some_and(|owner| self.plan.modules.contains(owner));
         let inputs = run.external.keys().filter(runs).cloned();
-        Ok(ExternalValues::find(self.path, run.epoch(), inputs.collect())?)
+        Ok(find(run.epoch(), inputs.collect())?)
     }
 
     /// Inputs that the modules that run would lack, in words; an error unless the plan permits that.

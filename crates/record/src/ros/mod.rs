@@ -38,6 +38,7 @@ mod codec;
 mod constants;
 mod definition;
 mod described;
+mod encode;
 mod error;
 mod frames;
 mod names;
@@ -57,6 +58,6 @@ pub use frames::{FrameTransform, Frames, PublishedTransform, encode_transforms, 
 pub use schema::Schema;
 pub use shown::Shown;
 pub use slate_blackboard::interface::Primitive;
-pub use standard::{Standard, standard, standard_in};
+pub use standard::{Standard, message_definition, standard, standard_in};
 use value::RosPrimitive;
 pub use value::{Map, Numbers, Value};

@@ -46,7 +46,7 @@ pub fn interfaces(
         descriptions(plugins, configuration).values().for_each(&mut learn);
     }
     for kind in plugins.iter().flat_map(Plugin::kinds) {
-        let setup = OwnSetup { name: kind.name().into(), seed: 0, period: 0, section: None };
+        let setup = OwnSetup { name: kind.name().into(), seed: 0, period: 0, section: None, params: None };
         // One that can't do without its section is known by its configuration or not at all.
         if let Ok(description) = describe(kind, &setup, DESCRIPTION) {
             learn(&description);
@@ -66,6 +66,7 @@ fn descriptions(plugins: &[Plugin], configuration: &Configuration) -> BTreeMap<S
             seed: configuration.seed().value,
             period: configuration.period().value,
             section: section.and_then(|name| configuration.table(name)).map(Value::from),
+            params: None,
         };
         Some((module.name.value.clone(), describe(kind, &setup, DESCRIPTION).ok()?))
     };

@@ -60,7 +60,8 @@ pub(super) fn stand_ins(
             continue;
         };
         let found = plugins.iter().flat_map(Plugin::kinds).find_map(|kind| {
-            let setup = OwnSetup { name: kind.name().into(), seed: 0, period: 0, section: None };
+            let setup =
+                OwnSetup { name: kind.name().into(), seed: 0, period: 0, section: None, params: None };
             let inputs = plays(&describe(kind, &setup, DESCRIPTION).ok()?, own, wanted.hash)?;
             Some((kind.name().to_owned(), inputs))
         });

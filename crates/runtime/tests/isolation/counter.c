@@ -78,5 +78,5 @@ static const Module MODULE = {
 const Plugin slate_plugin_c_counter = { 2, sizeof(Module), &MODULE, 1 };
 
 __attribute__((section(".slate"), used)) static const char OUTLINE[] =
-    "{\"abi\": 2, \"symbol\": \"slate_plugin_c_counter\", \"name\": \"c_counter\", \"version\": \"" VERSION "\","
+    "{\"abi\": 3, \"symbol\": \"slate_plugin_c_counter\", \"name\": \"c_counter\", \"version\": \"" VERSION "\","
     " \"panic\": \"" PANIC "\", \"modules\": [{\"name\": \"c_counter\"}]}";

@@ -341,3 +341,53 @@ fn what_is_of_the_last_cycle_wakes_when_it_is_seen_and_once() {
     // The last number, and the safe value.
     assert_eq!(agent.counts("relay").unwrap().0, 6);
 }
+
+/// A counter, and two relays of which one follows the other's input.
+const THROUGH: &str = r#"
+[modules.a]
+kind = "counter"
+[modules.relay]
+stage = "Think"
+[modules.second]
+kind = "relay"
+stage = "Act"
+[modules.sum]
+kind = "receiver"
+[links]
+"relay/input" = { from = "a/number", previous = true }
+"#;
+
+#[test]
+fn an_input_of_the_last_cycle_is_read_through_as_it_is() {
+    let written = lockstep(&format!("{THROUGH}\"second/input\" = \"relay/input\"\n"));
+    let linked = lockstep(THROUGH);
+    link(&linked, "second/input", "relay/input");
+    for mut agent in [written, linked] {
+        for cycle in 2..6 {
+            steps(&mut agent, if cycle == 2 { 2 } else { 1 });
+            assert_eq!(number(&agent, "a/number/value"), f64::from(cycle));
+            let outputs = ["relay", "second"].map(|it| number(&agent, &format!("{it}/output/value")));
+            assert_eq!(outputs, [f64::from(cycle); 2], "both have last cycle's number");
+        }
+        // The same as its link changes.
+        link(&agent, "relay/input", "a/number");
+        steps(&mut agent, 1);
+        let outputs = ["relay", "second"].map(|it| number(&agent, &format!("{it}/output/value")));
+        assert_eq!(outputs, [7.0; 2], "both have this cycle's number");
+        agent.composer().link(&NewLink::new("relay/input", "a/number").previous(true)).unwrap();
+        steps(&mut agent, 1);
+        let outputs = ["relay", "second"].map(|it| number(&agent, &format!("{it}/output/value")));
+        assert_eq!(outputs, [7.0; 2]);
+    }
+}
+
+#[test]
+fn a_queue_of_some_values_is_no_source_of_a_link() {
+    let agent = lockstep(THROUGH);
+    agent.composer().link(&NewLink::new("sum/history", "a/number").with("every", "2")).unwrap();
+    let report = agent.composer().link(&NewLink::new("second/input", "sum/history")).unwrap_err();
+    let text = format!("{report} {:?}", report.diagnostics()[0].help_text());
+    for word in ["`/sum/history` takes only some values of `/a/number`", "link to `/a/number`"] {
+        assert!(text.contains(word), "{word}: {text}");
+    }
+}

@@ -50,7 +50,7 @@ fn refusal_of_patched(part: &str, by: &str) -> String {
 
 #[test]
 fn another_version_of_the_interface_is_refused() {
-    let text = refusal_of_patched("{\"abi\":2,", "{\"abi\":1,");
+    let text = refusal_of_patched("{\"abi\":3,", "{\"abi\":1,");
     assert_says(&text, &["version 1 of the plugin interface", "this agent has version 2", "slate-plugin"]);
 }
 
@@ -143,7 +143,7 @@ fn what_is_no_file_is_refused() {
 #[test]
 fn a_section_that_says_nothing_or_nonsense_is_refused() {
     let outline = |bytes: &[u8]| {
-        let start = find(bytes, b"{\"abi\":2,");
+        let start = find(bytes, b"{\"abi\":3,");
         start..start + bytes[start..].iter().position(|byte| *byte == 0).unwrap()
     };
     let mut empty = bytes();

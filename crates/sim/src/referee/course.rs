@@ -113,6 +113,8 @@ impl Instance for Referee {
             trigger: Trigger::Stage,
             deadline: None,
             unique: String::new(),
+            describes_hardware: false,
+            hardware: Vec::new(),
         })
     }
 

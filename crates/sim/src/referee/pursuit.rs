@@ -143,6 +143,8 @@ impl Instance for PursuitReferee {
             trigger: Trigger::Stage,
             deadline: None,
             unique: String::new(),
+            describes_hardware: false,
+            hardware: Vec::new(),
         })
     }
 

@@ -28,6 +28,9 @@ pub struct RobotSensorDescription {
     /// Rate, Hz; each sweep by default.
     #[serde(default)]
     pub rate: Option<f64>,
+    /// Radius of the robots that it detects, metres, for the robot's own model of them; by default that of a Pioneer.
+    #[serde(default)]
+    pub robot_radius: Option<f64>,
 }
 
 impl RobotSensorDescription {
@@ -58,6 +61,11 @@ impl RobotSensorDescription {
             ("noise_bearing", is_deviation(self.noise_bearing), deviation),
             ("dropout", is_probability(self.dropout), "expected a probability from 0 to 1"),
             ("sweep_dropout", is_probability(self.sweep_dropout), "expected a probability from 0 to 1"),
+            (
+                "robot_radius",
+                self.robot_radius.is_none_or(|radius| radius.is_finite() && radius > 0.0),
+                "expected a positive, finite number",
+            ),
             ("rate", self.rate.is_none_or(is_rate), "expected a positive number of hertz"),
         ];
         checks.into_iter().find(|(_, right, _)| !right).map(|(key, _, message)| (key, message))

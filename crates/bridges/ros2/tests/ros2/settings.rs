@@ -1,6 +1,6 @@
 //! The table `[ros2]`.
 
-use slate_ros2::{RosSettings, TABLE, TopicQuality};
+use slate_ros2::{ParameterAccess, RosSettings, ServiceType, TABLE, TopicQuality};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
 fn read(table: &str) -> Result<Option<RosSettings>, Report> {
@@ -36,6 +36,40 @@ fn entries_are_a_text_or_a_table() {
 }
 
 #[test]
+fn services_have_a_type_and_a_port() {
+    let table = "serve.\"~/on\" = { to = \"lamp/switches\", type = \"std_srvs/srv/Empty\", value = { on = true } }\n\
+                 call.\"/sum\" = { from = \"driver/ask\", type = \"a_package/srv/Sum\", timeout = \"200ms\", \
+                 response = \"driver/sum\", definition = \"int64 a\\nint64 b\\n---\\nint64 sum\" }";
+    let settings = read(table).unwrap().unwrap();
+    let [offer] = &settings.serve[..] else { panic!("{settings:?}") };
+    assert_eq!((offer.service.as_str(), offer.inbox.as_str()), ("/r2_d2/on", "lamp/switches"));
+    assert_eq!((offer.of.name(), &offer.value), ("std_srvs/srv/Empty", &serde_json::json!({ "on": true })));
+    let [call] = &settings.call[..] else { panic!("{settings:?}") };
+    assert_eq!((call.outbox.as_str(), call.response.as_deref()), ("driver/ask", Some("driver/sum")));
+    assert_eq!(
+        (call.of.request_name().as_str(), call.timeout.as_millis()),
+        ("a_package/srv/Sum_Request", 200)
+    );
+    assert_eq!(call.of.response.field_names().collect::<Vec<_>>(), ["sum"]);
+    assert_eq!(call.of, ServiceType::parse("a_package/srv/Sum", "int64 a\nint64 b\n---\nint64 sum").unwrap());
+}
+
+#[test]
+fn a_node_has_options_beside_its_topics() {
+    let usual = read("read.\"driver/goal\" = \"/goal\"").unwrap().unwrap().options;
+    assert_eq!((usual.parameters, usual.log), (ParameterAccess::Read, true));
+    assert!(!usual.clock && !usual.transforms && usual.frames.is_empty());
+    let table = "parameters = \"set\"\nclock = true\nrosout = false\ntf = true\nframes.\"laser/transform\" = \"laser\"";
+    let own = read(table).unwrap().unwrap().options;
+    assert_eq!(
+        (own.parameters, own.clock, own.log, own.transforms),
+        (ParameterAccess::Set, true, false, true)
+    );
+    let [frame] = &own.frames[..] else { panic!("{own:?}") };
+    assert_eq!((frame.input.as_str(), frame.frame.as_str()), ("laser/transform", "laser"));
+}
+
+#[test]
 fn what_is_wrong_is_said_with_its_line() {
     let cases = [
         ("", 2, "[ros2] names no topic"),
@@ -56,6 +90,38 @@ fn what_is_wrong_is_said_with_its_line() {
         ),
         ("read.\"driver/scan\" = { topic = \"/scan\", best_effort = true }", 3, "best_effort"),
         ("read.\"driver/scan\" = { topic = \"/scan\", reliable = 1 }", 3, "`reliable` takes true or false"),
+        ("parameters = true", 3, "`parameters` takes a text"),
+        ("parameters = \"all\"", 3, "`parameters` is none, read or set, found \"all\""),
+        ("clock = \"yes\"", 3, "`clock` takes true or false"),
+        ("frames.\"laser/transform\" = 1", 3, "a frame is a text, found 1"),
+        ("serve.\"/on\" = \"lamp/switches\"", 3, "an entry of a service is a table, found text"),
+        ("serve.\"/on\" = { to = \"lamp/switches\" }", 3, "an entry lacks `type`"),
+        ("serve.\"/on\" = { type = \"std_srvs/srv/Empty\" }", 3, "an entry lacks `to`"),
+        (
+            "serve.\"/on\" = { to = \"lamp/switches\", type = \"a/srv/B\" }",
+            3,
+            "the definition of a/srv/B is not known here, as those of std_srvs/srv/Empty",
+        ),
+        (
+            "serve.\"/on\" = { to = \"lamp/switches\", type = \"a/msg/B\", definition = \"---\" }",
+            3,
+            "`a/msg/B` is no type of a service",
+        ),
+        (
+            "serve.\"/on\" = { to = \"lamp/switches\", type = \"a/srv/B\", definition = \"bool on\" }",
+            3,
+            "no line `---` separates the response of a/srv/B",
+        ),
+        (
+            "call.\"/on\" = { from = \"a/b\", type = \"std_srvs/srv/Empty\", timeout = \"soon\" }",
+            3,
+            "expected a duration such as \"2s\", found \"soon\"",
+        ),
+        (
+            "call.\"/on\" = { from = \"a/b\", type = \"std_srvs/srv/Empty\" }\ncall.\"/off\" = { from = \"/a/b\", type = \"std_srvs/srv/Empty\" }",
+            4,
+            "/a/b calls two services",
+        ),
         ("write.\"/a b\" = \"wheels/command\"", 3, "`/a b` can't be the name of a topic"),
         ("write.\"/cmd_vel\" = { topic = \"wheels/command\" }", 3, "topic"),
         ("write.\"/cmd_vel\" = \"slate://other/wheels/command\"", 3, "belongs to agent `other`"),

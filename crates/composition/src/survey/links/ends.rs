@@ -10,6 +10,14 @@ use slate_configuration::Configuration;
 pub(super) struct TargetField {
     pub target: LinkSource,
     pub field: String,
+    /// Whether last cycle's value is meant, as a link of an input on the way says.
+    pub previous: bool,
+}
+
+impl TargetField {
+    pub fn new(target: LinkSource, field: impl Into<String>) -> Self {
+        Self { target, field: field.into(), previous: false }
+    }
 }
 
 /// The name of the target of a link in messages.

@@ -14,7 +14,7 @@ use crate::survey::names::{deep_name, owner, split_module, split_port};
 use crate::survey::{LinkSource, Survey, Wire};
 
 /// What is wrong with a link, and what to do about it.
-type Complaint = (Message, String);
+type EndMistake = (Message, String);
 
 /// Checks the links that fill inputs.
 pub(super) fn check_arriving<'a>(
@@ -60,7 +60,7 @@ fn input(
     survey: &Survey<'_>,
     dormant: &[&str],
     link: &ExternalLink,
-) -> Result<Option<(usize, usize, String)>, Complaint> {
+) -> Result<Option<(usize, usize, String)>, EndMistake> {
     let (path, from) = (&link.path.value, &link.other.value);
     let Some((module, rest)) = split_module(&survey.modules, path) else {
         if owner(dormant, path).is_some() {
@@ -117,7 +117,7 @@ fn check_architecture(
     module: usize,
     port: usize,
     link: &ExternalLink,
-) -> Result<(), Complaint> {
+) -> Result<(), EndMistake> {
     let (path, from) = (&link.path.value, &link.other.value);
     let description = &survey.modules[module].description;
     let role = description.ports[port].role.as_str();

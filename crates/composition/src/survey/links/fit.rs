@@ -61,9 +61,8 @@ pub(super) fn fit<'a>(
     source: TargetField,
     complaints: &mut Complaints<'a>,
 ) -> Option<ResolvedLink<'a>> {
-    let TargetField { target, field: from } = source;
-    let name = join(&target_name(configuration, survey, absent, target), &from);
-    match BothEnds::new(configuration, survey, link, sink, (target, from), name).joint() {
+    let name = join(&target_name(configuration, survey, absent, source.target), &source.field);
+    match BothEnds::new(configuration, survey, link, sink, source, name).joint() {
         Ok(joint) => Some(joint),
         Err((span, message, help)) => {
             complaints.add(span, message, help);
@@ -85,6 +84,8 @@ struct BothEnds<'a, 's> {
     /// The other end, the field of it, what it is called and where that is written, and its interface if that is known.
     target: LinkSource,
     from: String,
+    /// Whether last cycle's value is meant.
+    previous: bool,
     name: String,
     span: Span,
     interface: Option<&'static Descriptor>,
@@ -96,9 +97,11 @@ impl<'a, 's> BothEnds<'a, 's> {
         survey: &'s Survey<'a>,
         link: &'a Link,
         sink: &'s LinkSink,
-        (target, from): (LinkSource, String),
+        source: TargetField,
         name: String,
     ) -> Self {
+        let TargetField { target, field: from, previous } = source;
+        let previous = previous || link.previous;
         let description = &survey.modules[sink.module].description;
         let (own, direction) = match sink.wire {
             Wire::Port(port) => (description.ports[port].descriptor, description.ports[port].direction),
@@ -107,7 +110,21 @@ impl<'a, 's> BothEnds<'a, 's> {
         };
         let (to, span) = (sink_name(survey, sink), sink.far(link).1);
         let interface = interface_of(configuration, survey, target);
-        Self { configuration, survey, link, sink, to, own, direction, target, from, name, span, interface }
+        Self {
+            configuration,
+            survey,
+            link,
+            sink,
+            to,
+            own,
+            direction,
+            target,
+            from,
+            previous,
+            name,
+            span,
+            interface,
+        }
     }
 
     fn joint(self) -> Result<ResolvedLink<'a>, Complaint> {
@@ -122,6 +139,7 @@ impl<'a, 's> BothEnds<'a, 's> {
             link: self.link,
             port: (self.sink.module, self.sink.wire),
             target: self.target,
+            previous: self.previous,
             delayed: self.is_delayed(),
             from: self.from,
             field: self.sink.field.clone(),
@@ -254,6 +272,12 @@ impl<'a, 's> BothEnds<'a, 's> {
             let message = format!("`{to}` is a parameter, which has no last cycle");
             return self.refuse(message, "leave `previous` out");
         }
+        if self.sink.wire == Wire::Params && self.previous {
+            let message = format!(
+                "`{to}` is a parameter, which has no last cycle, and the input that it is linked to has `previous`"
+            );
+            return self.refuse(message, &format!("link it to `/{name}`, whose newest value it takes"));
+        }
         Ok(())
     }
 
@@ -320,9 +344,9 @@ impl<'a, 's> BothEnds<'a, 's> {
         match self.target {
             // Replayed properties are written at their module's slot, possibly earlier in the cycle.
             LinkSource::Played(played) => {
-                self.link.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
+                self.previous && self.survey.played[played].early_for.contains(&own.module.name.value)
             }
-            target => self.link.previous && is_earlier(self.configuration, self.survey, target, own.stage),
+            target => self.previous && is_earlier(self.configuration, self.survey, target, own.stage),
         }
     }
 }

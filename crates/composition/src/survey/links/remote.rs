@@ -197,7 +197,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
 
     /// The link to a field of the property, if both ends fit.
     fn fitted(&self, field: &str, complaints: &mut Complaints<'a>) -> Option<ResolvedLink<'a>> {
-        let source = TargetField { target: LinkSource::Remote(self.index), field: field.to_owned() };
+        let source = TargetField::new(LinkSource::Remote(self.index), field);
         fit::fit(self.configuration, self.survey, &[], self.link, self.sink, source, complaints)
     }
 
@@ -219,6 +219,7 @@ impl<'a, 's> RemoteLink<'a, 's> {
             field: self.sink.field.clone(),
             way: LinkConversion::Pending(Arc::new(place)),
             filter: None,
+            previous: self.link.previous,
             delayed: false,
         })
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use slate_blackboard::{Url, is_within};
 use slate_module::{Direction, PortDescription};
 
-use super::ends::TargetField;
+use super::ends::{self, TargetField};
 use super::sinks::LinkSink;
 use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
@@ -129,7 +129,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
 
     /// The property at a path and the field of it, for a link that leaves the agent; nothing after a complaint.
     pub fn end(&mut self, span: Span, path: &str) -> Option<(LinkSource, String)> {
-        self.source(span, path).map(|TargetField { target, field }| (target, field))
+        self.source(span, path).map(|TargetField { target, field, previous: _ }| (target, field))
     }
 
     /// Whether messages go there.
@@ -159,14 +159,14 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         let field = field.to_owned();
         if let Some(implied) = Implied::of(name) {
             if implied == Implied::Enabled
-                && let Some(source) = self.follow(module, Wire::Enabled, &field)
+                && let Some(source) = self.follow(span, module, Wire::Enabled, &field)
             {
                 return source;
             }
             if implied == Implied::Params && !self.has_an_end(module, &field) {
                 return None;
             }
-            return Some(TargetField { target: LinkSource::Implied(module, implied), field });
+            return Some(TargetField::new(LinkSource::Implied(module, implied), field));
         }
         let ports = &self.modules()[module].description.ports;
         let Some(at) = ports.iter().position(|port| port.name == name) else {
@@ -187,7 +187,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             return Some(self.absent(module, path));
         }
         if let Some((host, field)) = Host::of(path) {
-            return Some(TargetField { target: LinkSource::Host(host), field: field.into() });
+            return Some(TargetField::new(LinkSource::Host(host), field));
         }
         let actuators = self.configuration.actuators().iter().map(|actuator| actuator.name.value.as_str());
         let modules = self.modules().iter().map(|surveyed| surveyed.module.name.value.as_str());
@@ -210,13 +210,13 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     ) -> Option<TargetField> {
         let (message, help) = match self.modules()[module].description.ports[at].direction {
             Direction::Input | Direction::Queue => {
-                return match self.follow(module, Wire::Port(at), &field) {
+                return match self.follow(span, module, Wire::Port(at), &field) {
                     Some(source) => source,
-                    None => Some(TargetField { target: LinkSource::Port(module, at), field }),
+                    None => Some(TargetField::new(LinkSource::Port(module, at), field)),
                 };
             }
             Direction::Output | Direction::Debug | Direction::Inbox => {
-                return Some(TargetField { target: LinkSource::Port(module, at), field });
+                return Some(TargetField::new(LinkSource::Port(module, at), field));
             }
             Direction::Command => (
                 Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate")),
@@ -253,29 +253,39 @@ impl<'s, 'a> LinkSources<'s, 'a> {
 
     /// Where the link of another input leads, when that is linked as a whole to a value of its own type; else its own
     /// values are meant.
-    fn follow(&mut self, module: usize, wire: Wire, field: &str) -> Option<Option<TargetField>> {
+    fn follow(&mut self, span: Span, module: usize, wire: Wire, field: &str) -> Option<Option<TargetField>> {
         let is_it = |sink: &Option<LinkSink>| {
             sink.as_ref().is_some_and(|sink| (sink.module, sink.wire) == (module, wire))
         };
         let links: Vec<usize> = (0..self.sinks.len()).filter(|link| is_it(&self.sinks[*link])).collect();
-        // A fact is read from its origin; `previous` is about Knowledge alone.
-        let is_fact = matches!(wire, Wire::Port(port)
-            if block::is_fact(&self.modules()[module].description.ports[port]));
         let mut plain = None;
         for link in links {
             // Also to find circles of links to parts.
             match self.joint(link) {
-                Some(joint)
-                    if joint.is_plain() && (!joint.link.previous || is_fact) && joint.filter.is_none() =>
-                {
-                    plain = Some(joint)
-                }
+                Some(joint) if joint.is_plain() => plain = Some(joint),
                 Some(_) => {}
                 None => return Some(None),
             }
         }
         let joint = plain?;
-        Some(Some(TargetField { target: joint.target, field: join(&joint.from, field) }))
+        if joint.filter.is_some() {
+            self.refuse_filtered(span, module, wire, &joint);
+            return Some(None);
+        }
+        // A fact is read from its origin; `previous` is about Knowledge alone.
+        let is_fact = matches!(wire, Wire::Port(port)
+            if block::is_fact(&self.modules()[module].description.ports[port]));
+        let previous = joint.previous && !is_fact;
+        Some(Some(TargetField { target: joint.target, field: join(&joint.from, field), previous }))
+    }
+
+    /// Refuses a link to a queue that takes only some values: they are on no property.
+    fn refuse_filtered(&mut self, span: Span, module: usize, wire: Wire, joint: &ResolvedLink<'a>) {
+        let queue = self.survey.wire_path(module, wire);
+        let source = ends::target_name(self.configuration, self.survey, &self.absent, joint.target);
+        let message = format!("`/{queue}` takes only some values of `/{source}`, by the filter of its link");
+        let help = format!("link to `/{source}`, with the same filter if it is wanted");
+        self.complaints.add(span, Mistake::Ends.of(message), help);
     }
 
     /// Whether the links to parameters of a module lead somewhere, and not back to them. Their values are the module's
@@ -295,8 +305,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.configuration.actuators().iter().enumerate().find_map(|(index, actuator)| {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
             let (name, field) = split_port(&[], rest);
-            (name == "command")
-                .then(|| TargetField { target: LinkSource::Command(index), field: field.into() })
+            (name == "command").then(|| TargetField::new(LinkSource::Command(index), field))
         })
     }
 
@@ -304,8 +313,8 @@ impl<'s, 'a> LinkSources<'s, 'a> {
     fn played(&self, path: &str) -> Option<TargetField> {
         let mut played = self.survey.played.iter().enumerate();
         let (index, played) = played.find(|(_, played)| is_within(path, &played.path))?;
-        let field = path[played.path.len()..].trim_start_matches('/').into();
-        Some(TargetField { target: LinkSource::Played(index), field })
+        let field = path[played.path.len()..].trim_start_matches('/');
+        Some(TargetField::new(LinkSource::Played(index), field))
     }
 
     fn absent(&mut self, module: &str, path: &str) -> TargetField {
@@ -316,6 +325,6 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             self.absent.push(absent);
             self.absent.len() - 1
         });
-        TargetField { target: LinkSource::Absent(index), field: String::new() }
+        TargetField::new(LinkSource::Absent(index), "")
     }
 }

@@ -9,9 +9,7 @@ use slate_blackboard::interface::Descriptor;
 use slate_record::ros::{self, Definition, Shown, Standard};
 
 use super::Out;
-use super::transforms::{frames, is_transform};
-use slate_control::ControlSurface;
-use slate_control::Sample;
+use slate_control::{ControlSurface, Sample, frames, is_transform};
 
 /// How values of an interface become messages.
 pub(super) enum Form {

@@ -10,7 +10,6 @@ mod parameters;
 mod publish;
 mod request;
 mod services;
-mod transforms;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -26,8 +25,8 @@ use super::{Listener, Said, Sink, Visitor, hand, ping, say};
 use channels::{Channels, Form};
 use request::FoxgloveRequest;
 use slate_control::operations::by_name;
-use slate_control::{Caller, ControlSurface, Dispatcher, Operation, Watcher, apart};
-use transforms::Transforms;
+use slate_control::{Caller, ControlSurface, Dispatcher, Operation, TransformStream, Watcher, apart, frames};
+use slate_record::ros;
 
 /// By which names the protocol goes; both are the same.
 pub(super) const PROTOCOLS: [&str; 2] = ["foxglove.websocket.v1", "foxglove.sdk.v1"];
@@ -54,6 +53,23 @@ const OVERLOADED: &str = "too many requests of this client wait: one is refused"
 /// How many subscriptions a client may have.
 const MOST: usize = 512;
 
+/// A client's subscription of `/tf`, or of `/tf_static`.
+struct ClientTransforms {
+    is_fixed: bool,
+    stream: TransformStream,
+}
+
+impl ClientTransforms {
+    /// The message of what is new, and its time.
+    fn look(&mut self, surface: &ControlSurface) -> Option<(u64, Vec<u8>)> {
+        let (time, moving, fixed) = self.stream.take(surface);
+        let told = if self.is_fixed { fixed } else { moving };
+        let mut message = Vec::new();
+        ros::encode_transforms(&told, &mut message).ok().filter(|()| !told.is_empty())?;
+        Some((time, message))
+    }
+}
+
 /// What goes out.
 enum Out {
     Text(String),
@@ -69,7 +85,7 @@ struct Session {
     channels: Channels,
     subscriptions: BTreeMap<u32, Subscription>,
     /// Its subscriptions of transforms.
-    transforms: BTreeMap<u32, Transforms>,
+    transforms: BTreeMap<u32, ClientTransforms>,
     /// The channels that the client publishes, by its numbers.
     published: BTreeMap<u32, publish::Channel>,
     /// What it drives.
@@ -329,7 +345,8 @@ impl Session {
             return Err(format!("a client has at most {MOST} subscriptions"));
         }
         if let Some(is_fixed) = self.channels.transforms(channel) {
-            self.transforms.insert(id, Transforms::new(&self.surface, is_fixed));
+            let stream = TransformStream::new(&self.surface, |_| true);
+            self.transforms.insert(id, ClientTransforms { is_fixed, stream });
             return Ok(());
         }
         let Some((path, form)) = self.channels.get(channel) else {
@@ -337,7 +354,7 @@ impl Session {
         };
         let watcher = Watcher::new(&self.surface, path, 0).map_err(|error| error.to_string())?;
         let form = Arc::clone(form);
-        let frame = transforms::frames(&self.surface, |_| true).of(&format!("/{path}")).to_owned();
+        let frame = frames(&self.surface, |_| true).of(&format!("/{path}")).to_owned();
         self.subscriptions.insert(id, Subscription { channel, watcher, form, frame });
         Ok(())
     }

@@ -114,6 +114,12 @@ enum Items {
     Tail,
 }
 
+/// The definition of a message of ROS that is known here, such as `sensor_msgs/msg/LaserScan`, without the comments.
+pub fn message_definition(name: &str) -> Option<Definition> {
+    let (package, own) = name.split_once("/msg/")?;
+    Some(Definition { name: name.into(), text: text(&format!("{package}/{own}"), WireFormat::Cdr)? })
+}
+
 /// The message that the interface says it is (`ros = "sensor_msgs/msg/LaserScan"`).
 ///
 /// Returns nothing when it says none, or one that is not known here, or its fields don't fit that.

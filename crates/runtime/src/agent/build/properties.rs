@@ -57,11 +57,12 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
                     None => self.setting(m, &path, p)?,
                 },
                 Direction::Aspect | Direction::Provider => {}
-                Direction::Outbox => {
-                    if let Some(target) = self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target) {
-                        self.absent(m, target, port)?;
-                    }
-                }
+                Direction::Outbox => match self.plan.joint(m, Wire::Port(p)).map(|joint| joint.target) {
+                    Some(target) => self.absent(m, target, port)?,
+                    // What is sent waits there for a bridge.
+                    None if self.plan.configuration.is_outgoing(&path) => self.mailbox(m, &path, port)?,
+                    None => {}
+                },
             }
         }
         self.implied(m)

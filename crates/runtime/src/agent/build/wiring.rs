@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use slate_blackboard::channel::{Latest, Policy, Start};
 use slate_blackboard::commit::CommitWord;
+use slate_blackboard::message::Sender;
 use slate_blackboard::{Carrier, Property};
 use slate_module::Direction;
 
@@ -401,7 +402,7 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             | LinkSource::Played(_)),
         ) = target
         else {
-            return Some(OutboxWiring { slot: p, sender: None, wake: None });
+            return Some(OutboxWiring { slot: p, sender: self.outgoing(p), wake: None });
         };
         let property = self.builder.property(&self.plan.target_path(target))?;
         let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
@@ -419,6 +420,15 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => return None,
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.builder.wake_of(&receiver) })
+    }
+
+    /// The sender of an outbox without a link whose messages a bridge takes, which looks for them.
+    fn outgoing(&mut self, p: usize) -> Option<Sender> {
+        let m = self.module;
+        let path = self.plan.port_path(m, p);
+        let property = self.builder.property(&path).filter(|_| self.plan.configuration.is_outgoing(&path))?;
+        let Carrier::Mailbox(mailbox) = property.carrier() else { return None };
+        self.builder.granted(m, Wire::Port(p), &property, mailbox.sender_of(&path))
     }
 }
 

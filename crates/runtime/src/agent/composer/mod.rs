@@ -179,6 +179,15 @@ impl Composer {
         ExternalInputs::new(&self.agent).set(values)
     }
 
+    /// Does something between two cycles when the agent is in lockstep, so that a rerun can do it after the same cycle; else at
+    /// once. Returns nothing when the loop has ended by a panic.
+    pub fn between_cycles<R: Send + 'static>(&self, work: impl FnOnce() -> R + Send + 'static) -> Option<R> {
+        if !self.is_lockstep() {
+            return Some(work());
+        }
+        self.agent.shared.between_cycles(&[], move |_| Some(work())).ok()
+    }
+
     /// Adds what is called after each tick that wrote something, in the thread of the tick: it must not wait. It stays as long
     /// as the agent. Returns false when there is no room for one more.
     pub fn after_tick(&self, call: AfterTick) -> bool {

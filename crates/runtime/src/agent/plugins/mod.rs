@@ -59,7 +59,7 @@ pub struct Reload {
 
 /// What a robot has once that a kind of module is, such as its Plan; empty for others.
 fn unique_part(kind: &ModuleKind) -> String {
-    let setup = Setup { name: kind.name(), seed: 0, period: 20_000_000, section: None };
+    let setup = Setup { name: kind.name(), seed: 0, period: 20_000_000, section: None, params: None };
     // A kind that refuses these settings is reported when its module is created.
     kind.describe(&setup).map(|own| own.unique).unwrap_or_default()
 }

@@ -49,7 +49,8 @@ pub(super) fn check_dormant(
         if catalogue.is_dormant(&module.kind.value)
             && let Some(description) = last_known.get(&module.name.value)
         {
-            parameters::bytes(description, &module.params, complaints);
+            let followed = parameters::followed(configuration, module, description);
+            parameters::bytes(description, &module.params, &followed, complaints);
         }
     }
 }

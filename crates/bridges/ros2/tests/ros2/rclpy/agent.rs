@@ -7,13 +7,14 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use slate_blackboard::interface::Value;
-use slate_interfaces::{Image, LaserScan, Odometry, Pose2, Twist2};
+use slate_control::ControlSurface;
+use slate_interfaces::{Image, LaserScan, Odometry, Pose2, Position, Quaternion, Transform, Twist2};
 use slate_module::Plugin;
 use slate_module::prelude::*;
 use slate_ros2::{RosBridge, RosSettings};
 use slate_runtime::configuration::{Configuration, Database, Options as Sources};
 use slate_runtime::log::MemoryTarget;
-use slate_runtime::{Agent, Composer, Control, Options, Stopper};
+use slate_runtime::{Agent, Composer, Control, Options, Rate, RecordedTimes, Stopper, TimeSource};
 
 /// The longest that a test waits for something.
 const PATIENCE: Duration = Duration::from_secs(40);
@@ -117,8 +118,138 @@ impl Module for Eye {
     }
 }
 
+/// Whether a lamp is lit.
+#[interface]
+#[derive(PartialEq)]
+pub struct Switch {
+    pub on: Bool,
+}
+
+#[params]
+pub struct LampParams {
+    /// Refuses to be lit.
+    #[param(default = false)]
+    pub locked: Bool,
+    /// Brightness.
+    #[param(default = 0.5, range = 0.0..=1.0)]
+    pub brightness: f64,
+}
+
+#[ports]
+pub struct LampIo {
+    switches: Inbox<Switch>,
+    lit: Output<Switch>,
+    count: Output<Number>,
+}
+
+/// Is lit on request.
+pub struct Lamp;
+
+#[module(stage = Act)]
+impl Module for Lamp {
+    type Io = LampIo;
+    type Params = LampParams;
+    type State = f64;
+
+    fn tick(state: &mut f64, io: &LampIo, params: &LampParams, _: &Tick) -> Outcome {
+        for request in io.switches.iter() {
+            if params.locked.get() && request.on.get() {
+                request.refuse(7);
+            } else {
+                *state += 1.0;
+                io.lit.set(*request);
+            }
+        }
+        io.count.set(Number { value: *state });
+        Outcome::Ok
+    }
+}
+
+/// What a service has answered.
+#[interface]
+#[derive(PartialEq)]
+pub struct Reply {
+    pub success: Bool,
+    pub message: Text<64>,
+}
+
+#[params]
+pub struct AskerParams {
+    /// Tells how its messages fare.
+    #[param(default = true)]
+    pub tells: Bool,
+}
+
+#[ports]
+pub struct AskerIo {
+    wish: Input<Switch>,
+    reply: Input<Reply>,
+    requests: Outbox<Switch>,
+    delivery: Output<Number>,
+    replies: Output<Number>,
+}
+
+/// Asks for what it is wished, and counts the replies.
+pub struct Asker;
+
+#[module(stage = Act)]
+impl Module for Asker {
+    type Io = AskerIo;
+    type Params = AskerParams;
+    type State = (u64, f64);
+
+    fn tick(state: &mut (u64, f64), io: &AskerIo, params: &AskerParams, _: &Tick) -> Outcome {
+        if let Some(wish) = io.wish.updated() {
+            state.0 = io.requests.post(*wish).unwrap_or(0);
+        }
+        if params.tells.get() {
+            io.delivery.set(Number { value: io.requests.delivery(state.0).code().into() });
+        }
+        if let Some(reply) = io.reply.updated() {
+            state.1 += if reply.success.get() { 1.0 } else { 100.0 };
+        }
+        io.replies.set(Number { value: state.1 });
+        Outcome::Ok
+    }
+}
+
+#[ports]
+pub struct MastIo {
+    mount: Output<Transform>,
+}
+
+/// Stands on the robot.
+pub struct Mast;
+
+#[module(stage = SensorAcquire)]
+impl Module for Mast {
+    type Io = MastIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &MastIo, _: &(), _: &Tick) -> Outcome {
+        io.mount.set(Transform {
+            parent: Text::try_from("base_link").unwrap_or_default(),
+            child: Text::try_from("mast").unwrap_or_default(),
+            translation: Position { x: 0.0, y: 0.0, z: 1.25 },
+            rotation: Quaternion::IDENTITY,
+            fixed: true.into(),
+            ..Transform::default()
+        });
+        Outcome::Ok
+    }
+}
+
 pub fn plugins() -> Vec<Plugin> {
-    vec![Plugin::linked::<Sensor>(), Plugin::linked::<Driver>(), Plugin::linked::<Eye>()]
+    vec![
+        Plugin::linked::<Sensor>(),
+        Plugin::linked::<Driver>(),
+        Plugin::linked::<Eye>(),
+        Plugin::linked::<Lamp>(),
+        Plugin::linked::<Asker>(),
+        Plugin::linked::<Mast>(),
+        Plugin::linked::<slate_mapping::Frame>(),
+    ]
 }
 
 pub fn configuration(name: &str, ros2: &str) -> String {
@@ -129,8 +260,12 @@ pub fn configuration(name: &str, ros2: &str) -> String {
 }
 
 pub fn database(name: &str, ros2: &str) -> Database {
+    database_of(&configuration(name, ros2))
+}
+
+pub fn database_of(text: &str) -> Database {
     let sources = Sources { extra_tables: vec![slate_ros2::TABLE.into()], ..Sources::default() };
-    Database::from_text("test.toml", &configuration(name, ros2), sources).unwrap()
+    Database::from_text("test.toml", text, sources).unwrap()
 }
 
 /// An agent that runs until this is dropped.
@@ -139,6 +274,7 @@ pub struct Running {
     pub composer: Composer,
     pub configuration: Arc<Configuration>,
     pub log: MemoryTarget,
+    surface: Arc<ControlSurface>,
     stopper: Stopper,
     thread: Option<JoinHandle<()>>,
 }
@@ -146,9 +282,18 @@ pub struct Running {
 impl Running {
     /// An agent of a name with a table `[ros2]`.
     pub fn start(name: &str, ros2: &str) -> Self {
-        let mut running = Self::load(name, ros2);
+        Self::load(name, ros2).connected()
+    }
+
+    /// An agent of a configuration with a table `[ros2]`.
+    pub fn of(text: &str) -> Self {
+        Self::load_text(text).connected()
+    }
+
+    fn connected(self) -> Self {
+        let mut running = self;
         let settings = RosSettings::of(&running.configuration).unwrap().unwrap();
-        let mut bridge = RosBridge::open(&running.composer, &settings).unwrap();
+        let mut bridge = RosBridge::open(&running.surface, &settings).unwrap();
         bridge.start().unwrap();
         running.bridge = Some(bridge);
         running
@@ -156,16 +301,47 @@ impl Running {
 
     /// An agent that is no node yet.
     pub fn load(name: &str, ros2: &str) -> Self {
-        let database = database(name, ros2);
+        Self::load_text(&configuration(name, ros2))
+    }
+
+    /// The same of a configuration.
+    pub fn load_text(text: &str) -> Self {
+        Self::load_with(text, Options::default())
+    }
+
+    /// An agent in lockstep, in real time.
+    pub fn lockstep(text: &str) -> Self {
+        let times = (0..100_000_u64).map(|cycle| cycle * 10_000_000).collect();
+        let time_source: Box<dyn TimeSource> = Box::new(RecordedTimes::new(times));
+        let options = Options { time_source: Some(time_source), rate: Rate::REALTIME, ..Options::default() };
+        Self::load_with(text, options).connected()
+    }
+
+    fn load_with(text: &str, options: Options) -> Self {
+        Self::load_database(&database_of(text), &plugins(), options)
+    }
+
+    /// An agent of a database with a table `[ros2]`.
+    pub fn of_database(database: &Database, plugins: &[Plugin], options: Options) -> Self {
+        Self::load_database(database, plugins, options).connected()
+    }
+
+    /// Stops all actuators.
+    pub fn stop_actuators(&self, reason: &str) {
+        self.surface.agent.stop(reason);
+    }
+
+    fn load_database(database: &Database, plugins: &[Plugin], options: Options) -> Self {
         let log = MemoryTarget::default();
-        let options = Options { log: vec![Box::new(log.clone())], ..Options::default() };
-        let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+        let options = Options { log: vec![Box::new(log.clone())], ..options };
+        let mut agent = Agent::load_with(database, plugins, options).unwrap();
+        let surface = Arc::new(ControlSurface::new(&agent).unwrap());
         let (composer, stopper) = (agent.composer(), agent.stopper());
         let thread = std::thread::spawn(move || {
             agent.run(Box::new(|_| Control::Continue)).unwrap();
         });
         let configuration = database.current();
-        Self { bridge: None, composer, configuration, log, stopper, thread: Some(thread) }
+        Self { bridge: None, composer, configuration, log, surface, stopper, thread: Some(thread) }
     }
 
     pub fn bridge(&self) -> &RosBridge {
@@ -188,6 +364,9 @@ impl Drop for Running {
         self.bridge = None;
         self.stopper.stop();
         let ended = self.thread.take().map(JoinHandle::join);
+        if std::thread::panicking() {
+            self.log.lines().iter().for_each(|line| eprintln!("{line}"));
+        }
         assert!(std::thread::panicking() || ended.is_none_or(|ended| ended.is_ok()));
     }
 }
@@ -219,6 +398,7 @@ pub fn alone(test: &str, body: impl FnOnce(u16)) {
     }
     // Once, and not in each namespace, which has no network.
     super::peer::python();
+    super::peer::cyclone_python();
     let done = Command::new("unshare")
         .args(["-n", "bash", "-c", LOOPBACK, "test"])
         .arg(std::env::current_exe().unwrap())

@@ -2,6 +2,10 @@
 
 mod agent;
 mod hostile;
+mod node;
+mod parameters;
 mod peer;
 mod replay;
+mod robot;
+mod services;
 mod topics;

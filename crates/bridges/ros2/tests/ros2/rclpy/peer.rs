@@ -11,6 +11,18 @@ pub fn python() -> PathBuf {
     slate_test_tools::ros2_python(Path::new(env!("CARGO_TARGET_TMPDIR")))
 }
 
+/// Another implementation of DDS.
+pub fn cyclone_python() -> PathBuf {
+    slate_test_tools::python(
+        &Path::new(env!("CARGO_TARGET_TMPDIR")).join("cyclone-python"),
+        &["cyclonedds==11.0.1"],
+    )
+}
+
+fn script(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros2/rclpy").join(name)
+}
+
 /// A node that carries out commands, until this is dropped.
 pub struct Peer {
     child: Child,
@@ -21,21 +33,29 @@ pub struct Peer {
 impl Peer {
     pub fn start(name: &str, domain: u16) -> Self {
         let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros2-logs");
-        let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ros2/rclpy/program.py");
-        let mut child = Command::new(python())
-            .arg(script)
+        let mut command = Command::new(python());
+        command
+            .arg(script("program.py"))
             .arg(name)
             .env("ROS_DOMAIN_ID", domain.to_string())
             .env("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
             .env("ROS_LOG_DIR", folder)
-            .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp")
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
+            .env("RMW_IMPLEMENTATION", "rmw_fastrtps_cpp");
+        Self::begin(command, "rmw_fastrtps_cpp")
+    }
+
+    /// A program of CycloneDDS that writes and reads transforms.
+    pub fn frames(domain: u16) -> Self {
+        let mut command = Command::new(cyclone_python());
+        command.arg(script("frames.py")).env("CYCLONEDDS_URI", "<Domain id=\"any\"><General><Interfaces><NetworkInterface address=\"127.0.0.1\" multicast=\"true\"/></Interfaces></General><Discovery><Peers><Peer address=\"127.0.0.1\"/></Peers><ParticipantIndex>auto</ParticipantIndex></Discovery></Domain>").arg(domain.to_string());
+        Self::begin(command, "cyclonedds")
+    }
+
+    fn begin(mut command: Command, about: &str) -> Self {
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         let (input, output) = (child.stdin.take().unwrap(), BufReader::new(child.stdout.take().unwrap()));
         let mut peer = Self { child, input, output };
-        assert_eq!(peer.tell(json!({ "do": "about" })), "rmw_fastrtps_cpp");
+        assert_eq!(peer.tell(json!({ "do": "about" })), about);
         peer
     }
 

@@ -10,13 +10,15 @@ import time
 import rclpy
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.executors import SingleThreadedExecutor
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.utilities import get_rmw_implementation_identifier
 
 
 def load(name):
-    package, kind = name.split("/msg/")
-    return getattr(__import__(f"{package}.msg", fromlist=[kind]), kind)
+    package, part, kind = name.split("/")
+    return getattr(__import__(f"{package}.{part}", fromlist=[kind]), kind)
 
 
 def fill(message, values):
@@ -52,6 +54,7 @@ class Peer:
         self.node = rclpy.create_node(name)
         self.publishers, self.heard, self.incompatible = {}, {}, []
         self.lock = threading.Lock()
+        self.clients, self.requests = {}, {}
 
     def note(self, topic, event):
         with self.lock:
@@ -95,6 +98,77 @@ class Peer:
 
         events = SubscriptionEventCallbacks(incompatible_qos=lambda event: self.note(topic, event))
         self.node.create_subscription(load(type), topic, hear, quality(qos), event_callbacks=events)
+
+    def call(self, service, type, request={}, timeout=20.0):
+        """Response to a request; nothing when none comes."""
+        client = self.clients.get(service)
+        if client is None:
+            client = self.clients[service] = self.node.create_client(load(type), service)
+        if not client.wait_for_service(timeout):
+            return None
+        done = threading.Event()
+        future = client.call_async(fill(load(type).Request(), request))
+        future.add_done_callback(lambda _: done.set())
+        return plain(future.result()) if done.wait(timeout) else None
+
+    def serve(self, service, type, response):
+        """Offers a service that answers always the same, and notes what was asked."""
+
+        def answer(request, answered):
+            with self.lock:
+                self.requests.setdefault(service, []).append(plain(request))
+            return fill(answered, response)
+
+        self.node.create_service(load(type), service, answer)
+
+    def asked(self, service):
+        with self.lock:
+            return self.requests.pop(service, [])
+
+    def parameters(self, node, what, arguments):
+        """What rclpy's client of parameters gets."""
+        client = self.clients.get(node)
+        if client is None:
+            client = self.clients[node] = AsyncParameterClient(self.node, node)
+        if not client.wait_for_services(20.0):
+            return "the services are not there"
+        calls = {
+            "list": client.list_parameters,
+            "get": client.get_parameters,
+            "types": client.get_parameter_types,
+            "describe": client.describe_parameters,
+            "set": client.set_parameters,
+            "set_atomically": client.set_parameters_atomically,
+        }
+        if isinstance(arguments, dict):
+            arguments = [Parameter(name, value=value) for name, value in arguments.items()]
+        done = threading.Event()
+        future = calls[what](arguments)
+        future.add_done_callback(lambda _: done.set())
+        if not done.wait(20.0):
+            return "no answer"
+        result = future.result()
+        if what == "list":
+            return sorted(result.result.names)
+        if what == "get":
+            return [parameter_value_to_python(value) for value in result.values]
+        if what == "types":
+            return list(result.types)
+        if what == "describe":
+            return plain(result.descriptors)
+        if what == "set":
+            return [[own.successful, own.reason] for own in result.results]
+        return [result.result.successful, result.result.reason]
+
+    def follow_clock(self):
+        self.node.set_parameters([Parameter("use_sim_time", value=True)])
+
+    def now(self):
+        """The node's time, nanoseconds."""
+        return self.node.get_clock().now().nanoseconds
+
+    def services(self, name, space="/"):
+        return dict(self.node.get_service_names_and_types_by_node(name, space))
 
     def take(self, topic):
         with self.lock:

@@ -5,13 +5,14 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use serde_json::json;
+use slate_control::ControlSurface;
 use slate_record::Recorder;
 use slate_record::replay::{Comparison, Verdict};
 use slate_ros2::{RosBridge, RosSettings};
 use slate_runtime::configuration::Record;
-use slate_runtime::{Agent, Control, Options, Rate, RecordedTimes};
+use slate_runtime::{Agent, Control, ExternalContent, ExternalValue, Options, Rate, RecordedTimes};
 
-use crate::ros2::rclpy::agent::{alone, database, plugins};
+use crate::ros2::rclpy::agent::{alone, database, database_of, eventually, plugins};
 use crate::ros2::rclpy::peer::Peer;
 
 fn times() -> Box<RecordedTimes> {
@@ -35,7 +36,8 @@ fn recorded(path: &Path, domain: u16) -> u64 {
     };
     let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
     let settings = RosSettings::of(&database.current()).unwrap().unwrap();
-    let mut bridge = RosBridge::open(&agent.composer(), &settings).unwrap();
+    let surface = Arc::new(ControlSurface::new(&agent).unwrap());
+    let mut bridge = RosBridge::open(&surface, &settings).unwrap();
     recorder.begin(&agent, path);
     bridge.start().unwrap();
     let mut peer = Peer::start("driver", domain);
@@ -62,6 +64,81 @@ fn recorded(path: &Path, domain: u16) -> u64 {
     drop(bridge);
     recorder.end(&mut agent).unwrap();
     heard
+}
+
+/// Records a run in lockstep whose modules are asked by a node, and ask one.
+fn with_services(path: &Path, domain: u16) {
+    let text = format!(
+        "agent.name = \"house\"\nloop.period = \"10ms\"\n[modules.lamp]\n[modules.asker]\nparams.tells = false\n[ros2]\n\
+         domain = {domain}\n\
+         serve.\"/lamp\" = {{ to = \"lamp/switches\", type = \"std_srvs/srv/SetBool\" }}\n\
+         call.\"/enable\" = {{ from = \"asker/requests\", type = \"std_srvs/srv/SetBool\", response = \"asker/reply\" }}"
+    );
+    let database = database_of(&text);
+    let recorder = Recorder::new(&Record { enabled: true, ..Record::default() });
+    let options = Options {
+        time_source: Some(times()),
+        rate: Rate::REALTIME,
+        recording: Some(Arc::new(recorder.clone())),
+        ..Options::default()
+    };
+    let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
+    let settings = RosSettings::of(&database.current()).unwrap().unwrap();
+    let surface = Arc::new(ControlSurface::new(&agent).unwrap());
+    let mut bridge = RosBridge::open(&surface, &settings).unwrap();
+    agent.composer().external_input("asker/wish").unwrap().0.set_external("ros2:/wish");
+    recorder.begin(&agent, path);
+    bridge.start().unwrap();
+    let mut peer = Peer::start("person", domain);
+    let response = json!({ "success": true, "message": "yes" });
+    peer.tell(
+        json!({ "do": "serve", "service": "/enable", "type": "std_srvs/srv/SetBool", "response": response }),
+    );
+    std::thread::scope(|scope| {
+        let peer = &mut peer;
+        let (stopper, composer) = (agent.stopper(), agent.composer());
+        scope.spawn(move || {
+            let replies =
+                || composer.board().read("asker/replies/value").unwrap().and_then(|(own, _)| own.as_f64());
+            for number in 1..=30 {
+                let called = json!({
+                    "do": "call", "service": "/lamp", "type": "std_srvs/srv/SetBool", "request": { "data": number % 3 == 0 },
+                });
+                assert_eq!(peer.tell(called)["success"], json!(true));
+                let wish =
+                    ExternalValue {
+                        input: "asker/wish".into(),
+                        content: ExternalContent::Bytes(vec![u8::from(number % 2 == 0)]),
+                    };
+                assert!(composer.set_external(vec![wish])[0].is_ok());
+                eventually("an answer", || replies() == Some(f64::from(number)));
+            }
+            let asked = peer.tell(json!({ "do": "asked", "service": "/enable" }));
+            assert_eq!(asked.as_array().map(Vec::len), Some(30));
+            stopper.stop();
+        });
+        agent.run(Box::new(|_| Control::Continue)).unwrap();
+    });
+    drop(bridge);
+    recorder.end(&mut agent).unwrap();
+}
+
+#[test]
+fn requests_and_responses_come_again_without_ros() {
+    alone("ros2::rclpy::replay::requests_and_responses_come_again_without_ros", |domain| {
+        let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("ros2-services.mcap");
+        with_services(&path, domain);
+        let comparison = Comparison::open(&path).unwrap();
+        let database = comparison.run().configuration(Vec::new()).unwrap();
+        let options = Options {
+            time_source: Some(times()),
+            recording: Some(comparison.recording()),
+            ..Options::default()
+        };
+        let agent = Agent::load_with(&database, &plugins(), options).unwrap();
+        let verdict = comparison.compare(agent).unwrap();
+        assert!(matches!(verdict, Verdict::Identical { values: 100.., whole: true, .. }), "{verdict:?}");
+    });
 }
 
 #[test]

@@ -1,19 +1,19 @@
-//! Where the frames of robots are, as one client is told of it.
+//! Frames of robots, for one client.
 
 use slate_blackboard::interface::Interface;
 use slate_blackboard::{Access, Property};
 use slate_interfaces::{Odometry, Transform};
 use slate_record::bag::Value;
-use slate_record::ros::{self, Frames};
+use slate_record::ros::{FrameTransform, Frames};
 
-use slate_control::ControlSurface;
-use slate_control::{Sample, Watcher};
+use crate::stream::{Sample, Watcher};
+use crate::surface::ControlSurface;
 
 /// Values of another cycle may come while it is looked; so often it is looked again.
 const LOOKS: usize = 3;
 
-/// The frames of an agent's robots, as its properties are now. `is_told` says what is to be taken for there.
-pub(super) fn frames(surface: &ControlSurface, is_told: impl Fn(&Property) -> bool) -> Frames {
+/// The frames of an agent's robots, as its properties are now. `is_told` says which properties count.
+pub fn frames(surface: &ControlSurface, is_told: impl Fn(&Property) -> bool) -> Frames {
     let properties = surface.board().properties();
     let told = properties.iter().filter(|own| own.access() != Access::Messages && is_told(own));
     let topics: Vec<_> = told
@@ -22,14 +22,13 @@ pub(super) fn frames(surface: &ControlSurface, is_told: impl Fn(&Property) -> bo
     Frames::new(&surface.robots, topics.iter().map(|(topic, kind)| (topic.as_str(), kind.as_str())))
 }
 
-/// Whether a property is a transform that a module tells.
-pub(super) fn is_transform(property: &Property) -> bool {
+/// Whether a property is a transform of a module.
+pub fn is_transform(property: &Property) -> bool {
     property.descriptor().hash == Transform::DESCRIPTOR.hash
 }
 
-/// A client's subscription of `/tf`, or of `/tf_static`.
-pub(super) struct Transforms {
-    is_fixed: bool,
+/// Transforms between the frames of an agent's robots, as they become known.
+pub struct TransformStream {
     frames: Frames,
     watchers: Vec<TransformSource>,
 }
@@ -40,26 +39,29 @@ struct TransformSource {
     watcher: Watcher,
 }
 
-impl Transforms {
-    pub fn new(surface: &ControlSurface, is_fixed: bool) -> Self {
+impl TransformStream {
+    /// Those of an agent, except for what properties of which `is_own` is false tell.
+    pub fn new(surface: &ControlSurface, is_own: impl Fn(&Property) -> bool) -> Self {
         // Odometry that nobody writes is none to wait for.
         let is_written = |own: &Property| own.channel().is_some_and(|channel| channel.published() > 0);
         let is_odometry = |own: &Property| own.descriptor().hash == Odometry::DESCRIPTOR.hash;
         let frames = frames(surface, |own| !is_odometry(own) || is_written(own));
         let places = frames.sources().map(|topic| (topic.to_owned(), false));
         let properties = surface.board().properties();
-        let told =
-            properties.iter().filter(|own| is_transform(own)).map(|own| (format!("/{}", own.path()), true));
+        let told = properties
+            .iter()
+            .filter(|own| is_transform(own) && is_own(own))
+            .map(|own| (format!("/{}", own.path()), true));
         let source = |(topic, is_transform): (String, bool)| {
             let watcher = Watcher::new(surface, topic.trim_start_matches('/'), 0).ok()?;
             Some(TransformSource { topic, is_transform, watcher })
         };
         let watchers = places.chain(told).filter_map(source).collect();
-        Self { is_fixed, frames, watchers }
+        Self { frames, watchers }
     }
 
-    /// The message of what is new, and its time.
-    pub fn look(&mut self, surface: &ControlSurface) -> Option<(u64, Vec<u8>)> {
+    /// What is new, and its time: transforms that move, and those that are fixed.
+    pub fn take(&mut self, surface: &ControlSurface) -> (u64, Vec<FrameTransform>, Vec<FrameTransform>) {
         let mut time = 0;
         for _ in 0..LOOKS {
             let mut samples: Vec<(usize, Sample)> = Vec::new();
@@ -90,9 +92,6 @@ impl Transforms {
             }
         }
         let (moving, fixed) = self.frames.take();
-        let told = if self.is_fixed { fixed } else { moving };
-        let mut message = Vec::new();
-        ros::encode_transforms(&told, &mut message).ok().filter(|()| !told.is_empty())?;
-        Some((time, message))
+        (time, moving, fixed)
     }
 }

@@ -1,0 +1,107 @@
+//! What a node publishes of itself: time, frames, log and changes of parameters.
+
+mod clock;
+mod frames;
+mod log;
+mod parameter_events;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use rustdds::GUID;
+use slate_blackboard::wake::Wake;
+use slate_control::ControlSurface;
+use slate_module::Level;
+
+use crate::error::RosError;
+use crate::options::ParameterAccess;
+use crate::participant::{RosParticipant, TopicWriter};
+use crate::raw::RawMessage;
+use crate::settings::RosSettings;
+use clock::ClockTopic;
+use frames::FrameTopics;
+pub use frames::{FIXED, MESSAGE, MOVING};
+use log::LogTopic;
+use parameter_events::ParameterEvents;
+
+/// How often it is looked whether something has changed without a notice.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// A topic that a node publishes by itself.
+trait NodeTopic: Send + Sync {
+    /// Publishes what is new.
+    ///
+    /// # Errors
+    /// Why it can't, in words.
+    fn publish(&mut self, surface: &ControlSurface) -> Result<(), String>;
+
+    /// Its writers.
+    fn guids(&self) -> Vec<GUID>;
+}
+
+/// All of them.
+#[derive(Default)]
+pub struct NodeTopics {
+    topics: Vec<Box<dyn NodeTopic>>,
+    told: Vec<String>,
+}
+
+impl NodeTopics {
+    /// Those that settings want.
+    ///
+    /// # Errors
+    /// When DDS refuses, or the agent has no time of its own to publish.
+    pub fn open(
+        participant: &RosParticipant,
+        surface: &Arc<ControlSurface>,
+        settings: &RosSettings,
+    ) -> Result<Self, RosError> {
+        let mut topics: Vec<Box<dyn NodeTopic>> = Vec::new();
+        let options = &settings.options;
+        if options.clock {
+            topics.push(Box::new(ClockTopic::open(participant)?));
+        }
+        if options.transforms {
+            topics.push(Box::new(FrameTopics::open(participant, surface, settings)?));
+        }
+        if options.log {
+            topics.push(Box::new(LogTopic::open(participant, settings)?));
+        }
+        if options.parameters == ParameterAccess::Set {
+            topics.push(Box::new(ParameterEvents::open(participant, surface, settings)?));
+        }
+        Ok(Self { topics, told: Vec::new() })
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.topics.is_empty()
+    }
+
+    /// Their writers.
+    pub fn guids(&self) -> Vec<GUID> {
+        self.topics.iter().flat_map(|topic| topic.guids()).collect()
+    }
+
+    /// Publishes what is new, until the end.
+    pub fn run(mut self, surface: &ControlSurface, wake: &Wake, ended: &AtomicBool) {
+        while !ended.load(Ordering::Acquire) {
+            for topic in &mut self.topics {
+                // The same reason is logged once.
+                if let Err(reason) = topic.publish(surface)
+                    && !self.told.contains(&reason)
+                {
+                    surface.agent.composer().log(Level::Warn, &format!("ros2: {reason}"));
+                    self.told.push(reason);
+                }
+            }
+            wake.wait_timeout(PAUSE);
+        }
+    }
+}
+
+/// Writes a message.
+fn write(writer: &TopicWriter, message: Vec<u8>, topic: &str) -> Result<(), String> {
+    writer.write(RawMessage(message), None).map_err(|error| format!("{topic} can't be published: {error}"))
+}

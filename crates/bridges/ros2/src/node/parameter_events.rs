@@ -1,0 +1,90 @@
+//! Changes of parameters as `/parameter_events`.
+
+use std::sync::Arc;
+
+use rustdds::{GUID, RTPSEntity};
+use serde_json::{Value as Json, json};
+use slate_control::ControlSurface;
+use slate_record::ros::Schema;
+
+use super::{NodeTopic, write};
+use crate::error::RosError;
+use crate::outbound::date;
+use crate::parameters::{MESSAGES, NodeParameter, ParameterTable};
+use crate::participant::{RosParticipant, TopicWriter};
+use crate::quality::TopicQuality;
+use crate::settings::RosSettings;
+
+const TOPIC: &str = "/parameter_events";
+const MESSAGE: &str = "rcl_interfaces/msg/ParameterEvent";
+const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 1000 };
+const DEFINITION: &str = "builtin_interfaces/Time stamp\nstring node\nParameter[] new_parameters\n\
+                          Parameter[] changed_parameters\nParameter[] deleted_parameters\n";
+const SECOND: u64 = 1_000_000_000;
+
+/// `/parameter_events`: what was set, by whomever.
+pub struct ParameterEvents {
+    writer: TopicWriter,
+    schema: Schema,
+    node: String,
+    known: ParameterTable,
+    /// What the board counts of settings.
+    settings: u64,
+}
+
+impl ParameterEvents {
+    pub fn open(
+        participant: &RosParticipant,
+        surface: &Arc<ControlSurface>,
+        settings: &RosSettings,
+    ) -> Result<Self, RosError> {
+        let schema = Schema::parse(MESSAGE, &format!("{DEFINITION}{MESSAGES}"));
+        let space = settings.node.namespace.trim_end_matches('/');
+        Ok(Self {
+            writer: participant.writer(TOPIC, MESSAGE, QUALITY)?,
+            schema: schema.map_err(|error| RosError::name(MESSAGE, error.to_string()))?,
+            node: format!("{space}/{}", settings.node.name),
+            known: ParameterTable::of(surface.agent.composer()),
+            settings: surface.board().settings().count(),
+        })
+    }
+}
+
+impl NodeTopic for ParameterEvents {
+    fn publish(&mut self, surface: &ControlSurface) -> Result<(), String> {
+        let count = surface.board().settings().count();
+        if std::mem::replace(&mut self.settings, count) == count {
+            return Ok(());
+        }
+        let now = ParameterTable::of(surface.agent.composer());
+        let message = |own: &NodeParameter| json!({ "name": own.name, "value": own.message() });
+        let (mut new, mut changed) = (Vec::new(), Vec::new());
+        for own in &now.0 {
+            match self.known.get(&own.name) {
+                None => new.push(message(own)),
+                Some(known) if known.value != own.value => changed.push(message(own)),
+                Some(_) => {}
+            }
+        }
+        let is_gone = |known: &&NodeParameter| now.get(&known.name).is_none();
+        let deleted: Vec<Json> =
+            self.known.0.iter().filter(is_gone).map(|own| json!({ "name": own.name })).collect();
+        self.known = now;
+        if new.is_empty() && changed.is_empty() && deleted.is_empty() {
+            return Ok(());
+        }
+        let time = date(surface.agent.composer(), surface.now());
+        let event = json!({
+            "stamp": { "sec": time / SECOND, "nanosec": time % SECOND },
+            "node": self.node,
+            "new_parameters": new,
+            "changed_parameters": changed,
+            "deleted_parameters": deleted,
+        });
+        write(&self.writer, self.schema.encode(&event).map_err(|error| error.to_string())?, TOPIC)
+    }
+
+    fn guids(&self) -> Vec<GUID> {
+        vec![self.writer.guid()]
+    }
+}

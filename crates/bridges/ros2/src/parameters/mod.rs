@@ -1,0 +1,46 @@
+//! Parameters of modules as those of the agent's node.
+
+mod definitions;
+mod handler;
+mod table;
+
+use std::sync::Arc;
+
+use slate_control::ControlSurface;
+
+use crate::error::RosError;
+use crate::options::ParameterAccess;
+use crate::participant::RosParticipant;
+use crate::services::{AgentOperations, ServiceGroup, ServiceServer};
+use crate::settings::RosSettings;
+pub use definitions::MESSAGES;
+use definitions::{SERVICES, service_type};
+use handler::ParameterHandler;
+pub use table::{NodeParameter, ParameterTable};
+
+/// The services of the node's parameters.
+///
+/// # Errors
+/// When DDS refuses.
+pub fn parameter_services(
+    participant: &RosParticipant,
+    surface: &Arc<ControlSurface>,
+    settings: &RosSettings,
+) -> Result<Option<ServiceGroup>, RosError> {
+    if settings.options.parameters == ParameterAccess::None {
+        return Ok(None);
+    }
+    let mut servers = Vec::new();
+    for (name, kind, _) in SERVICES {
+        let service =
+            settings.node.topic(&format!("~/{name}")).map_err(|reason| RosError::name(name, reason))?;
+        let of = service_type(kind).map_err(|reason| RosError::name(kind, reason))?;
+        servers.push(ServiceServer::open(participant, &service, &of)?);
+    }
+    let handler = Box::new(ParameterHandler {
+        operations: AgentOperations::new(surface)?,
+        composer: surface.agent.composer().clone(),
+        is_settable: settings.options.parameters == ParameterAccess::Set,
+    });
+    Ok(Some(ServiceGroup { name: "ros2-parameters", servers, handler }))
+}

@@ -1,0 +1,183 @@
+//! Servers of services.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::task::Waker;
+use std::time::{Duration, Instant};
+
+use rustdds::{GUID, RTPSEntity, SampleIdentity, Timestamp, WriteOptionsBuilder};
+use serde_json::Value as Json;
+use slate_blackboard::wake::Wake;
+use slate_module::Level;
+use slate_runtime::Composer;
+use slate_runtime::recording::RecordedAgent;
+
+use super::ServiceType;
+use crate::error::RosError;
+use crate::inbound::ReaderWaker;
+use crate::matches::{Matches, OwnEndpoint};
+use crate::name::{reply_topic, request_topic, type_name};
+use crate::participant::{RosParticipant, TopicReader, TopicWriter};
+use crate::quality::TopicQuality;
+use crate::raw::RawMessage;
+
+/// How long a thread sleeps when nothing comes.
+const PAUSE: Duration = Duration::from_millis(100);
+
+/// How long a response waits until its client can hear it.
+const MATCH: Duration = Duration::from_secs(2);
+
+/// How often it is looked whether it can.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// The bit in the kind of an entity which readers have and writers don't (RTPS 2.5, 9.3.1.2).
+const READER: u8 = 0x04;
+
+/// Quality of service of services.
+pub const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local: false, depth: 10 };
+
+/// Answers requests.
+pub trait ServiceHandler: Send + Sync {
+    /// The response to a request of a service, which is given by its place among those of the handler.
+    fn answer(&mut self, service: usize, request: &Json) -> Json;
+}
+
+/// A service that an agent offers.
+pub struct ServiceServer {
+    service: String,
+    of: ServiceType,
+    reader: TopicReader,
+    writer: TopicWriter,
+    told: Option<String>,
+}
+
+impl ServiceServer {
+    /// Offers a service.
+    ///
+    /// # Errors
+    /// When DDS refuses.
+    pub fn open(participant: &RosParticipant, service: &str, of: &ServiceType) -> Result<Self, RosError> {
+        let reader = participant.reader_at(request_topic(service), &of.request_name(), QUALITY)?;
+        let writer = participant.writer_at(reply_topic(service), &of.response_name(), QUALITY)?;
+        Ok(Self { service: service.into(), of: of.clone(), reader, writer, told: None })
+    }
+
+    /// Its reader and its writer.
+    pub fn guids(&self) -> (GUID, GUID) {
+        (self.reader.guid(), self.writer.guid())
+    }
+
+    /// Both, for what is told of them.
+    pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
+        let wire = |topic, message: String| (topic, type_name(&message));
+        let (requests, replies) = (
+            wire(request_topic(&self.service), self.of.request_name()),
+            wire(reply_topic(&self.service), self.of.response_name()),
+        );
+        let endpoint = |wire, is_reader| OwnEndpoint {
+            topic: self.service.clone(),
+            wire,
+            message: self.of.name().into(),
+            is_reader,
+        };
+        [(self.reader.guid(), endpoint(requests, true)), (self.writer.guid(), endpoint(replies, false))]
+    }
+
+    /// Answers the next request; whether there was one.
+    fn answer(&mut self, place: usize, handler: &mut dyn ServiceHandler, context: &ServeContext) -> bool {
+        let change = match self.reader.try_take_one() {
+            Ok(Some(change)) => change,
+            Ok(None) => return false,
+            Err(error) => {
+                self.tell(&context.composer, error.to_string());
+                return true;
+            }
+        };
+        // Clients of Fast DDS name the reader of their response there; others none.
+        let related = change.related_sample_identity().map(|related| related.writer_guid);
+        let client = related.filter(|guid| *guid != GUID::GUID_UNKNOWN).unwrap_or(change.writer_guid);
+        let identity = SampleIdentity { writer_guid: client, sequence_number: change.sequence_number };
+        let request = self.of.request.decode(&change.into_value().0).map_err(|error| error.to_string());
+        let answer = request.and_then(|request| {
+            let request = serde_json::to_value(request).map_err(|error| error.to_string())?;
+            let response = handler.answer(place, &request);
+            self.of.response.encode(&response).map_err(|error| error.to_string())
+        });
+        let answer = answer.and_then(|message| self.reply(identity, message, context));
+        match answer {
+            Ok(()) => self.told = None,
+            Err(reason) => self.tell(&context.composer, reason),
+        }
+        true
+    }
+
+    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    fn reply(
+        &self,
+        identity: SampleIdentity,
+        message: Vec<u8>,
+        context: &ServeContext,
+    ) -> Result<(), String> {
+        let client = identity.writer_guid;
+        let is_reader = client.to_bytes()[15] & READER != 0;
+        let began = Instant::now();
+        // What is written before nobody hears.
+        while is_reader && !context.matches.has(self.writer.guid(), client) && !context.is_ended() {
+            if began.elapsed() > MATCH {
+                return Err("a client has sent a request, and does not listen for the response".into());
+            }
+            std::thread::sleep(LOOK);
+        }
+        let options = WriteOptionsBuilder::new()
+            .source_timestamp(Timestamp::now())
+            .related_sample_identity(identity)
+            .build();
+        let written = self.writer.write_with_options(RawMessage(message), options);
+        written.map(drop).map_err(|error| error.to_string())
+    }
+
+    /// The same reason is logged once.
+    fn tell(&mut self, composer: &Composer, reason: String) {
+        if self.told.as_ref() != Some(&reason) {
+            composer
+                .log(Level::Warn, &format!("ros2: a request to {} is not answered: {reason}", self.service));
+            self.told = Some(reason);
+        }
+    }
+}
+
+/// What a thread that serves needs beside its servers.
+pub struct ServeContext {
+    pub composer: Composer,
+    pub matches: Arc<Matches>,
+    pub wake: Arc<Wake>,
+    pub ended: Arc<AtomicBool>,
+}
+
+impl ServeContext {
+    fn is_ended(&self) -> bool {
+        self.ended.load(Ordering::Acquire)
+    }
+}
+
+/// Answers requests of services, one after the other, until the end.
+pub fn serve(mut servers: Vec<ServiceServer>, mut handler: Box<dyn ServiceHandler>, context: &ServeContext) {
+    let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&context.wake))));
+    while !context.is_ended() {
+        // A rerun sends messages after the cycle in which they came.
+        if context.composer.is_lockstep() && RecordedAgent::cycles(&context.composer) == 0 {
+            context.wake.wait_timeout(LOOK);
+            continue;
+        }
+        let mut is_idle = true;
+        for (place, server) in servers.iter_mut().enumerate() {
+            server.reader.drain_read_notifications();
+            // Before it is looked: what comes after that wakes this thread.
+            server.reader.set_waker(Some(waker.clone()));
+            is_idle &= !server.answer(place, &mut *handler, context);
+        }
+        if is_idle {
+            context.wake.wait_timeout(PAUSE);
+        }
+    }
+}

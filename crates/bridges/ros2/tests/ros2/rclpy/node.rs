@@ -1,0 +1,115 @@
+//! What a node publishes of itself, and frames from other nodes.
+#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+
+use std::time::Duration;
+
+use serde_json::{Value as Json, json};
+
+use crate::ros2::rclpy::agent::{Running, alone, eventually};
+use crate::ros2::rclpy::peer::Peer;
+
+#[test]
+fn lines_of_the_log_are_heard_with_their_level_and_module() {
+    alone("ros2::rclpy::node::lines_of_the_log_are_heard_with_their_level_and_module", |domain| {
+        let text =
+            format!("agent.name = \"house\"\n[modules.lamp]\n[ros2]\ndomain = {domain}\nclock = false\n");
+        let agent = Running::of(&text);
+        agent.composer.log(slate_module::Level::Error, "the lamp has burnt out");
+        let mut peer = Peer::start("listener", domain);
+        peer.subscribe("/rosout", "rcl_interfaces/msg/Log", json!({ "transient_local": true }));
+        let mut heard: Vec<Json> = Vec::new();
+        let mut line = |words: &str| {
+            eventually(words, || {
+                heard.extend(peer.take("/rosout"));
+                heard.iter().any(|line| line["msg"].as_str().is_some_and(|text| text.contains(words)))
+            });
+            heard.iter().find(|line| line["msg"].as_str().is_some_and(|text| text.contains(words))).cloned()
+        };
+        // One from before the listener, and one from now.
+        let early = line("the lamp has burnt out").unwrap();
+        assert_eq!((&early["level"], &early["name"]), (&json!(40), &json!("house")));
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_secs();
+        let second = early["stamp"]["sec"].as_u64().unwrap();
+        assert!(now.abs_diff(second) < 60, "{now} {second}");
+        agent.composer.log(slate_module::Level::Warn, "a new lamp is needed");
+        assert_eq!(line("a new lamp is needed").unwrap()["level"], 30);
+    });
+}
+
+#[test]
+fn nodes_go_by_the_time_of_the_agent() {
+    alone("ros2::rclpy::node::nodes_go_by_the_time_of_the_agent", |domain| {
+        let text =
+            format!("agent.name = \"house\"\n[modules.lamp]\n[ros2]\ndomain = {domain}\nclock = true\n");
+        let agent = Running::lockstep(&text);
+        let mut peer = Peer::start("follower", domain);
+        peer.tell(json!({ "do": "follow_clock" }));
+        let mut now = || peer.tell(json!({ "do": "now" })).as_u64().unwrap();
+        // Until it has heard of it, a node has no time.
+        eventually("a time", || now() > 0);
+        for _ in 0..5 {
+            let before = agent.composer.now();
+            std::thread::sleep(Duration::from_millis(200));
+            let told = now();
+            let after = agent.composer.now();
+            assert!(before <= told && told <= after, "{before} {told} {after}");
+        }
+    });
+}
+
+#[test]
+fn a_clock_needs_a_simulation() {
+    let agent = Running::load_text("agent.name = \"house\"\n[modules.lamp]\n[ros2]\nclock = true\n");
+    let settings = slate_ros2::RosSettings::of(&agent.configuration).unwrap().unwrap();
+    let error = slate_ros2::check_topics(&agent.composer, &settings).unwrap_err();
+    assert!(error.to_string().contains("the agent goes by the system's clock"), "{error}");
+    assert!(error.help().contains("[time] source"), "{}", error.help());
+}
+
+#[test]
+fn frames_come_from_two_static_writers_and_a_moving_one() {
+    alone("ros2::rclpy::node::frames_come_from_two_static_writers_and_a_moving_one", |domain| {
+        let text = format!(
+            "agent.name = \"house\"\nloop.period = \"10ms\"\n[modules.laser]\nkind = \"frame\"\n[modules.camera]\nkind = \"frame\"\n\
+             [modules.base]\nkind = \"frame\"\n[modules.mast]\n[ros2]\ndomain = {domain}\ntf = true\n\
+             frames.\"laser/transform\" = \"laser\"\nframes.\"camera/transform\" = \"camera\"\n\
+             frames.\"base/transform\" = \"base_link\"\n"
+        );
+        // Both static ones have said what they say once, before the agent is there.
+        let (mut first, mut second) = (Peer::frames(domain), Peer::frames(domain));
+        first.tell(json!({ "do": "publish", "name": "/tf_static", "transforms": [["base_link", "laser", 0.25, 0.0]] }));
+        second.tell(json!({ "do": "publish", "name": "/tf_static", "transforms": [["base_link", "camera", 0.5, -0.125]] }));
+        let agent = Running::of(&text);
+        eventually("the laser", || agent.number("laser/frame/translation/x") == 0.25);
+        eventually("the camera", || agent.number("camera/frame/translation/y") == -0.125);
+        assert_eq!(agent.number("laser/frame/rotation/w"), 0.8);
+        let read = |path: &str| agent.composer.board().read(path).unwrap().unwrap().0;
+        assert_eq!(read("laser/frame/parent").as_str(), Some("base_link"));
+        assert_eq!(read("laser/frame/fixed").as_bool(), Some(true));
+        eventually("the base", || {
+            first.tell(
+                json!({ "do": "publish", "name": "/tf", "transforms": [["odom", "base_link", 1.5, 2.0]] }),
+            );
+            agent.number("base/frame/translation/x") == 1.5
+        });
+        assert_eq!(read("base/frame/fixed").as_bool(), Some(false));
+        // The stamp is the agent's time.
+        let age = agent.composer.now() as f64 - agent.number("base/frame/time");
+        assert!((0.0..5e9).contains(&age), "{age}");
+        // A module's own fixed frame goes out, and those that came from ROS do not go back.
+        second.tell(json!({ "do": "subscribe", "name": "/tf_static" }));
+        let mut heard = Vec::new();
+        eventually("the mast", || {
+            let taken = second.tell(json!({ "do": "take", "name": "/tf_static" }));
+            let messages = taken.as_array().unwrap().iter();
+            heard.extend(messages.flat_map(|own| own["transforms"].as_array().unwrap().clone()));
+            heard.iter().any(|own: &Json| own["child_frame_id"] == "mast")
+        });
+        std::thread::sleep(Duration::from_millis(300));
+        let mast = heard.iter().find(|own| own["child_frame_id"] == "mast").unwrap();
+        assert_eq!(mast["header"]["frame_id"], "base_link");
+        assert_eq!(mast["transform"]["translation"]["z"], 1.25);
+        let laser = heard.iter().filter(|own| own["child_frame_id"] == "laser").count();
+        assert!(laser <= 1, "{heard:?}");
+    });
+}

@@ -1,0 +1,270 @@
+//! The RobotModel of a robot is that of the robot: its devices are as described, and it has what its blocks want.
+
+use std::fmt::Write;
+
+use slate_module::{Direction, Hardware, HardwareDevice};
+
+use super::block::{Block, MEASUREMENT};
+use super::names::{split_module, split_port};
+use super::{LinkSource, Survey, Wire, scope};
+use crate::complaints::Complaints;
+use slate_configuration::{Configuration, Mistake, Span};
+
+/// Share by which a calibrated drive may differ from that of its driver.
+const CALIBRATION: f64 = 0.05;
+
+/// Distance or angle of mounts that count as equal, metres and radians.
+const MOUNT_TOLERANCE: f64 = 1e-6;
+
+/// Reports RobotModels of another robot, and what blocks want and their RobotModel lacks.
+///
+/// Robots with modules whose plugins are not loaded (`dormant`) are skipped.
+pub(super) fn check_hardware<'a>(
+    configuration: &'a Configuration,
+    dormant: &[&str],
+    survey: &Survey<'a>,
+    complaints: &mut Complaints<'a>,
+) {
+    for (knowledge, surveyed) in survey.modules.iter().enumerate() {
+        let robot = scope(&surveyed.module.name.value);
+        let is_known = Block::of(&surveyed.description) == Some(Block::Knowledge)
+            && !robot.is_empty()
+            && !dormant.iter().any(|name| scope(name) == robot);
+        let Some(model) = surveyed.description.hardware.first().filter(|_| is_known) else { continue };
+        let checked = Checked { configuration, survey, knowledge, robot, model };
+        // What follows from another robot's model is not said too.
+        let found = checked.devices(complaints).or_else(|| checked.commands()).or_else(|| checked.sensors());
+        if let Some((message, help)) = found {
+            complaints.add(checked.place(knowledge, model), Mistake::Hardware.of(message), help);
+        }
+    }
+}
+
+/// RobotModel of a robot.
+struct Checked<'s, 'a> {
+    configuration: &'a Configuration,
+    survey: &'s Survey<'a>,
+    /// Module that has it.
+    knowledge: usize,
+    robot: &'s str,
+    model: &'s Hardware,
+}
+
+impl<'s> Checked<'s, '_> {
+    /// The setting that names the description of a module's hardware, or else the module.
+    fn place(&self, module: usize, hardware: &Hardware) -> Span {
+        let module = self.survey.modules[module].module;
+        let complaint = format!("{}: ", hardware.setting);
+        let place = module.place_of(&complaint).or_else(|| self.configuration.place_of(&complaint));
+        place.unwrap_or(module.name.span)
+    }
+
+    fn name(&self, module: usize) -> &'s str {
+        &self.survey.modules[module].module.name.value
+    }
+
+    /// Whether a module is of the robot.
+    fn is_own(&self, module: usize) -> bool {
+        scope(self.name(module)) == self.robot
+    }
+
+    fn block(&self, module: usize) -> Option<Block> {
+        Block::of(&self.survey.modules[module].description)
+    }
+
+    /// The hardware that a port of a simulator or driver is of.
+    fn hardware_of(&self, module: usize, port: usize) -> Option<&'s Hardware> {
+        if self.block(module) == Some(Block::Knowledge) {
+            return None;
+        }
+        let description = &self.survey.modules[module].description;
+        let name = &description.ports[port].name;
+        description.hardware.iter().find(|hardware| name.starts_with(&hardware.ports))
+    }
+
+    /// Simulators and drivers that the robot moves, and others that its Sensors read, with what they are.
+    fn own_hardware(&self) -> Vec<(usize, &'s Hardware)> {
+        let (mut moved, mut read): (Vec<(usize, &Hardware)>, Vec<_>) = (Vec::new(), Vec::new());
+        for joint in &self.survey.joints {
+            let (reader, Wire::Port(port)) = joint.port else { continue };
+            let commands = match joint.target {
+                LinkSource::Port(writer, _) => {
+                    self.is_own(writer) && self.block(writer) == Some(Block::Actuator)
+                }
+                LinkSource::Command(gate) => {
+                    scope(&self.configuration.actuators()[gate].name.value) == self.robot
+                }
+                _ => false,
+            };
+            if let Some(hardware) = self.hardware_of(reader, port).filter(|_| commands) {
+                moved.push((reader, hardware));
+            }
+            if let LinkSource::Port(writer, output) = joint.target
+                && self.is_own(reader)
+                && self.block(reader) == Some(Block::Sensor)
+                && let Some(hardware) = self.hardware_of(writer, output)
+            {
+                read.push((writer, hardware));
+            }
+        }
+        // A Sensor may read a part of another robot of the simulator that moves this one.
+        read.retain(|(module, _)| !moved.iter().any(|(other, _)| other == module));
+        moved.append(&mut read);
+        let mut own: Vec<(usize, &Hardware)> = Vec::new();
+        for (module, hardware) in moved {
+            if !own.iter().any(|(other, known)| *other == module && known.ports == hardware.ports) {
+                own.push((module, hardware));
+            }
+        }
+        own
+    }
+
+    /// What of the robot's devices is otherwise than its RobotModel says.
+    fn devices(&self, complaints: &Complaints<'_>) -> Option<(String, String)> {
+        self.own_hardware().into_iter().find_map(|(module, hardware)| {
+            let found = differences(self.model, hardware);
+            if found.is_empty() {
+                return None;
+            }
+            let (knowledge, device) = (self.name(self.knowledge), self.name(module));
+            let place = complaints.place(self.place(module, hardware));
+            let message = format!(
+                "the RobotModel of `{}` is that of a `{}`, and `{device}` has a `{}` there ({place}): {}",
+                self.robot,
+                self.model.robot,
+                hardware.robot,
+                found.join("; ")
+            );
+            let setting = if hardware.setting.is_empty() { device } else { &hardware.setting };
+            let help =
+                format!("name one robot in `{}` of `{knowledge}` and in `{setting}`", self.model.setting);
+            Some((message, help))
+        })
+    }
+
+    /// A command of the robot's Execute to an actuator that its RobotModel lists with another one.
+    fn commands(&self) -> Option<(String, String)> {
+        let gates = self.configuration.actuators().iter();
+        gates.filter(|gate| scope(&gate.name.value) == self.robot).find_map(|gate| {
+            let name = gate.name.value.rsplit('/').next().unwrap_or_default();
+            let listed = self.model.actuator(name)?;
+            gate.commands.iter().find_map(|command| {
+                let path = command.value.path_in("");
+                let (module, rest) = split_module(&self.survey.modules, &path)?;
+                let ports = &self.survey.modules[module].description.ports;
+                let port = ports.iter().find(|port| port.name == split_port(ports, rest).0)?;
+                if port.direction != Direction::Command || port.descriptor.name == listed.interface {
+                    return None;
+                }
+                let message = format!(
+                    "`/{path}` commands `{}` by {}, and the RobotModel of `{}`, a `{}`, has `{name}` for {}",
+                    gate.name.value, port.descriptor.name, self.robot, self.model.robot, listed.interface
+                );
+                Some((message, self.help(&format!("an Execute that commands {}", listed.interface))))
+            })
+        })
+    }
+
+    /// A Monitor, ReactiveModel or Execute that reads a device which the RobotModel could list and does not have.
+    fn sensors(&self) -> Option<(String, String)> {
+        let modules = &self.survey.modules;
+        self.survey.joints.iter().find_map(|joint| {
+            let ((reader, Wire::Port(port)), LinkSource::Port(sensor, output)) = (joint.port, joint.target)
+            else {
+                return None;
+            };
+            let block = self.block(reader).filter(|block| {
+                matches!(block, Block::Monitor | Block::Reactive | Block::Execute) && self.is_own(reader)
+            })?;
+            let measured = &modules[sensor].description.ports[output];
+            let is_device = measured.role == MEASUREMENT && self.is_own(sensor) && !self.is_derived(sensor);
+            let interface = measured.descriptor.name;
+            let mut inputs = modules[self.knowledge].description.ports.iter();
+            let can_list = inputs
+                .any(|port| port.role == MEASUREMENT && port.descriptor.hash == measured.descriptor.hash);
+            if !is_device || !can_list || !modules[reader].module.enabled.value {
+                return None;
+            }
+            if self.model.sensor(interface).is_some() {
+                return None;
+            }
+            let message = format!(
+                "{} `{}` wants a sensor of {interface} for `{}`, and the RobotModel of `{}`, a `{}`, has {}",
+                noun(block),
+                self.name(reader),
+                modules[reader].description.ports[port].name,
+                self.robot,
+                self.model.robot,
+                list(&self.model.sensors)
+            );
+            Some((message, self.help(&format!("a robot with one, or remove `{}`", self.name(reader)))))
+        })
+    }
+
+    /// Whether a Sensor makes its measurements of those of others.
+    fn is_derived(&self, sensor: usize) -> bool {
+        self.survey.joints.iter().any(|joint| {
+            matches!(joint.target, LinkSource::Port(source, _)
+                if joint.port.0 == sensor && self.block(source) == Some(Block::Sensor))
+        })
+    }
+
+    fn help(&self, other: &str) -> String {
+        let knowledge = self.name(self.knowledge);
+        format!("name the robot that it is in `{}` of `{knowledge}`, or choose {other}", self.model.setting)
+    }
+}
+
+fn noun(block: Block) -> &'static str {
+    match block {
+        Block::Monitor => "Monitor",
+        Block::Reactive => "ReactiveModel",
+        _ => "Execute",
+    }
+}
+
+/// Names of devices with their interfaces.
+fn list(devices: &[HardwareDevice]) -> String {
+    let names: Vec<_> =
+        devices.iter().map(|device| format!("`{}` ({})", device.name, device.interface)).collect();
+    if names.is_empty() { "no sensor".into() } else { names.join(", ") }
+}
+
+/// What a device has otherwise than a RobotModel says; nothing of what only one of them knows.
+fn differences(model: &Hardware, device: &Hardware) -> Vec<String> {
+    let mut found = Vec::new();
+    if let (Some(said), Some(is)) = (model.drive, device.drive) {
+        let mut compare = |what: &str, said: f64, is: f64| {
+            if (said - is).abs() > CALIBRATION * is.abs() {
+                found.push(format!("{what} of {is} m, not {said} m"));
+            }
+        };
+        compare("wheels with a radius", said.wheel_radius, is.wheel_radius);
+        compare("a track", said.track, is.track);
+    }
+    for is in &device.actuators {
+        if let Some(said) = model.actuator(&is.name).filter(|said| said.interface != is.interface) {
+            found.push(format!("`{}` for {}, not {}", is.name, is.interface, said.interface));
+        }
+    }
+    for is in &device.sensors {
+        let Some(said) = model.sensor(&is.interface) else { continue };
+        if said.count < is.count {
+            found.push(format!("`{}` with {} elements, not {}", said.name, is.count, said.count));
+        }
+        let differs = said.mount.iter().zip(&is.mount).any(|(a, b)| (a - b).abs() > MOUNT_TOLERANCE);
+        if differs {
+            found.push(format!("`{}` mounted at {}, not {}", said.name, mount(is.mount), mount(said.mount)));
+        }
+    }
+    found
+}
+
+fn mount([x, y, heading]: [f64; 3]) -> String {
+    let mut text = format!("{x:.3} m, {y:.3} m");
+    if heading.abs() > MOUNT_TOLERANCE {
+        // A string takes what is written.
+        let _ = write!(text, ", {heading:.3} rad");
+    }
+    text
+}

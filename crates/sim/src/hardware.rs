@@ -1,0 +1,53 @@
+//! Hardware of the simulated robots, with which their RobotModels must agree.
+
+use slate_interfaces::{
+    Bumper, FourWheelSpeeds, LaserScan, Odometry, Orientation, Position, Sightings, SonarScan, WheelSpeeds,
+};
+use slate_module::{Hardware, HardwareDevice, HardwareDrive, Interface};
+
+use crate::robot::DriveKind;
+use crate::scenario::Scenario;
+use crate::simulation::Placement;
+
+/// Drive, sensors and wheels of a robot, by its description and the profiles that it has.
+pub fn hardware(scenario: &Scenario, placement: &Placement) -> Hardware {
+    let description = &placement.description;
+    let drive = &description.drive;
+    let wheels = match drive.kind {
+        DriveKind::Differential => WheelSpeeds::DESCRIPTOR,
+        DriveKind::SkidSteer => FourWheelSpeeds::DESCRIPTOR,
+    };
+    let mounted = |device: HardwareDevice, [x, y, degrees]: [f64; 3]| HardwareDevice {
+        mount: [x, y, degrees.to_radians()],
+        ..device
+    };
+    let mut sensors = vec![
+        HardwareDevice::new("position", Position::DESCRIPTOR.name),
+        HardwareDevice::new("orientation", Orientation::DESCRIPTOR.name),
+        HardwareDevice::new("odometry", Odometry::DESCRIPTOR.name),
+    ];
+    if let Some(sonar) = description.sonar.get(&placement.sonar) {
+        let count = u32::try_from(sonar.placements.len()).unwrap_or(u32::MAX);
+        sensors.push(HardwareDevice { count, ..HardwareDevice::new("sonar", SonarScan::DESCRIPTOR.name) });
+    }
+    if description.bumper.is_some() {
+        sensors.push(HardwareDevice::new("bumper", Bumper::DESCRIPTOR.name));
+    }
+    if let Some(laser) = scenario.lasers.get(&placement.name) {
+        sensors.push(mounted(HardwareDevice::new("laser", LaserScan::DESCRIPTOR.name), laser.mount));
+    }
+    if let Some(sensor) = placement.robot_sensor() {
+        sensors.push(mounted(HardwareDevice::new("robot_sensor", Sightings::DESCRIPTOR.name), sensor.mount));
+    }
+    Hardware {
+        robot: description.name.clone(),
+        ports: format!("{}/", placement.name),
+        setting: format!("world.robots.{}.model", placement.name),
+        drive: Some(HardwareDrive {
+            wheel_radius: drive.wheel_radius,
+            track: drive.odometry_track.unwrap_or(drive.track),
+        }),
+        sensors,
+        actuators: vec![HardwareDevice::new("wheels", wheels.name)],
+    }
+}
