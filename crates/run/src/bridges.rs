@@ -13,7 +13,8 @@ struct SchemeBridge {
     feature: (&'static str, bool),
 }
 
-const BRIDGES: [SchemeBridge; 2] = [
+const BRIDGES: [SchemeBridge; 3] = [
+    SchemeBridge { scheme: "ros1", name: "ROS 1", feature: ("ros1", cfg!(feature = "ros1")) },
     SchemeBridge { scheme: "ros2", name: "ROS 2", feature: ("ros2", cfg!(feature = "ros2")) },
     SchemeBridge {
         scheme: slate_network::SCHEME,

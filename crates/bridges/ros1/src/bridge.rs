@@ -63,8 +63,7 @@ impl Ros1Bridge {
         let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
         let outputs = settings.write.iter().map(|own| output(composer, own).map(|found| (own, found)));
         let outputs = outputs.collect::<Result<Vec<_>, _>>()?;
-        let network =
-            tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+        let network = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let connect = async {
             let node = NodeHandle::new(&settings.master, &settings.node).await?;
             let (mut subscribers, mut publishers) = (Vec::new(), Vec::new());
@@ -73,9 +72,8 @@ impl Ros1Bridge {
             }
             for (own, (_, message)) in &outputs {
                 let (name, text) = (message.name(), message.definition());
-                publishers.push(
-                    node.advertise_any(&own.topic, name, text, own.depth.into(), own.latched).await?,
-                );
+                publishers
+                    .push(node.advertise_any(&own.topic, name, text, own.depth.into(), own.latched).await?);
             }
             Ok::<_, roslibrust_ros1::NodeError>((node, subscribers, publishers))
         };
@@ -120,7 +118,8 @@ impl Ros1Bridge {
         };
         let wake = Arc::clone(&self.wake);
         if !self.composer.after_tick(Box::new(move || wake.notify(1))) {
-            let text = "ros1: values are looked at now and then only, as the agent was connected often before";
+            let text =
+                "ros1: values are looked at now and then only, as the agent was connected often before";
             self.composer.log(Level::Warn, text);
         }
         for (place, (subscriber, message)) in subscribers.into_iter().enumerate() {

@@ -9,7 +9,6 @@
 
 #[cfg(feature = "tcpros")]
 mod bridge;
-mod topics;
 mod error;
 #[cfg(feature = "tcpros")]
 mod inbound;
@@ -18,11 +17,12 @@ mod name;
 #[cfg(feature = "tcpros")]
 mod outbound;
 mod settings;
+mod topics;
 
 #[cfg(feature = "tcpros")]
 pub use bridge::Ros1Bridge;
-pub use topics::check_topics;
 pub use error::Ros1Error;
 pub use message::Ros1Message;
 pub use name::{check_name, node_of_agent};
 pub use settings::{Ros1Settings, SCHEME, TopicInput, TopicOutput};
+pub use topics::check_topics;

@@ -2,8 +2,7 @@
 
 /// The node of an agent: what ROS forbids in a name becomes `_`.
 pub fn node_of_agent(agent: &str) -> String {
-    let name: String =
-        agent.chars().map(|own| if own.is_ascii_alphanumeric() { own } else { '_' }).collect();
+    let name: String = agent.chars().map(|own| if own.is_ascii_alphanumeric() { own } else { '_' }).collect();
     if name.starts_with(|first: char| first.is_ascii_alphabetic()) { name } else { format!("agent_{name}") }
 }
 

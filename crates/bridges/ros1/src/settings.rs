@@ -167,7 +167,8 @@ impl Ros1SettingsReader<'_> {
         } else if own.and_then(|own| own.as_bool()) != Some(true) {
             let links = settings.read.iter().map(|own| own.place);
             let link = links.chain(settings.write.iter().map(|own| own.place)).next();
-            let message = "ROS 1 is open to everybody in the network, and nothing says that this one is trusted";
+            let message =
+                "ROS 1 is open to everybody in the network, and nothing says that this one is trusted";
             let help = "write trusted = true in [ros1] if all who reach this machine may read and command";
             self.add(own.map(|own| own.span).or(place).or(link), message, help);
         }

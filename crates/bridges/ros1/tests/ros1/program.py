@@ -1,0 +1,98 @@
+"""A node of ROS 1 that carries out commands, a JSON object a line, and answers each with a line."""
+
+import importlib
+import json
+import sys
+import threading
+
+import genpy
+import rosgraph
+import rospy
+
+
+def message_class(name):
+    package, short = name.split("/")
+    return getattr(importlib.import_module(f"{package}.msg"), short)
+
+
+def tree(value):
+    if isinstance(value, genpy.Message):
+        return {name: tree(getattr(value, name)) for name in value.__slots__}
+    if isinstance(value, genpy.TVal):
+        return {"secs": value.secs, "nsecs": value.nsecs}
+    if isinstance(value, bytes):
+        return list(value)
+    if isinstance(value, (list, tuple)):
+        return [tree(item) for item in value]
+    if isinstance(value, float) and value in (float("inf"), float("-inf")):
+        return str(value)
+    return value
+
+
+def fill(message, value):
+    """Sets the fields that are named; the others stay as they are."""
+    for name, own in value.items():
+        if isinstance(own, dict):
+            fill(getattr(message, name), own)
+        else:
+            setattr(message, name, own)
+
+
+class Node:
+    def __init__(self, name):
+        rospy.init_node(name, disable_signals=True)
+        self.publishers = {}
+        self.heard = {}
+        self.lock = threading.Lock()
+
+    def about(self, _):
+        return "rospy"
+
+    def advertise(self, command):
+        own = message_class(command["type"])
+        self.publishers[command["topic"]] = rospy.Publisher(command["topic"], own, queue_size=command.get("depth", 100))
+
+    def publish(self, command):
+        publisher = self.publishers[command["topic"]]
+        message = publisher.data_class()
+        fill(message, command["value"])
+        publisher.publish(message)
+
+    def subscribe(self, command):
+        topic = command["topic"]
+        own = message_class(command["type"]) if "type" in command else rospy.AnyMsg
+        self.heard[topic] = []
+
+        def hear(message):
+            header = message._connection_header
+            value = tree(message) if "type" in command else {"type": header["type"], "checksum": header["md5sum"]}
+            with self.lock:
+                self.heard[topic].append(value)
+
+        rospy.Subscriber(topic, own, hear, queue_size=1000)
+
+    def take(self, command):
+        with self.lock:
+            heard, self.heard[command["topic"]] = self.heard[command["topic"]], []
+        return heard
+
+    def matched(self, command):
+        return self.publishers[command["topic"]].get_num_connections()
+
+    def topics(self, _):
+        return dict(rospy.get_published_topics())
+
+    def nodes(self, _):
+        publishers, subscribers, _ = rosgraph.Master("/test").getSystemState()
+        return sorted({node for _, nodes in publishers + subscribers for node in nodes})
+
+
+def main():
+    node = Node(sys.argv[1])
+    for line in sys.stdin:
+        command = json.loads(line)
+        print(json.dumps(getattr(node, command["do"])(command)), flush=True)
+
+
+if __name__ == "__main__":
+    main()

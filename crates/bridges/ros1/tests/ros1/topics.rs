@@ -1,0 +1,130 @@
+//! Topics both ways, with rospy.
+#![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+
+use serde_json::{Value as Json, json};
+use slate_ros1::{Ros1Bridge, Ros1Settings};
+use slate_runtime::{Agent, Options};
+
+use crate::ros1::agent::{Running, database, eventually, plugins};
+use crate::ros1::peer::Master;
+
+fn scan(ranges: &[f32]) -> Json {
+    json!({
+        "header": { "seq": 7, "stamp": { "secs": 12, "nsecs": 34 }, "frame_id": "laser" },
+        "angle_min": -1.0, "angle_max": 1.0, "angle_increment": 1.0, "time_increment": 0.0, "scan_time": 0.0,
+        "range_min": 0.125, "range_max": 8.0, "ranges": ranges, "intensities": [],
+    })
+}
+
+#[test]
+fn what_a_node_publishes_fills_inputs() {
+    let master = Master::start();
+    let links = "\"base/scan\" = \"ros1:/scan\"\n\"base/command\" = \"ros1:/cmd_vel\"";
+    let agent = Running::start(&master.address(), links);
+    let mut peer = master.peer("laser");
+    peer.advertise("/scan", "sensor_msgs/LaserScan");
+    peer.advertise("/cmd_vel", "geometry_msgs/Twist");
+    eventually("subscriptions", || peer.matched("/scan") == 1 && peer.matched("/cmd_vel") == 1);
+    peer.publish("/scan", &scan(&[1.5, 2.0, f32::MAX]));
+    eventually("the scan", || agent.number("base/scan/ranges/1") == 2.0);
+    assert_eq!(agent.number("base/scan/range_min"), 0.125);
+    let command =
+        json!({ "linear": { "x": 0.5, "y": 9.0, "z": 0.0 }, "angular": { "x": 0.0, "y": 0.0, "z": -0.75 } });
+    peer.publish("/cmd_vel", &command);
+    eventually("the command", || agent.number("base/odometry/twist/angular") == -0.75);
+    // A message without room is logged once, changes nothing, and later ones are read.
+    for _ in 0..3 {
+        peer.publish("/scan", &scan(&[1.0; 5]));
+    }
+    let status = || agent.bridge().topics()[0].clone();
+    eventually("refusals", || status().refused == 3);
+    assert_eq!(status().error.unwrap(), "`ranges` has 5 items, and the input has room for 4");
+    let lines = agent.log.lines();
+    assert_eq!(lines.iter().filter(|line| line.to_string().contains("does not fit /base/scan")).count(), 1);
+    peer.publish("/scan", &scan(&[3.0, 4.0]));
+    eventually("the next scan", || agent.number("base/scan/ranges/1") == 4.0);
+    assert_eq!(status().error, None);
+    // A tool can't set what comes from ROS.
+    let (input, _) = agent.composer.board().get("base/scan").unwrap();
+    let value = slate_blackboard::interface::Value::Float(0.0);
+    assert!(input.set("angle_min", &value, 0).unwrap_err().to_string().contains("ros1:/scan"));
+}
+
+#[test]
+fn properties_are_topics_with_the_checksums_of_ros() {
+    let master = Master::start();
+    let links = "\"ros1:/odom\" = \"base/odometry\"\n\"ros1:/sum\" = \"base/sum\"";
+    let agent = Running::start(&master.address(), links);
+    let mut peer = master.peer("listener");
+    // rospy takes only messages whose checksum is that of its own definition.
+    peer.subscribe("/odom", "nav_msgs/Odometry");
+    peer.tell(json!({ "do": "subscribe", "topic": "/sum" }));
+    let mut heard = Vec::new();
+    eventually("odometry", || {
+        heard.extend(peer.take("/odom"));
+        heard.len() > 20
+    });
+    let odometry = heard.last().unwrap();
+    assert_eq!(odometry["header"]["frame_id"], "odom");
+    assert_eq!(odometry["pose"]["pose"]["position"]["y"], -2.5);
+    let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_secs();
+    let stamp = odometry["header"]["stamp"]["secs"].as_u64().unwrap();
+    assert!(now - stamp < 60, "{stamp} {now}");
+    let sums = peer.take("/sum");
+    assert_eq!(sums[0]["type"], "slate_msgs/Number");
+    assert_eq!(peer.tell(json!({ "do": "topics" }))["/odom"], "nav_msgs/Odometry");
+    let nodes = peer.tell(json!({ "do": "nodes" }));
+    assert!(nodes.as_array().unwrap().contains(&"/r2_d2".into()), "{nodes}");
+    assert!(agent.bridge().topics()[0].count > 20);
+    // With the agent its node goes.
+    drop(agent);
+    eventually("the end of the node", || {
+        !peer.tell(json!({ "do": "nodes" })).as_array().unwrap().contains(&"/r2_d2".into())
+    });
+}
+
+#[test]
+fn a_node_that_ends_and_comes_again_is_read_again() {
+    let master = Master::start();
+    let agent = Running::start(&master.address(), "\"base/command\" = \"ros1:/cmd_vel\"");
+    for round in 1..=3 {
+        let mut peer = master.peer("driver");
+        peer.advertise("/cmd_vel", "geometry_msgs/Twist");
+        eventually("the subscription", || peer.matched("/cmd_vel") == 1);
+        let turn = f64::from(round);
+        let command = json!({ "linear": { "x": 0.0, "y": 0.0, "z": 0.0 }, "angular": { "x": 0.0, "y": 0.0, "z": turn } });
+        peer.publish("/cmd_vel", &command);
+        eventually("the command", || agent.number("base/command/angular") == turn);
+    }
+}
+
+#[test]
+fn a_topic_of_another_type_is_named() {
+    let master = Master::start();
+    let agent = Running::start(&master.address(), "\"base/command\" = \"ros1:/cmd_vel\"");
+    let mut peer = master.peer("driver");
+    peer.advertise("/cmd_vel", "geometry_msgs/TwistStamped");
+    eventually("the subscription", || peer.matched("/cmd_vel") == 1);
+    let zero = json!({ "x": 0.0, "y": 0.0, "z": 0.0 });
+    let header = json!({ "seq": 0, "stamp": { "secs": 1, "nsecs": 0 }, "frame_id": "" });
+    let message = json!({ "header": header, "twist": { "linear": zero, "angular": zero } });
+    peer.publish("/cmd_vel", &message);
+    eventually("the refusal", || agent.bridge().topics()[0].refused > 0);
+    let error = agent.bridge().topics()[0].error.clone().unwrap();
+    assert_eq!(error, "it is a geometry_msgs/TwistStamped, and the input takes geometry_msgs/Twist");
+    assert!(agent.number("base/command/linear").is_nan());
+}
+
+#[test]
+fn without_a_master_nothing_begins() {
+    let database = database("http://127.0.0.1:9", "\"base/command\" = \"ros1:/cmd_vel\"");
+    let agent = Agent::load_with(&database, &plugins(), Options::default()).unwrap();
+    let settings = Ros1Settings::of(&database.current()).unwrap().unwrap();
+    let error = Ros1Bridge::open(&agent.composer(), &settings).unwrap_err();
+    assert!(error.to_string().starts_with("the master of ROS at http://127.0.0.1:9: "), "{error}");
+    assert!(error.help().contains("roscore"), "{}", error.help());
+    // The input is as before: a person may set it.
+    let (input, _) = agent.composer().board().get("base/command").unwrap();
+    let value = slate_blackboard::interface::Value::Float(1.0);
+    input.set("linear", &value, 0).unwrap();
+}
