@@ -56,6 +56,28 @@ pub struct DeviceDescription {
     pub rate: f64,
 }
 
+/// Profiles of a robot's sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SensorProfiles<'a> {
+    /// Of all sensors.
+    pub all: &'a str,
+    /// Of the sonars; empty for that of all sensors.
+    pub sonar: &'a str,
+    /// Of the sensor that sees other robots; empty for that of all sensors.
+    pub robot_sensor: &'a str,
+}
+
+impl<'a> SensorProfiles<'a> {
+    /// The same profile for all sensors.
+    pub fn all(profile: &'a str) -> Self {
+        Self { all: profile, sonar: "", robot_sensor: "" }
+    }
+
+    fn or_all(self, single: &'a str) -> &'a str {
+        if single.is_empty() { self.all } else { single }
+    }
+}
+
 /// Why a description can't be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DescriptionProblem {
@@ -191,9 +213,9 @@ impl RobotDevices {
     ///
     /// # Errors
     /// The name is unknown, no sensor has the profile, or the description is invalid.
-    pub fn load(robot: &str, profile: &str) -> Result<Self, DescriptionProblem> {
+    pub fn load(robot: &str, profiles: SensorProfiles<'_>) -> Result<Self, DescriptionProblem> {
         if let Some((_, text)) = ROBOTS.iter().find(|(name, _)| *name == robot) {
-            return Self::parse(robot, text, profile);
+            return Self::parse(robot, text, profiles);
         }
         let known = ROBOTS.map(|(name, _)| name).join(", ");
         let expected =
@@ -206,11 +228,12 @@ impl RobotDevices {
         }
         let text = std::fs::read_to_string(robot)
             .map_err(|error| DescriptionProblem::new(format!("can't read `{robot}`: {error}; {expected}")))?;
-        Self::parse(robot, &text, profile)
+        Self::parse(robot, &text, profiles)
     }
 
     /// Reads a description.
-    fn parse(source: &str, text: &str, profile: &str) -> Result<Self, DescriptionProblem> {
+    fn parse(source: &str, text: &str, of: SensorProfiles<'_>) -> Result<Self, DescriptionProblem> {
+        let profile = of.all;
         let document: Document = toml_edit::de::from_str(text).map_err(|error| {
             DescriptionProblem::new(format!("{source}: {}", error.to_string().trim_end()))
         })?;
@@ -221,12 +244,13 @@ impl RobotDevices {
             return Err(DescriptionProblem { message, is_of_profile: true });
         }
         let ranges = [
-            choose(&document.sonar, profile).map(|sonar| sonar.device("sonar")),
-            choose(&document.robot_sensor, profile).map(|sensor| sensor.device("robot_sensor")),
+            choose(&document.sonar, of.or_all(of.sonar)).map(|sonar| sonar.device("sonar")),
+            choose(&document.robot_sensor, of.or_all(of.robot_sensor))
+                .map(|sensor| sensor.device("robot_sensor")),
             choose(&document.laser, profile).map(|laser| laser.device("laser")),
             document.bumper.as_ref().map(|_| plain("bumper")),
         ];
-        let detector = choose(&document.robot_sensor, profile);
+        let detector = choose(&document.robot_sensor, of.or_all(of.robot_sensor));
         let detected_radius = detector.and_then(|sensor| sensor.robot_radius).unwrap_or(ROBOT_RADIUS);
         if !(detected_radius > 0.0 && detected_radius.is_finite()) {
             return Err(DescriptionProblem::new(format!(

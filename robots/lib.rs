@@ -2,7 +2,7 @@
 
 mod devices;
 
-pub use devices::{DescriptionProblem, DeviceDescription, Drive, RobotDevices};
+pub use devices::{DescriptionProblem, DeviceDescription, Drive, RobotDevices, SensorProfiles};
 
 /// Name and description of each robot.
 pub const ROBOTS: [(&str, &str); 2] =

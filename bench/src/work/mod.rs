@@ -6,6 +6,7 @@ pub mod iceoryx;
 pub mod latest_value;
 pub mod least;
 pub mod modules;
+pub mod network;
 pub mod process;
 pub mod queue;
 pub mod record;
@@ -27,7 +28,7 @@ use crate::table::Table;
 pub type Work = (&'static str, fn(Effort, &mut Table));
 
 /// All that is measured, in the order of the report.
-pub const ALL: [Work; 11] = [
+pub const ALL: [Work; 12] = [
     ("latest", latest_value::run),
     ("queue", queue::run),
     ("caterpillar", caterpillar::run),
@@ -35,6 +36,7 @@ pub const ALL: [Work; 11] = [
     ("routes", routes::run),
     ("modules", modules::run),
     ("process", process::run),
+    ("network", network::run),
     ("record", record::run),
     ("replay", replay::run),
     ("simulator", simulator::run),

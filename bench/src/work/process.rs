@@ -22,6 +22,7 @@ use slate_share::session::{Compression, Identity, Limits, Options};
 use zenoh::Wait;
 use zenoh::qos::CongestionControl;
 
+use super::network::{AGENT, AGENT_KEY, CDR_HEADER};
 use super::scripts::{ALL, Script, script};
 use super::sessions::session;
 use crate::machine::now;
@@ -34,7 +35,7 @@ pub const READER: &str = "@reader";
 const SIZES: [usize; 5] = [64, 4 << 10, 64 << 10, 1 << 20, 4 << 20];
 
 /// Longer than any value takes that comes at all.
-const LOST: Duration = Duration::from_secs(10);
+pub const LOST: Duration = Duration::from_secs(10);
 
 /// Measures all lines.
 pub fn run(effort: Effort, table: &mut Table) {
@@ -121,15 +122,16 @@ fn foreign(
 }
 
 /// What sends values.
-trait Sender {
+pub trait Sender {
     /// Sends the bytes; the first eight are the time.
     fn send(&mut self, bytes: &[u8]);
 }
 
 /// A sender and the process that it sends to.
-type Pair = (Box<dyn Sender>, Reader);
+pub type Pair = (Box<dyn Sender>, Reader);
 
-fn add(
+/// Lets a sender take part.
+pub fn add(
     contest: &mut Contest<'_>,
     name: &str,
     role: Role,
@@ -153,14 +155,14 @@ fn add(
 }
 
 /// The other process.
-struct Reader {
+pub struct Reader {
     child: Child,
     times: mpsc::Receiver<u64>,
 }
 
 impl Reader {
     /// Starts it, and waits until it is ready.
-    fn start(kind: &str, place: &str, size: usize) -> Self {
+    pub fn start(kind: &str, place: &str, size: usize) -> Self {
         let program = std::env::current_exe().expect("a program knows where it is");
         let mut command = Command::new(program);
         command.args([READER, kind, place, &size.to_string()]).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -175,6 +177,11 @@ impl Reader {
         let reader = Self { child, times };
         reader.took();
         reader
+    }
+
+    /// Whether a value has come that nobody asked for.
+    pub fn has_come(&self) -> bool {
+        self.times.try_recv().is_ok()
     }
 
     /// How long the value that was just sent took, nanoseconds.
@@ -203,7 +210,8 @@ pub fn read(arguments: &[String]) {
         "slate" => read_slate(place, size),
         "iceoryx" => read_iceoryx(place),
         "tcp" => read_tcp(place, size),
-        callback => read_zenoh(place, callback == "zenoh-callback"),
+        AGENT => read_zenoh(place, (AGENT_KEY, CDR_HEADER), false),
+        callback => read_zenoh(place, ("value", 0), callback == "zenoh-callback"),
     }
 }
 
@@ -225,7 +233,8 @@ fn instance() -> u64 {
     u64::from(std::process::id()) << 20 | NEXT.fetch_add(1, Ordering::Relaxed)
 }
 
-fn port() -> u16 {
+/// A port that nobody has.
+pub fn port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").and_then(|listener| listener.local_addr());
     listener.expect("there is a free port").port()
 }
@@ -351,13 +360,15 @@ fn read_iceoryx(place: &str) {
     }
 }
 
-struct Zenoh {
+/// A publisher of Zenoh alone.
+pub struct Zenoh {
     publisher: zenoh::pubsub::Publisher<'static>,
     _session: zenoh::Session,
 }
 
 impl Zenoh {
-    fn start(kind: &str, size: usize) -> Pair {
+    /// Begins, and waits for the reader of that kind.
+    pub fn start(kind: &str, size: usize) -> Pair {
         let place = port().to_string();
         let session = session(Some(("listen", &place)));
         let publisher = session.declare_publisher("value").congestion_control(CongestionControl::Block);
@@ -379,20 +390,20 @@ impl Sender for Zenoh {
     }
 }
 
-fn read_zenoh(place: &str, in_callback: bool) {
+fn read_zenoh(place: &str, (key, header): (&'static str, usize), in_callback: bool) {
     let session = session(Some(("connect", place)));
     let (wake, newest) = (Arc::new(Wake::new()), Arc::new(AtomicU64::new(0)));
     let (woken, written) = (Arc::clone(&wake), Arc::clone(&newest));
     let callback = move |sample: zenoh::sample::Sample| {
         let bytes = sample.payload().to_bytes();
+        let bytes = &bytes[header..];
         if in_callback {
-            return tell(&bytes);
+            return tell(bytes);
         }
         newest.store(bytes.first_chunk().map_or(0, |first| u64::from_ne_bytes(*first)), Ordering::Release);
         wake.notify(1);
     };
-    let _subscriber =
-        session.declare_subscriber("value").callback(callback).wait().expect("the key is right");
+    let _subscriber = session.declare_subscriber(key).callback(callback).wait().expect("the key is right");
     say(0);
     loop {
         woken.wait();

@@ -171,6 +171,9 @@ impl SeedQueue<'_> {
         if application.configuration.time_source().is_none() {
             return Err(Failure::BatchOnWallClock { name: name.clone() });
         }
+        if application.configuration.mission().is_none() {
+            return Err(Failure::BatchWithoutMission { name: name.clone() });
+        }
         let options = MissionOptions {
             mode: common.mode,
             rate,

@@ -115,6 +115,16 @@ fn what_runs_on_the_wall_clock_is_no_batch() {
 }
 
 #[test]
+fn what_has_no_mission_is_no_batch() {
+    let output = slate(&folder("open_batch"), &["batch", "mapping", "--runs", "2"]);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+    for word in ["`mapping` has none", "[mission]", "slate run mapping"] {
+        assert!(stderr.contains(word), "{word}: {stderr}");
+    }
+}
+
+#[test]
 fn where_lines_stay_some_tell_how_far_it_is() {
     let output = slate(&folder("progress"), &["batch", "exp1", "--runs", "20", "--set", SHORT]);
     let stderr = text(&output.stderr);

@@ -39,7 +39,8 @@ fn findings(running: &Running, code: i32, arguments: &[&str]) -> Value {
 fn what_fits_is_called_good_and_leaves_nothing_behind() {
     let running = Running::new("check-good");
     let said = running.done(&["check", "exp3", "--strict"]);
-    let modules = modules_of(EXP3) + modules_of(R3);
+    // R3's Knowledge has lines in both files.
+    let modules = modules_of(EXP3) + modules_of(R3) - 1;
     assert!(said.contains(&format!("exp3 is good: 1 agent, {modules} modules, ")), "{said}");
     assert!(said.contains(" links, 2 actuators"), "{said}");
     let checked = findings(&running, 0, &["check", "exp1"]);
@@ -105,11 +106,7 @@ fn rules_of_reflexes_are_told_of_in_their_lines() {
     let bumper = "{ sensor = \"bumper\", distance = 0.3 }";
     found(&with(bumper), &["`sensor_rules` of `r3/knowledge`", "`bumper`", "lists"], bumper);
     let twice = "{ sensor = \"sonar\", distance = 0.2 }";
-    found(
-        &with(twice),
-        &["`r3/knowledge`", "params.sensor_rules.1", "rule 1 is of the sensor `sonar`"],
-        twice,
-    );
+    found(&with(twice), &["`r3/knowledge`", "params.sensor_rules.1: item 0 is of the sensor `sonar`"], twice);
     let far = "{ sensor = \"robot_sensor\", distance = 30.0 }";
     found(&with(far), &["from 0 to 10 m", "found 30"], far);
     // No item has what another one of the default says.
@@ -265,17 +262,47 @@ fn several_possible_sources_are_an_error_with_the_lines_to_write() {
     std::fs::write(running.folder().join("second.toml"), &second).unwrap();
     let checked = findings(&running, 7, &["check", "second.toml"]);
     let found = checked["findings"].as_array().unwrap();
-    let message = "`r2/pass_range/range` could read `r2/other/percept` or `r2/range_monitor/percept`";
-    let one = found.iter().find(|one| one["message"] == message).unwrap_or_else(|| panic!("{checked}"));
-    let help = one["help"].as_str().unwrap();
-    for line in ["\"/r2/pass_range/range\" = \"/r2/other/percept\"", "\"/r2/pass_range/range\" = false"] {
-        assert!(help.contains(line), "{help}");
+    assert_eq!(found.len(), 1, "one for all ports with the same choice: {checked}");
+    let message = found[0]["message"].as_str().unwrap();
+    let line = second.lines().position(|line| line.starts_with("other = ")).unwrap() + 1;
+    for words in [
+        "a port without a written link has one possible source: `r2/map_obstacles/range`, `r2/pass_range/range`",
+        &format!(
+            "could read `r2/other/percept` (second.toml:{line}) or `r2/range_monitor/percept` (second.toml:"
+        ),
+    ] {
+        assert!(message.contains(words), "{words}: {checked}");
+    }
+    assert_eq!(found[0]["line"], line, "{checked}");
+    let help = found[0]["help"].as_str().unwrap();
+    let inputs = ["r2/map_obstacles/range", "r2/pass_range/range"];
+    for input in inputs {
+        assert!(help.contains(&format!("\"/{input}\" = \"/r2/other/percept\"")), "{help}");
     }
     // Each of them is settled by one line.
-    let ambiguous = found.iter().map(|one| one["message"].as_str().unwrap().split('`').nth(1).unwrap());
-    let sets: Vec<_> = ambiguous.map(|input| format!("links.\"{input}\"=r2/other/percept")).collect();
+    let sets = inputs.map(|input| format!("links.\"{input}\"=r2/other/percept"));
     let settled: Vec<_> = sets.iter().flat_map(|set| ["--set", set]).collect();
     running.done(&[&["check", "second.toml", "--strict"], &settled[..]].concat());
+}
+
+#[test]
+fn a_second_sensor_or_plan_is_one_error_with_its_code() {
+    let running = Running::new("check-second");
+    for (kind, code, words) in [
+        ("simulated_sonar", "S006", ["`r2/sonar/value` (exp1.toml:", "`r2/second/value` (the command line)"]),
+        ("go_to_origin_planner", "S010", ["a robot has one plan", "`r2/planner` (exp1.toml:"]),
+        ("differential_execute", "S010", ["a robot has one execute", "`r2/execute` (exp1.toml:"]),
+    ] {
+        let set = format!("robots.r2.modules.second={{kind={kind:?}}}");
+        let checked = findings(&running, 7, &["check", "exp1", "--set", &set]);
+        assert_eq!(checked["findings"].as_array().unwrap().len(), 1, "{checked}");
+        let message = checked["findings"][0]["message"].as_str().unwrap();
+        assert!(words.iter().all(|words| message.contains(words)), "{words:?}: {checked}");
+        // The text says the code, too.
+        let output = running.call(&["check", "exp1", "--set", &set]);
+        let (text, code_in_text) = (text_of(&output.stderr), format!("error[{code}]: a "));
+        assert!(text.contains(&code_in_text), "{code_in_text}: {text}");
+    }
 }
 
 #[test]
@@ -337,7 +364,7 @@ fn a_robot_model_of_another_robot_is_refused_with_both_places() {
     let knows = "knowledge = { kind = \"wheeled_knowledge\", params = { robot = \"pioneer_p3dx\" } }";
     let other = EXP1.replacen(knows, &knows.replace("pioneer_p3dx", "summit_xl"), 1);
     let none = EXP1.replacen(knows, "knowledge = { kind = \"wheeled_knowledge\" }", 1);
-    let model = line_of(EXP1, "model = \"pioneer_p3dx\"");
+    let model = line_of(EXP1, "robots.r2 = { model = ");
     for (name, text, code, words) in [
         (
             "other.toml",
@@ -362,7 +389,7 @@ fn a_robot_model_of_another_robot_is_refused_with_both_places() {
     let set = "robots.r2.modules.knowledge.params.robot=summit_xl";
     let checked = findings(&running, 7, &["check", pioneer, "--set", set]);
     let message = checked["findings"][0]["message"].as_str().unwrap();
-    assert!(message.contains("`pioneer` has a `pioneer_p3dx` there"), "{checked}");
+    assert!(message.contains("`r2/pioneer` has a `pioneer_p3dx` there"), "{checked}");
 }
 
 #[test]

@@ -166,6 +166,67 @@ fn the_end_of_a_run_names_a_sensor_that_stopped_or_never_measured() {
 }
 
 #[test]
+fn the_end_of_a_failed_run_says_why_the_robot_stood() {
+    let folder = folder("why");
+    let end = |example: &str, limit: u32, set: &str| {
+        let limit = format!("modules.referee.params.time_limit={limit}");
+        let output = slate(&folder, &["run", example, "--headless", "--set", &limit, "--set", set]);
+        assert_eq!(output.status.code(), Some(1), "{output:?}");
+        text(&output.stdout).lines().next().unwrap_or_default().to_owned()
+    };
+    let fault = |sensor: &str, kind: &str| {
+        format!(
+            "world.faults.f={{ robot = \"r2\", sensor = {sensor:?}, kind = {kind:?}, from = 1.0, until = 99.0 }}"
+        )
+    };
+    let off = |module: &str| format!("robots.r2.modules.{module}.enabled=false");
+    for (set, why) in [
+        (
+            fault("sonar", "invalid"),
+            "r2/range_monitor at 1.00 s: the measurements of the sensor `sonar` are invalid",
+        ),
+        (fault("sonar", "late"), "r2: the sensor `sonar` is late"),
+        (fault("position", "silent"), "r2: no pose since 1.16 s (the sensor `position` stopped at 0.98 s)"),
+        (
+            fault("orientation", "invalid"),
+            "r2: no pose since 1.16 s (r2/orientation_monitor is degraded); r2/orientation_monitor at 1.00 s: the measurements",
+        ),
+        (fault("odometry", "silent"), "r2: the sensor `odometry` stopped at 0.98 s"),
+        (off("odometry"), "r2: the sensor `odometry` never measured, as `r2/odometry` is switched off"),
+        (
+            off("position"),
+            "r2: never a pose (the sensor `position` never measured, as `r2/position` is switched off)",
+        ),
+        (off("sonar"), "r2: the sensor `sonar` never measured, as `r2/sonar` is switched off"),
+        (off("execute"), "r2: `r2/execute` is switched off"),
+        (off("planner"), "r2: `r2/planner` is switched off"),
+        (off("motors"), "r2: `r2/motors` is switched off"),
+        ("robots.r2.links.\"planner/position\"=false".into(), "r2: its Plan `r2/planner` has sent no action"),
+    ] {
+        let said = end("exp1", 4, &set);
+        assert!(said.contains(&format!("time is up; {why}")), "{set}: {said}");
+    }
+    let said = end("exp1", 4, "agent.seed=0");
+    assert!(said.ends_with("time is up"), "a robot that drives: {said}");
+    let said = end("exp3", 11, "robots.r3.modules.locate_robot.params.robot=nobody");
+    assert!(said.contains("r3: its Plan `r3/planner` has sent no action"), "{said}");
+    assert!(said.contains("the robot `nobody` was never detected"), "{said}");
+    let said = end("exp2", 4, "robots.r3.modules.robot_sensor.enabled=false");
+    let rule = "params.sensor_rules.1: the robot has no Sensor `robot_sensor` that works: it is missing or switched off";
+    assert!(said.contains(rule), "{said}");
+}
+
+#[test]
+fn late_sonars_do_not_let_the_robot_start_and_stop() {
+    let fault =
+        "world.faults.f={ robot = \"r2\", sensor = \"sonar\", kind = \"late\", from = 1.0, until = 99.0 }";
+    let limit = "modules.referee.params.time_limit=20";
+    let summary = summary(&folder("late-sonars"), &["--set", fault, "--set", limit]);
+    let switches = summary["route_switches"].as_u64().unwrap();
+    assert!(switches <= 3, "{summary}");
+}
+
+#[test]
 fn who_is_not_seen_does_not_arrive() {
     let folder = folder("unseen");
     let limit = "modules.referee.params.time_limit=2";
@@ -269,11 +330,11 @@ fn who_reads_only_the_beginning_does_no_harm() {
 
 #[test]
 fn a_plan_that_fails_in_every_cycle_is_told_once() {
+    // After its first pose, Execute has no fresh one any more.
     let blind = [
-        "robots.r2.links.\"execute/robot\"=false",
-        "robots.r2.modules.execute.inputs.robot={ robot = { pose = { x = nan } } }",
+        "robots.r2.links.\"execute/robot\"={ from = \"knowledge/robot\", every = 100, stale = \"20ms\" }",
         "robots.r2.links.\"execute/reflexes\".\"avoid_obstacle/reflex\"=false",
-        "modules.referee.params.time_limit=5",
+        "modules.referee.params.time_limit=3.5",
     ];
     let mut arguments = vec!["run", "exp1", "--headless"];
     arguments.extend(blind.iter().flat_map(|set| ["--set", set]));

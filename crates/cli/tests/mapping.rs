@@ -10,11 +10,10 @@ use serde_json::Value;
 
 const EXAMPLE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/mapping/mapping.toml");
 
-/// A run that ends when the robot is at its goal, or 40 s after its start.
+/// A run that ends when the robot is at its goal.
 fn run(folder: &Path, more: &[&str]) -> Value {
     let mut all = vec!["run", EXAMPLE, "--headless", "--json", "--out", "report"];
-    let ends = ["modules.referee.params.goal_tolerance=0.15", "modules.referee.params.time_limit=40.0"];
-    all.extend(ends.iter().chain(more).flat_map(|set| ["--set", set]));
+    all.extend(["until=goal"].iter().chain(more).flat_map(|set| ["--set", set]));
     let output = slate(folder, &all);
     assert_eq!(output.status.code(), Some(0), "{output:?}");
     json(&output)
@@ -29,6 +28,16 @@ fn it_goes_round_the_box_that_it_has_mapped_and_each_run_is_the_same() {
     assert!(first["digest"].as_str().unwrap().len() == 16 && first["digest"] == again["digest"], "{again}");
     let other = run(&folder, &["agent.seed=7"]);
     assert_ne!(first["digest"], other["digest"]);
+}
+
+#[test]
+fn without_a_mission_it_says_that_it_runs_until_it_is_stopped() {
+    let mut running = Running::new("mapping-open");
+    running.start("mapping", &["run", EXAMPLE, "--headless", "--rate", "1"]);
+    running.interrupt();
+    let output = running.finish();
+    let said = common::text(&output.stderr);
+    assert!(said.contains("has no [mission]: the agent runs until Ctrl-C"), "{said}");
 }
 
 #[test]

@@ -161,8 +161,8 @@ fn mistakes_in_a_file_are_shown_with_file_and_line() {
     );
     change(
         "twice",
-        "pass_range = {}",
-        "pass_range = {}\nsecond = { kind = \"go_to_origin_planner\" }",
+        "planner = { kind = \"go_to_origin_planner\" }",
+        "planner = { kind = \"go_to_origin_planner\" }\nsecond = { kind = \"go_to_origin_planner\" }",
         &["second"],
     );
     change("limits", "limits = { left = [-12.3, 12.3]", "limits = { left = [12.3, -12.3]", &["left"]);

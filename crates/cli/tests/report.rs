@@ -222,6 +222,23 @@ fn a_summary_names_the_conditions_that_its_figures_were_got_under() {
 }
 
 #[test]
+fn a_report_names_each_variant_of_the_run_with_its_time() {
+    let mut running = Running::new("report-variants");
+    let run = ["run", "exp1", "--headless", "--set", "controller=rocs", "--out", "here", "--rate", "4"];
+    let goal = "modules.referee.params.goal_tolerance=0.0";
+    running.start("exp1", &[&run[..], &["--set", &limit(20), "--set", goal]].concat());
+    running.done(&["config", "set", "controller=slate"]);
+    running.finish();
+    let summary = std::fs::read_to_string(running.folder().join("here/summary.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    let controller = summary["conditions"]["controller"].as_str().unwrap();
+    let since =
+        controller.strip_prefix("rocs, slate from ").and_then(|rest| rest.strip_suffix(" s")).unwrap();
+    let since: f64 = since.parse().unwrap();
+    assert!(since > 0.0 && since <= 20.0, "{controller}");
+}
+
+#[test]
 fn a_batch_counts_who_failed() {
     let folder = folder("failing");
     let arguments = ["batch", "exp1", "--runs", "3", "--seed", "7", "--json", "--set", &limit(1)];

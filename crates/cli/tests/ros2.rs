@@ -24,9 +24,13 @@ fn topics_that_do_not_fit_are_told_before_a_run() {
     running.done(&["check", "robot.toml"]);
     let cases = [
         ("\"/wheels\"", "\"/my-wheels\"", "`/my-wheels` can't be the name of a topic: it has '-'"),
-        ("simulator/r2/wheels", "simulator/r2/wheel", "simulator/r2/wheels"),
+        ("simulator/r2/wheels", "simulator/r2/wheel", "no property at /simulator/r2/wheel"),
         ("simulator/r2/wheels", "simulator/r2/odometry", "it is no input with values"),
-        ("from = \"simulator/r2/odometry\"", "from = \"simulator/r2/odometer\"", "simulator/r2/odometry"),
+        (
+            "from = \"simulator/r2/odometry\"",
+            "from = \"simulator/r2/odometer\"",
+            "no property at /simulator/r2/odometer",
+        ),
         (
             "\"/wheels\"",
             "\"/odom\"",
@@ -72,6 +76,14 @@ fn a_link_needs_a_bridge_that_is_known_and_built_in() {
         with(&format!("\"simulator/r2/wheels\" = \"ros2:/wheels\"\n{network}"));
         refused(&["would be filled by `zenoh:wheels` and by `ros2:/wheels`", "take one of the two away"]);
         with("\"simulator/r2/wheels\" = \"ros2:/wheels\"\n\"ros2:/odom\" = \"simulator/r2/odometry\"");
+    }
+    if cfg!(feature = "ros2") {
+        let link = "\"simulator/r2/wheels\" = \"ros2:/wheels\"";
+        with(&format!("{link}\n[ros2]\nframes.\"simulator/r2/wheels\" = \"laser\""));
+        let words =
+            ["would be filled by", "`ros2:/wheels`", "`frame laser of ROS 2`", "take one of the two away"];
+        running.fails(7, &["check", "robot.toml"], &words);
+        with(&format!("{link}\n\"ros2:/odom\" = \"simulator/r2/odometry\""));
     }
     // A drawing needs no bridge.
     let graph = running.done(&["graph", "robot.toml", "--format", "mermaid"]);

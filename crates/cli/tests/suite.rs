@@ -10,6 +10,7 @@ mod common;
 mod console;
 mod deployment;
 mod display;
+mod gates;
 mod interface;
 mod isolation;
 mod logs;

@@ -8,7 +8,7 @@
 
 use crate::common;
 
-use common::{Running, text};
+use common::{Running, WORLD, text, wait_for};
 use serde_json::Value;
 
 const EXP1: [&str; 6] = ["run", "exp1", "--headless", "--json", "--rate", "0.3"];
@@ -296,4 +296,33 @@ fn rules_of_reflexes_are_checked_when_they_are_set_and_when_links_change() {
     running.done(&["wait", "/r2/knowledge/rules/bumper_release/timeout", "== 5.0", "--timeout", "20s"]);
     // A link that the rule needs is not removed.
     running.fails(5, &["unlink", "r2/knowledge/sonar"], &["a rule for the sensor `sonar`"]);
+}
+
+#[test]
+fn an_unlinked_input_of_the_simulator_is_set() {
+    let mut running = Running::new("set-wheels");
+    // A robot without blocks and gates.
+    let text =
+        format!("{WORLD}\n[agent]\nname = \"yard\"\n[time]\nsource = \"simulator\"\n[modules.simulator]\n");
+    std::fs::write(running.folder().join("yard.toml"), text).unwrap();
+    running.start("yard", &["run", "yard.toml", "--headless", "--rate", "1"]);
+    running.done(&["set", "simulator/r2/wheels", "{ left = 1.0, right = 2.0 }"]);
+    running.done(&["set", "simulator/r2/wheels/left", "1.5"]);
+    let read = |side: &str| running.done(&["get", &format!("simulator/r2/wheels/{side}")]);
+    assert!(read("left").contains("1.5") && read("right").contains('2'), "{}", read("left"));
+}
+
+#[test]
+fn a_monitor_that_loses_its_sensor_says_how_old_its_value_is() {
+    let mut running = Running::new("set-monitor");
+    running.start("exp1", &["run", "exp1", "--headless", "--rate", "1"]);
+    running.done(&["unlink", "r2/position_monitor/position"]);
+    let stopped = || {
+        let log = running.done(&["log"]);
+        let lines = log.lines().filter(|line| line.contains("the sensor `position` has stopped"));
+        lines.map(str::to_owned).collect::<Vec<_>>()
+    };
+    wait_for("the warning", || !stopped().is_empty());
+    let [line] = &stopped()[..] else { panic!("{:?}", stopped()) };
+    assert!(line.contains("its newest value is 1.0"), "{line}");
 }

@@ -1,11 +1,15 @@
 //! Diagnostics with their places in the configuration.
 
+use std::collections::BTreeSet;
+
 use slate_blackboard::nearest_paths;
 use slate_configuration::{Configuration, Diagnostic, Message, Span};
 
 /// Collects complaints.
 pub struct Complaints<'a> {
     configuration: &'a Configuration,
+    /// Ports with several possible links, of which nothing else is said.
+    pub undecided: BTreeSet<String>,
     /// The diagnostics so far.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -13,7 +17,7 @@ pub struct Complaints<'a> {
 impl<'a> Complaints<'a> {
     /// Without diagnostics.
     pub fn new(configuration: &'a Configuration) -> Self {
-        Self { configuration, diagnostics: Vec::new() }
+        Self { configuration, undecided: BTreeSet::new(), diagnostics: Vec::new() }
     }
 
     /// Adds one at a place of the configuration.
@@ -26,7 +30,9 @@ impl<'a> Complaints<'a> {
     pub fn place(&self, span: Span) -> String {
         let diagnostic = self.configuration.diagnostic(span, "", None);
         match (diagnostic.source_name(), diagnostic.line()) {
-            (Some(file), Some(line)) => format!("{file}:{line}"),
+            (Some(file), Some(line)) if diagnostic.is_written() && file != "--set" => {
+                format!("{file}:{line}")
+            }
             _ => "the command line".into(),
         }
     }

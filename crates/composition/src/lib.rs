@@ -21,8 +21,9 @@ pub use remote_path::RemotePath;
 pub use setup::{Describe, OwnSetup, Wire, describe};
 use slate_configuration::{Configuration, Report};
 pub use survey::{
-    Absent, GATE, Host, Implied, Lead, LinkConversion, LinkSource, Misfit, RESERVED, Remote, ResolvedLink,
-    Survey, Surveyed, elsewhere, infer, loose, needs, part, remote_path, scope, survey,
+    Absent, GATE, Host, Implied, Inferred, Lead, LinkConversion, LinkSource, Misfit, RESERVED, Remote,
+    ResolvedLink, Survey, Surveyed, elsewhere, hand_refusal, inbox_part, infer, loose, needs, part,
+    remote_path, scope, survey,
 };
 pub use wired::{Wired, sends};
 

@@ -111,6 +111,13 @@ pub fn bytes(
             );
             continue;
         }
+        let is_infinite = |value: &interface::Value| value.as_f64().is_some_and(|number| !number.is_finite());
+        if is_infinite(&value) && parameter.range.is_none() && !is_infinite(&parameter.default) {
+            let message = Mistake::Value.of(format!("`{name}` is not a finite number"));
+            let help = format!("choose another one; the default is {}", parameter.default);
+            complaints.add(entry.span, message, help);
+            continue;
+        }
         if let Some(field) = descriptor.field(name)
             && let interface::Kind::Sequence(item, _) = &field.kind
         {

@@ -1,5 +1,6 @@
 //! A configuration with the links that need not be written, and what it comes to.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use slate_configuration::{Configuration, Diagnostic, Report};
@@ -8,13 +9,15 @@ use slate_module::{Description, Direction, Trigger};
 
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
-use crate::survey::{LinkKeeping, Survey, Surveyed, infer, needs, survey};
+use crate::survey::{Inferred, LinkKeeping, Survey, Surveyed, infer, needs, survey};
 
 /// A configuration with the links that types and roles leave no choice of.
 pub struct Wired {
     configuration: Arc<Configuration>,
     /// Ambiguous links.
     ambiguous: Vec<Diagnostic>,
+    /// Their ports.
+    undecided: BTreeSet<String>,
 }
 
 impl Wired {
@@ -31,8 +34,8 @@ impl Wired {
 
     fn keeping(configuration: &Configuration, catalogue: &Catalogue, keeping: &LinkKeeping<'_>) -> Self {
         let mut complaints = Complaints::new(configuration);
-        let configuration = infer(configuration, catalogue, keeping, &mut complaints);
-        Self { configuration: Arc::new(configuration), ambiguous: complaints.diagnostics }
+        let Inferred { configuration, undecided } = infer(configuration, catalogue, keeping, &mut complaints);
+        Self { configuration: Arc::new(configuration), ambiguous: complaints.diagnostics, undecided }
     }
 
     /// Links that have several possible sources or inboxes.
@@ -45,12 +48,19 @@ impl Wired {
         &self.configuration
     }
 
+    /// Complaints about the configuration, beside those about ambiguous links.
+    pub fn complaints(&self) -> Complaints<'_> {
+        let mut complaints = Complaints::new(&self.configuration);
+        complaints.undecided.clone_from(&self.undecided);
+        complaints
+    }
+
     /// The checked composition.
     ///
     /// # Errors
     /// Everything that does not fit or is ambiguous.
     pub fn check(&self, catalogue: &Catalogue) -> Result<Survey<'_>, Report> {
-        let mut complaints = Complaints::new(&self.configuration);
+        let mut complaints = self.complaints();
         let survey = survey(&self.configuration, catalogue, &mut complaints);
         complaints.diagnostics.extend(self.ambiguous.iter().cloned());
         if complaints.diagnostics.is_empty() { Ok(survey) } else { Err(Report::from(complaints.diagnostics)) }

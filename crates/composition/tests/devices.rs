@@ -168,6 +168,7 @@ fn sensors_read_the_driver_blocks_the_sensors_and_motors_the_gate() {
         "r2/gauge/source <- /r2/driver/near inferred",
         "r2/knowledge/near <- /r2/gauge/value inferred",
         "r2/motor/command <- /r2/wheels/command inferred",
+        "r2/motor/gate <- /r2/wheels/gate inferred",
         "r2/near_monitor/near <- /r2/gauge/value inferred",
     ];
     assert_eq!(wired("", &[]).unwrap(), expected);
@@ -199,6 +200,37 @@ fn a_robot_model_without_a_wanted_sensor_is_refused() {
     assert!(wired(warm, &["links.\"r2/warm_monitor/warm\"=false"]).is_ok());
     let has = wired(&format!("{warm}[robots.r2.modules.thermometer]\n"), &[]);
     assert!(has.is_ok(), "{has:?}");
+}
+
+#[test]
+fn a_second_sensor_is_one_error_with_both_places() {
+    let refusal = wired("[robots.r2.modules.other]\nkind = \"gauge\"\n", &[]).unwrap_err();
+    assert_eq!(refusal.lines().count(), 1, "{refusal}");
+    // The second one is in line 14.
+    for words in [
+        "robot.toml:14:",
+        "a port without a written link has one possible source: `r2/dodge/near`, `r2/knowledge/near`, `r2/near_monitor/near`",
+        "could read `r2/gauge/value` (robot.toml:3) or `r2/other/value` (robot.toml:14)",
+        "\"/r2/dodge/near\" = \"/r2/gauge/value\", \"/r2/knowledge/near\" = \"/r2/gauge/value\"",
+    ] {
+        assert!(refusal.contains(words), "{words}: {refusal}");
+    }
+    let written = ["near_monitor", "knowledge", "dodge"]
+        .map(|block| format!("links.\"r2/{block}/near\"=r2/gauge/value"));
+    let written = written.each_ref().map(String::as_str);
+    assert!(wired("[robots.r2.modules.other]\nkind = \"gauge\"\n", &written).is_ok());
+}
+
+#[test]
+fn a_second_execute_or_knowledge_is_one_error_with_both_places() {
+    for (kind, part, line) in [("execute", "execute", 8), ("knows", "knowledge", 6)] {
+        let refusal = wired(&format!("[robots.r2.modules.second]\nkind = \"{kind}\"\n"), &[]).unwrap_err();
+        assert_eq!(refusal.lines().count(), 1, "{refusal}");
+        let words = format!(
+            "robot.toml:14:20: a robot has one {part}, and `r2/{part}` (robot.toml:{line}) is it already"
+        );
+        assert!(refusal.contains(&words), "{refusal}");
+    }
 }
 
 #[test]

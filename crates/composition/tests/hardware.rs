@@ -3,14 +3,14 @@
 
 use slate_composition::{Catalogue, Wired};
 use slate_configuration::{Configuration, Mistake, Options};
-use slate_interfaces::Twist2;
+use slate_interfaces::{DriverStatus, Twist2};
 use slate_mapek::prelude::*;
-use slate_mapek::{actuator, execute, knowledge, monitor, sensor};
+use slate_mapek::{ActuatorStatus, actuator, execute, knowledge, monitor, sensor};
 use slate_module::prelude::*;
 use slate_module::{Hardware, HardwareDevice, HardwareDrive, ModuleKind, Plugin};
 
 use crate::devices::{Gauge, Motor, NearMonitor, Thermometer, Warm, WarmMonitor};
-use crate::robot::{Actions, Near};
+use crate::robot::{Actions, Near, links};
 
 /// Hardware of a robot: `wide`, which has a thermometer, or `narrow`.
 fn hardware(robot: &str, setting: &str) -> Result<Vec<Hardware>, Refusal> {
@@ -47,6 +47,10 @@ pub struct Described {
 pub struct BothSensors {
     near: Sensed<Near>,
     warmth: Sensed<Warm>,
+    #[role("actuator_status")]
+    wheels: Input<ActuatorStatus>,
+    #[role("actuator_status")]
+    gripper: Input<ActuatorStatus>,
 }
 
 /// A user's own Knowledge.
@@ -72,6 +76,8 @@ pub struct DriverIo {
     warm: Output<Warm>,
     #[role("actuation")]
     moves: Input<Twist2>,
+    #[role("driver_status")]
+    drive: Output<DriverStatus>,
 }
 
 #[params]
@@ -224,4 +230,38 @@ fn a_parameter_follows_the_first_of_its_settings() {
     assert_eq!(found.len(), 1, "{found:?}");
     let found = checked(&format!("{unnamed}[world]\nmodel = 3\n"));
     assert!(found.len() == 1 && found[0].0 == Some(KNOWLEDGE + 3), "{found:?}");
+}
+
+/// The links with those words, of a robot with the blocks and links of `more`.
+fn linked(more: &str, words: &str) -> Vec<String> {
+    let text = format!("{ROBOT}{more}{}", knows("wide"));
+    let configuration = Configuration::from_text("robot.toml", &text, &Options::default()).unwrap();
+    let catalogue = catalogue();
+    let wired = Wired::new(&configuration, &catalogue, &|_| false);
+    wired.check(&catalogue).unwrap();
+    links(wired.configuration()).into_iter().filter(|link| link.contains(words)).collect()
+}
+
+#[test]
+fn an_actuator_reads_gate_and_driver_and_knowledge_its_status() {
+    assert_eq!(linked("", "gate"), ["r2/motor/gate <- /r2/wheels/gate inferred"]);
+    assert_eq!(linked("", "drive "), ["r2/motor/driver <- /driver/drive inferred"]);
+    let status = ["r2/knowledge/wheels <- /r2/motor/status inferred"];
+    assert_eq!(linked("", "status"), status);
+    // A written link to the command says which gate it is.
+    assert_eq!(linked("\"r2/motor/command\" = false\n", "gate"), [""; 0]);
+    assert_eq!(linked("\"r2/motor/command\" = \"r2/wheels/command\"\n", "gate").len(), 1);
+    assert_eq!(linked("\"r2/motor/driver\" = false\n", "driver <-"), [""; 0]);
+}
+
+#[test]
+fn only_knowledge_and_monitors_read_how_a_gate_stands() {
+    let wrong = |link: &str| {
+        let found = checked(&format!("{link}{}", knows("wide")));
+        found.into_iter().map(|(_, _, message)| message).collect::<Vec<_>>().join("; ")
+    };
+    let refusal = wrong("\"r2/motor/gate\" = \"driver/drive\"\n");
+    assert!(!refusal.is_empty(), "a driver is no gate");
+    let refusal = wrong("\"r2/motor/driver\" = \"r2/wheels/gate\"\n");
+    assert!(!refusal.is_empty(), "a gate is no driver");
 }

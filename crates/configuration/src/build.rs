@@ -109,6 +109,10 @@ impl Build<'_> {
     pub(super) fn mission(&mut self, root: &Table) -> Option<Mission> {
         let table = self.problems.table(root, "mission")?;
         self.problems.unknown_keys(table, "in [mission]", &["outcome"]);
+        // A layer above takes the mission of one below away.
+        if table.get("outcome").is_some_and(|outcome| outcome.value == Value::Bool(false)) {
+            return None;
+        }
         let outcome = self.problems.text(table, "outcome", "referee/verdict")?;
         let url = self.problems.url(&outcome, outcome.span)?;
         Some(Mission { outcome: Spanned::new(absolute(&url, ""), outcome.span) })

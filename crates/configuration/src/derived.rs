@@ -35,18 +35,23 @@ impl Configuration {
         sent.any(|link| is_within(&link.path.value, path))
     }
 
-    /// Whether a port is linked, or has a value, or is to have neither.
+    /// Whether an input is linked, or has a value, or is to have neither. That others read it says nothing of it.
     pub fn says_of_port(&self, path: &str) -> bool {
         let fills = |link: &Link| !link.is_inferred() && is_within(&link.to.value, path);
-        let sends = |link: &Link| !link.is_inferred() && link.from.value.path_in("") == path;
         let has_value = |name: &str, port: &str| {
             let module = self.modules.iter().find(|module| module.name.value == name);
             module.is_some_and(|module| module.inputs.get(port).is_some())
         };
-        self.links.iter().any(|link| fills(link) || sends(link))
+        self.links.iter().any(fills)
             || self.external.iter().any(|link| link.fills(path))
             || path.rsplit_once('/').is_some_and(|(name, port)| has_value(name, port))
             || self.is_left_out(path)
+    }
+
+    /// Whether an outbox has a receiver, or is to have none.
+    pub fn says_of_outbox(&self, path: &str) -> bool {
+        let sends = |link: &Link| !link.is_inferred() && link.from.value.path_in("") == path;
+        self.links.iter().any(sends) || self.says_of_port(path)
     }
 
     /// Whether a port is to be without a link: `false` stands for it, or for it as one of an inbox's senders. An inbox
@@ -130,8 +135,12 @@ impl Configuration {
     pub(super) fn open_links(&self, links: &[Link]) -> Vec<Link> {
         let open = |link: &&Link| {
             let port = link.inferred_port();
+            let is_said = |port: &str| match link.wiring {
+                Wiring::Inferred { sends: true } => self.says_of_outbox(port),
+                _ => self.says_of_port(port),
+            };
             port.is_some_and(|port| {
-                !self.says_of_port(&port)
+                !is_said(&port)
                     && !self.is_left_out(&link.to.value)
                     && !self.links.iter().any(|own| own.inferred_port().as_ref() == Some(&port))
             })

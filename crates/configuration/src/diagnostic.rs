@@ -171,17 +171,46 @@ impl Report {
         self.diagnostics.iter().find_map(Diagnostic::mistake)
     }
 
-    /// The report for a terminal: message, excerpt with a caret, and help for each.
+    /// The report for a terminal: code, message, excerpt with a caret, and help for each.
     pub fn render(&self, colour: bool) -> String {
         let theme = if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
         let handler = GraphicalReportHandler::new_themed(theme).with_links(false).with_width(110);
         let mut text = String::new();
         for diagnostic in &self.diagnostics {
-            if handler.render_report(&mut text, diagnostic).is_err() {
+            if handler.render_report(&mut text, &Coded(diagnostic)).is_err() {
                 text.push_str(&format!("{}\n", DiagnosticLine(diagnostic)));
             }
         }
         text
+    }
+}
+
+/// A diagnostic whose message has its code in front: `error[S016]: a Plan reads ...`.
+#[derive(Debug)]
+struct Coded<'a>(&'a Diagnostic);
+
+impl fmt::Display for Coded<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0.mistake {
+            Some(mistake) => write!(f, "error[{}]: {}", mistake.code(), self.0.message),
+            None => write!(f, "error: {}", self.0.message),
+        }
+    }
+}
+
+impl std::error::Error for Coded<'_> {}
+
+impl miette::Diagnostic for Coded<'_> {
+    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
+        self.0.help()
+    }
+
+    fn source_code(&self) -> Option<&dyn SourceCode> {
+        self.0.source_code()
+    }
+
+    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
+        self.0.labels()
     }
 }
 

@@ -20,9 +20,10 @@ impl ExternalUrl {
     /// ```
     /// use slate_configuration::ExternalUrl;
     ///
-    /// let topic = ExternalUrl::parse("ros2:/scan").unwrap();
+    /// let topic = ExternalUrl::parse("ros2:/scan").ok_or("no scheme")?;
     /// assert_eq!((topic.scheme.as_str(), topic.address.as_str()), ("ros2", "/scan"));
     /// assert!(ExternalUrl::parse("laser/scan").is_none() && ExternalUrl::parse("slate://base/laser/scan").is_none());
+    /// # Ok::<(), &str>(())
     /// ```
     pub fn parse(text: &str) -> Option<Self> {
         let (scheme, address) = text.split_once(':')?;

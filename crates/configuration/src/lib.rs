@@ -32,6 +32,7 @@
 
 mod actuators;
 mod agents;
+mod bridged;
 mod build;
 mod change;
 mod choices;
@@ -79,6 +80,7 @@ mod value;
 use std::path::{Path, PathBuf};
 
 use agents::Described;
+use bridged::BridgedPorts;
 pub use change::Change;
 pub use choices::Variant;
 pub use comparison::Comparison;
@@ -292,11 +294,12 @@ impl Configuration {
 
     /// Whether the messages of an outbox leave the agent over a bridge, as an entry of `[ros2.call]` names it.
     pub fn is_outgoing(&self, outbox: &str) -> bool {
-        let calls = self.value("ros2.call").and_then(|calls| calls.as_table());
-        let from = |entry: &Spanned<Value>| entry.as_table()?.get("from")?.as_str().map(ToOwned::to_owned);
-        let mut outgoing =
-            calls.into_iter().flat_map(Table::iter).filter_map(|(_, entry)| from(&entry.value));
-        outgoing.any(|from| self.own_path(&from).is_ok_and(|path| path == outbox))
+        BridgedPorts(self).is_outgoing(outbox)
+    }
+
+    /// Whether a bridge reads a port, or fills it, as `[ros2]` names it.
+    pub fn is_bridged(&self, port: &str) -> bool {
+        BridgedPorts(self).has(port)
     }
 
     /// Where a complaint belongs: at the setting whose path it begins with, as in `world.goal: two numbers`, or the

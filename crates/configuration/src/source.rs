@@ -3,8 +3,8 @@ use std::ops::{Deref, Range};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// A stretch of the text of a [`SettingSource`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// A stretch of the text of a [`SettingSource`]; in the order of the sources, and in each of the places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Span {
     pub(super) source: usize,
     pub(super) start: usize,

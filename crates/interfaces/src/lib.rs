@@ -7,7 +7,9 @@ mod accuracy;
 mod chassis;
 mod contact;
 mod drive;
+mod driver;
 mod fact;
+mod gate;
 mod image;
 mod map;
 mod mission;
@@ -20,7 +22,9 @@ pub use accuracy::SensorAccuracy;
 pub use chassis::Chassis;
 pub use contact::{Bumper, Contact, Contacts};
 pub use drive::{FourWheelSpeeds, Twist2, WheelSpeeds};
+pub use driver::DriverStatus;
 pub use fact::{FactHead, FactTableHead};
+pub use gate::{GateMode, GateState, LeasePriority, RefusalReason};
 pub use image::{Image, ImageFormat};
 pub use map::{MapMark, MapStroke, OccupancyGrid, Path};
 pub use mission::{MissionOutcome, MissionState, Verdict};
@@ -47,10 +51,12 @@ pub const ALL: &[&Descriptor] = &[
     Clearance::DESCRIPTOR,
     Contact::DESCRIPTOR,
     Contacts::DESCRIPTOR,
+    DriverStatus::DESCRIPTOR,
     Echo::DESCRIPTOR,
     FactHead::DESCRIPTOR,
     FactTableHead::DESCRIPTOR,
     FourWheelSpeeds::DESCRIPTOR,
+    GateState::DESCRIPTOR,
     Image::DESCRIPTOR,
     LaserScan::DESCRIPTOR,
     MapStroke::DESCRIPTOR,

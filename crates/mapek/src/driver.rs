@@ -1,6 +1,7 @@
 //! Sensors and Actuators in front of a driver or a simulator, which is one module for all devices of a robot.
 
-use slate_module::{Input, Interface, ports};
+use slate_interfaces::DriverStatus;
+use slate_module::{Input, Interface, Outcome, ports};
 
 use crate::in_place::InPlace;
 use crate::port::Measurement;
@@ -19,6 +20,13 @@ impl<T: Interface + ?Sized> DriverPorts<T> {
     pub fn forward(&self) -> Option<InPlace<T>> {
         self.source.is_new().then(|| self.value.copy(&self.source))
     }
+}
+
+/// What a driver's status is to the Actuator in front of it: degraded with a fault, or when the driver hangs.
+#[doc(hidden)]
+pub fn driver_outcome(status: &Input<DriverStatus>) -> Outcome {
+    let is_faulty = status.get().is_some_and(|driver| driver.fault.get() || status.is_stale());
+    if is_faulty { Outcome::Degraded } else { Outcome::Ok }
 }
 
 /// Makes [`Sensor`](crate::Sensor)s that hand on what a driver or a simulator publishes:
@@ -50,7 +58,8 @@ macro_rules! driver_sensors {
     )+};
 }
 
-/// Makes an [`Actuator`](crate::Actuator) that hands the commands from the gate to a driver or a simulator:
+/// Makes an [`Actuator`](crate::Actuator) that hands the commands from the gate to a driver or a simulator, and reports the
+/// driver's faults:
 /// `driver_actuator!(SimulatedWheels("simulated_wheels", "Wheels of the simulator."),
 /// TwoWheelPorts { wheels: WheelSpeeds })`, where `wheels` is its output.
 #[macro_export]
@@ -62,6 +71,9 @@ macro_rules! driver_actuator {
             /// Command for the driver or the simulator.
             #[safe(<$command>::ZERO)]
             $port: $crate::slate_module::Output<$command>,
+            /// Status of the driver, if it has one.
+            #[role("driver_status")]
+            driver: $crate::slate_module::Input<$crate::DriverStatus>,
         }
 
         #[doc = $doc]
@@ -85,7 +97,7 @@ macro_rules! driver_actuator {
                 _: &$crate::slate_module::Tick,
             ) -> $crate::slate_module::Outcome {
                 io.$port.set(*command);
-                $crate::slate_module::Outcome::Ok
+                $crate::driver_outcome(&io.driver)
             }
         }
     };

@@ -362,20 +362,23 @@ mod sensor;
 mod status;
 
 pub use action::{
-    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step, Telling,
+    Acting, Action, ActionKind, ActionTree, Arguments, Beside, InParallel, InSequence, Repeat, Step,
+    Transmission,
 };
-pub use actuator::{Actuator, ActuatorBlock, ActuatorPorts};
+pub use actuator::{Actuator, ActuatorBlock, ActuatorBlockState, ActuatorPorts};
 pub use analyze::{Analyze, AnalyzeBlock};
 pub use block::BlockState;
 pub use driver::DriverPorts;
+#[doc(hidden)]
+pub use driver::driver_outcome;
 pub use execute::{ExecuteBlock, ExecutePorts, Execution};
 pub use in_place::InPlace;
 pub use kind::{actuator, analyze, execute, knowledge, monitor, plan, reactive, sensor};
 pub use knowledge::{
-    Device, DeviceHealth, Fact, FactTable, Facts, Kinematics, Knowledge, KnowledgeBlock, Live, Merge,
-    MostCertain, Newest, PlanDescription, PlanLibrary, PlanOutcome, RobotModel, Role, Stated, Statements,
-    Steering, StoredPlan, StrategyModel, StrategyPorts, StrategyRecord, StrategyReport, Union, Version,
-    WorldModel,
+    ActuatorStatus, Device, DeviceHealth, Fact, FactTable, Facts, Kinematics, Knowledge, KnowledgeBlock,
+    Live, Merge, MostCertain, Newest, PlanDescription, PlanLibrary, PlanOutcome, RobotModel, Role, Stated,
+    Statements, Steering, StoredPlan, StrategyModel, StrategyPorts, StrategyRecord, StrategyReport, Union,
+    Version, WorldModel,
 };
 pub use message::{ActionRequest, PlanStep, Planned, Rank, Reflex, RefusalReason};
 pub use monitor::{Monitor, MonitorBlock};
@@ -390,6 +393,8 @@ pub use reactive::{ReactiveBlock, ReactiveModel, ReactivePorts};
 pub use repertoire::{Repertoire, RequestError, read_arguments};
 pub use robot::{Gate, Notices, Observes, Robot, RobotError, RobotErrors, RobotProblem, Senses};
 pub use sensor::{Sensor, SensorBlock};
+#[doc(hidden)]
+pub use slate_interfaces::DriverStatus;
 pub use status::{Ended, Ending, ExecuteStatus, Route, WaitingAction, WaitingActions};
 #[doc(hidden)]
 pub use {serde, slate_module};
@@ -399,12 +404,12 @@ pub use {serde, slate_module};
 /// The blocks and what they exchange, the builder, actions, the pipeline and the parts of Knowledge.
 pub mod prelude {
     pub use crate::{
-        Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, ActuatorBlock, Admission, Agenda,
-        Analyze, AnalyzeBlock, BlockState, Change, DeviceHealth, Ended, Ending, ExecuteBlock, ExecuteStatus,
-        Fact, FactTable, Facts, Gate, InParallel, InPlace, InSequence, Knowledge, KnowledgeBlock, Known,
-        Measurement, Monitor, MonitorBlock, Noticed, Observed, Origin, Percept, Pipeline, Plan, PlanBlock,
-        PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex, Repeat, Repertoire, Robot, RobotModel,
-        Route, Sensed, Sensor, SensorBlock, Situation, Step, StrategyModel, Telling, WorldModel, arguments,
-        repertoire,
+        Acting, Action, ActionKind, ActionRequest, ActionTree, Actuator, ActuatorBlock, ActuatorStatus,
+        Admission, Agenda, Analyze, AnalyzeBlock, BlockState, Change, DeviceHealth, Ended, Ending,
+        ExecuteBlock, ExecuteStatus, Fact, FactTable, Facts, Gate, InParallel, InPlace, InSequence,
+        Knowledge, KnowledgeBlock, Known, Measurement, Monitor, MonitorBlock, Noticed, Observed, Origin,
+        Percept, Pipeline, Plan, PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, ReactiveModel, Reflex,
+        Repeat, Repertoire, Robot, RobotModel, Route, Sensed, Sensor, SensorBlock, Situation, Step,
+        StrategyModel, Transmission, WorldModel, arguments, repertoire,
     };
 }

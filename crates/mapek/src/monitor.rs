@@ -9,7 +9,8 @@ use crate::published::has_place;
 
 /// Interprets the data of sensors for Analyzes (RoCS, 4.2). Its sensors trigger it.
 ///
-/// While an input of a sensor is older than its `#[stale]` says, the Monitor is degraded, and the log names the sensor.
+/// While an input of a sensor is older than its `#[stale]` says, or its data are invalid, the Monitor is degraded, and the log names
+/// the sensor.
 pub trait Monitor: 'static {
     /// Kind in the configuration, in snake case.
     const NAME: &'static str;
@@ -31,6 +32,11 @@ pub trait Monitor: 'static {
         params: &Self::Params,
         now: &Tick,
     ) -> Option<Self::Value>;
+
+    /// Returns whether the newest data are invalid: the Monitor is degraded.
+    fn is_degraded(_: &Self::State) -> bool {
+        false
+    }
 }
 
 /// A [`Monitor`] as a module.
@@ -65,7 +71,11 @@ impl<M: Monitor> Module for MonitorBlock<M> {
             Some(value) => value.perceive(own, now),
             None => Outcome::Ok,
         };
-        if outcome == Outcome::Ok { watch(sensors, now) } else { outcome }
+        match outcome {
+            Outcome::Ok if M::is_degraded(state) => Outcome::Degraded,
+            Outcome::Ok => watch(sensors, now),
+            outcome => outcome,
+        }
     }
 }
 
@@ -74,8 +84,8 @@ fn watch(sensors: &impl Ports, now: &Tick) -> Outcome {
     let Some(StaleInput { name, stamp, after }) = sensors.stale_input() else { return Outcome::Ok };
     let age = now.now().saturating_sub(stamp.time);
     let last_tick = (now.elapsed() * 1e9 + 0.5) as u64;
-    // At the last tick the value was not stale yet.
-    if age.saturating_sub(last_tick) <= after {
+    // An input whose Sensor is gone is stale at once, and has a value that is old later; at the last tick it was not yet.
+    if age > after && age.saturating_sub(last_tick) <= after {
         now.warn(format_args!(
             "the sensor `{name}` has stopped: its newest value is {:.2} s old",
             age as f64 * 1e-9

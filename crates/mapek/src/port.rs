@@ -24,6 +24,12 @@ pub mod role {
     pub const PLAN: &str = "plan";
     /// Reflexes, from ReactiveModel to Execute.
     pub const REFLEX: &str = "reflex";
+    /// State of a gate, for the Actuator behind it.
+    pub const GATE_STATE: &str = "gate_state";
+    /// Status of an Actuator, for Knowledge, whose port has the name of the gate, such as `wheels`.
+    pub const ACTUATOR_STATUS: &str = "actuator_status";
+    /// Status of a driver, for the Actuators in front of it.
+    pub const DRIVER_STATUS: &str = "driver_status";
     /// Commands that have passed the gate, for Actuators.
     pub const COMMAND: &str = "command";
     /// Inputs of a driver or a simulator that move a robot, for Actuators and gates.

@@ -61,7 +61,7 @@ pub struct WaitingAction {
     pub route: Route,
 }
 
-/// Actions that wait in the Pipeline, in the order of their turns; written when they change.
+/// Actions that wait in the Pipeline, in the order of their turns; written at the start and when they change.
 #[interface]
 pub struct WaitingActions {
     /// How often they have changed.

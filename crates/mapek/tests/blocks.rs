@@ -2,11 +2,12 @@
 
 use crate::common;
 
-use slate_interfaces::Twist2;
+use slate_interfaces::{DriverStatus, GateMode, GateState, Twist2};
 use slate_mapek::prelude::*;
 use slate_mapek::{
-    ActuatorBlock, AnalyzeBlock, Ended, ExecuteBlock, ExecuteStatus, Knowledge, KnowledgeBlock, MonitorBlock,
-    PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, Reflex, Route, SensorBlock,
+    ActuatorBlock, ActuatorStatus, AnalyzeBlock, Device, Ended, ExecuteBlock, ExecuteStatus, Knowledge,
+    KnowledgeBlock, MonitorBlock, PlanBlock, PlanStep, Planned, Rank, ReactiveBlock, Reflex, Route,
+    SensorBlock, driver_actuator,
 };
 use slate_module::prelude::*;
 use slate_module::testing::Fixture;
@@ -255,6 +256,94 @@ fn an_actuator_without_a_fresh_command_does_what_is_safe() {
     actuator.expire("command");
     assert_eq!(actuator.tick(), Outcome::Degraded);
     assert_eq!(actuator.output("moves"), Some(Twist2::ZERO));
+}
+
+/// Health that an actuator reported last.
+fn health<A: Actuator<Params = ()>>(actuator: &Fixture<ActuatorBlock<A>>) -> Option<DeviceHealth> {
+    actuator.output::<ActuatorStatus>("status").map(|status| status.health)
+}
+
+#[test]
+fn an_actuator_reports_its_gate_and_its_command() {
+    let mut actuator = Fixture::<ActuatorBlock<Motor>>::new();
+    actuator.tick();
+    assert_eq!(health(&actuator), Some(DeviceHealth::SAFE), "nothing commands it");
+    let moving = Twist2 { linear: 1.0, angular: 0.0 };
+    actuator.set("command", moving);
+    actuator.tick();
+    assert_eq!(health(&actuator), Some(DeviceHealth::READY), "without a gate that it reads");
+    let active = GateState { age: Optional::some(0), ..GateState::default() };
+    for (mode, age, expected) in [
+        (GateMode::DISARMED, Optional::none(), DeviceHealth::DISARMED),
+        (GateMode::ARMED, Optional::none(), DeviceHealth::SAFE),
+        (GateMode::ARMED, active.age, DeviceHealth::READY),
+        (GateMode::STOPPED, Optional::none(), DeviceHealth::STOPPED),
+    ] {
+        // The gate gives a command in each cycle, the safe one too.
+        actuator.set("command", moving);
+        actuator.set("gate", GateState { mode, age, ..active });
+        actuator.tick();
+        assert_eq!(health(&actuator), Some(expected), "{mode:?}");
+    }
+    actuator.set("command", moving);
+    actuator.tick();
+    assert!(!actuator.wrote("status"), "it has not changed");
+}
+
+driver_actuator!(Wheels("test_wheels", "Wheels of a driver."), WheelPorts { wheels: Twist2 });
+
+#[test]
+fn an_actuator_whose_driver_fails_or_hangs_has_failed() {
+    let mut actuator = Fixture::<ActuatorBlock<Wheels>>::new();
+    let mut step = |prepare: &dyn Fn(&mut Fixture<ActuatorBlock<Wheels>>)| {
+        actuator.set("command", Twist2::ZERO);
+        prepare(&mut actuator);
+        (actuator.tick() == Outcome::Ok, health(&actuator))
+    };
+    let driver = |fault: bool| DriverStatus { fault: fault.into() };
+    assert_eq!(step(&|_| ()), (true, Some(DeviceHealth::READY)), "a simulator reports nothing");
+    let failed = (false, Some(DeviceHealth::FAILED));
+    assert_eq!(step(&|actuator| actuator.set("driver", driver(true))), failed);
+    let ready = (true, Some(DeviceHealth::READY));
+    assert_eq!(step(&|actuator| actuator.set("driver", driver(false))), ready);
+    assert_eq!(step(&|actuator| actuator.expire("driver")), failed, "it hangs");
+}
+
+#[ports]
+struct Reported {
+    #[role("actuator_status")]
+    wheels: Input<ActuatorStatus>,
+    robot: Output<RobotModel>,
+}
+
+/// Knows the wheels.
+struct Health;
+
+impl Knowledge for Health {
+    const NAME: &'static str = "health";
+    type Models = Reported;
+    type Params = ();
+    type State = ();
+
+    fn update((): &mut (), models: &Reported, (): &(), _: &Tick) {
+        let mut wheels = Device { name: Text::new("wheels"), ..Device::default() };
+        wheels.report(&models.wheels);
+        models.robot.set(RobotModel { actuators: Sequence::new(&[wheels]), ..RobotModel::default() });
+    }
+}
+
+#[test]
+fn a_robot_model_has_the_health_of_its_actuators() {
+    let mut knowledge = Fixture::<KnowledgeBlock<Health>>::new();
+    let mut health = |prepare: &dyn Fn(&mut Fixture<KnowledgeBlock<Health>>)| {
+        prepare(&mut knowledge);
+        knowledge.tick();
+        knowledge.output::<RobotModel>("robot").unwrap().actuator("wheels").unwrap().health
+    };
+    assert_eq!(health(&|_| ()), DeviceHealth::UNKNOWN);
+    let stopped = ActuatorStatus { health: DeviceHealth::STOPPED };
+    assert_eq!(health(&|knowledge| knowledge.set("wheels", stopped)), DeviceHealth::STOPPED);
+    assert_eq!(health(&|knowledge| knowledge.expire("wheels")), DeviceHealth::FAILED, "its block hangs");
 }
 
 #[ports]

@@ -78,6 +78,8 @@ fn waiting_actions_are_told_when_they_change() {
             waiting.actions.iter().map(line).collect()
         })
     };
+    step(&mut execute);
+    assert_eq!(waits(&execute), Some(Vec::new()), "nothing waits at the start");
     execute.push("plan", planned(Drive::request((1.0, 3.0)), 1, 0));
     step(&mut execute);
     assert_eq!(waits(&execute), None, "it runs at once");
@@ -87,7 +89,7 @@ fn waiting_actions_are_told_when_they_change() {
     assert_eq!(told.len(), 1);
     let (kind, arguments, ticket, rank, route, queued) = &told[0];
     assert_eq!((kind.as_str(), arguments.as_slice(), *ticket, *rank), ("Drive", &[2.0, 4.0][..], 2, 0));
-    assert!(*route == Route::DELIBERATIVE && (queued - 0.04).abs() < 1e-9, "{queued}");
+    assert!(*route == Route::DELIBERATIVE && (queued - 0.06).abs() < 1e-9, "{queued}");
     step(&mut execute);
     assert_eq!(waits(&execute), None, "nothing has changed");
     // The first reflex runs, the second waits, and the plan is cleared.

@@ -95,9 +95,9 @@ fn the_plan_that_succeeded_more_often_is_the_best_of_its_role() {
     let mut strategy = StrategyModel::default();
     strategy.take_role("attacker");
     let actions = [ActionRequest::default()];
-    strategy.learn("dribble", "attacker", &actions);
-    strategy.learn("shoot", "attacker", &actions);
-    strategy.learn("block", "defender", &actions);
+    strategy.add_plan("dribble", "attacker", &actions);
+    strategy.add_plan("shoot", "attacker", &actions);
+    strategy.add_plan("block", "defender", &actions);
     let plan = |name: &str, role: &str| PlanDescription {
         name: Text::new(name),
         role: Text::new(role),
@@ -178,7 +178,7 @@ impl Module for Warden {
             }
         }
         let written = f64::from(u8::from(own.write(now.now(), &io.stated)));
-        let changes = io.rooms.get().map_or(0, |rooms| world.learn(rooms).len());
+        let changes = io.rooms.get().map_or(0, |rooms| world.replace(rooms).len());
         io.changes.set(Point2 { x: changes as f64, y: written });
         Outcome::Ok
     }

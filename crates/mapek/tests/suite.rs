@@ -10,5 +10,5 @@ mod devices;
 mod execute;
 mod knowledge;
 mod pipeline;
-mod telling;
+mod transmission;
 mod traps;

@@ -52,7 +52,7 @@
 // Input: older than its declaration allows, or its writer is gone or late.
 #define SLATE_FLAG_STALE 2
 
-// Input: a writer exists now.
+// Input: something writes it now, by a link.
 #define SLATE_FLAG_ALIVE 4
 
 // Output: was written in this tick.

@@ -124,7 +124,7 @@ impl Flags {
     pub const NEW: u32 = 1;
     /// Input: older than its declaration allows, or its writer is gone or late.
     pub const STALE: u32 = 2;
-    /// Input: a writer exists now.
+    /// Input: something writes it now, by a link.
     pub const ALIVE: u32 = 4;
     /// Output: was written in this tick.
     pub const SET: u32 = 8;

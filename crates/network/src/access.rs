@@ -182,7 +182,7 @@ fn serve(from: &mut MessageKeys, to: &mut MessageKeys, agent: &str, rights: &Net
     to.allow(&["liveliness_token", "query"], [alive_key(agent)]);
 }
 
-/// Keys of Zenoh that an agent's inputs read: whoever is let in may write them.
+/// Keys of Zenoh that an agent's inputs read: every admitted agent may write them.
 fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
     let sources = settings.read.values().map(|input| &input.source);
     let keys: Vec<_> = sources
@@ -193,7 +193,7 @@ fn read_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSet
     to.allow(&["query", "declare_subscriber"], keys);
 }
 
-/// Keys of Zenoh at which an agent's links publish: whoever is let in may read them.
+/// Keys of Zenoh at which an agent's links publish: every admitted agent may read them.
 fn write_keys(from: &mut MessageKeys, to: &mut MessageKeys, settings: &NetworkSettings) {
     let keys: Vec<_> = settings.write.iter().map(|output| output.key.clone()).collect();
     to.allow(&["put", "reply", "declare_queryable"], keys.iter().cloned());

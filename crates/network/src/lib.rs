@@ -12,14 +12,15 @@
 //!
 //! Values are CDR as in recordings, `application/cdr;slate_msgs/msg/NAME`, with a [`SampleAttachment`] beside them.
 //!
-//! A [`NetworkSettings`] is the table `[network]` of a configuration. `AgentNetwork` needs the feature `zenoh`.
+//! A [`NetworkSettings`] is the table `[network]` of a configuration, and its links with `zenoh:`. `AgentNetwork` needs the
+//! feature `zenoh`.
 
 #[cfg(feature = "zenoh")]
 mod access;
 mod attachment;
+mod check;
 mod endpoint;
 mod error;
-mod input;
 mod key;
 #[cfg(feature = "zenoh")]
 mod links;
@@ -54,9 +55,9 @@ mod subscriber;
 #[cfg(feature = "zenoh")]
 pub use access::router_access_control;
 pub use attachment::{AttachmentError, SampleAttachment};
+pub use check::check_properties;
 pub use endpoint::NetworkEndpoint;
 pub use error::NetworkError;
-pub use input::check_inputs;
 pub use key::{
     InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
 };

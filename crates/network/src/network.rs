@@ -15,8 +15,8 @@ use zenoh::sample::{Sample, SampleKind};
 use zenoh::session::LinkEventsListener;
 use zenoh::{Session, Wait};
 
+use crate::check::check_properties;
 use crate::error::NetworkError;
-use crate::input::check_inputs;
 use crate::key::{
     InputSource, alive_agent, alive_key, property_key, read_key, schema_key, set_key, tree_key, tree_key_of,
 };
@@ -73,7 +73,7 @@ impl AgentNetwork {
     /// When a session can't be opened, or an input can't read. The agent is as before then.
     pub fn start(surface: &Arc<ControlSurface>, settings: &NetworkSettings) -> Result<Self, NetworkError> {
         let composer = surface.agent.composer();
-        check_inputs(composer, settings)?;
+        check_properties(composer, settings)?;
         let agent = composer.board().agent();
         let security = settings.security.as_ref();
         let credentials = security.map(|security| links::load(agent, security)).transpose()?;

@@ -43,9 +43,10 @@ pub enum ReadMode {
 /// ```
 /// use slate_network::{ReadOptions, ReadRate};
 ///
-/// let options = ReadOptions::parse("rate=100ms").unwrap();
+/// let options = ReadOptions::parse("rate=100ms")?;
 /// assert_eq!(options.rate, ReadRate::Every(100_000_000));
 /// assert_eq!(options.to_string(), "rate=100ms");
+/// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ReadOptions {

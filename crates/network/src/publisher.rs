@@ -35,7 +35,8 @@ pub struct ValuePublisher {
     publisher: AnyPublisher,
     is_read: Arc<AtomicBool>,
     number: u64,
-    message: Vec<u8>,
+    /// Bytes of the last message.
+    length: usize,
 }
 
 enum AnyPublisher {
@@ -91,7 +92,7 @@ impl ValuePublisher {
         if status.matching() {
             is_read.store(true, Ordering::Release);
         }
-        Ok(Self { _listener: listener, publisher, is_read, number: 0, message: Vec::new() })
+        Ok(Self { _listener: listener, publisher, is_read, number: 0, length: 0 })
     }
 
     /// Whether somebody reads.
@@ -109,12 +110,14 @@ impl ValuePublisher {
         encoding: &Encoding,
         (bytes, items, stamp): (&[u8], usize, Stamp),
     ) -> Result<(), String> {
-        self.message.clear();
+        // Zenoh takes it as it is.
+        let mut message = Vec::with_capacity(self.length);
         let value = exact(descriptor, bytes, items);
-        ros::encode(descriptor, value, &mut self.message).map_err(|error| error.to_string())?;
+        ros::encode(descriptor, value, &mut message).map_err(|error| error.to_string())?;
+        self.length = message.len();
         self.number += 1;
         let attachment = SampleAttachment { stamp, hash: descriptor.hash, number: self.number }.encode();
-        let (message, encoding, attachment) = (&self.message, encoding.clone(), &attachment[..]);
+        let (encoding, attachment) = (encoding.clone(), &attachment[..]);
         let sent = match &self.publisher {
             AnyPublisher::Plain(own) => own.put(message).encoding(encoding).attachment(attachment).wait(),
             AnyPublisher::Caching(own) => own.put(message).encoding(encoding).attachment(attachment).wait(),

@@ -71,7 +71,7 @@ struct ReaderState {
 }
 
 impl InputReader {
-    /// An input of an agent that was [checked](crate::check_inputs).
+    /// An input of an agent that was [checked](crate::check_properties).
     pub fn new(
         composer: &Composer,
         input: &str,
@@ -291,7 +291,7 @@ pub struct InputReaders {
 }
 
 impl InputReaders {
-    /// Inputs of an agent that were [checked](crate::check_inputs). Tools and recordings know from now on what fills them.
+    /// Inputs of an agent that were [checked](crate::check_properties). Tools and recordings know from now on what fills them.
     pub fn new(composer: &Composer, settings: &NetworkSettings) -> Self {
         let (usual, many) = WAITING;
         let depth =

@@ -70,6 +70,14 @@ fn two_bridges(configuration: &Configuration) -> Result<Vec<Diagnostic>, Report>
     if let Some(ros) = slate_ros2::RosSettings::of(configuration)? {
         let inputs = ros.read.into_iter();
         filled.extend(inputs.map(|own| (own.input, format!("ros2:{}", own.topic), own.place)));
+        let frames = ros.options.frames.into_iter();
+        filled.extend(frames.map(|own| (own.input, format!("frame {} of ROS 2", own.frame), own.place)));
+        let responses = ros.call.into_iter();
+        filled.extend(
+            responses.filter_map(|own| {
+                Some((own.response?, format!("the responses of {}", own.service), own.place))
+            }),
+        );
     }
     let links = configuration.external_links().iter();
     for link in links.filter(|link| link.direction == ExternalDirection::In) {

@@ -5,6 +5,7 @@
 mod complain;
 
 mod bridges;
+mod causes;
 pub mod clock;
 mod console;
 mod display;
@@ -24,11 +25,11 @@ mod ros2;
 mod run;
 mod run_history;
 pub mod scene;
-mod silent_sensors;
 mod stay;
 #[cfg(feature = "console")]
 mod trails;
 mod unfed;
+mod warnings;
 
 use std::sync::Arc;
 

@@ -3,11 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use slate_blackboard::interface::Value;
 use slate_module::Level;
 use slate_record::{Outcome, RecordError, Recorded, Recorder, Scene, Summary, Trajectory, TrajectoryStream};
+use slate_runtime::configuration::Subscription;
 use slate_runtime::log::LogTarget;
 use slate_runtime::memory::MemoryError;
 use slate_runtime::snapshot::Snapshot;
@@ -16,12 +18,13 @@ use slate_share::agent::AgentSharing;
 
 use crate::Application;
 use crate::RunError;
+use crate::causes;
 use crate::observation::{JudgeMetrics, Observation};
 use crate::options::ModeName;
 use crate::run_history::{self, RunHistory};
 use crate::scene;
-use crate::silent_sensors;
 use crate::unfed::UnfedInputs;
+use crate::warnings::Warnings;
 
 /// Figures of every judge, which are fields of the summary.
 const STANDARD: [&str; 6] =
@@ -88,6 +91,7 @@ pub struct MissionRun {
     recorder: Option<Recorder>,
     /// Writes the trajectory while the run goes.
     stream: Option<TrajectoryStream>,
+    warnings: Warnings,
 }
 
 impl MissionRun {
@@ -95,13 +99,15 @@ impl MissionRun {
     pub fn load(application: Application, mission: MissionOptions) -> Result<Self, RunError> {
         let configuration = &application.configuration;
         let recorder = mission.follows.then(|| Recorder::on_demand(configuration.record()));
-        let log = mission.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).collect();
+        let warnings = Warnings::default();
+        let kept: Box<dyn LogTarget> = Box::new(warnings.clone());
+        let log = mission.log.into_iter().chain(recorder.as_ref().map(Recorder::log_target)).chain([kept]);
         let is_simulated = configuration.time_source().is_some() || configuration.is_clock_elsewhere();
         let options = Options {
             mode: mission.mode.mode(),
             rate: mission.rate,
             workers: mission.workers,
-            log,
+            log: log.collect(),
             recording: recorder.clone().map(|recorder| Arc::new(recorder) as _),
             // Many runs at once would be several agents of one name.
             sharing: mission.follows.then(|| Box::new(AgentSharing::default()) as _),
@@ -117,6 +123,7 @@ impl MissionRun {
         let observation = Arc::new(Observation::new(&application.configuration, agent.board())?);
         let scene = scene::of(&application.configuration)?;
         let course = RunHistory::new(&application.name, memories(&agent));
+        course.note_variants(&application.configuration, 0);
         agent.composer().keep(run_history::NAME, Arc::new(course.clone()));
         Ok(Self {
             agent,
@@ -128,6 +135,7 @@ impl MissionRun {
             wants_trajectory: mission.trajectory,
             recorder,
             stream: None,
+            warnings,
         })
     }
 
@@ -202,16 +210,32 @@ impl MissionRun {
         }
     }
 
+    /// Notes in each cycle, by its time, the variants that changed configurations choose.
+    fn follow_variants(&self) -> Result<(Subscription, impl FnMut(u64) + Send + 'static), RunError> {
+        let changes = Arc::new(AtomicBool::new(false));
+        let (noted, database, course) =
+            (Arc::clone(&changes), self.application.database.clone(), self.course.clone());
+        let subscription = database.subscribe("", move |_, _| noted.store(true, Ordering::Release))?;
+        let note = move |now| {
+            if changes.swap(false, Ordering::AcqRel) {
+                course.note_variants(&database.current(), now);
+            }
+        };
+        Ok((subscription, note))
+    }
+
     /// Runs until the verdict.
     #[allow(clippy::disallowed_methods, reason = "a summary tells how long the run took on the wall clock")]
     pub fn run(mut self) -> Result<Finished, RunError> {
         let start = Instant::now();
+        let (subscription, mut note_variants) = self.follow_variants()?;
         let observer = {
             let (observation, course) = (Arc::clone(&self.observation), self.course.clone());
             let wanted = self.wants_trajectory;
             let mut unfed = UnfedInputs::new(&self.agent);
             move |cycle: &Cycle<'_>| {
                 unfed.note(cycle.now);
+                note_variants(cycle.now);
                 let running = observation.is_running();
                 course.note(cycle, &observation, (running, wanted));
                 if running { Control::Continue } else { Control::Stop }
@@ -219,12 +243,14 @@ impl MissionRun {
         };
         let end = self.agent.run(Box::new(observer))?;
         let wall_time = start.elapsed();
+        drop(subscription);
         let (cycles, now) = self.course.cycles();
         let recorded = self.recorder.as_ref().and_then(|recorder| recorder.finish(&mut self.agent));
         let digest = self.agent.digest().map_or_else(|| "none".into(), |digest| format!("{digest:016x}"));
         let judged = self.observation.metrics();
         let (outcome, message) = self.judge(&end, &judged);
-        let stopped = silent_sensors::describe(self.agent.board(), self.agent.now());
+        let failure = (!outcome.is_success()).then_some(&self.warnings);
+        let stopped = causes::describe(&self.agent.composer(), self.agent.board(), self.agent.now(), failure);
         let message = [message, stopped]
             .into_iter()
             .flatten()
@@ -249,9 +275,7 @@ impl MissionRun {
             |name: &String| figures.contains_key(name) || robots.values().any(|own| own.contains_key(name));
         units.retain(|name, _| is_shown(name));
         let status = self.status_counts();
-        let mut conditions = scene::conditions(&self.application.configuration);
-        conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
-        conditions.extend(self.course.memories());
+        let conditions = self.conditions(now);
         let summary = Summary {
             example: self.application.name.clone(),
             seed: self.application.configuration.seed().value,
@@ -279,6 +303,17 @@ impl MissionRun {
         let trajectory = self.course.take_trajectory();
         let remembered = self.agent.remember();
         Ok(Finished { agent: self.agent, summary, scene: self.scene, trajectory, remembered, recorded })
+    }
+
+    /// Under which conditions the figures hold of a run that has ended at a time.
+    fn conditions(&self, now: u64) -> BTreeMap<String, String> {
+        let mut conditions = scene::conditions(&self.application.configuration);
+        conditions.extend(self.observation.speed().map(|speed| ("speed".into(), speed)));
+        conditions.extend(self.course.memories());
+        // A change behind the last cycle counts too.
+        self.course.note_variants(&self.application.database.current(), now);
+        conditions.extend(self.course.changed_variants());
+        conditions
     }
 
     fn judge(&self, end: &End, judged: &[JudgeMetrics]) -> (Outcome, Option<String>) {

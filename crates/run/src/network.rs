@@ -1,6 +1,6 @@
 //! How a run takes part in a network.
 
-use slate_network::{NetworkSettings, check_inputs};
+use slate_network::{NetworkSettings, check_properties};
 use slate_runtime::Agent;
 use slate_runtime::configuration::{Configuration, Report};
 
@@ -28,7 +28,7 @@ pub fn network_settings(configuration: &Configuration) -> Result<Option<NetworkS
 pub fn check_network(agent: &Agent) -> Result<(), Report> {
     let configuration = agent.configuration();
     let Some(settings) = network_settings(&configuration)? else { return Ok(()) };
-    check_inputs(&agent.composer(), &settings).map_err(|error| error.report(&configuration))
+    check_properties(&agent.composer(), &settings).map_err(|error| error.report(&configuration))
 }
 
 #[cfg(feature = "zenoh")]

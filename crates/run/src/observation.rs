@@ -20,7 +20,8 @@ pub struct ObservedRobot {
     pose_field: String,
     status: Option<Arc<Property>>,
     clearance: Option<Arc<Property>>,
-    goal: Option<Arc<Property>>,
+    /// Properties that may have its goal, the most likely first.
+    goals: Vec<Arc<Property>>,
     waiting: Option<Arc<Property>>,
 }
 
@@ -151,11 +152,12 @@ impl Observation {
             if let Some((pose, field)) = pose {
                 let pose_field = field.to_owned();
                 let waiting = status.as_ref().and_then(|status| waiting_of(status.path(), board));
-                let goal = status.as_ref().and_then(|status| goal_of(status.path(), board));
-                robots.push(ObservedRobot { name, pose, pose_field, status, clearance, goal, waiting });
+                let goals = status.as_ref().map(|status| goals_of(status.path(), board)).unwrap_or_default();
+                robots.push(ObservedRobot { name, pose, pose_field, status, clearance, goals, waiting });
             }
         }
-        let verdict = find_field("mission.outcome").map(|(property, _)| property);
+        let mission = configuration.mission().map(|_| "mission.outcome");
+        let verdict = mission.and_then(&mut find_field).map(|(property, _)| property);
         let speed = configuration.value("report.speed").and_then(|spanned| {
             let text = spanned.value.as_str().unwrap_or_default();
             if text.starts_with("slate://") {
@@ -210,9 +212,9 @@ const GOALS: [&str; 2] = ["goal", "target"];
 /// Interfaces of goals.
 const GOAL_INTERFACES: [&str; 2] = ["Point2", "Pose2"];
 
-/// Finds the goal of the robot whose Execute has its status at a path: that of its Knowledge, else of another module.
-fn goal_of(status: &str, board: &Board) -> Option<Arc<Property>> {
-    let (robot, _) = status.trim_start_matches('/').split_once('/')?;
+/// Finds the goals of the robot whose Execute has its status at a path: that of its Knowledge before those of other modules.
+fn goals_of(status: &str, board: &Board) -> Vec<Arc<Property>> {
+    let Some((robot, _)) = status.trim_start_matches('/').split_once('/') else { return Vec::new() };
     let is_goal = |property: &Arc<Property>| {
         let path = property.path().trim_start_matches('/');
         let name = path.rsplit_once('/').map(|(_, name)| name);
@@ -222,7 +224,7 @@ fn goal_of(status: &str, board: &Board) -> Option<Arc<Property>> {
     };
     let mut goals: Vec<_> = board.properties().into_iter().filter(is_goal).collect();
     goals.sort_by_key(|goal| (!goal.path().contains("knowledge"), goal.path().to_owned()));
-    goals.into_iter().next()
+    goals
 }
 
 /// A waiting action in words, such as `TurnAngle(1.57) reflex of rank 2, 0.1 s`.
@@ -310,7 +312,7 @@ impl ObservedRobot {
 
     /// Returns where the robot is to go, if it has a goal.
     pub fn goal(&self) -> Option<[f64; 2]> {
-        let goal = value(self.goal.as_ref()?)?;
+        let goal = self.goals.iter().find_map(value)?;
         Some([goal.get("x")?.as_f64()?, goal.get("y")?.as_f64()?])
     }
 

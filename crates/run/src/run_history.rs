@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde::{Deserialize, Serialize};
 use slate_record::{RouteTally, ThinnedTrajectory, Trajectory, TrajectoryPosition, TrajectoryStream};
 use slate_runtime::Cycle;
+use slate_runtime::configuration::{Configuration, Variant};
 use slate_runtime::snapshot::{Keepsake, Snapshot};
 
 use crate::observation::Observation;
@@ -28,11 +29,21 @@ struct RunState {
     /// Cycles made, and the time of the last one.
     cycles: u64,
     now: u64,
+    /// Chosen variants, by choice: those at the start, and changes since.
+    #[serde(default)]
+    variants: BTreeMap<String, Vec<ChosenVariant>>,
     /// Use of the routes by robots that have them.
     #[serde(default)]
     routes: BTreeMap<String, RouteTally>,
     #[serde(flatten)]
     trajectory: ThinnedTrajectory,
+}
+
+/// A variant that was chosen at a time of the run, nanoseconds.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct ChosenVariant {
+    name: String,
+    since: u64,
 }
 
 impl RunHistory {
@@ -45,6 +56,29 @@ impl RunHistory {
     /// Returns the memories that the modules began with.
     pub fn memories(&self) -> BTreeMap<String, String> {
         self.state().memories.clone()
+    }
+
+    /// Notes the variants that a configuration chooses now.
+    pub fn note_variants(&self, configuration: &Configuration, now: u64) {
+        let mut state = self.state();
+        for Variant { choice, name, .. } in Variant::chosen(configuration) {
+            let chosen = state.variants.entry(choice.into()).or_default();
+            if chosen.last().is_none_or(|last| last.name != name) {
+                chosen.push(ChosenVariant { name: name.into(), since: now });
+            }
+        }
+    }
+
+    /// Returns the choices whose variant has changed during the run: that of the start, and each later one with its time.
+    pub fn changed_variants(&self) -> BTreeMap<String, String> {
+        let state = self.state();
+        let changed = state.variants.iter().filter(|(_, chosen)| chosen.len() > 1);
+        let text = |chosen: &[ChosenVariant]| {
+            let later = |one: &ChosenVariant| format!("{} from {:.3} s", one.name, one.since as f64 * 1e-9);
+            let first = chosen.iter().take(1).map(|one| one.name.clone());
+            first.chain(chosen.iter().skip(1).map(later)).collect::<Vec<_>>().join(", ")
+        };
+        changed.map(|(choice, chosen)| (choice.clone(), text(chosen))).collect()
     }
 
     /// Returns the name of the run in a snapshot.

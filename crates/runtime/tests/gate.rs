@@ -100,6 +100,44 @@ fn nobody_gets_a_command_past_its_gate() {
     assert!(text.contains("has not passed its gate") && text.contains("<actuator>/command"), "{text}");
 }
 
+#[ports]
+pub struct MotorIo {
+    #[role("actuation")]
+    speed: Input<Number>,
+    seen: Output<Number>,
+}
+
+/// A driver.
+pub struct Motor;
+
+#[module(stage = ActExec)]
+impl Module for Motor {
+    type Io = MotorIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &MotorIo, _: &(), _: &Tick) -> Outcome {
+        io.seen.set(io.speed.get().copied().unwrap_or_default());
+        Outcome::Ok
+    }
+}
+
+#[test]
+fn an_input_past_a_gate_takes_nothing_from_outside() {
+    let error = |text: &str| {
+        let options = Options { rate: slate_runtime::Rate::Max, ..Options::default() };
+        let agent = load(text, &[Plugin::linked::<Motor>()], options).unwrap();
+        agent.composer().external_input("motor/speed").err()
+    };
+    let bare = "[modules.counter]\n[modules.driver]\n[modules.motor]\n[links]\n\"driver/input\" = \"counter/number\"\n";
+    // Without a gate another program may drive, such as a node of ROS.
+    assert_eq!(error(bare), None);
+    let gate = format!("{bare}[actuators.wheel]\ncommand = \"driver/wheel\"\n");
+    let refused = error(&gate).unwrap();
+    assert!(refused.reason.contains("nobody sets `/motor/speed`"), "{refused}");
+    assert!(refused.reason.contains("past its gate") && !refused.help.is_empty(), "{refused}");
+}
+
 /// What a person at the controls says.
 fn speed(value: f64) -> Value {
     Value::Table(vec![("value".into(), Value::Float(value))])

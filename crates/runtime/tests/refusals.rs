@@ -301,7 +301,11 @@ fn one_writer_and_one_of_a_kind() {
     );
     refused(
         "[modules.plan]\n[modules.other]\nkind = \"plan\"\n",
-        &["test.toml:2:10", "a robot has one Plan, and `other` is it already", "put it into another robot"],
+        &[
+            "test.toml:3:10",
+            "a robot has one Plan, and `plan` (test.toml:2) is it already",
+            "put it into another robot",
+        ],
     );
 }
 

@@ -59,6 +59,6 @@ mod verdict;
 pub use configuration::{ConfigurationError, GateConfiguration};
 pub use frozen::{FrozenGate, FrozenLease};
 pub use gate::{Gate, Output, StillStopped};
-pub use state::{GateMode, GateState, LeasePriority, RefusalReason};
+pub use slate_interfaces::{GateMode, GateState, LeasePriority, RefusalReason};
 pub use stop::StopLatch;
 pub use verdict::{Reason, Verdict};

@@ -89,7 +89,7 @@ impl Module for Rescuer {
 
     fn tick(state: &mut Self::State, io: &RescuerIo, _: &(), now: &Tick) -> Outcome {
         let (world, changes) = state;
-        *changes += io.victims.get().map_or(0, |victims| world.learn(victims).len()) as f64;
+        *changes += io.victims.get().map_or(0, |victims| world.replace(victims).len()) as f64;
         let facts = world.facts(&"3".to_owned());
         let x = |fact: Option<f64>| fact.unwrap_or(-1.0);
         io.seen.set(Seen {

@@ -1,4 +1,4 @@
-//! Scripted faults of range sensors, equal in all runs.
+//! Scripted faults of sensors, equal in all runs.
 
 use std::collections::BTreeMap;
 
@@ -34,9 +34,24 @@ pub enum FaultySensor {
     Sonar,
     /// The laser scanner.
     Laser,
+    /// The positioning system.
+    Position,
+    /// The compass.
+    Orientation,
+    /// The wheel encoders.
+    Odometry,
+    /// The sensor that sees other robots.
+    RobotSensor,
 }
 
-const SENSORS: [(&str, FaultySensor); 2] = [("laser", FaultySensor::Laser), ("sonar", FaultySensor::Sonar)];
+const SENSORS: [(&str, FaultySensor); 6] = [
+    ("laser", FaultySensor::Laser),
+    ("odometry", FaultySensor::Odometry),
+    ("orientation", FaultySensor::Orientation),
+    ("position", FaultySensor::Position),
+    ("robot_sensor", FaultySensor::RobotSensor),
+    ("sonar", FaultySensor::Sonar),
+];
 
 /// A fault of a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -95,8 +110,8 @@ pub(crate) fn read(
         let known: Vec<_> = SENSORS.iter().filter(of_robot).map(|(name, _)| *name).collect();
         let Some((_, sensor)) = SENSORS.iter().filter(of_robot).find(|(name, _)| *name == entry.sensor)
         else {
-            let known = if known.is_empty() { "none that can fail".into() } else { known.join(", ") };
-            let message = format!("`{}` has no sensor `{}`; it has {known}", entry.robot, entry.sensor);
+            let (robot, sensor, known) = (&entry.robot, &entry.sensor, known.join(", "));
+            let message = format!("`{robot}` has no sensor `{sensor}`; it has {known}");
             return wrong(".sensor", message);
         };
         let Some((_, kind)) = KINDS.iter().find(|(name, _)| *name == entry.kind) else {

@@ -59,6 +59,11 @@ impl RobotSensor {
         &self.sightings
     }
 
+    /// The newest detections, as faults take them.
+    pub(crate) fn newest(&self) -> &Vec<Sighting> {
+        &self.sightings
+    }
+
     /// When it measured last, nanoseconds.
     pub fn measured_at(&self) -> Option<u64> {
         self.last

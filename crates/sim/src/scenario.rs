@@ -243,7 +243,10 @@ impl Scenario {
             let sonar = section.sonar_of(entry, &descriptions[name]);
             let sonar = Some(FaultySensor::Sonar).filter(|_| !sonar.is_empty());
             let laser = lasers.get(name).map(|_| FaultySensor::Laser);
-            (name.clone(), sonar.into_iter().chain(laser).collect())
+            let robot_sensor =
+                descriptions[name].robot_sensor.values().next().map(|_| FaultySensor::RobotSensor);
+            let each = [FaultySensor::Odometry, FaultySensor::Orientation, FaultySensor::Position];
+            (name.clone(), sonar.into_iter().chain(laser).chain(robot_sensor).chain(each).collect())
         });
         let faults = fault::read(&section.faults, &sensors.collect())?;
         let goals: BTreeMap<String, Vec<Point>> = section

@@ -3,8 +3,9 @@
 use serde::{Deserialize, Serialize};
 
 use crate::fault::{Display, Measurement};
+use crate::geometry::{Point, Pose};
 use crate::laser::LaserScanner;
-use crate::robot_sensor::RobotSensor;
+use crate::robot_sensor::{RobotSensor, Sighting};
 use crate::sonar::{Echo, SonarRing};
 use crate::surroundings::{Nearby, Surroundings};
 
@@ -22,6 +23,64 @@ pub(crate) struct Sensors {
     /// Faults between the laser and its readers.
     #[serde(default)]
     pub laser_display: Display<Vec<f32>>,
+    /// Faults between the positioning system and its readers.
+    #[serde(default)]
+    pub position_display: Display<Option<Point>>,
+    /// Faults between the compass and its readers.
+    #[serde(default)]
+    pub orientation_display: Display<Option<f64>>,
+    /// Faults between the wheel encoders and their readers.
+    #[serde(default)]
+    pub odometry_display: Display<Option<Travel>>,
+    /// Faults between the sensor for robots and its readers.
+    #[serde(default)]
+    pub sightings_display: Display<Vec<Sighting>>,
+}
+
+/// Pose and twist (m/s, rad/s) by odometry.
+pub(crate) type Travel = (Pose, (f64, f64));
+
+impl Measurement for Option<Point> {
+    fn is_none(&self) -> bool {
+        Self::is_none(self)
+    }
+
+    fn spoil(&mut self) {
+        *self = Some(Point::new(f64::NAN, f64::NAN));
+    }
+}
+
+impl Measurement for Option<f64> {
+    fn is_none(&self) -> bool {
+        Self::is_none(self)
+    }
+
+    fn spoil(&mut self) {
+        *self = Some(f64::NAN);
+    }
+}
+
+impl Measurement for Option<Travel> {
+    fn is_none(&self) -> bool {
+        Self::is_none(self)
+    }
+
+    fn spoil(&mut self) {
+        *self = Some((Pose { x: f64::NAN, y: f64::NAN, theta: f64::NAN }, (f64::NAN, f64::NAN)));
+    }
+}
+
+impl Measurement for Vec<Sighting> {
+    /// No robot in view is a measurement too.
+    fn is_none(&self) -> bool {
+        false
+    }
+
+    fn spoil(&mut self) {
+        for sighting in self {
+            (sighting.range, sighting.bearing) = (f64::NAN, f64::NAN);
+        }
+    }
 }
 
 impl Measurement for Vec<Echo> {

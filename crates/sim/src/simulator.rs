@@ -304,15 +304,16 @@ impl Simulator {
     }
 
     fn show(&mut self, robot: usize, io: &RobotIo) {
-        let fix = self.simulation.fix(robot);
+        let fix = self.simulation.shown_fix(robot);
         if let Some(Point { x, y }) = fix.position {
             io.position.set(Position { x, y, z: 0.0 });
         }
         if let Some(theta) = fix.orientation {
             io.orientation.set(Orientation { theta });
         }
-        let (pose, (linear, angular)) = self.simulation.odometry(robot);
-        io.odometry.set(Odometry { pose: pose2(pose), twist: Twist2 { linear, angular } });
+        if let Some((pose, (linear, angular))) = self.simulation.shown_odometry(robot) {
+            io.odometry.set(Odometry { pose: pose2(pose), twist: Twist2 { linear, angular } });
+        }
         io.truth.set(pose2(self.simulation.pose(robot)));
         io.clearance.set(Clearance { distance: self.simulation.clearance(robot) });
     }
@@ -348,19 +349,18 @@ impl Simulator {
         });
     }
 
-    fn see(&self, robot: usize, io: &SightingsIo) {
-        let Some(sensor) = self.simulation.robot_sensor(robot) else { return };
+    fn see(&mut self, robot: usize, io: &SightingsIo) {
         // An older measurement is there already.
-        if sensor.measured_at() != Some(self.simulation.now()) {
-            return;
-        }
-        let mut list = [Sighting::default(); 8];
-        let seen = sensor.sightings();
-        for (slot, sighting) in list.iter_mut().zip(seen) {
-            let name = Text::new(self.simulation.name(sighting.robot));
-            *slot = Sighting { range: sighting.range, bearing: sighting.bearing, name };
-        }
-        io.sightings.set(Sightings { list: Sequence::new(&list[..seen.len().min(8)]) });
+        let Some(seen) = self.simulation.shown_sightings(robot) else { return };
+        let mut list = [None; 8];
+        let length = list.iter_mut().zip(seen).map(|(slot, sighting)| *slot = Some(*sighting)).count();
+        let list = list.map(|sighting| {
+            sighting.map_or_else(Sighting::default, |seen| {
+                let name = Text::new(self.simulation.name(seen.robot));
+                Sighting { range: seen.range, bearing: seen.bearing, name }
+            })
+        });
+        io.sightings.set(Sightings { list: Sequence::new(&list[..length]) });
     }
 }
 

@@ -162,6 +162,44 @@ fn a_laser_measures_the_way_to_the_walls_along_each_beam() {
     assert!(seen > 500 && unseen > 3, "{seen} and {unseen}");
 }
 
+#[test]
+fn a_fault_of_position_compass_or_odometry_is_shown() {
+    let during = |sensor, kind| {
+        let mut simulation = simulation(3);
+        simulation.set_faults(0, &[Fault { sensor, ..fault(kind) }]);
+        let (mut shown, mut valid) = ([0; 3], [0; 3]);
+        for _ in 0..100 {
+            simulation.step();
+            simulation.step();
+            if !fails(simulation.now()) {
+                simulation.shown_fix(0);
+                simulation.shown_odometry(0);
+                continue;
+            }
+            let fix = simulation.shown_fix(0);
+            let values = [
+                fix.position.map(|position| position.x),
+                fix.orientation,
+                simulation.shown_odometry(0).map(|(pose, _)| pose.x),
+            ];
+            for (number, value) in values.into_iter().enumerate() {
+                shown[number] += u32::from(value.is_some());
+                valid[number] += u32::from(value.is_some_and(f64::is_finite));
+            }
+        }
+        (shown, valid)
+    };
+    let all = during(FaultySensor::Laser, FaultKind::Silent).0;
+    assert!(all.iter().all(|count| *count > 40), "{all:?}");
+    let sensors = [FaultySensor::Position, FaultySensor::Orientation, FaultySensor::Odometry];
+    for (number, sensor) in sensors.into_iter().enumerate() {
+        let mut expected = all;
+        expected[number] = 0;
+        assert_eq!(during(sensor, FaultKind::Silent), (expected, expected), "{sensor:?} is silent alone");
+        assert_eq!(during(sensor, FaultKind::Invalid), (all, expected), "{sensor:?} alone shows no number");
+    }
+}
+
 /// A `[world]` table with a Pioneer `r` that carries a laser, and a fault `f`.
 fn scenario(fault: &str) -> Result<Scenario, String> {
     let text = format!(
@@ -198,11 +236,15 @@ fn an_invalid_fault_is_refused_with_its_place() {
         ),
         (
             r#"{"robot": "r", "sensor": "nose", "kind": "invalid", "from": 1, "until": 2}"#,
-            &["world.faults.f.sensor: ", "`nose`", "laser, sonar"],
+            &["world.faults.f.sensor: ", "`nose`", "laser, odometry, orientation, position, sonar"],
         ),
         (
             r#"{"robot": "s", "sensor": "sonar", "kind": "invalid", "from": 1, "until": 2}"#,
-            &["world.faults.f.sensor: ", "`s` has no sensor `sonar`", "none"],
+            &[
+                "world.faults.f.sensor: ",
+                "`s` has no sensor `sonar`",
+                "it has odometry, orientation, position",
+            ],
         ),
         (
             r#"{"robot": "r", "sensor": "sonar", "kind": "odd", "from": 1, "until": 2}"#,

@@ -183,6 +183,7 @@ fn agent_in((mode, rate): (Mode, Rate), sets: &[&str]) -> Agent {
         Plugin::linked::<Trouble>(),
         slate::mapek::plan::<CrashingPlanner>().into(),
         slate::mapek::reactive::<CrashingReflex>().into(),
+        slate::mapek::actuator::<FailingWheels>().into(),
     ];
     let options = Options { mode, rate, armed: true, ..Options::default() };
     Agent::load(&configuration, &plugins, options).unwrap()
@@ -283,6 +284,88 @@ fn a_monitor_and_the_robot_model_tell_of_a_stopped_sensor() {
         }
         assert_eq!((&*sonar(&agent), &*condition(&agent)), expected, "at {until} s");
     }
+}
+
+/// Wheels of the simulator that fail for a time.
+struct FailingWheels;
+
+#[ports]
+struct FailingPorts {
+    #[safe(WheelSpeeds::ZERO)]
+    wheels: Output<WheelSpeeds>,
+}
+
+#[params]
+struct FailingParams {
+    #[param(default = false, doc = "panics instead")]
+    panics: Bool,
+}
+
+impl Actuator for FailingWheels {
+    const NAME: &'static str = "failing_wheels";
+    type Io = FailingPorts;
+    type Params = FailingParams;
+    type State = ();
+    type Command = WheelSpeeds;
+    const SAFE: WheelSpeeds = WheelSpeeds::ZERO;
+
+    fn apply(
+        (): &mut (),
+        command: &WheelSpeeds,
+        io: &FailingPorts,
+        params: &FailingParams,
+        now: &Tick,
+    ) -> Outcome {
+        let fails = (2.0..3.0).contains(&now.seconds());
+        assert!(!(fails && params.panics.get()), "as the test wants");
+        io.wheels.set(*command);
+        if fails { Outcome::Degraded } else { Outcome::Ok }
+    }
+}
+
+/// Steps to a time in seconds; what the RobotModel says of the wheels then.
+fn health_of_wheels(agent: &mut Agent, until: f64) -> String {
+    while agent.now() < (until * 1e9) as u64 {
+        agent.step();
+    }
+    let (actuators, _) = agent.board().read("r2/knowledge/robot/robot/actuators").unwrap().unwrap();
+    let Value::List(actuators) = actuators else { panic!("a list of actuators") };
+    let [wheels] = &actuators[..] else { panic!("{actuators:?}") };
+    assert_eq!(wheels.get("name").and_then(Value::as_str), Some("wheels"));
+    wheels.get("health").and_then(Value::as_str).unwrap().to_owned()
+}
+
+#[test]
+fn the_robot_model_tells_of_wheels_that_fail() {
+    for panics in [false, true] {
+        let kind = "robots.r2.modules.motors.kind=failing_wheels";
+        let fails = format!("robots.r2.modules.motors.params.panics={panics}");
+        let mut agent = agent(&[kind, &fails, "agent.seed=1"]);
+        // A block that panics again and again is given up.
+        let last = if panics { "FAILED" } else { "READY" };
+        for (until, expected) in [(1.9, "READY"), (2.5, "FAILED"), (3.5, last)] {
+            assert_eq!(health_of_wheels(&mut agent, until), expected, "{panics}, at {until} s");
+        }
+    }
+}
+
+#[test]
+fn the_robot_model_tells_of_a_gate_that_stops() {
+    let mut agent = agent(&["agent.seed=1"]);
+    assert_eq!(health_of_wheels(&mut agent, 1.0), "READY");
+    agent.stop_actuators("the test");
+    assert_eq!(health_of_wheels(&mut agent, 1.2), "STOPPED");
+    agent.reset();
+    assert_eq!(health_of_wheels(&mut agent, 1.4), "DISARMED");
+    assert!(agent.arm());
+    assert_eq!(health_of_wheels(&mut agent, 1.6), "READY");
+    finish(&mut agent);
+}
+
+#[test]
+fn wheels_without_a_command_are_safe() {
+    let mut agent = agent(&["robots.r2.modules.execute.enabled=false"]);
+    assert_eq!(health_of_wheels(&mut agent, 1.0), "SAFE");
 }
 
 #[test]

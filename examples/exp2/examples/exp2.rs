@@ -1,6 +1,7 @@
 //! EXP2 as a program: `cargo run --release -p slate-exp2 --example exp2` runs it, and `-- --toml` behind that prints its
 //! configuration.
 
+use slate::interfaces::Point2;
 use slate::prelude::*;
 use slate_wheeled::go_to_origin::GoToOriginPlanner;
 use slate_wheeled::local_map::MapObstacles;
@@ -12,7 +13,7 @@ fn main() -> ExitCode {
 
 /// R3 in the world of EXP2. Its Plan notices the only Analyze of each of its types.
 pub fn robot() -> Robot {
-    slate_exp2::r3()
+    slate_exp2::r3(Some(Point2 { x: 1.2, y: 1.2 }))
         .analyze::<LocateRobot>("locate_robot")
         .params(|params| params.robot = "r1".into())
         .attach::<GoToOriginPlanner>("planner")

@@ -1,10 +1,9 @@
 //! R3, as EXP2 and EXP3 have it.
 
-use slate::interfaces::FourWheelSpeeds;
+use slate::interfaces::{FourWheelSpeeds, Point2};
 use slate::prelude::*;
 use slate::sim::devices::{
-    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedRobotSensor,
-    SimulatedSkidSteerWheels,
+    SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedSkidSteerWheels,
 };
 use slate_avoidance::SensorRule;
 use slate_wheeled::analyzes::{PassOrientation, PassPosition, PassRange};
@@ -12,6 +11,7 @@ use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::estimate_pose::EstimatePose;
 use slate_wheeled::give_way::GiveWayModel;
+use slate_wheeled::held_robot_sensor::HeldRobotSensor;
 use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::locate_robot::{LocateRobot, RobotMonitor};
 use slate_wheeled::median_sonar::MedianSonar;
@@ -19,15 +19,15 @@ use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonit
 use slate_wheeled::skid_steer::SkidSteerActions;
 
 /// R3, a Summit XL, without a Plan and without `locate_robot`, which tracks another robot in each experiment: `robots/r3.toml` as a
-/// program.
-pub fn r3() -> Robot {
+/// program. It goes to the goal, if it has one.
+pub fn r3(goal: Option<Point2>) -> Robot {
     Robot::new("r3")
         .sensor::<MedianSonar>("sonar")
         .sensor::<SimulatedPosition>("position")
         .sensor::<SimulatedOrientation>("orientation")
         .sensor::<SimulatedOdometry>("odometry")
         .sensor::<SimulatedAccuracy>("accuracy")
-        .sensor::<SimulatedRobotSensor>("robot_sensor")
+        .sensor::<HeldRobotSensor>("robot_sensor")
         .actuator::<SimulatedSkidSteerWheels>("motors")
         .monitor::<RangeMonitor>("range_monitor")
         .attach::<PassRange>("pass_range")
@@ -49,7 +49,7 @@ pub fn r3() -> Robot {
         .analyze::<PassPosition>("pass_position")
         .analyze::<PassOrientation>("pass_orientation")
         .knowledge::<WheeledKnowledge>("knowledge")
-        .params(summit)
+        .params(move |knowledge| summit(knowledge, goal))
         .link("pose", "estimate_pose/estimate")
         .reactive::<AvoidObstacleModel>("avoid_obstacle")
         .reactive::<AvoidWallModel>("avoid_wall")
@@ -61,18 +61,22 @@ pub fn r3() -> Robot {
 }
 
 /// A Summit XL, its goal and the rules of its reflexes.
-fn summit(knowledge: &mut WheeledKnowledgeParams) {
+fn summit(knowledge: &mut WheeledKnowledgeParams, goal: Option<Point2>) {
+    let Point2 { x: goal_x, y: goal_y } = goal.unwrap_or_default();
     let rule = |sensor: &str, distance| SensorRule { distance, sensor: sensor.into() };
     *knowledge = WheeledKnowledgeParams {
         robot: "summit_xl".into(),
-        goal_x: 1.2,
-        goal_y: 1.2,
+        has_goal: goal.is_some().into(),
+        goal_x,
+        goal_y,
         sensor_rules: Sequence::new(&[rule("sonar", 0.3), rule("robot_sensor", 0.25)]),
         reaction_time: 0.7,
         side_clearance: 0.05,
         free_distance: 0.754,
         turn_clearance: 0.01,
         drive_distance: 0.8,
+        error_distance: 0.1,
+        error_clearance: 0.05,
         ..WheeledKnowledgeParams::default()
     };
 }

@@ -1,6 +1,7 @@
 //! EXP3 as a program: `cargo run --release -p slate-exp3 --example exp3` runs it, and `-- --toml` behind that prints its
 //! configuration.
 
+use slate::interfaces::Point2;
 use slate::prelude::*;
 use slate::sim::devices::{
     SimulatedAccuracy, SimulatedOdometry, SimulatedOrientation, SimulatedPosition, SimulatedSonar,
@@ -13,7 +14,7 @@ use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::differential::DifferentialActions;
 use slate_wheeled::estimate_pose::EstimatePose;
-use slate_wheeled::knowledge::WheeledKnowledge;
+use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams};
 use slate_wheeled::locate_robot::LocateRobot;
 use slate_wheeled::monitors::{OdometryMonitor, OrientationMonitor, PositionMonitor, RangeMonitor};
 
@@ -55,7 +56,7 @@ fn r2() -> Robot {
         .analyze::<PassOrientation>("pass_orientation")
         .attach::<PatrolPlanner>("planner")
         .knowledge::<WheeledKnowledge>("knowledge")
-        .params(|params| params.robot = "pioneer_p3dx".into())
+        .params(pioneer)
         .link("pose", "estimate_pose/estimate")
         .plan::<PatrolPlanner>("planner")
         .reactive::<AvoidObstacleModel>("avoid_obstacle")
@@ -66,9 +67,16 @@ fn r2() -> Robot {
         .finish()
 }
 
+/// A Pioneer, with the corners in the order in which the authors' robot visits them.
+fn pioneer(knowledge: &mut WheeledKnowledgeParams) {
+    let corners = [(2.0, 2.0), (2.0, -2.0), (-2.0, 2.0), (-2.0, -2.0)];
+    knowledge.robot = "pioneer_p3dx".into();
+    knowledge.goals = Sequence::new(&corners.map(|(x, y)| Point2 { x, y }));
+}
+
 /// R3, which is that of EXP2, follows R2.
 fn r3() -> Robot {
-    slate_exp2::r3()
+    slate_exp2::r3(None)
         .analyze::<LocateRobot>("locate_robot")
         .attach::<FollowPlanner>("planner")
         .plan::<FollowPlanner>("planner")

@@ -1,4 +1,4 @@
-//! R3's behaviour: after R2 at a safe distance, by how far and how misaligned it is (section 6.5 of the paper).
+//! R3's behaviour: after R2 at a safe distance and out of its way, by where R2 is and goes (section 6.5 of the paper).
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::prelude::*;
@@ -21,7 +21,7 @@ pub struct FollowParams {
     following_distance: f64,
     #[param(default = 1.1, range = 0.0..=100.0, unit = "m", doc = "distance below which it backs off")]
     min_distance: f64,
-    #[param(default = 0.9, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity")]
+    #[param(default = 0.4, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity")]
     max_linear_velocity: f64,
     #[param(default = 0.2, range = 0.0..=1.5, unit = "m/s", doc = "maximum linear velocity backwards")]
     max_reverse_velocity: f64,
@@ -35,10 +35,32 @@ pub struct FollowParams {
     max_angular_velocity: f64,
     #[param(default = 0.8, range = 0.0..=1.5, unit = "rad", doc = "bearing error above which it turns on the spot")]
     max_bearing_error: f64,
+    #[param(default = 0.6, range = 0.0..=10.0, unit = "m", doc = "distance from the leader's course up to which it is in the way; 0: it never makes way")]
+    passing_distance: f64,
+    #[param(default = 1.6, range = 0.1..=100.0, unit = "m", doc = "distance to keep from a leader that comes towards it")]
+    waiting_distance: f64,
+    #[param(default = 0.12, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity while it clears the leader's course")]
+    evasion_velocity: f64,
+    #[param(default = 0.25, range = 0.0..=1.5, unit = "m/s", doc = "linear velocity round what keeps it from the leader")]
+    detour_velocity: f64,
+    #[param(default = 3.0, range = 0.1..=1e6, unit = "s", doc = "time without coming nearer to a leader that is too far away after which it drives round what is between, for as long")]
+    progress_timeout: f64,
 }
 
 /// Duration of a plan unless it is renewed, seconds.
 const HOLD: f64 = 0.5;
+/// How far behind the leader, along its course, a robot still counts as beside it, metres.
+const BESIDE: f64 = 0.3;
+/// Travel of the leader after which its course is updated, metres.
+const COURSE: f64 = 0.1;
+/// Bearing error above which it turns on the spot before it makes way, radians.
+const TURN_FIRST: f64 = 0.4;
+/// Angle between a detour and the direction to the leader, radians.
+const DETOUR: f64 = 0.9;
+/// More than this above the waiting distance is too far, metres.
+const TOO_FAR: f64 = 0.15;
+/// Less than this is not nearer, metres.
+const NEARER: f64 = 0.1;
 
 /// State of [`FollowPlanner`].
 #[derive(Default, Serialize, Deserialize)]
@@ -49,9 +71,43 @@ pub struct FollowPlannerState {
     planned: (f64, f64),
     /// Distance backwards that was planned since it drove forward, metres.
     reversed: f64,
+    #[serde(default)]
+    course: LeaderCourse,
+    #[serde(default)]
+    progress: ApproachProgress,
 }
 
-/// Follows another robot, as if nothing stood in the way.
+/// Course of the leader.
+#[derive(Default, Serialize, Deserialize)]
+struct LeaderCourse {
+    /// Where the present part of its way began, metres.
+    start: Option<(f64, f64)>,
+    /// Direction of the last part, of length 1.
+    direction: Option<(f64, f64)>,
+}
+
+/// Where this robot stands by the leader's course.
+struct CourseOffset {
+    /// Distance ahead of the leader, metres.
+    ahead: f64,
+    /// Distance beside the course, metres.
+    aside: f64,
+    /// Direction away from the course, radians.
+    away: f64,
+}
+
+/// How the robot comes nearer to a leader that is too far away.
+#[derive(Default, Serialize, Deserialize)]
+struct ApproachProgress {
+    /// How near it came, metres, and when, seconds.
+    nearest: Option<(f64, f64)>,
+    /// End of the present detour, seconds.
+    until: f64,
+    /// Whether the next detour is to the right.
+    to_right: bool,
+}
+
+/// Follows another robot and makes way for it; knows no obstacles.
 pub struct FollowPlanner;
 
 impl Plan for FollowPlanner {
@@ -73,20 +129,41 @@ impl Plan for FollowPlanner {
         let report = noticed.leader.newest();
         if let Some(leader) = &report {
             state.leader = Some((leader.x, leader.y, leader.range, leader.bearing, leader.seen.get()));
+            if leader.seen.get() {
+                state.course.update(leader.x, leader.y);
+            }
         }
         let Some((x, y, range, bearing, seen)) = state.leader else { return };
         // A reflex is not interrupted.
         if situation.is_reactive() || (report.is_none() && !situation.needs_plan()) {
             return;
         }
-        if !seen {
+        let pose = noticed.robot.robot.pose;
+        let (dx, dy) = (x - pose.x, y - pose.y);
+        let detour = state.progress.detour(math::hypot(dx, dy), params, now.seconds());
+        if !seen && detour.is_none() {
             // To where it was last.
             let (speed, tolerance) = (params.max_linear_velocity, params.following_distance);
             plan.replace(GoToOrigin::request(Leg { x, y, speed, tolerance }));
             state.planned = (0.0, now.seconds());
             return;
         }
-        let (linear, angular) = params.twist(range, bearing, noticed.robot.deceleration());
+        let deceleration = noticed.robot.deceleration();
+        let (linear, angular) = match (detour, state.course.offset(-dx, -dy)) {
+            (Some(angle), _) => {
+                let direction = math::angle_between(pose.theta, math::atan2(dy, dx) + angle);
+                params.drive(params.detour_velocity, direction)
+            }
+            // The leader comes, or passes.
+            (None, Some(offset)) if params.passing_distance > 0.0 && offset.ahead > -BESIDE => {
+                if offset.aside < params.passing_distance && range < params.waiting_distance {
+                    params.drive(params.evasion_velocity, math::angle_between(pose.theta, offset.away))
+                } else {
+                    params.twist(range, bearing, params.waiting_distance, deceleration)
+                }
+            }
+            _ => params.twist(range, bearing, params.following_distance, deceleration),
+        };
         let linear =
             if state.reversed > params.max_reverse_distance { math::max(linear, 0.0) } else { linear };
         state.planned = (linear, now.seconds());
@@ -110,10 +187,59 @@ impl FollowPlannerState {
     }
 }
 
+impl LeaderCourse {
+    /// Notes where the leader is, metres.
+    fn update(&mut self, x: f64, y: f64) {
+        let (from_x, from_y) = *self.start.get_or_insert((x, y));
+        let (dx, dy) = (x - from_x, y - from_y);
+        let way = math::hypot(dx, dy);
+        if way >= COURSE {
+            self.start = Some((x, y));
+            self.direction = Some((dx / way, dy / way));
+        }
+    }
+
+    /// Returns where a robot stands that is there relative to the leader (m); `None` before the leader has moved.
+    fn offset(&self, x: f64, y: f64) -> Option<CourseOffset> {
+        let (east, north) = self.direction?;
+        let left = east * y - north * x;
+        let side = if left < 0.0 { -1.0 } else { 1.0 };
+        let away = math::atan2(side * east, -side * north);
+        Some(CourseOffset { ahead: east * x + north * y, aside: left.abs(), away })
+    }
+}
+
+impl ApproachProgress {
+    /// Returns the angle of the present detour to the direction of a leader at a distance (m), if there is one.
+    fn detour(&mut self, distance: f64, params: &FollowParams, time: f64) -> Option<f64> {
+        if distance < params.waiting_distance + TOO_FAR {
+            *self = Self { to_right: self.to_right, ..Self::default() };
+            return None;
+        }
+        let (nearest, since) = *self.nearest.get_or_insert((distance, time));
+        if distance < nearest - NEARER {
+            self.nearest = Some((distance, time));
+        } else if time - since > params.progress_timeout {
+            self.to_right = !self.to_right;
+            self.until = time + params.progress_timeout;
+            self.nearest = Some((distance, self.until));
+        }
+        (time < self.until).then_some(if self.to_right { -DETOUR } else { DETOUR })
+    }
+}
+
 impl FollowParams {
-    /// Linear (m/s) and angular (rad/s) velocity towards a leader at that distance (m) and bearing (rad).
-    fn twist(&self, range: f64, bearing: f64, deceleration: f64) -> (f64, f64) {
-        let ahead = range - self.following_distance;
+    /// Linear (m/s) and angular (rad/s) velocity into a direction (rad).
+    fn drive(&self, velocity: f64, direction: f64) -> (f64, f64) {
+        let linear = if direction.abs() > TURN_FIRST { 0.0 } else { velocity * math::cos(direction) };
+        let limit = self.max_angular_velocity;
+        (linear, math::clamp(self.bearing_gain * direction, -limit, limit))
+    }
+
+    /// Linear (m/s) and angular (rad/s) velocity towards a leader at that range (m) and bearing (rad), up to a
+    /// distance (m).
+    fn twist(&self, range: f64, bearing: f64, distance: f64, deceleration: f64) -> (f64, f64) {
+        let ahead = range - distance;
         let wanted = if ahead > 0.0 {
             // Low enough to stop in time, should the leader stop.
             math::min(self.max_linear_velocity, (2.0 * deceleration * ahead).sqrt())

@@ -4,7 +4,8 @@ use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
 use slate_plugin::prelude::*;
 use slate_wheeled::analyzes::Surroundings;
-use slate_wheeled::journey::{Journey, must_change};
+use slate_wheeled::goals::Goals;
+use slate_wheeled::navigator::{Navigator, must_replan};
 
 /// Percepts and outputs of the Plan.
 #[ports]
@@ -12,17 +13,15 @@ pub struct PatrolNoticing {
     range: Noticed<Surroundings>,
     position: Noticed<Position>,
     orientation: Noticed<Orientation>,
-    /// Present goal.
+    /// The corners, from Knowledge.
+    goals: Input<Goals>,
+    /// The corner that it goes to.
     goal: Output<Point2>,
 }
 
-/// Where and how fast the robot goes.
+/// How fast the robot goes.
 #[params]
 pub struct PatrolParams {
-    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "x of the corners, on both sides of the origin")]
-    pub corner_x: f64,
-    #[param(default = 2.0, range = 0.0..=1000.0, unit = "m", doc = "y of the corners, on both sides of the origin")]
-    corner_y: f64,
     #[param(default = 0.4, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in free space")]
     pub max_linear_velocity: f64,
     #[param(default = 0.3, range = 0.0..=3.0, unit = "m/s", doc = "maximum linear velocity in crowded space")]
@@ -33,16 +32,14 @@ pub struct PatrolParams {
     progress_timeout: f64,
 }
 
-/// The order in which the authors' robot visits the corners: signs of x and y.
-const CORNERS: [(f64, f64); 4] = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)];
-
 /// Less than this is not nearer, metres.
 const NEARER: f64 = 0.05;
 
 /// State of the Plan.
 #[derive(Default, Serialize, Deserialize)]
 pub struct PatrolMemory {
-    journey: Journey,
+    #[serde(alias = "journey")]
+    navigator: Navigator,
     /// Which corner is next.
     corner: usize,
     /// How near it came to that corner, metres, and when, seconds.
@@ -67,43 +64,36 @@ impl Plan for PatrolPlanner {
         now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        let room_changed = memory.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
-        let has_arrived =
-            Journey::has_arrived(situation) && memory.journey.leads_to(params.corner(memory.corner));
-        if has_arrived || memory.is_stuck(params, now.seconds()) {
-            memory.corner = (memory.corner + 1) % CORNERS.len();
+        let room_changed = memory.navigator.update(&noticed.range, &noticed.position, &noticed.orientation);
+        let Some(goals) = noticed.goals.get() else { return };
+        let Some(mut corner) = goals.get(memory.corner) else { return };
+        let has_arrived = Navigator::has_arrived(situation) && memory.navigator.is_goal(corner);
+        if has_arrived || memory.is_stuck(corner, params, now.seconds()) {
+            memory.corner = (memory.corner + 1) % goals.list.len();
             memory.nearest = None;
+            corner = goals.get(memory.corner).unwrap_or(corner);
         }
-        let corner = params.corner(memory.corner);
         noticed.goal.set(corner);
-        if memory.journey.position().is_none() {
+        if memory.navigator.position().is_none() {
             return;
         }
         let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
-        let is_changed = room_changed || memory.journey.is_outdated(corner, speeds);
-        if situation.needs_plan() || must_change(is_changed, situation) {
-            memory.journey.go(corner, speeds, params.goal_tolerance, plan);
+        let is_changed = room_changed || memory.navigator.is_outdated(corner, speeds);
+        if situation.needs_plan() || must_replan(is_changed, situation) {
+            memory.navigator.send_goal(corner, speeds, params.goal_tolerance, plan);
         }
     }
 }
 
 impl PatrolMemory {
     /// Returns whether it has come no nearer to the corner for too long: it plans without knowing what is there.
-    fn is_stuck(&mut self, params: &PatrolParams, time: f64) -> bool {
-        let Some((x, y)) = self.journey.position() else { return false };
-        let corner = params.corner(self.corner);
+    fn is_stuck(&mut self, corner: Point2, params: &PatrolParams, time: f64) -> bool {
+        let Some((x, y)) = self.navigator.position() else { return false };
         let distance = math::hypot(corner.x - x, corner.y - y);
         let (nearest, since) = *self.nearest.get_or_insert((distance, time));
         if distance < nearest - NEARER {
             self.nearest = Some((distance, time));
         }
         time - since > params.progress_timeout
-    }
-}
-
-impl PatrolParams {
-    fn corner(&self, number: usize) -> Point2 {
-        let (east, north) = CORNERS[number];
-        Point2 { x: east * self.corner_x, y: north * self.corner_y }
     }
 }

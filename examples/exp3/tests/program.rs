@@ -124,11 +124,16 @@ fn rules_of_reflexes_are_the_same_in_a_program_and_in_toml() {
 fn one_key_chooses_the_profile_of_the_world_and_of_all_robot_models() {
     for (robot, _) in EXPERIMENTS {
         for (set, expected) in [(vec![], "vrep"), (vec!["world.profile=real"], "real")] {
-            let Application { configuration, .. } = robot().application(&set).unwrap();
+            let Application { configuration, plugins, .. } = robot().application(&set).unwrap();
+            let agent = Agent::load(&configuration, &plugins, runtime::Options::default()).unwrap();
             let knowing = configuration.modules().iter().filter(|it| it.name.value.ends_with("/knowledge"));
-            let profiles: Vec<_> =
-                knowing.map(|it| it.params.get("profile").unwrap().value.as_str()).collect();
-            assert!(!profiles.is_empty() && profiles.iter().all(|it| *it == Some(expected)), "{profiles:?}");
+            let profiles: Vec<_> = knowing
+                .map(|it| {
+                    let path = format!("{}/params/profile", it.name.value);
+                    agent.board().read(&path).unwrap().unwrap().0.as_str().unwrap().to_owned()
+                })
+                .collect();
+            assert!(!profiles.is_empty() && profiles.iter().all(|it| *it == expected), "{profiles:?}");
         }
     }
 }

@@ -1,15 +1,16 @@
 //! EXP3's robots: one visits the corners, the other one follows it; and how they are judged.
-#![allow(clippy::unwrap_used, reason = "a test that fails panics")]
+#![allow(clippy::panic, clippy::unwrap_used, reason = "a test that fails panics")]
 
 use slate::blackboard::interface::Value;
 use slate::interfaces::{Orientation, Point2, Position};
 use slate::mapek::{self, PlanBlock, Planned};
-use slate::module::Bool;
 use slate::module::testing::Fixture;
+use slate::module::{Bool, Sequence, math};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate_exp3::follow::FollowPlanner;
 use slate_exp3::patrol::PatrolPlanner;
+use slate_wheeled::goals::Goals;
 use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::locate_robot::Located;
 
@@ -108,7 +109,7 @@ fn caused_collision_fails_a_kept_gap_and_ends_no_run() {
     // R2 drives into R1, which stands still, and pushes on.
     let drives = [
         "robots.r2.modules.planner.enabled=true",
-        "robots.r2.modules.planner.params.corner_x=0.0",
+        "robots.r2.modules.knowledge.params.goals=[{ x = 0.0, y = 2.0 }]",
         "robots.r2.modules.avoid_obstacle.enabled=false",
         "modules.pursuit.params.max_gap=10.0",
         "modules.referee.params.time_limit=6.0",
@@ -150,6 +151,51 @@ fn follower_keeps_its_distance_and_faces_the_leader() {
     assert!(left > 0.0 && left == -right, "on the spot to the right: {left} {right}");
 }
 
+/// How the left and the right wheels of a follower turn, at the origin facing east, when its leader has come to each of these
+/// places, a second after the one before.
+fn follows(places: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let mut planner = follower();
+    let plan = |(x, y): &(f64, f64)| {
+        let leader = Located {
+            x: *x,
+            y: *y,
+            range: math::hypot(*x, *y),
+            bearing: math::atan2(*y, *x),
+            seen: true.into(),
+        };
+        planner.push("leader", leader);
+        planner.advance(1_000_000_000);
+        planner.tick();
+        let planned = planner.sent::<Planned>("plan");
+        let arguments = planned.last().unwrap().action.arguments;
+        (arguments[0], arguments[1])
+    };
+    places.iter().map(plan).collect()
+}
+
+#[test]
+fn follower_makes_way_for_a_leader_that_comes_towards_it() {
+    // The course of the leader is to its left or to its right.
+    let (left, right) = follows(&[(1.5, 0.2), (1.3, 0.2)])[1];
+    assert!(left > 0.0 && left == -right, "it turns to the right: {left} {right}");
+    let (left, right) = follows(&[(1.5, -0.2), (1.3, -0.2)])[1];
+    assert!(left < 0.0 && left == -right, "it turns to the left: {left} {right}");
+    let (left, right) = follows(&[(1.3, 0.8), (1.2, 0.8)])[1];
+    assert!(left + right == 0.0 && right > left, "the leader passes, it faces it: {left} {right}");
+    let (left, right) = follows(&[(1.5, 0.0), (1.8, 0.0)])[1];
+    assert!(left > 0.0 && left == right, "the leader leaves, it follows: {left} {right}");
+}
+
+#[test]
+fn follower_that_comes_no_nearer_drives_round_what_is_between() {
+    let stuck = follows(&[(2.5, 0.0); 12]);
+    assert!(stuck[..3].iter().all(|(left, right)| left == right && *left > 0.0), "{stuck:?}");
+    let turns = |sign: f64| stuck.iter().any(|(left, right)| (right - left) * sign > 1.0);
+    assert!(turns(1.0) && turns(-1.0), "to one side, then to the other: {stuck:?}");
+    let nearer: Vec<_> = (0..8).map(|step| (2.5 - 0.1 * f64::from(step), 0.0)).collect();
+    assert!(follows(&nearer).iter().all(|(left, right)| left == right), "it comes nearer");
+}
+
 #[test]
 fn lost_leader_is_looked_for_where_it_was() {
     let mut planner = follower();
@@ -169,9 +215,33 @@ fn plan_does_not_interrupt_a_reflex() {
     assert!(planner.sent::<Planned>("plan").is_empty());
 }
 
+/// Goals at the corners of a room.
+fn corners(x: f64, y: f64) -> Goals {
+    let corners = [(x, y), (x, -y), (-x, y), (-x, -y)];
+    Goals { list: Sequence::new(&corners.map(|(x, y)| Point2 { x, y })) }
+}
+
+#[test]
+fn goals_are_in_knowledge_and_the_plan_reads_them_there() {
+    let mut agent = agent(&[]);
+    agent.step();
+    agent.step();
+    let newest = |path: &str| agent.board().read(path).unwrap().map(|(value, _)| value);
+    let goal =
+        |value: &Value| [value.get("x"), value.get("y")].map(|number| number.unwrap().as_f64().unwrap());
+    let Some(Value::List(known)) = newest("r2/knowledge/goals/list") else { panic!("a list of goals") };
+    let known: Vec<_> = known.iter().map(goal).collect();
+    assert_eq!(known, [[2.0, 2.0], [2.0, -2.0], [-2.0, 2.0], [-2.0, -2.0]]);
+    assert_eq!(newest("r2/planner/goal").as_ref().map(goal), Some(known[0]));
+    for none in ["r2/knowledge/goal", "r3/knowledge/goal", "r3/knowledge/goals"] {
+        assert!(newest(none).is_none(), "{none} says where nobody goes");
+    }
+}
+
 #[test]
 fn corner_without_progress_is_left_for_the_next_lap() {
     let mut planner = Fixture::<PlanBlock<PatrolPlanner>>::new();
+    planner.set("goals", corners(2.0, 2.0));
     let mut goes_to = |seconds: u64| {
         planner.advance(seconds * 1_000_000_000);
         planner.push("position", Position { x: 1.5, y: 1.5, z: 0.0 });
@@ -187,6 +257,7 @@ fn corner_without_progress_is_left_for_the_next_lap() {
 #[test]
 fn another_corner_and_other_speeds_hold_on_the_way() {
     let mut planner = Fixture::<PlanBlock<PatrolPlanner>>::new();
+    planner.set("goals", corners(2.0, 2.0));
     planner.push("position", Position::default());
     planner.push("orientation", Orientation::default());
     let sent = |planner: &mut Fixture<PlanBlock<PatrolPlanner>>| {
@@ -199,7 +270,7 @@ fn another_corner_and_other_speeds_hold_on_the_way() {
     assert_eq!(sent(&mut planner), (2.0, 2.0, 0.4));
     planner
         .set("situation", mapek::ExecuteStatus { route: mapek::Route::DELIBERATIVE, ..Default::default() });
-    planner.params().corner_x = 1.0;
+    planner.set("goals", corners(1.0, 2.0));
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.4));
     planner.params().max_linear_velocity = 0.1;
     assert_eq!(sent(&mut planner), (1.0, 2.0, 0.1));

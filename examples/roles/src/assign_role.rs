@@ -68,7 +68,7 @@ impl Analyze for AssignRole {
         now: &Tick,
     ) -> Option<Role> {
         if let Some(claims) = observed.claims.updated() {
-            state.team.learn(claims);
+            state.team.replace(claims);
         }
         let Some((attacks, _)) = state.claim else {
             return state.take(params.attacks.get(), 0, observed, now);

@@ -4,9 +4,7 @@ use serde::{Deserialize, Serialize};
 use slate_plugin::mapek::{FactTable, Statements, StrategyModel, StrategyPorts};
 use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
-use slate_wheeled::knowledge::{
-    WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState, hardware_of,
-};
+use slate_wheeled::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState};
 
 /// What a robot states about its role.
 #[interface]
@@ -78,8 +76,8 @@ impl Knowledge for TeamKnowledge {
     type State = TeamKnowledgeState;
     const DESCRIBES_HARDWARE: bool = true;
 
-    fn hardware(_: &Setup<'_>, params: &TeamKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-        hardware_of(&params.wheeled())
+    fn hardware(setup: &Setup<'_>, params: &TeamKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
+        WheeledKnowledge::hardware(setup, &params.wheeled())
     }
 
     fn create(setup: &Setup<'_>, params: &TeamKnowledgeParams) -> Result<TeamKnowledgeState, Refusal> {

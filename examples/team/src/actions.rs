@@ -45,7 +45,7 @@ impl Action<ScoutBody> for GoNear {
 #[derive(Serialize, Deserialize)]
 pub struct SendToLook {
     place: (f64, f64),
-    telling: Telling,
+    transmission: Transmission,
 }
 
 impl ActionKind for SendToLook {
@@ -54,14 +54,14 @@ impl ActionKind for SendToLook {
     type Arguments = (f64, f64);
 
     fn start(place: (f64, f64)) -> Self {
-        Self { place, telling: Telling::within(3.0) }
+        Self { place, transmission: Transmission::within(3.0) }
     }
 }
 
 impl Action<ScoutBody> for SendToLook {
     fn act(&mut self, acting: &Acting<'_, ScoutBody>) -> Step {
         let (x, y) = self.place;
-        self.telling.tell(&acting.body.1.look, Point2 { x, y }, acting.now)
+        self.transmission.send(&acting.body.1.look, Point2 { x, y }, acting.now)
     }
 }
 

@@ -33,7 +33,7 @@ impl Analyze for Atlas {
     type Value = Known;
 
     fn process(world: &mut WorldModel<String, Obstacle>, heard: &Heard, _: &(), _: &Tick) -> Option<Known> {
-        let changed = world.learn(&heard.obstacles);
+        let changed = world.replace(&heard.obstacles);
         if changed.is_empty() {
             return None;
         }

@@ -42,12 +42,12 @@ pub struct ExplorerState {
     team: bool,
     /// Find for another robot to inspect.
     worth: Option<(f64, f64)>,
-    /// Whether another robot is informed.
-    told: bool,
+    /// Whether another robot was sent there.
+    #[serde(alias = "told")]
+    is_sent: bool,
 }
 
-/// Drives round its part of the arena, tells another robot to look at the first thing that it finds, and looks where it is
-/// told to.
+/// Drives round its part of the arena, sends another robot to its first find, and goes where it is sent.
 pub struct Explorer;
 
 impl Plan for Explorer {
@@ -66,7 +66,7 @@ impl Plan for Explorer {
         _: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        memory.told |= situation
+        memory.is_sent |= situation
             .ended()
             .any(|ended| ended.kind.as_str() == SendToLook::KIND && ended.ending == Ending::COMPLETED);
         if let Some(found) = noticed.obstacle.newest() {
@@ -82,7 +82,7 @@ impl Plan for Explorer {
             return;
         }
         // As soon as another robot is there.
-        if let Some(place) = memory.worth.filter(|_| memory.team && !memory.told) {
+        if let Some(place) = memory.worth.filter(|_| memory.team && !memory.is_sent) {
             plan.append(SendToLook::request(place));
         }
         let side = |out: bool| if out { params.half_width } else { -params.half_width };

@@ -81,12 +81,12 @@ impl Property {
         }
     }
 
-    /// Part of the architecture that writes it, such as `monitor`; empty for none.
+    /// Part of the architecture that alone writes it or sends to it, such as `monitor`; empty for none.
     pub fn part(&self) -> String {
         locked(&self.part).clone()
     }
 
-    /// Sets the part of the architecture that writes it.
+    /// Sets the part of the architecture that alone writes it or sends to it.
     pub fn set_part(&self, part: &str) {
         part.clone_into(&mut *locked(&self.part));
     }

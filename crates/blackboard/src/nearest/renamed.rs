@@ -1,13 +1,12 @@
 //! Former names of parameters and ports.
 
 /// Former and present names; a former name may have several present ones, in different modules.
-const RENAMED: [(&str, &str); 69] = [
+const RENAMED: [(&str, &str); 66] = [
     ("berth", "inflation_margin"),
     ("careful_speed", "careful_linear_velocity"),
     ("distance", "following_distance"),
     ("distance", "release_distance"),
     ("distance", "wall_distance"),
-    ("east", "corner_x"),
     ("far", "free_distance"),
     ("farthest", "max_gap"),
     ("fixed", "corrected_clamp"),
@@ -29,10 +28,8 @@ const RENAMED: [(&str, &str); 69] = [
     ("near", "min_separation"),
     ("nearest", "min_gap"),
     ("next", "waypoint"),
-    ("north", "corner_y"),
     ("occupied", "occupied_threshold"),
     ("orientation_deviation", "orientation_stddev"),
-    ("other_radius", "other_robot_radius"),
     ("patience", "progress_timeout"),
     ("patience", "release_timeout"),
     ("patience", "track_timeout"),

@@ -10,6 +10,7 @@ use crate::message::RosMessage;
 use crate::options::FrameInput;
 use crate::services::check_services;
 use crate::settings::{RosSettings, TopicInput, TopicOutput};
+use crate::whole_input::whole_input;
 
 /// Whether the ports that settings name are there and fit their topics and services; nothing is opened.
 ///
@@ -35,7 +36,7 @@ pub fn check_frame(composer: &Composer, own: &FrameInput) -> Result<Arc<Property
     let property = found.map_err(|(reason, help)| wrong(reason, help))?;
     if property.descriptor().hash != Transform::DESCRIPTOR.hash {
         let reason = format!("the input is a {}, and a frame has a Transform", property.descriptor().name);
-        return Err(wrong(reason, "name the input of a module of the kind `frame`"));
+        return Err(wrong(reason, "name the input of a module of the kind `external_frame`"));
     }
     Ok(property)
 }
@@ -48,15 +49,6 @@ pub fn check_clock(composer: &Composer, settings: &RosSettings) -> Result<(), Ro
         return Err(RosError::Clock { reason });
     }
     Ok(())
-}
-
-/// The input at a path, or why it can't be filled from outside and what to do.
-pub fn whole_input(composer: &Composer, path: &str) -> Result<Arc<Property>, (String, &'static str)> {
-    let (property, field) = composer.external_input(path).map_err(|error| (error.reason, error.help))?;
-    if field.is_empty() {
-        return Ok(property);
-    }
-    Err((format!("`{field}` is a field, and a message has a whole value"), "name the input alone"))
 }
 
 /// The input that reads a topic, and what it reads.

@@ -19,7 +19,7 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Messages that are kept for a tool that is slow.
 const DEPTH: u16 = 1000;
 
-/// Name of the node that looks; it is told to nobody.
+/// Name of the node that explores; it is not announced.
 const NODE: &str = "slate_ros";
 
 const ENTITIES: &str = "Gid gid\nNodeEntitiesInfo[] nodes\n====\nMSG: rmw_dds_common/Gid\nuint8[16] data\n====\n\
@@ -37,7 +37,7 @@ const OTHERS: [(&str, &str); 2] = [
 /// A publisher or a subscription in a domain.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FoundEndpoint {
-    /// The node that has it, such as `/talker`; nothing when that says so to nobody.
+    /// The node that has it, such as `/talker`; nothing if that is not announced.
     pub node: Option<String>,
     /// The type as ROS calls it.
     pub message: String,
@@ -169,8 +169,7 @@ impl RosExplorer {
     /// The services by name, with the type of each.
     pub fn services(&self) -> BTreeMap<String, String> {
         let mut services = BTreeMap::new();
-        for (writes, own) in self.endpoints.values().filter(|(writes, _)| !writes) {
-            debug_assert!(!writes);
+        for (_, own) in self.endpoints.values().filter(|(writes, _)| !writes) {
             let name = own.topic_name.strip_prefix("rq/").and_then(|name| name.strip_suffix("Request"));
             if let Some(name) = name {
                 let kind = message_name(&own.type_name);

@@ -85,7 +85,7 @@ impl FrameInputs {
         self.readers.iter().map(|(reader, _)| reader.guid()).collect()
     }
 
-    /// The same, for what is told of them.
+    /// GUIDs, topics and types of the same, for matching.
     pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
         self.readers.iter().map(|(reader, is_fixed)| {
             let topic = if *is_fixed { FIXED.0 } else { MOVING.0 };

@@ -1,7 +1,7 @@
 //! Topics of [ROS 2](https://docs.ros.org) as properties of an agent, both ways, over DDS.
 //!
-//! A [`RosSettings`] is the table `[ros2]` of a configuration: inputs that read topics, and topics that have the values of
-//! properties. A [`RosMessage`] is how values lie on the wire: as the message that ROS has for their interface, or else as that
+//! A [`RosSettings`] is the table `[ros2]` of a configuration, and its links with `ros2:`: inputs that read topics, and topics
+//! that have the values of properties. A [`RosMessage`] is how values lie on the wire: as the message that ROS has for their interface, or else as that
 //! of recordings, `slate_msgs/msg/NAME`. `RosBridge` needs the feature `dds`.
 //!
 //! Nothing of it runs in a tick. What comes in waits in a bounded queue; a thread takes it from there and sets the inputs, in
@@ -35,8 +35,12 @@ mod participant;
 mod quality;
 #[cfg(feature = "dds")]
 mod raw;
+mod service_settings;
+mod service_type;
 mod services;
 mod settings;
+mod table_reader;
+mod whole_input;
 
 #[cfg(feature = "dds")]
 pub use bridge::{RosBridge, TopicStatus};
@@ -48,5 +52,6 @@ pub use message::RosMessage;
 pub use name::{NodeName, check_topic, type_name, wire_topic};
 pub use options::{FrameInput, NodeOptions, ParameterAccess};
 pub use quality::TopicQuality;
-pub use services::{ServiceCall, ServiceOffer, ServiceType};
+pub use service_settings::{ServiceCall, ServiceOffer};
+pub use service_type::ServiceType;
 pub use settings::{RosSettings, TABLE, TopicInput, TopicOutput};

@@ -2,7 +2,7 @@
 
 use slate_runtime::configuration::{Span, Table};
 
-use crate::settings::RosSettingsReader;
+use crate::table_reader::TableReader;
 
 /// What nodes of ROS may do with the parameters of modules.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl NodeOptions {
         KEYS.iter().any(|key| table.get(key).is_some())
     }
 
-    pub(crate) fn of(reader: &mut RosSettingsReader<'_>, table: &Table) -> Self {
+    pub(crate) fn of(reader: &mut dyn TableReader, table: &Table) -> Self {
         Self {
             parameters: parameters(reader, table),
             clock: reader.truth(table, "clock"),
@@ -77,7 +77,7 @@ impl NodeOptions {
     }
 }
 
-fn frames(reader: &mut RosSettingsReader<'_>, table: &Table) -> Vec<FrameInput> {
+fn frames(reader: &mut dyn TableReader, table: &Table) -> Vec<FrameInput> {
     let mut frames: Vec<FrameInput> = Vec::new();
     for (input, span, entry) in reader.entries(table, "frames", FRAMES) {
         let input = reader.path(&input, span, FRAMES);
@@ -91,7 +91,7 @@ fn frames(reader: &mut RosSettingsReader<'_>, table: &Table) -> Vec<FrameInput> 
     frames
 }
 
-fn parameters(reader: &mut RosSettingsReader<'_>, table: &Table) -> ParameterAccess {
+fn parameters(reader: &mut dyn TableReader, table: &Table) -> ParameterAccess {
     const HELP: &str = "write parameters = \"none\", \"read\" or \"set\"";
     let Some((text, span)) = reader.text(table, "parameters", HELP) else {
         return ParameterAccess::default();
@@ -101,7 +101,7 @@ fn parameters(reader: &mut RosSettingsReader<'_>, table: &Table) -> ParameterAcc
         "read" => ParameterAccess::Read,
         "set" => ParameterAccess::Set,
         other => {
-            let message = format!("`parameters` is none, read or set, found {other:?}");
+            let message = format!("expected `parameters` to be none, read or set, found {other:?}");
             reader.add(span, message, HELP);
             ParameterAccess::default()
         }

@@ -10,7 +10,8 @@ use slate_runtime::configuration::{
 use crate::name::{NodeName, check_node, check_topic};
 use crate::options::{KEYS, NodeOptions};
 use crate::quality::TopicQuality;
-use crate::services::{ServiceCall, ServiceOffer, ServicesReader};
+use crate::service_settings::{ServiceCall, ServiceOffer, ServicesReader};
+use crate::table_reader::{KeyedValue, TableReader};
 
 /// Name of the table, and scheme of links.
 pub const TABLE: &str = "ros2";
@@ -123,18 +124,14 @@ impl RosSettings {
     }
 }
 
-pub struct RosSettingsReader<'c> {
+struct RosSettingsReader<'c> {
     configuration: &'c Configuration,
     wrong: Vec<Diagnostic>,
 }
 
 impl RosSettingsReader<'_> {
-    pub fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
+    fn add(&mut self, span: Span, message: impl Into<Message>, help: &str) {
         self.wrong.push(self.configuration.diagnostic(span, message, Some(help.into())));
-    }
-
-    pub fn check_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
-        self.wrong.extend(self.configuration.unknown_keys(table, place, known));
     }
 
     fn settings(&mut self, root: Option<&Spanned<Value>>) -> RosSettings {
@@ -309,7 +306,7 @@ impl RosSettingsReader<'_> {
     }
 
     /// The entries of a table in the table: key, its place, and value.
-    pub fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<(String, Span, Spanned<Value>)> {
+    fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<(String, Span, Spanned<Value>)> {
         let Some(value) = table.get(name) else { return Vec::new() };
         let Some(entries) = value.as_table() else {
             self.add(value.span, format!("`{name}` is a table, found {}", value.describe()), help);
@@ -335,7 +332,7 @@ impl RosSettingsReader<'_> {
         entry.as_str().map(ToOwned::to_owned)
     }
 
-    pub fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
+    fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
         match node.topic(name) {
             Ok(topic) => Some(topic),
             Err(reason) => {
@@ -345,7 +342,7 @@ impl RosSettingsReader<'_> {
         }
     }
 
-    pub fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
+    fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
         match self.configuration.own_path(text) {
             Ok(path) => Some(path),
             Err(report) => {
@@ -378,7 +375,7 @@ impl RosSettingsReader<'_> {
         quality
     }
 
-    pub fn truth(&mut self, table: &Table, name: &str) -> bool {
+    fn truth(&mut self, table: &Table, name: &str) -> bool {
         let Some(value) = table.get(name) else { return false };
         if value.as_bool().is_none() {
             let message = format!("`{name}` takes true or false, found {}", value.describe());
@@ -387,11 +384,42 @@ impl RosSettingsReader<'_> {
         value.as_bool().unwrap_or(false)
     }
 
-    pub fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
+    fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
         let value = table.get(name)?;
         if value.as_str().is_none() {
             self.add(value.span, format!("`{name}` takes a text, found {}", value.describe()), help);
         }
         Some((value.as_str()?.to_owned(), value.span))
+    }
+}
+
+/// For the parts of the table that other modules know.
+impl TableReader for RosSettingsReader<'_> {
+    fn add(&mut self, span: Span, message: String, help: &str) {
+        Self::add(self, span, message, help);
+    }
+
+    fn check_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
+        self.wrong.extend(self.configuration.unknown_keys(table, place, known));
+    }
+
+    fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<KeyedValue> {
+        Self::entries(self, table, name, help)
+    }
+
+    fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
+        Self::text(self, table, name, help)
+    }
+
+    fn truth(&mut self, table: &Table, name: &str) -> bool {
+        Self::truth(self, table, name)
+    }
+
+    fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
+        Self::path(self, text, span, help)
+    }
+
+    fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
+        Self::topic(self, name, span, node, help)
     }
 }

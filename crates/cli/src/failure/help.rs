@@ -45,6 +45,10 @@ impl Failure {
                 "`slate run {name}` runs it once; for a batch, add a simulator to the configuration and make it the time \
                  source (`time.source`)"
             ),
+            Self::BatchWithoutMission { name } => format!(
+                "`slate run {name}` runs it once, until Ctrl-C; for a batch, name the property that ends a run in [mission], or \
+                 choose a variant with one"
+            ),
             Self::OtherVariant { .. } => "omit it, or run the example without --resume".into(),
             Self::SeveralResumed { agents } => format!("name the agent, such as --agent {}", agents.first()?),
             Self::ProjectName { .. } => "choose another name, such as `wall-follower`".into(),

@@ -73,6 +73,8 @@ pub enum Failure {
     Run(RunError),
     #[error("a batch needs a simulator: `{name}` has no time source and runs on the wall clock")]
     BatchOnWallClock { name: String },
+    #[error("a batch needs a mission, which ends its runs: `{name}` has none")]
+    BatchWithoutMission { name: String },
     #[error("a snapshot belongs to one agent, and the file describes several: {}", .agents.join(", "))]
     SeveralResumed { agents: Vec<String> },
     #[error("the agent `{agent}` can't be started: {source}")]

@@ -222,11 +222,14 @@ visit(async () => {
   const execute = page.locator(".stage.execute .block");
   await until("how old what Execute says is", async () => /\d (ms|s)$/.test((await execute.locator("header").innerText()).trim()));
   for (const text of await execute.locator("button.output").allInnerTexts()) assert(/\d (ms|s)$|none yet$/.test(text.trim()), `no age: ${text}`);
-  // Of two reflexes the one of lower rank waits.
-  for (const [rank, left] of [[9, 0], [8, 1.5]])
-    await api("POST", `/slate/${AGENT}/r2/execute/reflexes`, { action: { kind: "SetWheelSpeed", arguments: [left, left, 3] }, rank });
+  // Towards a wall that is near, the plan waits for the reflex again and again.
+  const rules = (distance) => api("PATCH", `/slate/${AGENT}/r2/knowledge/params`, { sensor_rules: [{ sensor: "sonar", distance }] });
+  await away(2.2, -2.2);
+  await rules(1.0);
   const waiting = execute.getByRole("list", { name: "Waiting actions" });
-  await until("what waits", async () => /SetWheelSpeed\s*\(1\.50, 1\.50, 3\)\s+reflex, rank 8\s+\d/.test(await waiting.innerText()));
+  await until("what waits", async () => /GoToOrigin\s*\(2\.20, -2\.20, [^)]*\)\s+plan, action \d+\s+\d/.test(await waiting.innerText()), 60);
+  await rules(0.1);
+  await away(-1.6, -1.6);
   const wall = page.getByRole("switch", { name: "avoid_wall" });
   assert(!(await wall.isChecked()), "avoid_wall is on");
   await browser.accessible(page, "MAPE-K");

@@ -2,6 +2,7 @@
 //!
 //! The roles of its ports make a module a block, in any language: no block reads a module without them.
 
+use slate_blackboard::interface::Descriptor;
 use slate_module::{Description, Direction, PortDescription};
 
 /// Role of ports with ground truth: those of a simulator, and of the referees that alone read them.
@@ -9,6 +10,12 @@ pub const TRUTH: &str = "truth";
 
 /// Role of what a Sensor measures.
 pub const MEASUREMENT: &str = "measurement";
+
+/// Role of what a Monitor makes of measurements.
+pub const PERCEPT: &str = "percept";
+
+/// Role of what an Analyze tells the Plan.
+pub const CHANGE: &str = "change";
 
 /// Role of a driver's inputs that move a robot.
 pub const ACTUATION: &str = "actuation";
@@ -24,6 +31,15 @@ const FACT: &str = "fact";
 
 /// Part of the architecture that writes what has passed a gate.
 pub const GATE: &str = "gate";
+
+/// Role of an Actuator's input for the state of its gate.
+pub const GATE_STATE: &str = "gate_state";
+
+/// Role of what an Actuator reports, for Knowledge.
+pub const ACTUATOR_STATUS: &str = "actuator_status";
+
+/// Role of what a driver reports, for the Actuators in front of it.
+pub const DRIVER_STATUS: &str = "driver_status";
 
 /// Role of commands that have passed the gate.
 pub const COMMAND: &str = "command";
@@ -67,8 +83,8 @@ impl Block {
             description.ports.iter().any(|port| port.direction == direction && port.role == role)
         };
         let is = [
-            (Self::Monitor, has(Direction::Output, "percept")),
-            (Self::Analyze, has(Direction::Output, "change")),
+            (Self::Monitor, has(Direction::Output, PERCEPT)),
+            (Self::Analyze, has(Direction::Output, CHANGE)),
             (Self::Plan, has(Direction::Outbox, PLAN)),
             (Self::Execute, has(Direction::Inbox, PLAN) || has(Direction::Inbox, REFLEX)),
             (Self::Reactive, has(Direction::Outbox, REFLEX)),
@@ -129,7 +145,9 @@ impl Block {
                 "Knowledge learns from Sensors, Monitors, Analyzes, Plan, ReactiveModels, Execute and other robots' Knowledge"
             }
             Self::Reactive => "a ReactiveModel reads Sensors and Knowledge",
-            Self::Actuator => "an Actuator reads the command that passed the gate, and Knowledge",
+            Self::Actuator => {
+                "an Actuator reads the command that passed the gate, the gate's state, its driver's status and Knowledge"
+            }
         }
     }
 
@@ -142,11 +160,12 @@ impl Block {
             (Sensor, Provenance::Block(block)) => !is_own || matches!(block, Sensor | Actuator),
             (Sensor, _) | (_, Provenance::Hand | Provenance::Unknown | Provenance::Block(Knowledge)) => true,
             (Monitor | Reactive | Execute | Knowledge, Provenance::Block(Sensor)) => true,
-            (Monitor | Knowledge, Provenance::Health) => true,
+            (Monitor | Knowledge, Provenance::Health) | (Knowledge, Provenance::Block(Actuator)) => true,
             (Analyze | Knowledge, Provenance::Block(Monitor)) => true,
             (Plan | Knowledge, Provenance::Block(Analyze | Execute)) => true,
             (Execute | Knowledge, Provenance::Block(Plan | Reactive)) => true,
-            (Actuator, Provenance::Gate) => true,
+            (Actuator, Provenance::Gate | Provenance::GateState) => true,
+            (Monitor | Knowledge, Provenance::GateState) => true,
             _ => false,
         }
     }
@@ -169,14 +188,14 @@ impl Block {
             (Self::Monitor | Self::Reactive | Self::Execute | Self::Knowledge, Provenance::Module) => {
                 "give it a Sensor, which reads that"
             }
-            (Self::Analyze, Provenance::Module | Provenance::Health) => {
+            (Self::Analyze, Provenance::Module | Provenance::Health | Provenance::GateState) => {
                 "give it a Sensor and a Monitor, and observe that"
             }
             (Self::Analyze, Provenance::Block(Self::Sensor)) => "give it a Monitor, and observe that",
             (Self::Analyze, Provenance::Block(Self::Analyze)) => {
                 "make it a fact of Knowledge, `fact: Known<T>`, and read that: in the same cycle, without a copy"
             }
-            (Self::Plan, Provenance::Module | Provenance::Health) => {
+            (Self::Plan, Provenance::Module | Provenance::Health | Provenance::GateState) => {
                 "give it a Sensor, a Monitor and an Analyze"
             }
             (Self::Plan, Provenance::Block(Self::Sensor)) => "give it a Monitor and an Analyze",
@@ -203,6 +222,8 @@ pub enum Provenance {
     Health,
     /// The command that an actuator's gate passed.
     Gate,
+    /// The state of an actuator's gate.
+    GateState,
     /// The configuration or a person: a parameter, or an input without a link.
     Hand,
     /// Unknown until the source is loaded, or played from a recording.
@@ -250,6 +271,7 @@ impl Provenance {
             Self::Truth => "ground truth".into(),
             Self::Health => "the condition of a module or of the loop".into(),
             Self::Gate => "a command that passed its gate".into(),
+            Self::GateState => "the state of a gate".into(),
             Self::Hand | Self::Unknown => "set by hand".into(),
         }
     }
@@ -272,6 +294,7 @@ pub fn is_fact(port: &PortDescription) -> bool {
 pub fn role_permits(role: &str, origin: Provenance) -> bool {
     match role {
         COMMAND => matches!(origin, Provenance::Gate | Provenance::Unknown),
+        GATE_STATE => matches!(origin, Provenance::GateState | Provenance::Unknown),
         MEASUREMENT => matches!(origin, Provenance::Block(Block::Sensor) | Provenance::Unknown),
         _ => true,
     }
@@ -279,7 +302,33 @@ pub fn role_permits(role: &str, origin: Provenance) -> bool {
 
 /// Whether a role says which ports it may be linked to: that of a block's own traffic, or one that is not Slate's.
 pub fn binds(role: &str) -> bool {
-    !matches!(role, "" | TRUTH | ACTUATION | FACT | MEASUREMENT | COMMAND)
+    !matches!(
+        role,
+        "" | TRUTH | ACTUATION | FACT | MEASUREMENT | COMMAND | GATE_STATE | ACTUATOR_STATUS | DRIVER_STATUS
+    )
+}
+
+/// The only block that sends to an inbox of a role.
+fn sender_of(role: &str) -> Option<Block> {
+    match role {
+        PLAN => Some(Block::Plan),
+        REFLEX => Some(Block::Reactive),
+        _ => None,
+    }
+}
+
+/// The only block that sends messages of an interface to other agents, which say nothing of their inboxes.
+pub fn sender_abroad(descriptor: &Descriptor) -> Option<Block> {
+    match descriptor.name {
+        "Planned" => Some(Block::Plan),
+        "Reflex" => Some(Block::Reactive),
+        _ => None,
+    }
+}
+
+/// Text by which tools know the block that alone sends to an inbox, by that or by an outbox for it; empty for any sender.
+pub fn inbox_part(port: &PortDescription) -> &'static str {
+    sender_of(&port.role).map_or("", Block::part)
 }
 
 /// Text by which other agents know what writes a port; empty for a module that is no block.

@@ -135,9 +135,8 @@ impl<'s> Checked<'s, '_> {
                 hardware.robot,
                 found.join("; ")
             );
-            let setting = if hardware.setting.is_empty() { device } else { &hardware.setting };
-            let help =
-                format!("name one robot in `{}` of `{knowledge}` and in `{setting}`", self.model.setting);
+            let other = setting(device, hardware);
+            let help = format!("name one robot in {} and in {other}", setting(knowledge, self.model));
             Some((message, help))
         })
     }
@@ -211,7 +210,16 @@ impl<'s> Checked<'s, '_> {
 
     fn help(&self, other: &str) -> String {
         let knowledge = self.name(self.knowledge);
-        format!("name the robot that it is in `{}` of `{knowledge}`, or choose {other}", self.model.setting)
+        format!("name the robot that it is in {}, or choose {other}", setting(knowledge, self.model))
+    }
+}
+
+/// The setting that names the description of a module's hardware, in words.
+fn setting(module: &str, hardware: &Hardware) -> String {
+    match hardware.setting.as_str() {
+        "" => format!("`{module}`"),
+        setting if setting.starts_with("params.") => format!("`{setting}` of `{module}`"),
+        setting => format!("`{setting}`"),
     }
 }
 

@@ -4,10 +4,16 @@
 //! simulator or driver outside offers for the robot of that name, whose type and role are its own. One is linked, several are an
 //! error, and without one there is no link.
 
+use std::collections::BTreeSet;
+
 use slate_module::{Direction, PortDescription};
 
-use super::block::{Block, COMMAND, MEASUREMENT, Provenance, TRUTH, binds, is_fact};
-use super::{Surveyed, module, scope};
+use super::block::{
+    ACTUATOR_STATUS, Block, COMMAND, DRIVER_STATUS, GATE_STATE, MEASUREMENT, Provenance, TRUTH, binds,
+    is_fact,
+};
+use super::names::split_module;
+use super::{Surveyed, module, scope, seconds};
 use crate::catalogue::Catalogue;
 use crate::complaints::Complaints;
 use slate_configuration::{Configuration, Link, Mistake};
@@ -22,12 +28,20 @@ pub struct LinkKeeping<'s> {
 
 impl LinkKeeping<'_> {
     /// Whether a port of a module without an inferred link stays without it, though these others fit.
-    fn stays_open(&self, module: &str, port: &str, found: &[String]) -> bool {
+    fn stays_open(&self, module: &str, (path, port): (&str, &PortDescription), found: &[String]) -> bool {
         let is_free = |before: &Configuration| {
-            before.says_of_port(port) || found.iter().any(|other| before.is_left_out(other))
+            says_of(before, path, port) || found.iter().any(|other| before.is_left_out(other))
         };
         (self.stays)(module) && !self.before.is_some_and(is_free)
     }
+}
+
+/// A configuration with inferred links.
+pub struct Inferred {
+    /// The configuration.
+    pub configuration: Configuration,
+    /// Ports that several links are possible for.
+    pub undecided: BTreeSet<String>,
 }
 
 /// A configuration with the links that are inferred for modules that arrive, and for ports of which nothing is said any
@@ -37,11 +51,11 @@ pub fn infer<'a>(
     catalogue: &Catalogue,
     keeping: &LinkKeeping<'_>,
     complaints: &mut Complaints<'a>,
-) -> Configuration {
+) -> Inferred {
     let fresh =
         configuration.without_inferred(|port| !of_any(configuration, port).is_some_and(keeping.stays));
     if !configuration.modules().iter().any(|module| !scope(&module.name.value).is_empty()) {
-        return fresh;
+        return Inferred { configuration: fresh, undecided: BTreeSet::new() };
     }
     // Mistakes in modules are reported when they are surveyed.
     let mut unsaid = Complaints::new(configuration);
@@ -49,7 +63,11 @@ pub fn infer<'a>(
     let modules: Vec<_> = known
         .filter_map(|module| module::survey_module(configuration, module, catalogue, &mut unsaid))
         .collect();
-    let mut links = Vec::new();
+    // A second one of what a robot has once is refused, and nothing is linked to it.
+    let seconds: BTreeSet<usize> = seconds(&modules).into_iter().map(|(_, second)| second).collect();
+    let modules: Vec<_> =
+        modules.into_iter().enumerate().filter(|(at, _)| !seconds.contains(at)).map(|(_, own)| own).collect();
+    let (mut links, mut choices) = (Vec::new(), Vec::new());
     for surveyed in &modules {
         let name = surveyed.module.name.value.as_str();
         let Some(block) = Block::of(&surveyed.description).filter(|_| !scope(name).is_empty()) else {
@@ -58,7 +76,7 @@ pub fn infer<'a>(
         for port in &surveyed.description.ports {
             let path = format!("{name}/{}", port.name);
             let has = fresh.links().iter().find(|link| link.is_inferred() && has_port(link, &path, port));
-            if fresh.says_of_port(&path) {
+            if says_of(&fresh, &path, port) {
                 continue;
             }
             let mut found = candidates(&fresh, &modules, surveyed, block, port);
@@ -66,17 +84,27 @@ pub fn infer<'a>(
                 // Inboxes that are to have no senders but those that are written.
                 found.retain(|inbox| !fresh.is_left_out(inbox));
             }
-            if has.is_none() && keeping.stays_open(name, &path, &found) {
+            if has.is_none() && keeping.stays_open(name, (&path, port), &found) {
                 continue;
             }
             match (&found[..], has) {
                 ([], _) | ([_], Some(_)) => {}
                 ([one], None) => links.extend(link(&path, one, port, surveyed)),
-                (several, _) => ambiguous(surveyed, &path, port, several, complaints),
+                (_, _) => choices.push(LinkChoice { surveyed, path, direction: port.direction, found }),
             }
         }
     }
-    fresh.with_inferred(links)
+    let undecided = choices.iter().map(|choice| choice.path.clone()).collect();
+    refuse_choices(&modules, choices, complaints);
+    Inferred { configuration: fresh.with_inferred(links), undecided }
+}
+
+/// Whether a configuration says something of a port.
+fn says_of(configuration: &Configuration, path: &str, port: &PortDescription) -> bool {
+    match port.direction {
+        Direction::Outbox => configuration.says_of_outbox(path),
+        _ => configuration.says_of_port(path),
+    }
 }
 
 /// The module that a port is of: the longest name.
@@ -120,8 +148,15 @@ fn candidates(
     }
     let own = surveyed.module.name.value.as_str();
     let robot = scope(own);
-    if block == Block::Actuator && port.role == COMMAND {
-        return commands(configuration, modules, robot, port);
+    match (block, port.role.as_str()) {
+        (Block::Actuator, COMMAND) => return commands(configuration, modules, robot, port),
+        (Block::Actuator, GATE_STATE) => {
+            let gate = gate_of(configuration, modules, surveyed);
+            return gate.map(|gate| format!("{gate}/gate")).into_iter().collect();
+        }
+        (Block::Actuator, DRIVER_STATUS) => return driver_status(configuration, modules, own, port),
+        (Block::Knowledge, ACTUATOR_STATUS) => return actuator_status(configuration, modules, robot, port),
+        _ => {}
     }
     let mut found: Vec<LinkCandidate> = Vec::new();
     for other in modules.iter().filter(|other| other.module.name.value != own) {
@@ -230,24 +265,155 @@ fn commands(
     fitting.map(|actuator| format!("{}/command", actuator.name.value)).collect()
 }
 
-/// Refuses to choose.
-fn ambiguous(
-    surveyed: &Surveyed<'_>,
-    path: &str,
+/// The gate whose command an Actuator takes, or would take.
+fn gate_of(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    actuator: &Surveyed<'_>,
+) -> Option<String> {
+    let own = actuator.module.name.value.as_str();
+    let port = actuator.description.ports.iter().find(|port| port.role == COMMAND)?;
+    let path = format!("{own}/{}", port.name);
+    let said = configuration.links().iter().find(|link| link.to.value == path);
+    let command = match said {
+        Some(link) => link.from.value.path_in(""),
+        None if configuration.says_of_port(&path) => return None,
+        None => <[String; 1]>::try_from(commands(configuration, modules, scope(own), port))
+            .ok()?
+            .into_iter()
+            .next()?,
+    };
+    let gate = command.strip_suffix("/command")?;
+    configuration.actuators().iter().any(|actuator| actuator.name.value == gate).then(|| gate.to_owned())
+}
+
+/// What the drivers say that read an output of an Actuator.
+fn driver_status(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    actuator: &str,
     port: &PortDescription,
-    several: &[String],
+) -> Vec<String> {
+    let is_of = |link: &Link| {
+        let from = link.from.value.path_in("");
+        from.strip_prefix(actuator).is_some_and(|rest| rest.starts_with('/'))
+    };
+    let drivers = configuration.links().iter().filter(|link| is_of(link));
+    let mut found = Vec::new();
+    for (driver, input) in drivers.filter_map(|link| split_module(modules, &link.to.value)) {
+        let driver = &modules[driver];
+        // A driver of several robots names its ports after them.
+        let robot = input.rsplit_once('/').map_or("", |(robot, _)| robot);
+        let fits = driver.description.ports.iter().filter(|own| {
+            own.direction == Direction::Output
+                && own.role == port.role
+                && own.descriptor.hash == port.descriptor.hash
+                && own.name.rsplit_once('/').map_or("", |(robot, _)| robot) == robot
+        });
+        found.extend(fits.map(|own| format!("{}/{}", driver.module.name.value, own.name)));
+    }
+    found.sort();
+    found.dedup();
+    found
+}
+
+/// What the Actuator reports whose gate has the name of a port of Knowledge.
+fn actuator_status(
+    configuration: &Configuration,
+    modules: &[Surveyed<'_>],
+    robot: &str,
+    port: &PortDescription,
+) -> Vec<String> {
+    let of_robot = modules.iter().filter(|other| scope(&other.module.name.value) == robot);
+    let mut found = Vec::new();
+    for actuator in of_robot.filter(|other| Block::of(&other.description) == Some(Block::Actuator)) {
+        let gate = gate_of(configuration, modules, actuator);
+        if gate.is_none_or(|gate| gate.rsplit('/').next() != Some(port.name.as_str())) {
+            continue;
+        }
+        let fits = actuator.description.ports.iter().filter(|own| {
+            own.direction == Direction::Output
+                && own.role == port.role
+                && own.descriptor.hash == port.descriptor.hash
+        });
+        found.extend(fits.map(|own| format!("{}/{}", actuator.module.name.value, own.name)));
+    }
+    found
+}
+
+/// A port that several links are possible for.
+struct LinkChoice<'s, 'a> {
+    surveyed: &'s Surveyed<'a>,
+    path: String,
+    direction: Direction,
+    /// The other ends.
+    found: Vec<String>,
+}
+
+impl LinkChoice<'_, '_> {
+    /// The line of the link to one of them.
+    fn line(&self, other: &str) -> String {
+        match self.direction {
+            Direction::Outbox => format!("\"/{other}\" = \"/{}\"", self.path),
+            _ => format!("\"/{}\" = \"/{other}\"", self.path),
+        }
+    }
+}
+
+/// Refuses to choose: one complaint for all ports with the same choice.
+fn refuse_choices(
+    modules: &[Surveyed<'_>],
+    mut choices: Vec<LinkChoice<'_, '_>>,
     complaints: &mut Complaints<'_>,
 ) {
-    let what = if port.direction == Direction::Outbox { "send to" } else { "read" };
-    let names: Vec<_> = several.iter().map(|name| format!("`{name}`")).collect();
-    let lines: Vec<_> = several
+    while !choices.is_empty() {
+        let first = choices.remove(0);
+        let is_same =
+            |other: &LinkChoice<'_, '_>| other.found == first.found && other.direction == first.direction;
+        let (same, others) = choices.into_iter().partition(is_same);
+        choices = others;
+        let sends = first.direction == Direction::Outbox;
+        if same.is_empty() {
+            let names: Vec<_> = first.found.iter().map(|name| format!("`{name}`")).collect();
+            let verb = if sends { "send to" } else { "read" };
+            let message = format!("`{}` could {verb} {}", first.path, names.join(" or "));
+            let lines: Vec<_> = first.found.iter().map(|other| first.line(other)).collect();
+            let help =
+                format!("write one of these links: {}; or \"/{}\" = false", lines.join(", or "), first.path);
+            complaints.add(first.surveyed.module.name.span, Mistake::Ends.of(message), help);
+            continue;
+        }
+        let same: Vec<_> = std::iter::once(first).chain(same).collect();
+        refuse_group(modules, &same, complaints);
+    }
+}
+
+/// Refuses to choose for several ports: what they could be linked to, with its places, is what there is too much of.
+fn refuse_group(modules: &[Surveyed<'_>], same: &[LinkChoice<'_, '_>], complaints: &mut Complaints<'_>) {
+    let [first, ..] = same else { return };
+    let owner = |path: &str| split_module(modules, path).map(|(module, _)| modules[module].module.name.span);
+    let named: Vec<_> = first
+        .found
         .iter()
-        .map(|other| match port.direction {
-            Direction::Outbox => format!("\"/{other}\" = \"/{path}\""),
-            _ => format!("\"/{path}\" = \"/{other}\""),
+        .map(|path| match owner(path) {
+            Some(span) => format!("`{path}` ({})", complaints.place(span)),
+            None => format!("`{path}`"),
         })
         .collect();
-    let message = format!("`{path}` could {what} {}", names.join(" or "));
-    let help = format!("write one of these links: {}; or \"/{path}\" = false", lines.join(", or "));
-    complaints.add(surveyed.module.name.span, Mistake::Ends.of(message), help);
+    let ports: Vec<_> = same.iter().map(|choice| format!("`{}`", choice.path)).collect();
+    let (one, verb) = match first.direction {
+        Direction::Outbox => ("receiver", "send to"),
+        _ => ("source", "read"),
+    };
+    let message = format!(
+        "a port without a written link has one possible {one}: {} could {verb} {}",
+        ports.join(", "),
+        named.join(" or ")
+    );
+    let lines: Vec<_> = same.iter().map(|choice| choice.line(&first.found[0])).collect();
+    let help = format!("remove one of them, or write the links: {}", lines.join(", "));
+    // Of what is written last there is too much.
+    let last = first.found.iter().filter_map(|path| owner(path)).max();
+    let span = last.unwrap_or(first.surveyed.module.name.span);
+    complaints.add(span, Mistake::Ends.of(message), help);
 }

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{ACTUATION, Block, COMMAND, MEASUREMENT, binds};
+use super::block::{ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, binds};
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
+use super::known::known_output;
+use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic, empty_robots};
 
@@ -22,6 +24,7 @@ pub fn loose(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
             }
         }
     }
+    found.extend(switched_off(configuration, survey));
     found.extend(crossing(configuration, survey));
     found.extend(unguarded(configuration, survey));
     found.extend(empty_robots(configuration).into_iter().map(|robot| {
@@ -46,12 +49,14 @@ fn loose_port(
     let own = &surveyed.description.ports[port];
     let path = format!("{}/{}", surveyed.module.name.value, own.name);
     let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
-        || reads(own) && configuration.is_filled(&path);
+        || reads(own) && configuration.is_filled(&path)
+        || configuration.is_bridged(&path);
     if is_linked || surveyed.inputs.contains_key(&port) {
         return None;
     }
     // Also where it is left out: without what Knowledge has for it, such as its rules, a reflex stops the robot or does nothing.
-    if let Some(output) = known_to_reflex(survey, module, own) {
+    let is_reflex = Block::of(&surveyed.description) == Some(Block::Reactive);
+    if let Some(output) = known_output(survey, (module, port)).filter(|_| is_reflex) {
         let message = format!("input `{path}` has no source, and Knowledge has that for the reflex");
         let help = format!("{}, or set `enabled = false` of its module", line(&path, &output));
         return Some((message, help));
@@ -88,6 +93,7 @@ fn loose_port(
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
             Some((format!("input `{path}` has no source"), source_help(survey, module, own, &path)))
         }
+        Direction::Queue if own.role == CHANGE => unnoticed(survey, module, own, &path),
         Direction::Input if judges(configuration, &surveyed.module.name.value) => {
             let message =
                 format!("input `{path}` has no source, and its module decides the mission's outcome");
@@ -98,7 +104,9 @@ fn loose_port(
             let message = format!("input `{path}` has no source, and nothing else feeds `{name}`");
             Some((message, source_help(survey, module, own, &path)))
         }
-        Direction::Output if Block::of(&surveyed.description) == Some(Block::Actuator) => {
+        Direction::Output
+            if Block::of(&surveyed.description) == Some(Block::Actuator) && own.role != ACTUATOR_STATUS =>
+        {
             unread_output(configuration, survey, (module, port), &path)
         }
         Direction::Command => {
@@ -112,22 +120,25 @@ fn loose_port(
     }
 }
 
-/// The output of its robot's Knowledge that an input of a ReactiveModel is for, as its type says.
-fn known_to_reflex(survey: &Survey<'_>, module: usize, own: &PortDescription) -> Option<String> {
-    let surveyed = &survey.modules[module];
-    let robot = scope(&surveyed.module.name.value);
-    if own.direction != Direction::Input || Block::of(&surveyed.description) != Some(Block::Reactive) {
-        return None;
-    }
-    let mut others = survey.modules.iter().filter(|other| scope(&other.module.name.value) == robot);
-    others.find_map(|other| {
-        let fits = |offered: &&PortDescription| {
-            offered.direction == Direction::Output && offered.descriptor.hash == own.descriptor.hash
-        };
-        let offered = other.description.ports.iter().find(fits)?;
-        let is_known = Block::of(&other.description) == Some(Block::Knowledge);
-        is_known.then(|| format!("{}/{}", other.module.name.value, offered.name))
-    })
+/// An input of a Plan without an Analyze, of what its robot has a percept or a measurement of.
+fn unnoticed(
+    survey: &Survey<'_>,
+    module: usize,
+    own: &PortDescription,
+    path: &str,
+) -> Option<(String, String)> {
+    let tells = |other: &PortDescription| {
+        other.direction == Direction::Output
+            && (other.role == PERCEPT || other.role == MEASUREMENT)
+            && other.descriptor.hash == own.descriptor.hash
+    };
+    let told = in_scope(survey, module, tells).into_iter().next()?;
+    let what = own.descriptor.name;
+    let message = format!("input `{path}` has no source, although `{told}` has a {what}");
+    let help = format!(
+        "add an Analyze whose change is a {what}, or write \"/{path}\" = false if the Plan is to do without it"
+    );
+    Some((message, help))
 }
 
 /// Whether messages reach an inbox, also those of modules that are not loaded.
@@ -221,7 +232,7 @@ fn source_help(survey: &Survey<'_>, module: usize, own: &PortDescription, path: 
 /// Whether a module does nothing without it: it is required, an Analyze is without a Monitor, or a Plan notices nothing at all.
 /// Which sensors a Monitor needs is checked at load, and Knowledge knows also robots with fewer sensors.
 fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool {
-    if port.role == MEASUREMENT || port.role == COMMAND {
+    if !binds(&port.role) && !port.role.is_empty() {
         return port.required;
     }
     let notices = || {
@@ -259,7 +270,8 @@ fn loose_gates(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagno
             .links()
             .iter()
             .any(|link| slate_blackboard::is_within(&link.from.value.path_in(""), &command))
-            || configuration.is_sent_outside(&command);
+            || configuration.is_sent_outside(&command)
+            || configuration.is_bridged(&command);
         if is_read || is_named {
             continue;
         }
@@ -307,9 +319,10 @@ fn unguarded(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnost
     for joint in &survey.joints {
         let Wire::Port(port) = joint.port.1 else { continue };
         let moves = match joint.target {
-            LinkSource::Port(module, _) => {
+            LinkSource::Port(module, port) => {
                 let surveyed = &survey.modules[module];
-                let is_actuator = Block::of(&surveyed.description) == Some(Block::Actuator);
+                let is_actuator = Block::of(&surveyed.description) == Some(Block::Actuator)
+                    && surveyed.description.ports[port].role != ACTUATOR_STATUS;
                 is_actuator.then(|| surveyed.module.name.value.clone())
             }
             LinkSource::Command(actuator) => {
@@ -364,7 +377,13 @@ fn free_input(survey: &Survey<'_>, interface: u64, name: &str) -> Option<String>
     for (module, surveyed) in survey.modules.iter().enumerate() {
         for (port, own) in surveyed.description.ports.iter().enumerate() {
             let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)));
-            if own.direction == Direction::Input && own.descriptor.hash == interface && !is_linked {
+            // A driver of several robots names its inputs after them.
+            let is_of_another = own.name.split_once('/').is_some_and(|(robot, _)| robot != scope(name));
+            if own.direction == Direction::Input
+                && own.descriptor.hash == interface
+                && !is_linked
+                && !is_of_another
+            {
                 free.push(format!("{}/{}", surveyed.module.name.value, own.name));
             }
         }

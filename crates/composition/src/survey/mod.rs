@@ -1,21 +1,26 @@
 //! The configuration checked against the kinds of the catalogue; creates nothing.
 
+mod actuation;
 mod aspects;
 mod block;
+mod by_hand;
 mod commander;
 mod crossing;
 mod hardware;
 mod host;
 mod infer;
+mod known;
 mod levels;
 mod links;
 mod loose;
 mod module;
 mod names;
 mod order;
+mod origins;
 mod rings;
 mod robot_model;
 mod rules;
+mod switched_off;
 mod writers;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -33,8 +38,9 @@ use crate::catalogue::{Catalogue, RemoteProperty};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
-pub use block::{GATE, part};
-pub use infer::{LinkKeeping, infer};
+pub use block::{GATE, inbox_part, part};
+pub use by_hand::hand_refusal;
+pub use infer::{Inferred, LinkKeeping, infer};
 pub use links::{elsewhere, remote_path};
 pub use loose::loose;
 use slate_configuration::{Configuration, Link, Mistake, Module};
@@ -110,6 +116,8 @@ pub enum LinkSource {
     Implied(usize, Implied),
     /// The command of an actuator that passed its gate.
     Command(usize),
+    /// The state of an actuator's gate.
+    Gate(usize),
     /// A property of a module whose plugin is not loaded; an index of [`Survey::absent`].
     Absent(usize),
     /// A property of another agent; an index of [`Survey::remote`].
@@ -252,6 +260,9 @@ impl<'a> Survey<'a> {
             }
             LinkSource::Command(actuator) => {
                 format!("{}/command", configuration.actuators()[actuator].name.value)
+            }
+            LinkSource::Gate(actuator) => {
+                format!("{}/gate", configuration.actuators()[actuator].name.value)
             }
             LinkSource::Absent(absent) => self.absent[absent].path.clone(),
             LinkSource::Remote(remote) => self.remote[remote].place(),
@@ -420,20 +431,30 @@ pub fn scope(name: &str) -> &str {
 
 /// One Plan, one Execute, one Knowledge per robot (RoCS, 5.1).
 fn check_unique(modules: &[Surveyed<'_>], complaints: &mut Complaints<'_>) {
-    let mut seen: BTreeMap<(&str, &str), &str> = BTreeMap::new();
-    for surveyed in modules {
-        let name = surveyed.module.name.value.as_str();
+    for (first, second) in seconds(modules) {
+        let (first, second) = (&modules[first], &modules[second]);
+        let (part, name) = (&second.description.unique, &second.module.name.value);
+        let place = complaints.place(first.module.name.span);
+        let first = &first.module.name.value;
+        let message = format!("a robot has one {part}, and `{first}` ({place}) is it already");
+        let help = format!("remove `{name}` or put it into another robot");
+        complaints.add(second.module.name.span, Mistake::Second.of(message), help);
+    }
+}
+
+/// Modules that are a part of which their robot has one already, each behind the one that it has.
+fn seconds(modules: &[Surveyed<'_>]) -> Vec<(usize, usize)> {
+    let (mut firsts, mut seconds) = (BTreeMap::new(), Vec::new());
+    let mut as_written: Vec<_> = modules.iter().enumerate().collect();
+    as_written.sort_by_key(|(_, surveyed)| surveyed.module.name.span);
+    for (index, surveyed) in as_written {
         let part = surveyed.description.unique.as_str();
-        if part.is_empty() {
-            continue;
-        }
-        if let Some(first) = seen.insert((scope(name), part), name) {
-            let message = Mistake::Second.of(format!("a robot has one {part}, and `{first}` is it already"));
-            complaints.add(
-                surveyed.module.name.span,
-                message,
-                format!("remove `{name}` or put it into another robot"),
-            );
+        if !part.is_empty() {
+            let first = *firsts.entry((scope(&surveyed.module.name.value), part)).or_insert(index);
+            if first != index {
+                seconds.push((first, index));
+            }
         }
     }
+    seconds
 }

@@ -41,7 +41,9 @@ pub(super) fn survey_module<'a>(
     let before = complaints.diagnostics.len();
     let followed = parameters::followed(configuration, module, &description);
     let params = parameters::bytes(&description, &module.params, &followed, complaints);
-    if description.describes_hardware && complaints.diagnostics.len() == before {
+    // One that a plugin brings by itself has the defaults of its kind, and is of no robot.
+    let is_of_robot = description.describes_hardware && !configuration.is_loaded(module);
+    if is_of_robot && complaints.diagnostics.len() == before {
         let with_params = OwnSetup { params: Some(params.clone()), ..setup.clone() };
         description.hardware =
             describe(configuration, module, (kind, catalogue), &with_params, complaints)?.hardware;

@@ -37,7 +37,9 @@ pub(super) fn survey_order(
             }
             for target in writers(configuration, modules, joint.target).into_iter().filter_map(place) {
                 // A value from the module itself, or from the gate that it commands, is always from before its tick.
-                let unordered = sends || joint.previous || matches!(joint.target, LinkSource::Command(_));
+                let unordered = sends
+                    || joint.previous
+                    || matches!(joint.target, LinkSource::Command(_) | LinkSource::Gate(_));
                 if own != target || !unordered {
                     edges.push(if own_first { (own, target) } else { (target, own) });
                 }

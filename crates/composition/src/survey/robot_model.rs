@@ -149,7 +149,8 @@ fn check_required_sensors<'a>(
         let has_source = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(number)))
             || surveyed.inputs.contains_key(&number)
             || configuration.says_of_port(&path)
-            || configuration.is_left_out(&path);
+            || configuration.is_left_out(&path)
+            || complaints.undecided.contains(&path);
         if !takes_measurements(port) || has_source || !surveyed.module.enabled.value {
             continue;
         }

@@ -1,16 +1,21 @@
 //! The rules of attachment, for links of every kind: whole values and fields, queues and messages, parameters and switches.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use slate_configuration::{Configuration, Mistake, Span};
 use slate_module::{Direction, PortDescription};
 
+use super::actuation;
 use super::block::{
-    ACTUATION, Block, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_fact, is_referee, role_permits,
+    Block, DRIVER_STATUS, MEASUREMENT, PLAN, Provenance, REFLEX, TRUTH, is_referee, role_permits,
+    sender_abroad,
 };
+use super::by_hand::check_values;
 use super::commander::decides;
-use super::names::{join, split_module, split_port};
-use super::{Implied, LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope};
+use super::known;
+use super::names::{join, split_module};
+use super::origins::{ValueOrigin, origins};
+use super::{LinkSource, ResolvedLink, Survey, Surveyed, Wire, scope, seconds};
 use crate::complaints::Complaints;
 
 /// Reports each link that violates the architecture.
@@ -30,6 +35,7 @@ pub(super) fn check_rules<'a>(
             complaints.add(span, Mistake::Attachment.of(message.replace("`//", "`slate://")), help);
         }
     }
+    check_values(configuration, survey, complaints);
     check_single_plan(configuration, survey, complaints);
     check_gates(configuration, survey, complaints);
 }
@@ -78,27 +84,20 @@ pub(super) fn refusal(
     let span = joint.link.from.span;
     let name = target_name(configuration, survey, joint.target);
     let role = port.map_or("", |port| port.role.as_str());
-    let provenances = provenances(configuration, survey, joint);
-    if let Some(block) = Block::of(&own.description) {
-        let (message, help) = read(survey, (module, block, role), (&path, &name), &provenances)?;
-        return Some((span, message, help));
-    }
-    let known = provenances.iter().find(|(origin, _)| *origin == Provenance::Truth);
-    if role != TRUTH
-        && !is_referee(&own.description)
-        && let Some((_, writer)) = known
-    {
-        let (message, help) = truth(survey, &path, (&name, *writer));
-        return Some((span, message, help));
-    }
-    let passes_gate =
-        |origin: Provenance| matches!(origin, Provenance::Block(block) if block != Block::Actuator);
-    let passes_by = provenances.iter().any(|(origin, _)| passes_gate(*origin));
-    (role == ACTUATION && passes_by).then(|| {
-        let message =
-            format!("only Execute reaches actuators, through their gates: `/{path}` can't read `/{name}`");
-        (span, message, "link it to a gate, \"/robot/wheels/command\", or to an Actuator".into())
-    })
+    let origins = origins(configuration, survey, joint);
+    let refused = match Block::of(&own.description) {
+        Some(block) => read(survey, (module, block, role), (&path, &name), &origins),
+        None => {
+            let is_known = role == TRUTH || is_referee(&own.description);
+            let known = origins.iter().filter(|_| !is_known);
+            let mut known = known.filter(|origin| origin.provenance == Provenance::Truth);
+            known.next().map(|origin| truth(survey, &path, (&name, origin.writer)))
+        }
+    };
+    let refused = refused
+        .or_else(|| actuation::refusal(configuration, survey, joint, (&path, &name), &origins))
+        .or_else(|| known::refusal(survey, joint, (&path, &name), &origins));
+    refused.map(|(message, help)| (span, message, help))
 }
 
 /// Why a block may not read these values (`name`) at a port (`path`), and what to do about it.
@@ -106,40 +105,47 @@ fn read(
     survey: &Survey<'_>,
     (module, block, role): (usize, Block, &str),
     (path, name): (&str, &str),
-    provenances: &[(Provenance, Option<usize>)],
+    origins: &[ValueOrigin<'_>],
 ) -> Option<(String, String)> {
     let module_name = |module: usize| survey.modules[module].module.name.value.as_str();
     let own = module_name(module);
-    let is_own =
-        |writer: Option<usize>| writer.is_some_and(|writer| scope(module_name(writer)) == scope(own));
+    let may_read =
+        |origin: &ValueOrigin<'_>| block.may_read(origin.provenance, origin.robot == Some(scope(own)));
     // A block may read its own outputs.
-    let others = || provenances.iter().copied().filter(|(_, writer)| *writer != Some(module));
-    let wrong = others()
-        .find(|(origin, writer)| !block.may_read(*origin, is_own(*writer)) || !role_permits(role, *origin));
+    let others = || origins.iter().filter(|origin| origin.writer != Some(module));
+    let wrong = others().find(|origin| !permits(block, role, origin, may_read(origin)));
     match wrong {
-        Some((Provenance::Truth, writer)) => Some(truth(survey, path, (name, writer))),
-        Some((origin, writer)) => {
-            let (reads, what) = (block.reads(), origin.name());
+        Some(ValueOrigin { provenance: Provenance::Truth, writer, .. }) => {
+            Some(truth(survey, path, (name, *writer)))
+        }
+        Some(origin) => {
+            let (reads, what) = (block.reads(), origin.provenance.name());
             let message = format!("{reads}: `/{path}` can't read `/{name}`, {what}");
             let help = match role {
-                MEASUREMENT if block.may_read(origin, is_own(writer)) => {
-                    "link it to a Sensor, or make it an `Input`"
-                }
-                _ => block.advice(origin),
+                MEASUREMENT if may_read(origin) => "link it to a Sensor, or make it an `Input`",
+                _ => block.advice(origin.provenance),
             };
             Some((message, help.into()))
         }
         None => {
-            others().filter(|(origin, _)| !block.may_read_abroad(*origin)).find_map(|(origin, writer)| {
-                let (robot, other) = two_robots(own, module_name(writer?))?;
+            let abroad = others().filter(|origin| !block.may_read_abroad(origin.provenance));
+            abroad.into_iter().find_map(|ValueOrigin { provenance: origin, writer, .. }| {
+                let (robot, other) = two_robots(own, module_name((*writer)?))?;
                 let message = format!(
                     "{OWN_ROBOT}: `/{path}` can't read `/{name}`, {} of robot `{other}`",
                     origin.name()
                 );
-                Some((message, abroad_help(origin, robot, other)))
+                Some((message, abroad_help(*origin, robot, other)))
             })
         }
     }
+}
+
+/// Whether a port of a block may read a value of an origin that the block `may_read`.
+fn permits(block: Block, role: &str, origin: &ValueOrigin<'_>, may_read: bool) -> bool {
+    let is_status =
+        block == Block::Actuator && role == DRIVER_STATUS && origin.provenance == Provenance::Module;
+    is_status || may_read && role_permits(role, origin.provenance)
 }
 
 /// Rule of links between blocks of two robots.
@@ -205,6 +211,14 @@ fn sent(
         );
         return Some((span, message, help));
     }
+    // In this agent, the roles of both ports say so.
+    let only = sender_abroad(port.descriptor).filter(|only| sender != Some(*only));
+    if let (Some(only), LinkSource::Remote(_)) = (only, joint.target) {
+        let message =
+            format!("{} alone sends {} to `/{name}`: `/{path}` can't", only.name(), port.descriptor.name);
+        let help = "make it one of that robot, or tell the other robot a fact, through Knowledge";
+        return Some((span, message, help.into()));
+    }
     let receiver = match joint.target {
         LinkSource::Port(receiver, _) => Block::of(&survey.modules[receiver].description),
         // Talking to other robots is an action, whatever listens there.
@@ -246,110 +260,6 @@ fn sent(
     }
 }
 
-/// Origins of a link's value, each with the module that writes it.
-fn provenances(
-    configuration: &Configuration,
-    survey: &Survey<'_>,
-    joint: &ResolvedLink<'_>,
-) -> Vec<(Provenance, Option<usize>)> {
-    let mut found = Vec::new();
-    if let Some(knowledge) = fact_of(configuration, survey, joint) {
-        found.push((Provenance::Block(Block::Knowledge), Some(knowledge)));
-        return found;
-    }
-    collect(configuration, survey, (joint.target, &joint.from), &mut BTreeSet::new(), &mut found);
-    found
-}
-
-/// Adds what writes a source: the sources of its own links, for an input, a parameter or a switch.
-fn collect(
-    configuration: &Configuration,
-    survey: &Survey<'_>,
-    (target, field): (LinkSource, &str),
-    seen: &mut BTreeSet<(usize, Wire, String)>,
-    found: &mut Vec<(Provenance, Option<usize>)>,
-) {
-    let (module, wire) = match target {
-        LinkSource::Port(module, port) => {
-            let description = &survey.modules[module].description;
-            let own = &description.ports[port];
-            if !matches!(own.direction, Direction::Input | Direction::Queue) {
-                found.push((Provenance::of_port(description, own), Some(module)));
-                return;
-            }
-            (module, Wire::Port(port))
-        }
-        LinkSource::Implied(module, Implied::Params) => (module, Wire::Params),
-        LinkSource::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
-        LinkSource::Implied(module, Implied::State | Implied::Timing | Implied::Histogram) => {
-            found.push((Provenance::Health, Some(module)));
-            return;
-        }
-        LinkSource::Host(_) => {
-            found.push((Provenance::Health, None));
-            return;
-        }
-        LinkSource::Command(_) => {
-            found.push((Provenance::Gate, None));
-            return;
-        }
-        LinkSource::Remote(remote) => {
-            found.push((remote_origin(survey, remote), None));
-            return;
-        }
-        LinkSource::Absent(_) | LinkSource::Played(_) => {
-            found.push((Provenance::Unknown, None));
-            return;
-        }
-    };
-    if !seen.insert((module, wire, field.to_owned())) {
-        return;
-    }
-    let fills = |joint: &&ResolvedLink<'_>| {
-        joint.port == (module, wire) && (wire != Wire::Params || meets(&joint.field, field))
-    };
-    let before = found.len();
-    // What a program outside fills an input with is that of a driver.
-    if configuration.external_links().iter().any(|link| link.fills(&survey.wire_path(module, wire))) {
-        found.push((Provenance::Module, Some(module)));
-    }
-    for joint in survey.joints.iter().filter(fills) {
-        if let Some(knowledge) = fact_of(configuration, survey, joint) {
-            found.push((Provenance::Block(Block::Knowledge), Some(knowledge)));
-        } else {
-            collect(configuration, survey, (joint.target, &joint.from), seen, found);
-        }
-    }
-    if found.len() == before {
-        found.push((Provenance::Hand, None));
-    }
-}
-
-/// The Knowledge whose fact a link reads: wherever that fact's own link leads, it is Knowledge that has it.
-fn fact_of(configuration: &Configuration, survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> Option<usize> {
-    let url = &joint.link.from.value;
-    let path = url.path_in("");
-    let is_own = url.agent().is_none_or(|agent| agent == configuration.agent_name());
-    let (module, rest) = split_module(&survey.modules, &path).filter(|_| is_own)?;
-    let ports = &survey.modules[module].description.ports;
-    let name = split_port(ports, rest).0;
-    ports.iter().any(|port| port.name == name && is_fact(port)).then_some(module)
-}
-
-/// Whether one field is in the other.
-fn meets(one: &str, other: &str) -> bool {
-    slate_blackboard::is_within(one, other) || slate_blackboard::is_within(other, one) || other.is_empty()
-}
-
-/// Provenance of a property of another agent.
-fn remote_origin(survey: &Survey<'_>, remote: usize) -> Provenance {
-    let remote = &survey.remote[remote];
-    if remote.path.agent == slate_configuration::TEAM {
-        return Provenance::Block(Block::Knowledge);
-    }
-    remote.property.as_ref().map_or(Provenance::Unknown, |property| Provenance::of_part(&property.part))
-}
-
 /// An Execute takes the actions of one Plan.
 fn check_single_plan<'a>(
     configuration: &'a Configuration,
@@ -357,12 +267,17 @@ fn check_single_plan<'a>(
     complaints: &mut Complaints<'a>,
 ) {
     let mut plans: BTreeMap<(usize, usize), &ResolvedLink<'_>> = BTreeMap::new();
+    // Two Plans of a robot are a mistake of their own.
+    let told = seconds(&survey.modules);
     for joint in &survey.joints {
         let LinkSource::Port(receiver, inbox) = joint.target else { continue };
         if survey.modules[receiver].description.ports[inbox].role != PLAN || !sends(survey, joint) {
             continue;
         }
         let Some(first) = plans.insert((receiver, inbox), joint) else { continue };
+        if told.iter().any(|(_, second)| *second == first.port.0 || *second == joint.port.0) {
+            continue;
+        }
         let path = |joint: &ResolvedLink<'_>| survey.wire_path(joint.port.0, joint.port.1);
         let message = Mistake::Second.of(format!(
             "a robot has one Plan: `/{}` can't take the actions of both `/{}` and `/{}`",
@@ -382,18 +297,20 @@ fn check_gates<'a>(configuration: &'a Configuration, survey: &Survey<'a>, compla
         if !decides(survey, robot) {
             continue;
         }
-        for command in &actuator.commands {
-            let path = command.value.path_in("");
+        let ports = actuator.commands.iter().map(|command| (command.value.path_in(""), command.span));
+        // Modules that choose an actuator by its name.
+        let guests = actuator.modules.iter().map(|module| (format!("{}/", module.value), module.span));
+        for (path, span) in ports.chain(guests) {
             let Some((module, _)) = split_module(&survey.modules, &path) else { continue };
             let commander = &survey.modules[module];
             let is_own = scope(&commander.module.name.value) == robot;
             if !is_own || Block::of(&commander.description) != Some(Block::Execute) {
-                let name = &actuator.name.value;
+                let (name, path) = (&actuator.name.value, path.trim_end_matches('/'));
                 let message = Mistake::Attachment.of(format!(
                     "its own Execute alone commands a robot with blocks: `/{path}` can't command `{name}`"
                 ));
                 let help = "name a port of its Execute; make any other source of motion a ReactiveModel, or use teleoperation";
-                complaints.add(command.span, message, help);
+                complaints.add(span, message, help);
             }
         }
     }

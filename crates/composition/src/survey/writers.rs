@@ -13,7 +13,7 @@ pub(super) fn writers(
 ) -> Vec<usize> {
     match target {
         LinkSource::Port(module, _) => vec![module],
-        LinkSource::Command(actuator) => {
+        LinkSource::Command(actuator) | LinkSource::Gate(actuator) => {
             let wanted = &configuration.actuators()[actuator];
             let paths = wanted.commands.iter().map(|url| url.value.path_in(""));
             let ports = paths.filter_map(|path| split_module(modules, &path).map(|(module, _)| module));

@@ -1,6 +1,8 @@
 //! Rules of attachment, for links of every kind.
 
+mod actuation;
 mod external;
+mod known;
 mod scene;
 
 use slate_blackboard::interface::Descriptor;
@@ -72,6 +74,21 @@ fn inputs_of_others_hide_nothing_from_the_rules() {
     // What a person sets there is no bypass.
     by(&[r#"links."/r2/planner/aim"="/plain/input""#.to_owned()]).unwrap();
     by(&[r#"links."/r2/planner/aim/distance"="/plain/params/gain""#.to_owned()]).unwrap();
+}
+
+#[test]
+fn reading_an_input_of_another_block_does_not_cut_it() {
+    // Both ranges are linked by their types and roles alone.
+    let says = ["a ReactiveModel reads Sensors and Knowledge: `/r3/avoid/range` can't read `/r3/"];
+    for from in ["/r3/way/range", "/r3/compare/range"] {
+        refused(&format!(r#"links."/r3/avoid/range"="{from}""#), &says);
+        refused(&format!(r#"links."/r3/avoid/range/distance"="{from}/distance""#), &["of a Monitor"]);
+        let watch = format!(r#"links."/plain/input"="{from}""#);
+        let configuration = read(&[&watch]);
+        let found = links(Wired::new(&configuration, &catalogue(), &|_| false).configuration());
+        let line = format!("{} <- /r3/front/percept inferred", &from[1..]);
+        assert!(found.contains(&line), "no `{line}` in {found:?}");
+    }
 }
 
 #[test]
@@ -149,12 +166,12 @@ fn truth_is_for_referees() {
 fn execute_alone_reaches_actuators() {
     allowed(r#"links."/simulator/wheels"="/r2/wheels/command""#);
     allowed(r#"links."/simulator/wheels"="/r2/motors/moved""#);
-    // A robot of plain modules stays legal.
-    allowed(r#"links."/simulator/wheels"="/plain/twist""#);
     let only = "only Execute reaches actuators";
-    refused(r#"links."/simulator/wheels"="/r2/planner/twist""#, &[only, "to a gate"]);
+    refused(r#"links."/simulator/wheels"="/r2/planner/twist""#, &[only, "to its gate"]);
     let commands = r#"robots.r2.actuators.wheels.command="/plain/wheels""#;
     refused(commands, &["Execute alone commands", "`/plain/wheels`", "`r2/wheels`"]);
+    let guest = r#"robots.r2.actuators.wheels.modules=["/plain"]"#;
+    refused(guest, &["Execute alone commands", "`/plain` can't command `r2/wheels`"]);
     refused(
         r#"links."/plain/hear"="/r2/planner/call""#,
         &["only Execute sends to other agents and to modules"],
@@ -199,6 +216,7 @@ fn nothing_against_the_rules_is_inferred() {
         "r2/execute/plan <- /r2/planner/plan inferred",
         "r2/execute/reflexes <- /r2/avoid/reflex inferred",
         "r2/motors/command <- /r2/wheels/command inferred",
+        "r2/motors/gate <- /r2/wheels/gate inferred",
         "r2/planner/situation <- /r2/execute/status inferred",
         "r3/compare/range <- /r3/front/percept inferred",
         "r3/execute/reflexes <- /r3/avoid/reflex inferred",
@@ -302,6 +320,20 @@ fn blocks_act_through_the_execute_of_their_own_robot() {
         &[reflex[0], reflex[1], command],
         &["its own Execute alone commands a robot with blocks", "`/r2/execute/wheels`", "`r3/legs`"],
     );
+}
+
+#[test]
+fn execute_takes_plans_of_a_plan_and_reflexes_of_reflexes() {
+    let tool = r#"modules.tool.kind="plain_caller""#;
+    for (inbox, outbox, only) in [
+        ("reflexes", "reflex", "a ReactiveModel alone sends Reflex to `slate://other/r2/execute/reflexes`"),
+        ("plan", "planned", "a Plan alone sends Planned to `slate://other/r2/execute/plan`"),
+    ] {
+        let own = format!(r#"links."/r2/execute/{inbox}"=["/tool/{outbox}"]"#);
+        refused_scene(&[tool, &own], &["is plain but `/r2/execute/", "is an Execute's inbox"]);
+        let abroad = format!(r#"links."slate://other/r2/execute/{inbox}"="/tool/{outbox}""#);
+        refused_scene(&[tool, &abroad], &[only, "`/tool/", "can't"]);
+    }
 }
 
 #[test]

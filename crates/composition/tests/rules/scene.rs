@@ -60,6 +60,8 @@ impl Module for Judge {
 pub struct Tuning {
     #[param(default = 1.0, unit = "m", doc = "distance")]
     gain: f64,
+    #[param(default = 0.0, unit = "m/s", doc = "speed")]
+    speed: f64,
 }
 
 /// A module that is no block.
@@ -72,6 +74,27 @@ pub struct PlainIo {
     hear: Inbox<Near>,
     wheels: Command<Twist2>,
     speed: Input<Twist2>,
+}
+
+/// Messages for an Execute, without a role.
+#[ports]
+pub struct Calls {
+    reflex: Outbox<Reflex>,
+    planned: Outbox<Planned>,
+}
+
+/// A module that sends actions and is no block.
+pub struct PlainCaller;
+
+#[module(stage = Act)]
+impl Module for PlainCaller {
+    type Io = Calls;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), _: &Calls, _: &(), _: &Tick) -> Outcome {
+        Outcome::Ok
+    }
 }
 
 pub struct Plain;
@@ -272,9 +295,14 @@ pub fn catalogue() -> Catalogue {
         actuator::<Motor>(),
     ];
     blocks.into_iter().map(Plugin::from).for_each(|plugin| catalogue.add(plugin));
-    [Plugin::linked::<World>(), Plugin::linked::<Judge>(), Plugin::linked::<Plain>()]
-        .into_iter()
-        .for_each(|plugin| catalogue.add(plugin));
+    [
+        Plugin::linked::<World>(),
+        Plugin::linked::<Judge>(),
+        Plugin::linked::<Plain>(),
+        Plugin::linked::<PlainCaller>(),
+    ]
+    .into_iter()
+    .for_each(|plugin| catalogue.add(plugin));
     catalogue
 }
 

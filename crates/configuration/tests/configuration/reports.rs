@@ -6,7 +6,7 @@ use super::*;
 fn a_report_shows_file_line_caret_and_help() {
     let report = read("[agent]\nname = \"exp1\"\n\n[loop]\nperoid = \"20ms\"\n").unwrap_err();
     let expected = "
-  × unknown key `peroid` in [loop]
+  × error[S002]: unknown key `peroid` in [loop]
    ╭─[exp1.toml:5:1]
  4 │ [loop]
  5 │ peroid = \"20ms\"
@@ -28,7 +28,7 @@ fn a_report_shows_file_line_caret_and_help() {
 fn a_wrong_setting_of_the_command_line_gets_a_caret_in_that_setting() {
     let report = with_sets("", &["loop.period=10ms", "loop.hang=soon"]).unwrap_err();
     let expected = "
-  × expected a duration such as \"200ms\", found \"soon\"
+  × error[S015]: expected a duration such as \"200ms\", found \"soon\"
    ╭─[--set:1:11]
  1 │ loop.hang=soon
    ·           ──┬─

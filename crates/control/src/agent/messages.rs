@@ -25,6 +25,19 @@ const TAIL: &str = "log/tail";
 /// How long lines of the log may take until they are there.
 const WRITTEN: Duration = Duration::from_millis(500);
 
+/// What a person does instead of sending actions to Execute.
+const SENDER_HELP: &str =
+    "drive by `slate teleop`, or set what the Plan and Knowledge take: its goal, and the rules of reflexes";
+
+/// The block that alone sends to an inbox whose messages such a part of the architecture writes.
+fn only_sender(part: &str) -> Option<&'static str> {
+    match part {
+        "plan" => Some("the Plan"),
+        "reactive" => Some("ReactiveModels"),
+        _ => None,
+    }
+}
+
 /// The fields of an interface that a value lacks, after what it `names`.
 pub fn lacking(descriptor: &Descriptor, names: impl Fn(&str) -> bool) -> Vec<&'static str> {
     let fields = descriptor.fields.iter().map(|field| field.name);
@@ -100,6 +113,10 @@ impl MessageSender {
         if !field.is_empty() {
             let message = Mistake::Name.of(format!("/{path} is a part of a message"));
             return Err(refusal(message, "send the whole one"));
+        }
+        if let Some(sender) = only_sender(&property.part()) {
+            let message = format!("/{} takes messages of {sender} alone", property.path());
+            return Err(refusal(Mistake::Attachment.of(message), SENDER_HELP));
         }
         let descriptor = property.descriptor();
         let lacking = lacking(descriptor, |name| value.get(name).is_some());

@@ -160,6 +160,8 @@ fn target(surface: &ControlSurface, ask: &OperationRequest, body: &Json) -> Resu
         "enabled" => WriteKind::Enabled,
         "params" => WriteKind::Setting { path: format!("modules.{key}.params"), fields, is_parameter: true },
         port => {
+            // Names of ports may have slashes.
+            let port = if port.contains('/') { quoted(port) } else { port.into() };
             WriteKind::Setting { path: format!("modules.{key}.inputs.{port}"), fields, is_parameter: false }
         }
     };

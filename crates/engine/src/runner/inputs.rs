@@ -149,7 +149,7 @@ impl Inputs {
         for (input, reader) in self.ports.iter_mut().zip(&self.readers) {
             let slot = &mut slots[input.slot as usize];
             let working = input.writer.as_ref().is_none_or(|health| health.is_working());
-            let mut flags = if working { Flags::ALIVE } else { 0 };
+            let mut flags = if working && input.is_written { Flags::ALIVE } else { 0 };
             match reader.value() {
                 Some(loan) => {
                     let stamp = loan.stamp();

@@ -26,6 +26,8 @@ pub struct InputPort {
     pub wakes: bool,
     /// Whether it is pinned when a cycle begins.
     pub is_early: bool,
+    /// Whether something writes it: links do, and not a person alone.
+    pub is_written: bool,
     /// The module that writes it, if one does.
     pub writer: Option<Arc<Health>>,
     /// Sequence and generation of the value that the last tick saw.

@@ -4,7 +4,7 @@ mod arguments;
 mod parallel;
 mod repeat;
 mod sequence;
-mod telling;
+mod transmission;
 mod tree;
 
 pub use arguments::Arguments;
@@ -12,7 +12,7 @@ pub use parallel::InParallel;
 pub use repeat::Repeat;
 pub use sequence::InSequence;
 use slate_module::{Priority, Sequence, Text, Tick};
-pub use telling::Telling;
+pub use transmission::Transmission;
 pub use tree::{ActionTree, Beside};
 
 use crate::ActionRequest;

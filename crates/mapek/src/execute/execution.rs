@@ -261,6 +261,11 @@ impl<R: Repertoire> Execution<R> {
         }
     }
 
+    /// Whether the status was published.
+    pub(super) fn is_published(&self) -> bool {
+        self.published
+    }
+
     /// Whether the status is news; true once at the start.
     pub(super) fn must_publish(&mut self, before: &Summary) -> bool {
         !std::mem::replace(&mut self.published, true) || self.summary() != *before

@@ -20,7 +20,7 @@ pub struct ExecutePorts {
     reflexes: ReflexIn,
     /// Status of Execute, written when it changes.
     status: Output<ExecuteStatus>,
-    /// Waiting actions, written when they change.
+    /// Waiting actions, written at the start and when they change.
     #[capacity(128)]
     waiting: Output<WaitingActions>,
 }
@@ -53,6 +53,7 @@ impl<R: Repertoire> Module for ExecuteBlock<R> {
 
     fn tick(state: &mut Self::State, (body, own): &Self::Io, (): &(), now: &Tick) -> Outcome {
         let before = state.summary();
+        let is_first = !state.is_published();
         let (revision, was_waiting) = (state.revision(), state.has_waiting());
         state.set_time(now.now());
         // Reflexes first, so that a plan made without knowledge of them is dropped.
@@ -64,7 +65,7 @@ impl<R: Repertoire> Module for ExecuteBlock<R> {
             own.status.set(state.status());
         }
         // An action that begins at once has not waited.
-        if state.revision() != revision && (was_waiting || state.has_waiting()) {
+        if is_first || state.revision() != revision && (was_waiting || state.has_waiting()) {
             state.write_waiting(&own.waiting);
         }
         Outcome::Ok

@@ -13,7 +13,7 @@ use std::marker::PhantomData;
 
 pub use facts::{Fact, Facts, Live, Merge, MostCertain, Newest, Union, Version};
 pub use plans::{PlanDescription, PlanLibrary, PlanOutcome, Role};
-pub use robot::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
+pub use robot::{ActuatorStatus, Device, DeviceHealth, Kinematics, RobotModel, Steering};
 use slate_module::{Hardware, Module, Outcome, Params, Ports, Refusal, Setup, Spec, Stage, Tick, Trigger};
 pub use statements::Statements;
 pub use strategy::{StoredPlan, StrategyModel, StrategyRecord, StrategyReport};

@@ -1,12 +1,12 @@
 use slate_interfaces::{FourWheelSpeeds, Pose2, Twist2, WheelSpeeds};
-use slate_module::{Interface, Sequence, Text, Tick, interface, math};
+use slate_module::{Input, Interface, Sequence, Text, Tick, interface, math};
 
 use crate::port::Sensed;
 
 /// Health of a sensor or an actuator.
 #[interface]
 pub enum DeviceHealth {
-    /// No measurement yet, or a device that reports none, such as an actuator.
+    /// No measurement and no status yet.
     Unknown,
     /// It measures as expected.
     Fresh,
@@ -14,6 +14,29 @@ pub enum DeviceHealth {
     Late,
     /// It has stopped: its newest measurement is older than [`Device::silent_after`].
     Silent,
+    /// An actuator obeys a command that has passed its gate.
+    Ready,
+    /// An actuator has its safe command, as no command that holds has passed its gate.
+    Safe,
+    /// The gate of an actuator is not armed.
+    Disarmed,
+    /// The gate of an actuator is stopped, until it is reset and armed.
+    Stopped,
+    /// An actuator does not obey: its driver reports a fault, or its driver or its block hangs or has failed.
+    Failed,
+}
+
+/// Status of an Actuator, written when it changes.
+#[interface]
+#[derive(PartialEq)]
+pub struct ActuatorStatus {
+    /// Health: one of those of actuators.
+    pub health: DeviceHealth,
+}
+
+impl ActuatorStatus {
+    /// Status of an Actuator that hangs or has failed.
+    pub const FAILED: Self = Self { health: DeviceHealth::FAILED };
 }
 
 /// Periods without a measurement after which a device is late; several, as devices lose single measurements.
@@ -37,7 +60,7 @@ pub struct Device {
     /// Rate of its measurements; zero for each cycle.
     #[unit("Hz")]
     pub rate: f64,
-    /// Time of its newest measurement; zero before the first.
+    /// Time of its newest measurement, or of an actuator's newest change of health; zero before the first.
     #[unit("ns")]
     pub measured: u64,
     /// Health.
@@ -70,6 +93,14 @@ impl Device {
         } else {
             DeviceHealth::FRESH
         };
+    }
+
+    /// Updates the health of an actuator from what its Actuator reports.
+    pub fn report(&mut self, status: &Input<ActuatorStatus>) {
+        let Some(reported) = status.get() else { return };
+        self.measured = status.stamp().time;
+        // Its writer hangs or is gone.
+        self.health = if status.is_stale() { DeviceHealth::FAILED } else { reported.health };
     }
 
     /// Returns the age of the newest measurement above which the device is late: five periods, at least 0.2 s; in seconds.

@@ -59,7 +59,7 @@ impl StrategyModel {
     }
 
     /// Adds a plan; returns false if it is known. Other actions under the same name and role make a new plan, without outcomes.
-    pub fn learn(&mut self, name: &str, role: &str, actions: &[ActionRequest]) -> bool {
+    pub fn add_plan(&mut self, name: &str, role: &str, actions: &[ActionRequest]) -> bool {
         let plan = StoredPlan {
             name: name.into(),
             role: role.into(),

@@ -10,7 +10,7 @@ use super::strategy::{StoredPlan, StrategyModel, StrategyReport};
 pub struct StrategyPorts {
     /// Role of the robot, from the configuration or a role assignment.
     role: Input<Role>,
-    /// Plans to learn.
+    /// Plans of all roles.
     library: Input<PlanLibrary>,
     /// Outcomes of plans, from the Plan.
     #[window(16)]
@@ -25,9 +25,9 @@ pub struct StrategyPorts {
 impl StrategyModel {
     /// Updates from the inputs, and writes the outputs.
     pub fn update(&mut self, ports: &StrategyPorts, now: &Tick) {
-        // What is remembered is told also when nothing else comes.
+        // Stored outcomes are reported in the first update.
         let (mut begins, mut changed) = (now.number() == 1, false);
-        // Whoever gives roles may say the same again and again.
+        // The same role may be assigned repeatedly.
         if let Some(role) = ports.role.updated().filter(|role| role.name.as_str() != self.role()) {
             self.take_role(role.name.as_str());
             begins = true;
@@ -36,13 +36,13 @@ impl StrategyModel {
             for (index, plan) in library.plans.iter().enumerate() {
                 let (name, role) = (plan.name, plan.role);
                 if library.plans[..index].iter().any(|other| (other.name, other.role) == (name, role)) {
-                    // Else each would be told as a change of the other one.
+                    // Else each would replace the other one in every update.
                     now.error(format_args!(
                         "the library has two plans `{name}` for the role `{role}`, and the second one is left out: \
                          give it another name"
                     ));
                 } else {
-                    begins |= self.learn(name.as_str(), role.as_str(), &plan.actions);
+                    begins |= self.add_plan(name.as_str(), role.as_str(), &plan.actions);
                 }
             }
         }

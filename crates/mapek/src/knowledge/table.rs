@@ -23,7 +23,7 @@ pub struct Stated<T> {
 ///
 /// A block states facts by an [`Output`](slate_module::Output) of this type, for which [`Statements`](super::Statements)
 /// keep them, and reads the team's knowledge by an [`Input`](slate_module::Input), of which
-/// [`WorldModel::learn`](super::WorldModel::learn) shows the views. The values are of any type that fields of interfaces may have
+/// [`WorldModel::replace`](super::WorldModel::replace) shows the views. The values are of any type that fields of interfaces may have
 /// and that is aligned to at most 8 bytes.
 #[repr(C)]
 #[derive(Debug)]

@@ -45,7 +45,7 @@ impl<K: Ord, T> WorldModel<K, T> {
     ///
     /// [`Newest`](super::Newest) uses the order of the table: a statement made in knowledge of another is newer, whatever the robots' clocks
     /// say.
-    pub fn learn(&mut self, table: &FactTable<T>) -> Vec<K>
+    pub fn replace(&mut self, table: &FactTable<T>) -> Vec<K>
     where
         K: Clone + for<'k> From<&'k str>,
         T: Plain,

@@ -23,31 +23,7 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
             return Err(Error::new(name.span(), "parameters have names"));
         };
         publish(field, &input.vis);
-        let mut default: Option<Expr> = None;
-        let mut range: Option<ExprRange> = None;
-        let mut follows: Vec<LitStr> = Vec::new();
-        if let Some(attribute) = take(&mut field.attrs, "param") {
-            attribute.parse_nested_meta(|meta| {
-                if meta.path.is_ident("default") {
-                    default = Some(meta.value()?.parse()?);
-                } else if meta.path.is_ident("range") {
-                    range = Some(meta.value()?.parse()?);
-                } else if meta.path.is_ident("follows") {
-                    let list: ExprArray = meta.value()?.parse()?;
-                    follows =
-                        list.elems.iter().map(|item| syn::parse2(quote!(#item))).collect::<Result<_>>()?;
-                } else if meta.path.is_ident("unit") {
-                    let unit: LitStr = meta.value()?.parse()?;
-                    field.attrs.push(syn::parse_quote!(#[unit(#unit)]));
-                } else if meta.path.is_ident("doc") {
-                    let doc: LitStr = meta.value()?.parse()?;
-                    field.attrs.push(syn::parse_quote!(#[doc = #doc]));
-                } else {
-                    return Err(meta.error("expected `default`, `range`, `follows`, `unit` or `doc`"));
-                }
-                Ok(())
-            })?;
-        }
+        let ParamAttribute { default, range, follows } = ParamAttribute::take(field)?;
         let kind = &field.ty;
         let value = match default {
             Some(value) if is_number(kind) => quote!(#value),
@@ -92,6 +68,43 @@ pub fn expand(item: Tokens) -> Result<Tokens> {
             }
         }
     })
+}
+
+/// What the attribute `#[param]` of a field says.
+#[derive(Default)]
+struct ParamAttribute {
+    default: Option<Expr>,
+    range: Option<ExprRange>,
+    follows: Vec<LitStr>,
+}
+
+impl ParamAttribute {
+    /// Takes it from a field, which gets unit and description as attributes of their own.
+    fn take(field: &mut Field) -> Result<Self> {
+        let mut read = Self::default();
+        let Some(attribute) = take(&mut field.attrs, "param") else { return Ok(read) };
+        attribute.parse_nested_meta(|meta| {
+            if meta.path.is_ident("default") {
+                read.default = Some(meta.value()?.parse()?);
+            } else if meta.path.is_ident("range") {
+                read.range = Some(meta.value()?.parse()?);
+            } else if meta.path.is_ident("follows") {
+                let list: ExprArray = meta.value()?.parse()?;
+                read.follows =
+                    list.elems.iter().map(|item| syn::parse2(quote!(#item))).collect::<Result<_>>()?;
+            } else if meta.path.is_ident("unit") {
+                let unit: LitStr = meta.value()?.parse()?;
+                field.attrs.push(syn::parse_quote!(#[unit(#unit)]));
+            } else if meta.path.is_ident("doc") {
+                let doc: LitStr = meta.value()?.parse()?;
+                field.attrs.push(syn::parse_quote!(#[doc = #doc]));
+            } else {
+                return Err(meta.error("expected `default`, `range`, `follows`, `unit` or `doc`"));
+            }
+            Ok(())
+        })?;
+        Ok(read)
+    }
 }
 
 /// Makes a field as public as its struct: configurations and programs set what users may tune.

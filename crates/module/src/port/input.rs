@@ -34,7 +34,8 @@ impl<T: Interface + ?Sized> Input<T> {
         self.slot().flags.get() & Flags::STALE != 0
     }
 
-    /// Whether the property has a writer now.
+    /// Whether something writes the property now: a module that works, a gate, the agent, or another agent; false for an
+    /// input without a link, whoever sets it.
     pub fn has_writer(&self) -> bool {
         self.slot().flags.get() & Flags::ALIVE != 0
     }
@@ -151,7 +152,8 @@ impl<T: Interface + ?Sized> Required<T> {
         self.0.is_stale()
     }
 
-    /// Whether the property has a writer now.
+    /// Whether something writes the property now: a module that works, a gate, the agent, or another agent; false for an
+    /// input without a link, whoever sets it.
     pub fn has_writer(&self) -> bool {
         self.0.has_writer()
     }

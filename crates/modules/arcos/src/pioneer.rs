@@ -2,7 +2,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
-use slate_interfaces::{Bumper, Chassis, Odometry, SonarScan, WheelSpeeds};
+use slate_interfaces::{Bumper, Chassis, DriverStatus, Odometry, SonarScan, WheelSpeeds};
 use slate_module::aspect::{Actuators, Aspect, Threads};
 use slate_module::prelude::*;
 use slate_module::{Hardware, HardwareDevice, HardwareDrive};
@@ -42,6 +42,10 @@ pub struct PioneerIo {
     /// Status of the robot and of its connection.
     #[safe(PioneerStatus::default())]
     status: Output<PioneerStatus>,
+    /// Whether the wheels obey.
+    #[role("driver_status")]
+    #[safe(DriverStatus::FAULT)]
+    drive: Output<DriverStatus>,
 }
 
 /// Parameters of [`Pioneer`]; when one changes, the connection is made anew.
@@ -149,6 +153,7 @@ impl Module for Pioneer {
         let is_well = status.connection == Connection::UP
             && status.motors.get()
             && !(status.left_stalled.get() || status.right_stalled.get());
+        io.drive.set(DriverStatus { fault: (!is_well || sent != Ok(true)).into() });
         if sent == Ok(true) && command.is_some() && is_well { Outcome::Ok } else { Outcome::Degraded }
     }
 }

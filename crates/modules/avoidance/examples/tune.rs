@@ -181,7 +181,7 @@ fn run(
         let begin = Instant::now();
         let decision = match controller {
             Controller::Avoider => {
-                avoider.hear(pose, &scan, parameters, result.time);
+                avoider.update_map(pose, &scan, parameters, result.time);
                 match avoider.steer(pose, goal, parameters, result.time) {
                     Decision::Clear => None,
                     Decision::Avoid(twist) => Some(wheels(twist)),

@@ -77,17 +77,17 @@ impl Avoider {
     }
 
     /// Updates the map from a scan at `pose` and `time` (seconds).
-    pub fn hear(&mut self, pose: Pose2, scan: &SonarScan, parameters: &Parameters, time: f64) {
+    pub fn update_map(&mut self, pose: Pose2, scan: &SonarScan, parameters: &Parameters, time: f64) {
         self.map.update(pose, scan, &self.footprint, parameters, time);
     }
 
     /// Takes the obstacles (x, y, time of the first echo) of another map at `time` (seconds).
-    pub fn take(&mut self, obstacles: impl Iterator<Item = (f64, f64, f64)>, time: f64) {
+    pub fn set_obstacles(&mut self, obstacles: impl Iterator<Item = (f64, f64, f64)>, time: f64) {
         self.map.set(obstacles, time);
     }
 
     /// Updates the other robots from detections at `time` (seconds); the first eight, kept until the next detection.
-    pub fn see(&mut self, others: impl IntoIterator<Item = Other>, time: f64) {
+    pub fn set_others(&mut self, others: impl IntoIterator<Item = Other>, time: f64) {
         self.others.clear();
         let known = |other: &Other| {
             let [east, north] = other.velocity;
@@ -149,10 +149,11 @@ impl Avoider {
         if !due && self.choice == Some([0.0, 0.0]) {
             return Decision::Avoid(Twist2::ZERO);
         }
-        let seen = self.seen.is_some_and(|seen| time - seen <= parameters.obstacle_timeout);
-        let others = if seen { self.others.as_slice() } else { &[] };
+        let sees_others = self.seen.is_some_and(|seen| time - seen <= parameters.obstacle_timeout);
+        let others = if sees_others { self.others.as_slice() } else { &[] };
+        let footprint = self.footprint.clone();
         let mut surroundings =
-            Surroundings::new(&self.map, others, pose, &self.footprint, parameters, margin, time);
+            Surroundings::new(&self.map, others, pose, &footprint, parameters, margin, time);
         surroundings.drive = parameters.sides.map(|sides| (sides, moving));
         let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
         if !due {
@@ -171,34 +172,51 @@ impl Avoider {
             None => self.clear(&surroundings, bearing, distance, parameters),
         };
         if clear {
-            self.choice = None;
-            self.way.clear();
-            if planned.is_some() {
-                // A robot that stands as planned makes no progress, and is not stuck.
-                self.anchor = None;
-            }
-            return Decision::Clear;
+            return self.hand_back(planned.is_some());
         }
-        if let Some(motion) = planned.filter(|_| !stuck) {
-            let twist = surroundings.nearest_to(motion);
-            self.choice = Some([twist.linear, twist.angular]);
-            return Decision::Avoid(twist);
-        }
-        let half_width = self.footprint.half_width();
-        let occupied = distance < WAITING && self.occupied(goal, half_width + parameters.min_clearance);
-        self.waited = occupied && (self.waited || stuck);
-        let twist = if occupied && !self.waited {
-            // A robot on the goal will leave: no use in circling round it. What is still there after a while stands
-            // beside it.
-            surroundings.face(bearing)
-        } else {
-            let widths = Widths { blocked: half_width + 0.02, tight: self.footprint.radius() };
-            let waypoint = field::waypoint(&self.map, others, pose, goal, widths, 0.6, &mut self.way);
-            let last = self.choice.map_or(Twist2::ZERO, |[linear, angular]| Twist2 { linear, angular });
-            surroundings.choose(in_frame_of(pose, waypoint), last)
+        let occupied =
+            distance < WAITING && self.occupied(goal, footprint.half_width() + parameters.min_clearance);
+        let twist = match planned.filter(|_| !stuck) {
+            Some(motion) => surroundings.nearest_to(motion),
+            None if self.waits(occupied, stuck) => surroundings.face(bearing),
+            None => self.detour(&surroundings, &footprint, pose, goal, sees_others),
         };
         self.choice = Some([twist.linear, twist.angular]);
         Decision::Avoid(twist)
+    }
+
+    /// Hands the robot back to the planner.
+    fn hand_back(&mut self, is_planned: bool) -> Decision {
+        self.choice = None;
+        self.way.clear();
+        if is_planned {
+            // A robot that stands as planned makes no progress, and is not stuck.
+            self.anchor = None;
+        }
+        Decision::Clear
+    }
+
+    /// Returns whether the robot waits: a robot on the goal will leave, so circling round it is of no use. What is still there
+    /// after a while stands beside it.
+    fn waits(&mut self, occupied: bool, stuck: bool) -> bool {
+        self.waited = occupied && (self.waited || stuck);
+        occupied && !self.waited
+    }
+
+    /// Chooses a twist towards a waypoint round the obstacles.
+    fn detour(
+        &mut self,
+        surroundings: &Surroundings<'_>,
+        footprint: &Footprint,
+        pose: Pose2,
+        goal: Point2,
+        sees_others: bool,
+    ) -> Twist2 {
+        let others = if sees_others { self.others.as_slice() } else { &[] };
+        let widths = Widths { blocked: footprint.half_width() + 0.02, tight: footprint.radius() };
+        let waypoint = field::waypoint(&self.map, others, pose, goal, widths, 0.6, &mut self.way);
+        let last = self.choice.map_or(Twist2::ZERO, |[linear, angular]| Twist2 { linear, angular });
+        surroundings.choose(in_frame_of(pose, waypoint), last)
     }
 
     /// Returns whether the planner can turn to the goal and drive straight.

@@ -69,6 +69,15 @@ struct Cone {
     heard: bool,
 }
 
+/// How fast marks lose their confidence in an update.
+struct Fading {
+    /// Time since the one before, as a part of the obstacle timeout.
+    elapsed: f64,
+    miss_weight: f64,
+    /// Cosine of half the field of view, less a margin.
+    edge: f64,
+}
+
 impl Default for LocalMap {
     fn default() -> Self {
         Self { marks: Vec::with_capacity(SIDE * SIDE), slots: vec![NONE; SIDE * SIDE], time: None }
@@ -105,13 +114,21 @@ impl LocalMap {
         let mut cones = [Cone::default(); SONARS];
         let cones = place(pose, scan, &mut cones);
         let edge = math::cos(0.5 * scan.field_of_view - 0.017);
+        let fading = Fading { elapsed: elapsed / memory, miss_weight: parameters.miss_weight, edge };
+        self.fade(pose, cones, footprint, &fading);
+        self.mark_echoes(pose, cones, scan.field_of_view, edge);
+    }
 
+    /// Lowers the confidence of marks by time and by sonars that disprove them; removes those without any, far from the robot or
+    /// inside of it.
+    fn fade(&mut self, pose: Pose2, cones: &[Cone], footprint: &Footprint, fading: &Fading) {
         let (sine, cosine) = (math::sin(pose.theta), math::cos(pose.theta));
         let mut index = 0;
         while let Some(mark) = self.marks.get_mut(index) {
             let (dx, dy) = (mark.x - pose.x, mark.y - pose.y);
-            let silence = cones.iter().fold(0.0, |most, cone| math::max(most, cone.disproves(mark, edge)));
-            mark.confidence -= elapsed / memory + parameters.miss_weight * silence;
+            let silence =
+                cones.iter().fold(0.0, |most, cone| math::max(most, cone.disproves(mark, fading.edge)));
+            mark.confidence -= fading.elapsed + fading.miss_weight * silence;
             let away = dx.abs() >= REACH || dy.abs() >= REACH;
             let inside =
                 footprint.distance_within(cosine * dx + sine * dy, cosine * dy - sine * dx, 0.1) < -0.01;
@@ -121,15 +138,17 @@ impl LocalMap {
                 index += 1;
             }
         }
+    }
 
-        let half = 0.5 * scan.field_of_view;
-        for (number, cone) in
-            cones.iter().enumerate().filter(|(_, cone)| cone.heard && cone.range < 2.0 * REACH)
-        {
+    /// Marks the arcs of the echoes, but for what another sonar disproves.
+    fn mark_echoes(&mut self, pose: Pose2, cones: &[Cone], field_of_view: f64, edge: f64) {
+        let Some(time) = self.time else { return };
+        let heard = |(_, cone): &(usize, &Cone)| cone.heard && cone.range < 2.0 * REACH;
+        for (number, cone) in cones.iter().enumerate().filter(heard) {
             // At least the ends of the arc, and no cell between them left out.
-            let steps = (cone.range * scan.field_of_view / (0.8 * CELL)) as u32 + 1;
+            let steps = (cone.range * field_of_view / (0.8 * CELL)) as u32 + 1;
             for step in 0..=steps {
-                let angle = half * (2.0 * f64::from(step) / f64::from(steps) - 1.0);
+                let angle = 0.5 * field_of_view * (2.0 * f64::from(step) / f64::from(steps) - 1.0);
                 let (sine, cosine) = (math::sin(angle), math::cos(angle));
                 let direction = [
                     cosine * cone.axis[0] - sine * cone.axis[1],

@@ -134,16 +134,17 @@ impl std::fmt::Display for RuleError {
             Self::Empty => formatter.write_str(
                 "expected a rule such as { sensor = \"sonar\", distance = 0.1 }, found none; disable the reflex if it is to have none",
             ),
-            Self::Twice { number, first, sensor } => write!(
+            Self::Twice { first, sensor, .. } => write!(
                 formatter,
-                "rule {number}: rule {first} is of the sensor `{sensor}` already; keep one of the two"
+                "item {} is of the sensor `{sensor}` already; keep one of the two",
+                first - 1
             ),
-            Self::Distance { number, sensor, distance } => write!(
+            Self::Distance { sensor, distance, .. } => write!(
                 formatter,
-                "rule {number}, of the sensor `{sensor}`: expected a distance from 0 to {MAX_DISTANCE} m, found {distance}"
+                "expected a distance of the sensor `{sensor}` from 0 to {MAX_DISTANCE} m, found {distance}"
             ),
-            Self::Sensor { number, sensor } => {
-                write!(formatter, "rule {number}: no reflex of this robot has a threshold for a sensor `{sensor}`")
+            Self::Sensor { sensor, .. } => {
+                write!(formatter, "no reflex of this robot has a threshold for a sensor `{sensor}`")
             }
         }
     }
@@ -180,6 +181,8 @@ pub struct Disc {
 
 /// Duration of a stop unless it is renewed, seconds.
 const STAND: f64 = 0.2;
+/// Part of the minimum range at which an echo at that range counts: its obstacle is there or nearer.
+const NEAREST: f64 = 0.3;
 /// Tolerance of an echo from a detected robot, metres.
 const SPREAD: f64 = 0.1;
 /// Points on the arc of an echo.
@@ -223,7 +226,7 @@ impl ReflexInput {
     /// Takes echoes as points on their arcs, and detected robots, whose echoes are left out; `velocity` in m/s,
     /// negative backward.
     ///
-    /// An echo without a range counts as near: at the minimum range.
+    /// An echo at the minimum range, or without a range, counts as nearer than that.
     pub fn new(scan: &SonarScan, robots: impl Iterator<Item = Disc>, velocity: f64) -> Self {
         let mut measured = Self {
             points: [(0.0, 0.0); POINTS],
@@ -238,7 +241,8 @@ impl ReflexInput {
         }
         let half = 0.5 * scan.field_of_view;
         for (placement, echo) in scan.placements.iter().zip(scan.echoes.iter()) {
-            let range = if echo.range.is_finite() { echo.range } else { scan.range_min };
+            let is_far = echo.range.is_finite() && echo.range > scan.range_min;
+            let range = if is_far { echo.range } else { NEAREST * scan.range_min };
             if !echo.heard.get()
                 || measured.is_echo_of_robot([placement.x, placement.y, placement.theta], range, half)
             {

@@ -66,7 +66,7 @@ fn settled(scan: &SonarScan, seconds: f64) -> (Avoider, Decision) {
     let mut decision = Decision::Clear;
     for tick in 0..(seconds / 0.02) as u32 {
         let time = f64::from(tick) * 0.02;
-        avoider.hear(HERE, scan, &parameters, time);
+        avoider.update_map(HERE, scan, &parameters, time);
         decision = avoider.steer(HERE, AHEAD, &parameters, time);
     }
     (avoider, decision)
@@ -159,10 +159,10 @@ fn close_to_a_wall_the_robot_does_not_drive_at_it() {
 #[test]
 fn one_echo_in_front_stops_a_driving_robot_at_once() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.0);
     assert_eq!(avoider.steer(HERE, AHEAD, &parameters, 0.0), Decision::Clear);
     // Before the next choice is due.
-    avoider.hear(HERE, &wall_ahead(0.1), &parameters, 0.02);
+    avoider.update_map(HERE, &wall_ahead(0.1), &parameters, 0.02);
     let decision = avoider.steer(HERE, AHEAD, &parameters, 0.02);
     assert!(matches!(decision, Decision::Avoid(twist) if twist.linear <= 0.0), "{decision:?}");
 }
@@ -177,7 +177,7 @@ fn a_robot_that_is_closed_in_stands_still() {
 fn without_scans_the_robot_stands_still() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     assert_eq!(avoider.steer(HERE, AHEAD, &parameters, 0.0), Decision::Avoid(Twist2::ZERO), "none yet");
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.0);
     assert_eq!(avoider.steer(HERE, AHEAD, &parameters, 0.2), Decision::Clear);
     assert_eq!(avoider.steer(HERE, AHEAD, &parameters, 0.4), Decision::Avoid(Twist2::ZERO), "no more");
 }
@@ -186,11 +186,11 @@ fn without_scans_the_robot_stands_still() {
 fn what_is_not_a_number_never_moves_the_robot() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     // With nothing around, so that any number would set it going.
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.0);
     let before = avoider.map().clone();
     for wrong in [f64::NAN, f64::INFINITY, 1e300] {
         let nowhere = Pose2 { x: wrong, ..HERE };
-        avoider.hear(nowhere, &wall_ahead(0.3), &parameters, 0.02);
+        avoider.update_map(nowhere, &wall_ahead(0.3), &parameters, 0.02);
         assert_eq!(avoider.steer(nowhere, AHEAD, &parameters, 0.02), Decision::Avoid(Twist2::ZERO));
         assert_eq!(
             avoider.steer(HERE, Point2 { x: 0.0, y: wrong }, &parameters, 0.02),
@@ -207,7 +207,7 @@ fn whoever_stands_on_the_goal_is_waited_for() {
     let goal = Point2 { x: 0.6, y: 0.0 };
     for tick in 0..100 {
         let time = f64::from(tick) * 0.02;
-        avoider.hear(HERE, &wall_ahead(0.45), &parameters, time);
+        avoider.update_map(HERE, &wall_ahead(0.45), &parameters, time);
         assert_eq!(avoider.steer(HERE, goal, &parameters, time), Decision::Avoid(Twist2::ZERO));
     }
 }
@@ -221,7 +221,7 @@ fn an_obstacle_that_stays_is_waited_for_once() {
         let time = f64::from(tick) * 0.02;
         // It gets on as soon as it does not wait.
         let pose = if moved.is_some() { Pose2 { x: 0.12, ..HERE } } else { HERE };
-        avoider.hear(pose, &wall_ahead(0.45 - pose.x), &parameters, time);
+        avoider.update_map(pose, &wall_ahead(0.45 - pose.x), &parameters, time);
         let decision = avoider.steer(pose, goal, &parameters, time);
         if moved.is_none() && decision != Decision::Avoid(Twist2::ZERO) {
             moved = Some(time);
@@ -275,10 +275,10 @@ proptest! {
                 let saved = slate_module::encode(&avoider).unwrap();
                 restored = Some(slate_module::decode(&saved).unwrap());
             }
-            avoider.hear(*pose, scan, &parameters, time);
+            avoider.update_map(*pose, scan, &parameters, time);
             let decision = avoider.steer(*pose, AHEAD, &parameters, time);
             if let Some(restored) = &mut restored {
-                restored.hear(*pose, scan, &parameters, time);
+                restored.update_map(*pose, scan, &parameters, time);
                 prop_assert_eq!(restored.steer(*pose, AHEAD, &parameters, time), decision);
             }
         }
@@ -293,7 +293,7 @@ proptest! {
         let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
         for (tick, (pose, scan)) in walk.iter().enumerate() {
             let time = tick as f64 * 0.05;
-            avoider.hear(*pose, scan, &parameters, time);
+            avoider.update_map(*pose, scan, &parameters, time);
             if let Decision::Avoid(twist) = avoider.steer(*pose, Point2 { x: goal.0, y: goal.1 }, &parameters, time) {
                 prop_assert!(twist.linear <= parameters.max_linear_velocity && twist.linear >= -parameters.max_reverse_velocity);
                 prop_assert!(twist.angular.abs() <= parameters.max_angular_velocity);
@@ -328,8 +328,8 @@ fn the_repaired_law_counts_near_more_than_far() {
 /// What an avoider that hears nothing does about a robot straight ahead that moves so, on the way to a goal behind it.
 fn met(ahead: f64, velocity: [f64; 2]) -> Decision {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
-    avoider.see([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.set_others([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
     avoider.steer(HERE, Point2 { x: 3.0, y: 0.0 }, &parameters, 0.0)
 }
 
@@ -346,23 +346,23 @@ fn a_robot_that_is_seen_is_avoided_as_it_moves() {
 fn who_is_not_seen_any_more_is_forgotten() {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
     let goal = Point2 { x: 3.0, y: 0.0 };
-    avoider.see([Other { x: 0.7, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.0);
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.set_others([Other { x: 0.7, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.0);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.0);
     assert_ne!(avoider.steer(HERE, goal, &parameters, 0.0), Decision::Clear);
-    avoider.see([], 0.2);
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.2);
+    avoider.set_others([], 0.2);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.2);
     assert_eq!(avoider.steer(HERE, goal, &parameters, 0.2), Decision::Clear);
     // Nor is who cannot be where it is said to be.
-    avoider.see([Other { x: f64::NAN, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.4);
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.4);
+    avoider.set_others([Other { x: f64::NAN, y: 0.0, radius: 0.3, velocity: [0.0; 2] }], 0.4);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.4);
     assert_eq!(avoider.steer(HERE, goal, &parameters, 0.4), Decision::Clear);
 }
 
 /// What an avoider that hears nothing does about a planned motion, with a robot straight ahead that moves so.
 fn guarded(planned: Twist2, ahead: f64, velocity: [f64; 2]) -> Decision {
     let (mut avoider, parameters) = (Avoider::new(footprint()), Parameters::default());
-    avoider.hear(HERE, &scan(&[]), &parameters, 0.0);
-    avoider.see([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
+    avoider.update_map(HERE, &scan(&[]), &parameters, 0.0);
+    avoider.set_others([Other { x: ahead, y: 0.0, radius: 0.3, velocity }], 0.0);
     avoider.guard(HERE, Twist2::ZERO, AHEAD, Some(planned), &parameters, 0.0)
 }
 
@@ -382,7 +382,7 @@ fn who_knows_the_room_does_not_leave_it() {
     let known = Parameters { room_half_width: Some(1.0), ..Parameters::default() };
     let there = |x: f64, linear: f64| {
         let mut avoider = Avoider::new(footprint());
-        avoider.hear(Pose2 { x, ..HERE }, &scan(&[]), &known, 0.0);
+        avoider.update_map(Pose2 { x, ..HERE }, &scan(&[]), &known, 0.0);
         let planned = Twist2 { linear, angular: 0.0 };
         avoider.guard(Pose2 { x, ..HERE }, Twist2::ZERO, HERE_POINT, Some(planned), &known, 0.0)
     };
@@ -403,7 +403,7 @@ fn who_moves_needs_room_to_stop_whatever_is_planned() {
     };
     let moving = |linear: f64| {
         let (mut avoider, here) = (Avoider::new(footprint()), Pose2 { x: 0.6, ..HERE });
-        avoider.hear(here, &scan(&[]), &heavy, 0.0);
+        avoider.update_map(here, &scan(&[]), &heavy, 0.0);
         let (moving, planned) = (Twist2 { linear, angular: 0.0 }, Twist2 { linear: 0.1, angular: 0.5 });
         avoider.guard(here, moving, HERE_POINT, Some(planned), &heavy, 0.0)
     };

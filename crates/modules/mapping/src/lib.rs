@@ -25,7 +25,7 @@
 //! ```
 
 mod distance;
-mod frame;
+mod external_frame;
 mod geometry;
 mod laser;
 mod occupancy_mapper;
@@ -35,7 +35,7 @@ mod pose_estimator;
 mod pose_filter;
 mod search;
 
-pub use frame::{Frame, FrameIo};
+pub use external_frame::{ExternalFrame, ExternalFrameIo};
 pub use laser::{LaserMonitor, LaserSensors};
 pub use occupancy_mapper::{OccupancyMapper, OccupancyMapperIo, OccupancyMapperParams, OccupancyMapperState};
 pub use path_planner::{PathPlanner, PathPlannerIo, PathPlannerParams, PathPlannerState};
@@ -49,5 +49,5 @@ slate_module::plugin!(
     AnalyzeBlock<PoseEstimator>,
     AnalyzeBlock<OccupancyMapper>,
     AnalyzeBlock<PathPlanner>,
-    Frame,
+    ExternalFrame,
 );

@@ -93,7 +93,7 @@ impl ActionKind for TurnAngle {
 
 impl<B: WheeledBody> Action<B> for TurnAngle {
     fn act(&mut self, acting: &Acting<'_, B>) -> Step {
-        let whereabouts = acting.body.whereabouts();
+        let model = acting.body.model();
         if self.turn.speed.is_nan() || self.turn.speed <= 0.0 {
             // The wheels would contradict the angle, and the turn would never end.
             acting.now.warn(format_args!(
@@ -102,7 +102,7 @@ impl<B: WheeledBody> Action<B> for TurnAngle {
             ));
             return Step::Failed;
         }
-        let Some(pose) = whereabouts.pose() else { return Step::Failed };
+        let Some(pose) = model.pose() else { return Step::Failed };
         let heading = *self.heading.get_or_insert_with(|| math::wrap_angle(pose.theta + self.turn.angle));
         let error = math::angle_between(pose.theta, heading);
         if error.abs() < HEADING_TOLERANCE {
@@ -110,7 +110,7 @@ impl<B: WheeledBody> Action<B> for TurnAngle {
         }
         // Slower near the heading, so that the turn does not overshoot.
         let speed = math::clamp(4.0 * error, -self.turn.speed, self.turn.speed);
-        acting.body.turn_wheels(whereabouts.wheels_for(0.0, speed), acting.priority);
+        acting.body.turn_wheels(model.wheels_for(0.0, speed), acting.priority);
         Step::Running
     }
 }
@@ -141,7 +141,7 @@ impl ActionKind for TurnToOrigin {
 impl<B: WheeledBody> Action<B> for TurnToOrigin {
     fn act(&mut self, acting: &Acting<'_, B>) -> Step {
         if self.turn.is_none() {
-            let Some(pose) = acting.body.whereabouts().pose() else { return Step::Failed };
+            let Some(pose) = acting.body.model().pose() else { return Step::Failed };
             let angle = math::angle_between(pose.theta, math::atan2(self.y - pose.y, self.x - pose.x));
             self.turn = Some(TurnAngle::start(Turn { angle, speed: 1.2 }));
         }
@@ -149,7 +149,9 @@ impl<B: WheeledBody> Action<B> for TurnToOrigin {
     }
 }
 
-/// Goes to a place, as if nothing stood in the way.
+/// Drives to a place without regard to obstacles.
+///
+/// Where sonars err it weaves, so that they hear faces beyond their greatest incidence.
 #[derive(Serialize, Deserialize)]
 pub struct GoToOrigin {
     leg: Leg,
@@ -193,8 +195,8 @@ impl ActionKind for GoToOrigin {
 
 impl<B: WheeledBody> Action<B> for GoToOrigin {
     fn act(&mut self, acting: &Acting<'_, B>) -> Step {
-        let whereabouts = acting.body.whereabouts();
-        let Some(pose) = whereabouts.pose() else { return Step::Failed };
+        let model = acting.body.model();
+        let Some(pose) = model.pose() else { return Step::Failed };
         if self.leg.speed < 0.0 {
             // It would back, where no sensor of a reflex looks.
             acting.now.warn(format_args!("{} goes forward, not at {} m/s", Self::KIND, self.leg.speed));
@@ -206,7 +208,9 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
             return Step::Done;
         }
         let error = math::angle_between(pose.theta, math::atan2(dy, dx));
-        if self.turn.is_none() && error.abs() > TURN_FIRST {
+        let weave = model.weave(distance);
+        let aside = weave.map_or(0.0, |weave| weave.amplitude);
+        if self.turn.is_none() && error.abs() > TURN_FIRST + aside {
             self.turn = Some(TurnToOrigin::start((self.leg.x, self.leg.y)));
         }
         match self.turn.as_mut().map(|turn| turn.act(acting)) {
@@ -216,8 +220,9 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
             Some(Step::Done) | None => self.turn = None,
         }
         // Slower at the end; towards the goal on an arc.
-        let linear = whereabouts.approach_speed(self.leg.speed, distance);
-        let speeds = whereabouts.wheels_for(linear, math::clamp(2.0 * error, -1.5, 1.5));
+        let linear = model.approach_speed(self.leg.speed, distance);
+        let angular = weave.map_or(2.0 * error, |weave| 4.0 * (error + weave.offset));
+        let speeds = model.wheels_for(linear, math::clamp(angular, -1.5, 1.5));
         let drive = self.drive.insert(SetWheelSpeed::start(Speeds {
             left: speeds.left,
             right: speeds.right,

@@ -109,7 +109,7 @@ impl Analyze for PassPosition {
     type Value = Position;
 
     fn process(
-        told: &mut LastPosition,
+        reported: &mut LastPosition,
         observed: &ObservedPosition,
         params: &PassPositionParams,
         _: &Tick,
@@ -117,11 +117,11 @@ impl Analyze for PassPosition {
         let measured = *observed.position.updated()?;
         let known = observed.robot.get().map(|robot| robot.robot.pose);
         let position = known.map_or(measured, |Pose2 { x, y, .. }| Position { x, y, ..measured });
-        let moved = told
+        let moved = reported
             .last
             .is_none_or(|(x, y)| math::hypot(position.x - x, position.y - y) >= params.min_displacement);
         moved.then(|| {
-            told.last = Some((position.x, position.y));
+            reported.last = Some((position.x, position.y));
             position
         })
     }
@@ -154,7 +154,7 @@ impl Analyze for PassOrientation {
     type Value = Orientation;
 
     fn process(
-        told: &mut Option<f64>,
+        reported: &mut Option<f64>,
         observed: &ObservedOrientation,
         params: &PassOrientationParams,
         _: &Tick,
@@ -162,10 +162,10 @@ impl Analyze for PassOrientation {
         let measured = *observed.orientation.updated()?;
         let known = observed.robot.get().map(|robot| robot.robot.pose);
         let orientation = known.map_or(measured, |Pose2 { theta, .. }| Orientation { theta });
-        let turned =
-            told.is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.min_rotation);
+        let turned = reported
+            .is_none_or(|last| math::angle_between(last, orientation.theta).abs() >= params.min_rotation);
         turned.then(|| {
-            *told = Some(orientation.theta);
+            *reported = Some(orientation.theta);
             orientation
         })
     }

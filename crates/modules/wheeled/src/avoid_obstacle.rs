@@ -17,7 +17,7 @@ pub struct AvoidObstacleSensors {
     /// Other robots, if a sensor detects them.
     #[stale(after = "200ms")]
     robots: Input<Sightings>,
-    /// Twist of the robot, if a sensor measures it: a fast robot reacts earlier.
+    /// Twist of the robot: a fast one reacts earlier, and one of unknown speed as at its greatest.
     #[stale(after = "200ms")]
     odometry: Input<Odometry>,
     /// Thresholds, from Knowledge.
@@ -67,9 +67,8 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
     });
     let speed = match odometry.get() {
         Some(odometry) if !is_late(ODOMETRY, &sensors.odometry, robot, now) => odometry.twist.linear,
-        // Encoders that have stopped may hide the greatest speed.
-        Some(_) => robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius,
-        None => 0.0,
+        // Encoders that have stopped, or never measured, may hide the greatest speed.
+        _ => robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius,
     };
     react(&thresholds.avoid_obstacle, &footprint, &ReflexInput::new(sonar.get()?, discs, speed))
 }

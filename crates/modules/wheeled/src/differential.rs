@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 use crate::actions::{
     AvoidObstacle, GoToOrigin, KeepWall, ReleaseBumper, SetWheelSpeed, TurnAngle, TurnToOrigin,
 };
-use crate::body::{WheeledBody, Whereabouts};
+use crate::body::{BodyModel, WheeledBody};
 
 /// The wheels of a differential drive.
 #[ports]
@@ -17,10 +17,10 @@ pub struct TwoWheels {
 }
 
 /// Two driven wheels, such as those of a Pioneer.
-pub type DifferentialBody = (Whereabouts, TwoWheels);
+pub type DifferentialBody = (BodyModel, TwoWheels);
 
 impl WheeledBody for DifferentialBody {
-    fn whereabouts(&self) -> &Whereabouts {
+    fn model(&self) -> &BodyModel {
         &self.0
     }
 

@@ -4,8 +4,8 @@ use slate_plugin::interfaces::{Orientation, Point2, Position};
 use slate_plugin::prelude::*;
 
 use crate::analyzes::Surroundings;
-use crate::journey::{Journey, must_change};
 use crate::locate_robot::Located;
+use crate::navigator::{Navigator, must_replan};
 
 /// Percepts and knowledge of the Plan.
 #[ports]
@@ -35,7 +35,8 @@ pub struct GoToOriginParams {
 /// State of [`GoToOriginPlanner`].
 #[derive(Default, serde::Serialize, serde::Deserialize)]
 pub struct GoToOriginState {
-    journey: Journey,
+    #[serde(alias = "journey")]
+    navigator: Navigator,
     /// Whether the goal was reached and the robot has stayed there.
     arrived: bool,
 }
@@ -64,9 +65,9 @@ impl Plan for GoToOriginPlanner {
 
 impl GoToOriginState {
     /// Updates from the percepts; returns whether the robot must drive at another speed.
-    pub(crate) fn notice(&mut self, noticed: &Noticing) -> bool {
-        let room_changed = self.journey.notice(&noticed.range, &noticed.position, &noticed.orientation);
-        self.journey.meet(&noticed.other) | room_changed
+    pub(crate) fn update(&mut self, noticed: &Noticing) -> bool {
+        let room_changed = self.navigator.update(&noticed.range, &noticed.position, &noticed.orientation);
+        self.navigator.update_other(&noticed.other) | room_changed
     }
 
     /// Plans the way to the goal, with `anew` also while another planned action runs; returns whether it did.
@@ -78,25 +79,25 @@ impl GoToOriginState {
         anew: bool,
         plan: &mut Agenda<'_>,
     ) -> bool {
-        let changed = self.notice(noticed);
+        let changed = self.update(noticed);
         // Without a goal and a pose there is nothing to plan.
-        let (Some(goal), Some((x, y))) = (noticed.goal.fresh(), self.journey.position()) else {
+        let (Some(goal), Some((x, y))) = (noticed.goal.fresh(), self.navigator.position()) else {
             return false;
         };
-        if Journey::has_arrived(situation) && self.journey.leads_to(*goal) {
-            self.journey.arrive();
+        if Navigator::has_arrived(situation) && self.navigator.is_goal(*goal) {
+            self.navigator.set_arrived();
             self.arrived = true;
             return false;
         }
         let distance = math::hypot(goal.x - x, goal.y - y);
-        self.arrived &= distance <= params.replan_distance && self.journey.leads_to(*goal);
+        self.arrived &= distance <= params.replan_distance && self.navigator.is_goal(*goal);
         let away = !self.arrived && distance > params.goal_tolerance;
         let speeds = [params.max_linear_velocity, params.careful_linear_velocity];
-        let is_changed = changed || self.journey.is_outdated(*goal, speeds);
+        let is_changed = changed || self.navigator.is_outdated(*goal, speeds);
         // A reflex leaves the robot elsewhere: replan from there.
-        let goes = (away && (anew || situation.needs_plan())) || must_change(is_changed, situation);
+        let goes = (away && (anew || situation.needs_plan())) || must_replan(is_changed, situation);
         if goes {
-            self.journey.go(*goal, speeds, params.goal_tolerance, plan);
+            self.navigator.send_goal(*goal, speeds, params.goal_tolerance, plan);
         }
         goes
     }

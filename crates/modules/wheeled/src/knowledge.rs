@@ -3,14 +3,17 @@
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Parameters, ROBOT_SENSOR, SONAR, Sides};
 use slate_plugin::interfaces::{
-    Bumper, Chassis, FourWheelSpeeds, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2,
-    PoseEstimate, Position, SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
+    Bumper, Chassis, LaserScan, OccupancyGrid, Odometry, Orientation, Point2, Pose2, PoseEstimate, Position,
+    SensorAccuracy, Sightings, SonarScan, Twist2, WheelSpeeds,
 };
-use slate_plugin::mapek::{Device, DeviceHealth, Kinematics, RobotModel, Steering};
-use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
+use slate_plugin::mapek::{ActuatorStatus, Device, DeviceHealth, Kinematics, RobotModel, Steering};
+use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
-use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices};
+use slate_robots::{DescriptionProblem, DeviceDescription, RobotDevices, SensorProfiles};
 
+use crate::goals::Goals;
+use crate::hardware::hardware_of;
+use crate::knowledge_params::DescribedRobot;
 use crate::rules::{CheckedRules, RefusedRule, RulePorts, WheeledRules, default_sensor_rules, has_threshold};
 
 pub use crate::knowledge_params::WheeledKnowledgeParams;
@@ -35,7 +38,7 @@ impl WheeledModel {
     /// # Errors
     /// The description is unknown or invalid.
     pub fn load(robot: &str, profile: &str) -> Result<Self, DescriptionProblem> {
-        RobotDevices::load(robot, profile).map(|devices| Self::of(&devices))
+        RobotDevices::load(robot, SensorProfiles::all(profile)).map(|devices| Self::of(&devices))
     }
 
     /// Model of a robot by its description, as yet without pose and measurements.
@@ -89,45 +92,6 @@ impl WheeledModel {
     }
 }
 
-/// Hardware of the robot that parameters name, for its [`Knowledge::hardware`].
-///
-/// # Errors
-/// They name none, or its description is invalid.
-pub fn hardware_of(params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-    let devices = RobotDevices::load(params.robot.as_str(), params.profile.as_str())
-        .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
-    let device = |interface: &'static str| {
-        move |device: &DeviceDescription| HardwareDevice {
-            name: device.name.into(),
-            interface: interface.into(),
-            count: u32::try_from(device.count).unwrap_or(u32::MAX),
-            mount: device.mount,
-        }
-    };
-    let interface = |name: &str| match name {
-        SONAR => SonarScan::DESCRIPTOR.name,
-        "position" => Position::DESCRIPTOR.name,
-        "orientation" => Orientation::DESCRIPTOR.name,
-        "odometry" => Odometry::DESCRIPTOR.name,
-        "bumper" => Bumper::DESCRIPTOR.name,
-        "laser" => LaserScan::DESCRIPTOR.name,
-        _ => Sightings::DESCRIPTOR.name,
-    };
-    let wheels = match devices.drive.is_skid_steer {
-        true => FourWheelSpeeds::DESCRIPTOR.name,
-        false => WheelSpeeds::DESCRIPTOR.name,
-    };
-    let sensors = devices.sensors.iter().map(|sensor| device(interface(sensor.name))(sensor));
-    Ok(vec![Hardware {
-        ports: String::new(),
-        setting: "params.robot".into(),
-        drive: Some(HardwareDrive { wheel_radius: devices.drive.wheel_radius, track: devices.drive.track }),
-        sensors: sensors.collect(),
-        actuators: devices.actuators.iter().map(device(wheels)).collect(),
-        robot: devices.name,
-    }])
-}
-
 /// A device as its description says.
 fn device(description: &DeviceDescription) -> Device {
     let [x, y, theta] = description.mount;
@@ -167,8 +131,13 @@ pub struct WheeledModels {
     robot_sensor: Sensed<Sightings>,
     /// Errors of the sensors, as their maker tells them; exact sensors without.
     accuracy: Sensed<SensorAccuracy>,
-    /// Goal of the robot.
+    /// Status of the wheels, by the name of their gate.
+    #[role("actuator_status")]
+    wheels: Input<ActuatorStatus>,
+    /// Goal of the robot; nothing without one, and while it has several.
     goal: Output<Point2>,
+    /// Goals that it visits in turn, if it has several.
+    goals: Output<Goals>,
     /// Robot model and pose.
     robot: Output<WheeledModel>,
     /// Estimated pose, with its covariance. It takes the place of the measured one.
@@ -235,6 +204,8 @@ impl WheeledModels {
         let refused = refused.filter(|_| given.avoid_obstacle.sensors != default_sensor_rules());
         let has_sonars = model.robot.sensor(SONAR).is_some();
         let rules = if has_sonars { given.with_sonars() } else { given };
+        let errs = self.accuracy.get().is_some_and(|accuracy| accuracy.sonar_outliers > 0.0);
+        let rules = if errs { rules.widened(params.error_distance, params.error_clearance) } else { rules };
         checked.publish(ports, rules, refused, now);
         rules
     }
@@ -259,6 +230,15 @@ impl WheeledModels {
             }
         }
         length
+    }
+
+    /// Sets what the parameters say of the goals.
+    fn set_goals(&self, params: &WheeledKnowledgeParams) {
+        match (params.has_goal.get(), params.goals.is_empty()) {
+            (false, _) => {}
+            (true, true) => self.goal.set(Point2 { x: params.goal_x, y: params.goal_y }),
+            (true, false) => self.goals.set(Goals { list: params.goals }),
+        }
     }
 
     /// The estimated pose; before the first estimate, the measured one of these devices.
@@ -318,11 +298,13 @@ pub struct WheeledKnowledgeState {
 
 /// Maximum number of sensors of a robot model.
 const SENSORS: usize = 12;
+/// Maximum number of actuators of a robot model.
+const ACTUATORS: usize = 4;
 
 /// A robot by its description.
 #[derive(Default)]
 pub struct KnownRobot {
-    known: Option<(Text<252>, Text<28>, Option<WheeledModel>)>,
+    known: Option<(DescribedRobot, Option<WheeledModel>)>,
 }
 
 impl KnownRobot {
@@ -339,26 +321,36 @@ impl KnownRobot {
     }
 
     fn read(params: &WheeledKnowledgeParams) -> Result<Self, Refusal> {
-        let model = WheeledModel::load(params.robot.as_str(), params.profile.as_str())
-            .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))?;
-        Ok(Self { known: Some((params.robot, params.profile, Some(model))) })
+        let model = WheeledModel::of(&params.devices()?);
+        Ok(Self { known: Some((params.described(), Some(model))) })
     }
 
     /// The model of the description that was read.
     fn described(&self) -> Option<&WheeledModel> {
-        self.known.as_ref()?.2.as_ref()
+        self.known.as_ref()?.1.as_ref()
     }
 
     /// The model; none after an error, which is logged.
     fn model(&mut self, params: &WheeledKnowledgeParams, now: &Tick) -> Option<&WheeledModel> {
-        let is_known = |(robot, profile, _): &(_, _, _)| *robot == params.robot && *profile == params.profile;
-        if !self.known.as_ref().is_some_and(is_known) {
+        let described = params.described();
+        if self.known.as_ref().is_none_or(|(known, _)| *known != described) {
+            let before = self.described().copied();
             *self = Self::read(params).unwrap_or_else(|refusal| {
                 now.error(format_args!("{refusal}"));
-                Self { known: Some((params.robot, params.profile, None)) }
+                Self { known: Some((described, None)) }
             });
+            if let (Some(before), Some(model)) = (before, self.described())
+                && before.robot.drive != model.robot.drive
+            {
+                let (robot, old) = (params.robot.as_str(), before.chassis.model);
+                now.error(format_args!(
+                    "params.robot: a robot that runs as a `{}` can't become a `{robot}`: set it in the configuration, and start anew",
+                    old.as_str()
+                ));
+                self.known = Some((described, Some(before)));
+            }
         }
-        self.known.as_ref()?.2.as_ref()
+        self.known.as_ref()?.1.as_ref()
     }
 }
 
@@ -374,7 +366,7 @@ impl Knowledge for WheeledKnowledge {
     const DESCRIBES_HARDWARE: bool = true;
 
     fn hardware(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-        hardware_of(params)
+        Ok(vec![hardware_of(params.devices()?)])
     }
 
     fn create(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<WheeledKnowledgeState, Refusal> {
@@ -396,8 +388,9 @@ impl Knowledge for WheeledKnowledge {
         params: &WheeledKnowledgeParams,
         now: &Tick,
     ) {
-        models.goal.set(Point2 { x: params.goal_x, y: params.goal_y });
+        models.set_goals(params);
         let Some(known) = state.robot.model(params, now) else { return };
+        let accuracy = models.accuracy.get().copied().unwrap_or_default();
         let known_rules = models.publish_rules(&mut state.rules, known, rules, params, now);
         let mut sensors = [Device::default(); SENSORS];
         let length = models.list_sensors(&mut sensors, &mut state.watched, known, &known_rules, now);
@@ -407,8 +400,18 @@ impl Knowledge for WheeledKnowledge {
         models.robot.write(0, |model| {
             *model = *known;
             model.robot.pose = pose;
-            model.accuracy = models.accuracy.get().copied().unwrap_or_default();
+            model.accuracy = accuracy;
             model.robot.sensors = Sequence::new(sensors);
+            let mut actuators = [Device::default(); ACTUATORS];
+            let described = known.robot.actuators.iter();
+            for (actuator, own) in described.zip(&mut actuators) {
+                *own = *actuator;
+                if own.name.as_str() == "wheels" {
+                    own.report(&models.wheels);
+                }
+            }
+            let length = known.robot.actuators.iter().len();
+            model.robot.actuators = Sequence::new(&actuators[..length]);
         });
     }
 }

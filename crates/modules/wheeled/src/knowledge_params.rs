@@ -3,7 +3,9 @@
 use std::f64::consts::FRAC_PI_2;
 
 use slate_avoidance::{ReflexRules, SensorRule};
+use slate_plugin::interfaces::Point2;
 use slate_plugin::prelude::*;
+use slate_robots::{RobotDevices, SensorProfiles};
 
 use crate::rules::{BumperReleaseRules, GiveWayRules, KeepWallRules, WheeledRules, default_sensor_rules};
 
@@ -19,10 +21,26 @@ pub struct WheeledKnowledgeParams {
         doc = "profile of its sensors, which a simulated world sets by its own key; a sensor without it has its first one"
     )]
     pub profile: Text<28>,
+    #[param(
+        default = "",
+        follows = ["world.robots.{robot}.sonar", "world.robots.{robot}.profile", "world.sonar"],
+        doc = "profile of its sonars, if it is another one"
+    )]
+    pub sonar: Text<28>,
+    #[param(
+        default = "",
+        follows = ["world.robots.{robot}.robot_sensor", "world.robots.{robot}.profile", "world.robot_sensor"],
+        doc = "profile of its sensor for other robots, if it is another one"
+    )]
+    pub robot_sensor: Text<28>,
     #[param(default = 0.0, unit = "m", doc = "x of the goal")]
     pub goal_x: f64,
     #[param(default = 0.0, unit = "m", doc = "y of the goal")]
     pub goal_y: f64,
+    #[param(default = Sequence::default(), doc = "goals that the robot visits in turn, metres, in the place of the single one")]
+    pub goals: Sequence<Point2, 16>,
+    #[param(default = true, doc = "whether it has a goal: false for one whose Plan follows something else")]
+    pub has_goal: Bool,
     #[param(default = default_sensor_rules(), doc = "distances ahead of the robot's front below which sensors cause a reflex, in metres")]
     pub sensor_rules: Sequence<SensorRule, 4>,
     #[param(default = 0.3, range = 0.0..=5.0, unit = "s", doc = "additional distance of a reflex per speed")]
@@ -39,6 +57,10 @@ pub struct WheeledKnowledgeParams {
     pub drive_distance: f64,
     #[param(default = 0.3, range = 0.01..=3.0, unit = "m/s", doc = "linear velocity of that drive")]
     pub reflex_velocity: f64,
+    #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "additional distance of the sonars' rule, if the sonars err")]
+    pub error_distance: f64,
+    #[param(default = 0.04, range = 0.0..=1.0, unit = "m", doc = "addition to `side_clearance` and `min_clearance`, if the sonars err")]
+    pub error_clearance: f64,
     #[param(default = 0.7, range = 0.0..=10.0, unit = "m", doc = "distance of another robot's center below which a standing robot gives way")]
     pub min_separation: f64,
     #[param(default = 1.2, range = 0.0..=FRAC_PI_2, unit = "rad", doc = "bearing from straight ahead or behind within which it gives way")]
@@ -77,8 +99,31 @@ pub struct WheeledKnowledgeParams {
     pub release_timeout: f64,
 }
 
+/// A robot's description and the profiles of its sensors, as parameters name them.
+pub(crate) type DescribedRobot = (Text<252>, [Text<28>; 3]);
+
 impl WheeledKnowledgeParams {
-    /// Rules of the reflexes.
+    /// The robot's description and the profiles of its sensors.
+    pub(crate) fn described(&self) -> DescribedRobot {
+        (self.robot, [self.profile, self.sonar, self.robot_sensor])
+    }
+
+    /// Reads the description.
+    ///
+    /// # Errors
+    /// Parameters name none, or it is invalid.
+    pub(crate) fn devices(&self) -> Result<RobotDevices, Refusal> {
+        let Self { profile, sonar, robot_sensor, .. } = self;
+        let profiles = SensorProfiles {
+            all: profile.as_str(),
+            sonar: sonar.as_str(),
+            robot_sensor: robot_sensor.as_str(),
+        };
+        RobotDevices::load(self.robot.as_str(), profiles)
+            .map_err(|problem| Refusal(format!("params.{}: {problem}", problem.argument())))
+    }
+
+    /// Rules of the reflexes, as they are given: for exact sensors.
     pub fn rules(&self) -> WheeledRules {
         WheeledRules {
             avoid_obstacle: self.avoid_obstacle(),

@@ -1,6 +1,6 @@
 //! Sensors that measure too late for a reflex.
 
-use slate_plugin::mapek::Device;
+use slate_plugin::mapek::{Device, DeviceHealth};
 use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
@@ -18,7 +18,8 @@ pub fn is_blind<T: Interface + ?Sized>(
     rules.get().is_some_and(|rules| rules.is_required(name)) && is_late(name, input, robot, now)
 }
 
-/// Returns whether a sensor has not measured yet or is late, by its rate in the robot model.
+/// Returns whether a sensor has not measured yet or is late, by its rate and health in the robot model. Single measurements
+/// of a late one do not count: the robot would drive on for a moment with each.
 pub fn is_late<T: Interface + ?Sized>(
     name: &str,
     input: &Input<T>,
@@ -27,6 +28,9 @@ pub fn is_late<T: Interface + ?Sized>(
 ) -> bool {
     let stamp = input.stamp();
     let age = now.now().saturating_sub(stamp.time) as f64 * 1e-9;
-    let after = robot.robot.sensor(name).map_or_else(|| Device::default().late_after(), Device::late_after);
-    stamp.sequence == 0 || age > after
+    let device = robot.robot.sensor(name);
+    let after = device.map_or_else(|| Device::default().late_after(), Device::late_after);
+    let is_known_late =
+        device.is_some_and(|device| matches!(device.health, DeviceHealth::LATE | DeviceHealth::SILENT));
+    stamp.sequence == 0 || age > after || is_known_late
 }

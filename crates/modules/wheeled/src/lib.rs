@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | Monitor | `RangeVREPMonitor`, `PositionVREPMonitor`, `OrientationVREPMonitor` | [`monitors`] |
 //! | Analyze | `PassRange`, `PassPosition`, `PassOrientation`; `P3dxPositonAnalyze` | [`analyzes`]; [`locate_robot`]; [`local_map`]; the pose by [`estimate_pose`] |
-//! | Plan | `GoToOriginPlanner` | [`go_to_origin`], as any [`journey`]; [`local_planner`]; [`strategy_planner`] |
+//! | Plan | `GoToOriginPlanner` | [`go_to_origin`], as any [`navigator`]; [`local_planner`]; [`strategy_planner`] |
 //! | Execute | actions of Table 2 | [`actions`], on a [`body`] of two wheels ([`differential`]) or four ([`skid_steer`]) |
 //! | Knowledge | `PioneerKnowledge`, `PionerP3DXModel`, `RobotnikModel` | [`knowledge`] with [`rules`]; [`strategic_knowledge`] |
 //! | ReactiveModel | `AvoidObstacleModel` | [`avoid_obstacle`]; by rank [`bumper_release`], [`give_way`], this, [`keep_wall`] |
@@ -22,7 +22,9 @@ pub mod differential;
 pub mod estimate_pose;
 pub mod give_way;
 pub mod go_to_origin;
-pub mod journey;
+pub mod goals;
+pub mod hardware;
+pub mod held_robot_sensor;
 pub mod keep_wall;
 pub mod knowledge;
 mod knowledge_params;
@@ -34,15 +36,16 @@ pub mod locate_robot;
 mod median;
 pub mod median_sonar;
 pub mod monitors;
+pub mod navigator;
 pub mod nodes;
 pub mod odometry_pose;
-pub mod own_motion;
 pub mod rules;
 pub mod skid_steer;
 pub mod strategic_knowledge;
 pub mod strategy_planner;
 pub mod track_filter;
 pub mod tracks;
+pub mod twist_estimator;
 
 use slate_plugin::mapek::{
     ActuatorBlock, AnalyzeBlock, ExecuteBlock, KnowledgeBlock, MonitorBlock, PlanBlock, ReactiveBlock,
@@ -52,6 +55,7 @@ use slate_plugin::prelude::*;
 
 plugin!(
     arrival::Arrival,
+    SensorBlock<held_robot_sensor::HeldRobotSensor>,
     SensorBlock<laser_ring::LaserRing>,
     SensorBlock<median_sonar::MedianSonar>,
     SensorBlock<odometry_pose::OdometryPosition>,

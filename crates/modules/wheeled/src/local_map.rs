@@ -8,8 +8,8 @@ use slate_plugin::interfaces::{
 use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
-use crate::own_motion::OwnMotion;
 use crate::tracks::{Track, Tracks};
+use crate::twist_estimator::TwistEstimator;
 
 /// Obstacle that echoes mark.
 #[interface]
@@ -92,7 +92,7 @@ pub struct ObstacleMemory {
     map: LocalMap,
     footprint: Option<Footprint>,
     others: Tracks,
-    motion: OwnMotion,
+    motion: TwistEstimator,
 }
 
 /// Tolerance of an echo from a detected robot, metres.
@@ -127,7 +127,7 @@ impl Analyze for MapObstacles {
         };
         let pose = Pose2 { x: position.x, y: position.y, theta: orientation.theta };
         let radius = observed.robot.get()?.detected_radius;
-        let twist = motion.notice(pose, now.seconds());
+        let twist = motion.update(pose, now.seconds());
         let parameters = Parameters { obstacle_timeout: params.obstacle_timeout, ..Parameters::default() };
         if params.room_half_width < 1e6 {
             let room = params.room_half_width;
@@ -137,7 +137,7 @@ impl Analyze for MapObstacles {
         if let Some(robots) = robots {
             // An older detection, transformed by the present pose, would move.
             if observed.robots.updated().is_some() {
-                others.see(pose, robots, now.seconds());
+                others.update(pose, robots, now.seconds());
             }
             // Echoes of robots are no static obstacles.
             leave_out(&mut scan, |placement, echo, scan| {
@@ -145,27 +145,38 @@ impl Analyze for MapObstacles {
             });
         }
         map.update(pose, &scan, footprint, &parameters, now.seconds());
-        let mut robots_seen = [TrackedRobot::default(); 8];
-        let seen = fill(&mut robots_seen, others.iter(), |other| TrackedRobot {
-            x: other.x,
-            y: other.y,
-            radius,
-            velocity_x: other.velocity[0],
-            velocity_y: other.velocity[1],
-        });
-        let mut obstacles = [MarkedObstacle::default(); 1024];
-        let marked = fill(&mut obstacles, map.obstacles(), |mark| MarkedObstacle {
-            x: mark.x,
-            y: mark.y,
-            since: mark.since,
-        });
-        Some(LocalObstacles {
-            pose,
-            twist,
-            sees_robots: robots.is_some().into(),
-            robots: Sequence::new(&robots_seen[..seen]),
-            obstacles: Sequence::new(&obstacles[..marked]),
-        })
+        Some(report((pose, twist), robots.is_some(), map, others, radius))
+    }
+}
+
+/// Lists the obstacles of a map, and tracked robots of a radius (metres).
+fn report(
+    (pose, twist): (Pose2, Twist2),
+    sees_robots: bool,
+    map: &LocalMap,
+    others: &Tracks,
+    radius: f64,
+) -> LocalObstacles {
+    let mut robots = [TrackedRobot::default(); 8];
+    let seen = fill(&mut robots, others.iter(), |other| TrackedRobot {
+        x: other.x,
+        y: other.y,
+        radius,
+        velocity_x: other.velocity[0],
+        velocity_y: other.velocity[1],
+    });
+    let mut obstacles = [MarkedObstacle::default(); 1024];
+    let marked = fill(&mut obstacles, map.obstacles(), |mark| MarkedObstacle {
+        x: mark.x,
+        y: mark.y,
+        since: mark.since,
+    });
+    LocalObstacles {
+        pose,
+        twist,
+        sees_robots: sees_robots.into(),
+        robots: Sequence::new(&robots[..seen]),
+        obstacles: Sequence::new(&obstacles[..marked]),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 use slate_avoidance::{Avoider, Decision, Footprint, Other, Parameters};
-use slate_plugin::interfaces::{Twist2, WheelSpeeds};
+use slate_plugin::interfaces::{Point2, Twist2, WheelSpeeds};
 use slate_plugin::prelude::*;
 
 use crate::actions::{SetWheelSpeed, Speeds};
@@ -42,7 +42,9 @@ pub struct LocalPlannerParams {
 /// State of [`LocalPlanner`].
 #[derive(Default, Serialize, Deserialize)]
 pub struct LocalPlannerState {
-    go: GoToOriginState,
+    /// The straight path.
+    #[serde(alias = "go")]
+    straight: GoToOriginState,
     avoider: Option<Avoider>,
     /// Newest wheel speeds round an obstacle (rad/s), and their time (s); `None` on the straight path.
     round: Option<([f64; 2], f64)>,
@@ -76,56 +78,76 @@ impl Plan for LocalPlanner {
         plan: &mut Agenda<'_>,
     ) {
         let (Some(goal), Some(robot)) = (noticed.goal.fresh(), local.robot.fresh()) else { return };
-        let decision = local.obstacles.newest().and_then(|obstacles| {
-            let avoider = match &mut memory.avoider {
-                Some(avoider) => avoider,
-                none => none.insert(Avoider::new(Footprint::of(&robot.chassis.outline).ok()?)),
-            };
-            let marks = obstacles.obstacles.iter().map(|mark| (mark.x, mark.y, mark.since));
-            avoider.take(marks, now.seconds());
-            if obstacles.sees_robots.get() {
-                let others = obstacles.robots.iter().map(|robot| Other {
-                    x: robot.x,
-                    y: robot.y,
-                    radius: robot.radius,
-                    velocity: [robot.velocity_x, robot.velocity_y],
-                });
-                avoider.see(others, now.seconds());
-            }
-            let parameters = parameters(params, robot);
-            memory.mapped = Some(now.seconds());
-            Some(avoider.guard(obstacles.pose, obstacles.twist, *goal, None, &parameters, now.seconds()))
-        });
-        let lost = memory.mapped.is_none_or(|mapped| now.seconds() - mapped > MAP_TIMEOUT);
-        let was_round = memory.round;
-        match decision.or(lost.then_some(Decision::Avoid(Twist2::ZERO))) {
-            Some(Decision::Avoid(Twist2 { linear, angular })) => {
-                let WheelSpeeds { left, right } = robot.wheels_for(linear, angular);
-                let speeds = [left, right];
-                let lasts =
-                    was_round.is_some_and(|(last, at)| last == speeds && now.seconds() - at < RENEWAL);
-                if !lasts {
-                    memory.round = Some((speeds, now.seconds()));
-                    plan.replace(SetWheelSpeed::request(Speeds { left, right, duration: HOLD }));
-                }
-            }
+        let time = now.seconds();
+        let decision = memory.decide(local, *goal, robot, params, time);
+        let is_lost = memory.mapped.is_none_or(|mapped| time - mapped > MAP_TIMEOUT);
+        let was_round = memory.round.is_some();
+        match decision.or(is_lost.then_some(Decision::Avoid(Twist2::ZERO))) {
+            Some(Decision::Avoid(twist)) => memory.avoid(robot, twist, time, plan),
             Some(Decision::Clear) => memory.round = None,
             None => {}
         }
-        let begins = was_round.is_some() && memory.round.is_none();
-        let go = GoToOriginParams {
-            max_linear_velocity: params.max_linear_velocity,
-            careful_linear_velocity: params.careful_linear_velocity,
-            goal_tolerance: params.goal_tolerance,
-            replan_distance: params.replan_distance,
-        };
         if memory.round.is_some() {
-            memory.go.notice(noticed);
-        } else {
-            let goes = memory.go.run(noticed, situation, &go, begins, plan);
-            if begins && !goes {
-                plan.clear();
-            }
+            memory.straight.update(noticed);
+            return;
+        }
+        let replans = memory.straight.run(noticed, situation, &params.straight(), was_round, plan);
+        if was_round && !replans {
+            plan.clear();
+        }
+    }
+}
+
+impl LocalPlannerState {
+    /// Decides by the newest map whether the straight path is free; `None` without a new map or a valid outline.
+    fn decide(
+        &mut self,
+        local: &LocalNoticing,
+        goal: Point2,
+        robot: &WheeledModel,
+        params: &LocalPlannerParams,
+        time: f64,
+    ) -> Option<Decision> {
+        let obstacles = local.obstacles.newest()?;
+        let avoider = match &mut self.avoider {
+            Some(avoider) => avoider,
+            none => none.insert(Avoider::new(Footprint::of(&robot.chassis.outline).ok()?)),
+        };
+        let marks = obstacles.obstacles.iter().map(|mark| (mark.x, mark.y, mark.since));
+        avoider.set_obstacles(marks, time);
+        if obstacles.sees_robots.get() {
+            let others = obstacles.robots.iter().map(|robot| Other {
+                x: robot.x,
+                y: robot.y,
+                radius: robot.radius,
+                velocity: [robot.velocity_x, robot.velocity_y],
+            });
+            avoider.set_others(others, time);
+        }
+        self.mapped = Some(time);
+        let parameters = parameters(params, robot);
+        Some(avoider.guard(obstacles.pose, obstacles.twist, goal, None, &parameters, time))
+    }
+
+    /// Plans a twist round an obstacle, unless the newest one is the same and still lasts.
+    fn avoid(&mut self, robot: &WheeledModel, twist: Twist2, time: f64, plan: &mut Agenda<'_>) {
+        let WheelSpeeds { left, right } = robot.wheels_for(twist.linear, twist.angular);
+        let speeds = [left, right];
+        if !self.round.is_some_and(|(last, at)| last == speeds && time - at < RENEWAL) {
+            self.round = Some((speeds, time));
+            plan.replace(SetWheelSpeed::request(Speeds { left, right, duration: HOLD }));
+        }
+    }
+}
+
+impl LocalPlannerParams {
+    /// Parameters of the straight path.
+    fn straight(&self) -> GoToOriginParams {
+        GoToOriginParams {
+            max_linear_velocity: self.max_linear_velocity,
+            careful_linear_velocity: self.careful_linear_velocity,
+            goal_tolerance: self.goal_tolerance,
+            replan_distance: self.replan_distance,
         }
     }
 }

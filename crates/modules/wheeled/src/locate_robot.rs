@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 
 use crate::knowledge::WheeledModel;
 use crate::track_filter::TrackFilter;
-use crate::tracks::placed;
+use crate::tracks::position_of;
 
 /// Sensor that detects other robots.
 #[ports]
@@ -88,7 +88,16 @@ pub struct LastSighting {
     /// Filter of a sensor that errs.
     #[serde(default)]
     track: Option<TrackFilter>,
+    /// Since when others are detected, and not yet this one, seconds.
+    #[serde(default)]
+    others_since: Option<f64>,
+    /// Whether it was detected once, or its absence was logged.
+    #[serde(default)]
+    is_settled: bool,
 }
+
+/// Time after which a robot that was never detected, while others are, is logged, seconds.
+const MISSING: f64 = 10.0;
 
 /// Tracks the position of another robot; reports changes.
 ///
@@ -105,7 +114,7 @@ impl Analyze for LocateRobot {
     type Value = Located;
 
     fn process(
-        told: &mut LastSighting,
+        tracked: &mut LastSighting,
         observed: &ObservedRobots,
         params: &LocateRobotParams,
         now: &Tick,
@@ -115,18 +124,21 @@ impl Analyze for LocateRobot {
             .robots
             .updated()
             .and_then(|robots| robots.list.iter().find(|seen| seen.name.as_str() == params.robot.as_str()));
+        if let Some(other) = observed.robots.updated().and_then(|robots| robots.list.first()) {
+            tracked.check_missing(seen.is_some(), other, params, now);
+        }
         let seen = seen.filter(|seen| seen.range.is_finite() && seen.bearing.is_finite());
         let accuracy = observed.robot.get().map(|robot| robot.accuracy).unwrap_or_default();
         let pose = observed.pose();
         let located = match (pose, is_exact(&accuracy)) {
             (None, _) => None,
             (Some(pose), true) => seen.map(|seen| {
-                told.seen_at = now.seconds();
-                (placed(pose, seen), *seen)
+                tracked.seen_at = now.seconds();
+                (position_of(pose, seen), *seen)
             }),
-            (Some(pose), false) => told.follow(pose, seen, &accuracy, params, now.seconds()),
+            (Some(pose), false) => tracked.follow(pose, seen, &accuracy, params, now.seconds()),
         };
-        told.report(located, params, now.seconds())
+        tracked.report(located, params, now.seconds())
     }
 }
 
@@ -170,7 +182,7 @@ impl LastSighting {
             let across =
                 seen.range * math::hypot(accuracy.sighting_bearing_stddev, accuracy.orientation_stddev / 2.0);
             let stddev = math::hypot(math::max(along, across), accuracy.position_stddev / 4.0);
-            let place = placed(pose, seen);
+            let place = position_of(pose, seen);
             let is_new = self.track.is_none();
             let fits = self.track.as_mut().is_some_and(|track| track.update(place, stddev, params.gate));
             if self.track.is_none() {
@@ -185,6 +197,18 @@ impl LastSighting {
         let (dx, dy) = (place.x - pose.x, place.y - pose.y);
         let bearing = math::angle_between(pose.theta, math::atan2(dy, dx));
         Some((place, Sighting { range: math::hypot(dx, dy), bearing, ..Sighting::default() }))
+    }
+
+    /// Logs once that a robot is never detected, although another one is.
+    fn check_missing(&mut self, is_seen: bool, other: &Sighting, params: &LocateRobotParams, now: &Tick) {
+        if is_seen || self.is_settled {
+            self.is_settled = true;
+            return;
+        }
+        if now.seconds() - *self.others_since.get_or_insert(now.seconds()) > MISSING {
+            self.is_settled = true;
+            now.warn(format_args!("the robot `{}` was never detected; `{}` is", params.robot, other.name));
+        }
     }
 
     /// Reports a place if it is news, or, once, that the robot is lost.

@@ -1,4 +1,5 @@
-//! Monitors, one for each type of sensor. Each is degraded after a second without a measurement: sensors lose single ones.
+//! Monitors, one for each type of sensor. Each is degraded after a second without a measurement, as sensors lose single ones,
+//! and while the newest one is no number.
 
 use slate_plugin::interfaces::{Odometry, Orientation, Pose2, Position, SonarScan};
 use slate_plugin::prelude::*;
@@ -18,6 +19,23 @@ pub fn is_valid(scan: &SonarScan) -> bool {
         && scan.echoes.iter().all(|echo| echo.range.is_finite() && echo.range >= 0.0)
 }
 
+/// Returns the newest measurement of a sensor; none while it is invalid, which is logged when that begins.
+fn valid<T: Copy>(
+    is_invalid: &mut bool,
+    (sensor, newest): (&str, Option<&T>),
+    is_valid: impl Fn(&T) -> bool,
+    now: &Tick,
+) -> Option<T> {
+    let newest = newest?;
+    let was_invalid = std::mem::replace(is_invalid, !is_valid(newest));
+    if *is_invalid && !was_invalid {
+        now.warn(format_args!(
+            "the measurements of the sensor `{sensor}` are invalid: one is no number; they are dropped"
+        ));
+    }
+    (!*is_invalid).then_some(*newest)
+}
+
 /// Monitors the sonars; drops scans with a range that is no number.
 pub struct RangeMonitor;
 
@@ -26,20 +44,16 @@ impl Monitor for RangeMonitor {
     const DOC: &'static str = "Monitors the sonars.";
     type Sensors = Sonar;
     type Params = ();
-    /// Whether the newest scan was dropped.
+    /// Whether the newest scan is invalid.
     type State = bool;
     type Value = SonarScan;
 
-    fn interpret(is_dropped: &mut bool, sensors: &Sonar, _: &(), now: &Tick) -> Option<SonarScan> {
-        let scan = sensors.sonar.updated()?;
-        let is_valid = is_valid(scan);
-        if !is_valid && !*is_dropped {
-            now.warn(format_args!(
-                "the scans of the sensor `sonar` are invalid: a range is no number; they are dropped"
-            ));
-        }
-        *is_dropped = !is_valid;
-        is_valid.then_some(*scan)
+    fn interpret(is_invalid: &mut bool, sensors: &Sonar, _: &(), now: &Tick) -> Option<SonarScan> {
+        valid(is_invalid, ("sonar", sensors.sonar.updated()), is_valid, now)
+    }
+
+    fn is_degraded(is_invalid: &bool) -> bool {
+        *is_invalid
     }
 }
 
@@ -58,12 +72,17 @@ impl Monitor for PositionMonitor {
     const DOC: &'static str = "Monitors the positioning system.";
     type Sensors = Positioning;
     type Params = ();
-    type State = ();
+    /// Whether the newest measurement is invalid.
+    type State = bool;
     type Value = Position;
 
-    fn interpret(_: &mut (), sensors: &Positioning, _: &(), _: &Tick) -> Option<Position> {
-        let position = sensors.position.updated()?;
-        (position.x.is_finite() && position.y.is_finite()).then_some(*position)
+    fn interpret(is_invalid: &mut bool, sensors: &Positioning, _: &(), now: &Tick) -> Option<Position> {
+        let is_valid = |position: &Position| position.x.is_finite() && position.y.is_finite();
+        valid(is_invalid, ("position", sensors.position.updated()), is_valid, now)
+    }
+
+    fn is_degraded(is_invalid: &bool) -> bool {
+        *is_invalid
     }
 }
 
@@ -82,12 +101,17 @@ impl Monitor for OrientationMonitor {
     const DOC: &'static str = "Monitors the compass.";
     type Sensors = Compass;
     type Params = ();
-    type State = ();
+    /// Whether the newest measurement is invalid.
+    type State = bool;
     type Value = Orientation;
 
-    fn interpret(_: &mut (), sensors: &Compass, _: &(), _: &Tick) -> Option<Orientation> {
-        let orientation = sensors.orientation.updated()?;
-        orientation.theta.is_finite().then_some(*orientation)
+    fn interpret(is_invalid: &mut bool, sensors: &Compass, _: &(), now: &Tick) -> Option<Orientation> {
+        let is_valid = |orientation: &Orientation| orientation.theta.is_finite();
+        valid(is_invalid, ("orientation", sensors.orientation.updated()), is_valid, now)
+    }
+
+    fn is_degraded(is_invalid: &bool) -> bool {
+        *is_invalid
     }
 }
 
@@ -106,12 +130,18 @@ impl Monitor for OdometryMonitor {
     const DOC: &'static str = "Monitors the odometry.";
     type Sensors = Encoders;
     type Params = ();
-    type State = ();
+    /// Whether the newest measurement is invalid.
+    type State = bool;
     type Value = Odometry;
 
-    fn interpret(_: &mut (), sensors: &Encoders, _: &(), _: &Tick) -> Option<Odometry> {
-        let odometry = sensors.odometry.updated()?;
-        let Pose2 { x, y, theta } = odometry.pose;
-        (x.is_finite() && y.is_finite() && theta.is_finite()).then_some(*odometry)
+    fn interpret(is_invalid: &mut bool, sensors: &Encoders, _: &(), now: &Tick) -> Option<Odometry> {
+        let is_valid = |Odometry { pose: Pose2 { x, y, theta }, .. }: &Odometry| {
+            x.is_finite() && y.is_finite() && theta.is_finite()
+        };
+        valid(is_invalid, ("odometry", sensors.odometry.updated()), is_valid, now)
+    }
+
+    fn is_degraded(is_invalid: &bool) -> bool {
+        *is_invalid
     }
 }

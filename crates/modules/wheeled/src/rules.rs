@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use slate_avoidance::{ROBOT_SENSOR, ReflexRules, RuleError, SONAR, SensorRule};
+use slate_avoidance::{MAX_DISTANCE, ROBOT_SENSOR, ReflexRules, RuleError, SONAR, SensorRule};
 use slate_plugin::prelude::*;
 
 /// Rules of the reflexes of a wheeled robot.
@@ -113,6 +113,22 @@ impl WheeledRules {
         self
     }
 
+    /// Returns them for sonars that err: with a greater distance of the sonars' rule (m) and greater clearances (m).
+    #[must_use]
+    pub fn widened(mut self, distance: f64, clearance: f64) -> Self {
+        let reflex = &mut self.avoid_obstacle;
+        reflex.side_clearance += clearance;
+        reflex.min_clearance += clearance;
+        let mut sensors = [SensorRule::default(); 4];
+        for (wide, rule) in sensors.iter_mut().zip(reflex.sensors.iter()) {
+            let more = if rule.sensor.as_str() == SONAR { distance } else { 0.0 };
+            let distance = math::max(rule.distance, math::min(rule.distance + more, MAX_DISTANCE));
+            *wide = SensorRule { distance, ..*rule };
+        }
+        reflex.sensors = Sequence::new(&sensors[..reflex.sensors.len()]);
+        self
+    }
+
     /// Returns whether a sensor has a rule: while it is late, no reflex that reads it drives.
     pub fn is_required(&self, sensor: &str) -> bool {
         self.avoid_obstacle.distance(sensor).is_some()
@@ -172,7 +188,15 @@ impl fmt::Display for RefusedRule<'_> {
         if let Some(index) = self.error.index() {
             write!(f, ".{index}")?;
         }
-        write!(f, ": {}", self.error)?;
+        match self.error {
+            RuleError::Sensor { sensor, .. } if has_threshold(sensor.as_str()) => {
+                return write!(
+                    f,
+                    ": the robot has no Sensor `{sensor}` that works: it is missing or switched off, and the reflexes that read it stop the robot"
+                );
+            }
+            error => write!(f, ": {error}")?,
+        }
         if let RuleError::Sensor { .. } = self.error {
             f.write_str("; expected one of ")?;
             for (number, sensor) in self.sensors.iter().enumerate() {

@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 use crate::actions::{
     AvoidObstacle, GoToOrigin, KeepWall, ReleaseBumper, SetWheelSpeed, TurnAngle, TurnToOrigin,
 };
-use crate::body::{WheeledBody, Whereabouts};
+use crate::body::{BodyModel, WheeledBody};
 
 /// The wheels of a drive that steers by skidding.
 #[ports]
@@ -17,10 +17,10 @@ pub struct FourWheels {
 }
 
 /// Four driven wheels, such as those of a Summit XL.
-pub type SkidSteerBody = (Whereabouts, FourWheels);
+pub type SkidSteerBody = (BodyModel, FourWheels);
 
 impl WheeledBody for SkidSteerBody {
-    fn whereabouts(&self) -> &Whereabouts {
+    fn model(&self) -> &BodyModel {
         &self.0
     }
 

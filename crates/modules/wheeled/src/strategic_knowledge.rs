@@ -5,7 +5,7 @@ use slate_plugin::mapek::{StrategyModel, StrategyPorts};
 use slate_plugin::module::Hardware;
 use slate_plugin::prelude::*;
 
-use crate::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState, hardware_of};
+use crate::knowledge::{WheeledKnowledge, WheeledKnowledgeParams, WheeledKnowledgeState};
 
 /// The knowledge of a robot that has a role and plans to choose from. Its state is the strategies alone: what the robot
 /// remembers from run to run when the configuration gives this module a memory.
@@ -29,8 +29,8 @@ impl Knowledge for StrategicKnowledge {
     type State = StrategicKnowledgeState;
     const DESCRIBES_HARDWARE: bool = true;
 
-    fn hardware(_: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
-        hardware_of(params)
+    fn hardware(setup: &Setup<'_>, params: &WheeledKnowledgeParams) -> Result<Vec<Hardware>, Refusal> {
+        WheeledKnowledge::hardware(setup, params)
     }
 
     fn create(

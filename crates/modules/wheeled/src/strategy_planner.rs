@@ -1,5 +1,4 @@
-//! The deliberative behaviour of a robot with strategies: it follows the most promising plan of its role, and tells Knowledge
-//! how that went.
+//! Plan of a robot with strategies: follows the most promising plan of its role, and reports the outcome to Knowledge.
 
 use serde::{Deserialize, Serialize};
 use slate_plugin::interfaces::{Orientation, Point2, Position};
@@ -28,18 +27,19 @@ pub struct StrategyPlannerParams {
     time_limit: f64,
 }
 
-/// How far the plan is.
+/// Progress of the plan.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Trial {
-    /// Whether the robot was told where it is, and which way it looks.
-    placed: (bool, bool),
+pub struct StrategyProgress {
+    /// Whether position and heading are known.
+    #[serde(alias = "placed")]
+    localized: (bool, bool),
     /// The number of the strategy that is followed, or has ended.
     strategy: u64,
-    /// The action that is under way; nothing when the plan has ended.
+    /// The running action; `None` when the plan has ended.
     step: Option<usize>,
     /// The number under which Execute has it.
     ticket: u64,
-    /// When the plan began, seconds.
+    /// Time of the plan's start, seconds.
     since: f64,
 }
 
@@ -51,65 +51,86 @@ impl Plan for StrategyPlanner {
     const DOC: &'static str = "Follows the most promising plan of the robot's role.";
     type Noticed = StrategyNoticing;
     type Params = StrategyPlannerParams;
-    type State = Trial;
+    type State = StrategyProgress;
 
     fn run(
-        trial: &mut Trial,
+        progress: &mut StrategyProgress,
         noticed: &StrategyNoticing,
         situation: &Situation<'_>,
         params: &StrategyPlannerParams,
         now: &Tick,
         plan: &mut Agenda<'_>,
     ) {
-        trial.placed.0 |= noticed.position.newest().is_some();
-        trial.placed.1 |= noticed.orientation.newest().is_some();
-        // Where it does not know where it is, every way would fail.
-        if trial.placed != (true, true) {
+        progress.localized.0 |= noticed.position.newest().is_some();
+        progress.localized.1 |= noticed.orientation.newest().is_some();
+        // Without a pose every action would fail.
+        if progress.localized != (true, true) {
             return;
         }
         let Some(strategy) = noticed.strategy.fresh() else { return };
         let number = noticed.strategy.stamp().sequence;
-        if number != trial.strategy {
-            // Another role, or another try: what was under way says nothing any more.
-            if trial.step.is_some() {
-                plan.clear();
-            }
-            let step = (!strategy.actions.is_empty()).then_some(0);
-            *trial = Trial { strategy: number, step, ticket: 0, since: now.seconds(), ..*trial };
+        if number != progress.strategy {
+            progress.begin(strategy, number, now.seconds(), plan);
         }
-        let Some(mut step) = trial.step else { return };
-        let mut failed = now.seconds() - trial.since > params.time_limit;
-        for ended in situation.ended().filter(|ended| ended.ticket == trial.ticket && ended.ticket > 0) {
-            match ended.ending {
-                Ending::COMPLETED => step += 1,
-                Ending::FAILED | Ending::REFUSED => failed = true,
-                // A reflex came between.
-                _ => {}
-            }
+        let Some(step) = progress.step else { return };
+        let (next, has_failed) = progress.next_step(step, situation);
+        let has_succeeded = next == strategy.actions.len();
+        let is_late = now.seconds() - progress.since > params.time_limit;
+        if !(has_failed || has_succeeded || is_late) {
+            return progress.perform(next, strategy, noticed, situation, plan);
         }
-        let succeeded = step == strategy.actions.len();
-        if failed || succeeded {
-            // The Plan is woken by what becomes of this, when Knowledge has learned of the outcome.
+        // The Plan is woken by Knowledge's answer to the outcome.
+        plan.clear();
+        progress.step = None;
+        noticed.outcome.set(PlanOutcome {
+            seconds: now.seconds() - progress.since,
+            name: strategy.name,
+            role: strategy.role,
+            success: has_succeeded.into(),
+        });
+    }
+}
+
+impl StrategyProgress {
+    /// Begins a plan for another role, or again: what runs is outdated.
+    fn begin(&mut self, strategy: &PlanDescription, number: u64, time: f64, plan: &mut Agenda<'_>) {
+        if self.step.is_some() {
             plan.clear();
-            trial.step = None;
-            noticed.outcome.set(PlanOutcome {
-                seconds: now.seconds() - trial.since,
-                name: strategy.name,
-                role: strategy.role,
-                success: succeeded.into(),
-            });
-            return;
         }
+        let step = (!strategy.actions.is_empty()).then_some(0);
+        *self = Self { strategy: number, step, ticket: 0, since: time, ..*self };
+    }
+
+    /// Returns the step after the actions that have completed, and whether one has failed.
+    fn next_step(&self, step: usize, situation: &Situation<'_>) -> (usize, bool) {
+        let own = situation.ended().filter(|ended| ended.ticket == self.ticket && ended.ticket > 0);
+        own.fold((step, false), |(step, has_failed), ended| match ended.ending {
+            Ending::COMPLETED => (step + 1, has_failed),
+            Ending::FAILED | Ending::REFUSED => (step, true),
+            // A reflex came between.
+            _ => (step, has_failed),
+        })
+    }
+
+    /// Performs the action of a step, if it is another one or a reflex has cleared it.
+    fn perform(
+        &mut self,
+        step: usize,
+        strategy: &PlanDescription,
+        noticed: &StrategyNoticing,
+        situation: &Situation<'_>,
+        plan: &mut Agenda<'_>,
+    ) {
         let action = strategy.actions[step];
         if let (GoToOrigin::KIND, [x, y, ..]) = (action.kind.as_str(), &*action.arguments) {
             noticed.goal.set(Point2 { x: *x, y: *y });
         }
-        let goes_on = trial.step != Some(step);
-        trial.step = Some(step);
-        if (goes_on || situation.needs_plan())
+        let is_next = self.step != Some(step);
+        self.step = Some(step);
+        if (is_next || situation.needs_plan())
             && let Some(ticket) = plan.replace(action)
         {
-            trial.ticket = ticket;
+            self.ticket = ticket;
         }
     }
 }

@@ -21,7 +21,7 @@ pub struct Track {
 }
 
 /// Returns the position of a robot detected from `pose`.
-pub fn placed(pose: Pose2, seen: &Sighting) -> Point2 {
+pub fn position_of(pose: Pose2, seen: &Sighting) -> Point2 {
     let direction = pose.theta + seen.bearing;
     Point2 { x: pose.x + seen.range * math::cos(direction), y: pose.y + seen.range * math::sin(direction) }
 }
@@ -39,9 +39,9 @@ const LOST: f64 = 1.0;
 
 impl Tracks {
     /// Updates the tracks from detections at `pose` and `time` (seconds); skips NaN.
-    pub fn see(&mut self, pose: Pose2, robots: &Sightings, time: f64) {
+    pub fn update(&mut self, pose: Pose2, robots: &Sightings, time: f64) {
         for seen in robots.list.iter() {
-            let Point2 { x, y } = placed(pose, seen);
+            let Point2 { x, y } = position_of(pose, seen);
             if !(x.is_finite() && y.is_finite()) {
                 continue;
             }

@@ -5,7 +5,9 @@ use slate::interfaces::{
     Echo, Odometry, Orientation, Position, Sighting, Sightings, SonarPlacement, SonarScan, Twist2,
     WheelSpeeds,
 };
-use slate::mapek::{ActionKind, ExecuteBlock, ExecuteStatus, KnowledgeBlock, ReactiveBlock, Reflex};
+use slate::mapek::{
+    ActionKind, Device, DeviceHealth, ExecuteBlock, ExecuteStatus, KnowledgeBlock, ReactiveBlock, Reflex,
+};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text};
 use slate::sim::robot::RobotDescription;
@@ -94,6 +96,16 @@ fn it_turns_away_from_the_side_with_the_echo_and_drives_on() {
 }
 
 #[test]
+fn echo_at_the_minimum_range_counts_as_nearer() {
+    let only_sonar = rules(&[rule(SONAR, 0.1)]);
+    // The sonars behind hear nothing that is nearer than 0.1 m.
+    let behind = |range: f64| SonarScan { range_min: 0.1, ..scan(&[(11, range), (12, range)]) };
+    assert_eq!(react(behind(0.11), only_sonar, None), None, "it is that far away");
+    let [angle, left, right] = react(behind(0.1), only_sonar, None).unwrap();
+    assert!(angle == 0.0 && left > 0.0 && left == right, "it may almost touch: {angle} {left} {right}");
+}
+
+#[test]
 fn without_memory_the_same_measurements_give_the_same_reflex() {
     let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
     let mut answers = Vec::new();
@@ -149,6 +161,40 @@ fn an_unknown_outline_or_stopped_encoders_make_the_robot_safe() {
 }
 
 #[test]
+fn encoders_that_never_measured_may_hide_any_speed() {
+    let reflexes = |has_odometry: bool| {
+        let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+        model.set("robot", pioneer());
+        model.set("rules", rules(&[rule(SONAR, 0.1)]));
+        if has_odometry {
+            model.set("odometry", Odometry::default());
+        }
+        model.set("sonar", scan(&[(3, 0.3), (4, 0.3)]));
+        model.tick();
+        model.sent::<Reflex>("reflex").len()
+    };
+    assert_eq!((reflexes(true), reflexes(false)), (0, 1));
+}
+
+#[test]
+fn a_late_sensor_is_near_until_it_measures_in_time_again() {
+    let reflexes = |health: DeviceHealth| {
+        let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
+        let mut robot = pioneer();
+        robot.robot.sensors =
+            Sequence::new(&[Device { name: Text::new(SONAR), health, ..Device::default() }]);
+        model.set("robot", robot);
+        model.set("rules", rules(&[rule(SONAR, 0.1)]));
+        model.set("odometry", Odometry::default());
+        model.set("sonar", scan(&[]));
+        model.tick();
+        model.sent::<Reflex>("reflex").len()
+    };
+    assert_eq!(reflexes(DeviceHealth::FRESH), 0);
+    assert_eq!(reflexes(DeviceHealth::LATE), 1, "with each measurement it would drive on for a moment");
+}
+
+#[test]
 fn it_stops_for_a_robot_ahead() {
     let both = rules(&[rule(SONAR, 0.1), rule("robot_sensor", 0.4)]);
     let sees = |range, bearing, velocity| {
@@ -182,16 +228,13 @@ fn wrong_rules_are_refused_with_the_place_of_the_rule() {
     };
     refused(
         &[rule(SONAR, 0.1), rule("robot_sensor", -1.0)],
-        &["params.sensor_rules.1: ", "rule 2", "`robot_sensor`", "from 0 to 10 m"],
+        &["params.sensor_rules.1: expected a distance of the sensor `robot_sensor` from 0 to 10 m, found -1"],
     );
-    refused(
-        &[rule("whiskers", 0.1)],
-        &["params.sensor_rules.0: ", "rule 1", "`whiskers`", "expected one of", "sonar"],
-    );
+    refused(&[rule("whiskers", 0.1)], &["params.sensor_rules.0: ", "`whiskers`", "expected one of", "sonar"]);
     refused(&[], &["params.sensor_rules: ", "expected a rule such as", "found none", "disable the reflex"]);
     refused(
         &[rule(SONAR, 0.1), rule(SONAR, 0.3)],
-        &["params.sensor_rules.1: ", "rule 2", "rule 1 is of the sensor `sonar` already", "keep one"],
+        &["params.sensor_rules.1: item 0 is of the sensor `sonar` already", "keep one"],
     );
     let mut knowledge = with(&[rule(SONAR, 0.1)]).unwrap();
     knowledge.set("sonar", scan(&[]));

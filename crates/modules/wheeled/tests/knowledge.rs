@@ -97,6 +97,17 @@ fn an_unknown_profile_is_refused_with_the_known_ones() {
 }
 
 #[test]
+fn a_sensor_may_have_a_profile_of_its_own() {
+    let mut own = params("summit_xl", "vrep");
+    own.robot_sensor = Text::new("real");
+    let mut knowledge = Knowing::with(own).unwrap();
+    knowledge.set("robot_sensor", Sightings::default());
+    let robot = model(&mut knowledge).robot;
+    let seen = robot.sensor("robot_sensor").unwrap();
+    assert_eq!((seen.mount.x, seen.rate, robot.sensor("position").unwrap().rate), (0.2, 10.0, 0.0));
+}
+
+#[test]
 fn a_robot_without_a_description_has_no_model() {
     let mut knowledge = Knowing::new();
     knowledge.set("position", Position::default());
@@ -106,14 +117,17 @@ fn a_robot_without_a_description_has_no_model() {
 }
 
 #[test]
-fn another_robot_is_known_from_the_next_tick_on() {
+fn a_running_robot_takes_another_profile_and_stays_the_robot_that_it_is() {
     let mut knowledge = Knowing::with(params("pioneer_p3dx", "vrep")).unwrap();
-    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "pioneer_p3dx");
+    assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 0.0);
+    knowledge.params().profile = Text::new("real");
+    assert_eq!(model(&mut knowledge).robot.sensor("position").unwrap().rate, 5.0);
     knowledge.params().robot = Text::new("summit_xl");
-    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "summit_xl");
+    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "pioneer_p3dx");
     let state = knowledge.save().unwrap();
     knowledge.restore(&state).unwrap();
-    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "summit_xl");
+    knowledge.params().robot = Text::new("pioneer_p3dx");
+    assert_eq!(model(&mut knowledge).chassis.model.as_str(), "pioneer_p3dx");
 }
 
 #[test]

@@ -11,8 +11,8 @@ use slate_wheeled::knowledge::WheeledModel;
 use slate_wheeled::local_map::{LocalObstacles, MapObstacles};
 use slate_wheeled::locate_robot::{LocateRobot, Located};
 use slate_wheeled::odometry_pose::{OdometryOrientation, OdometryPosition, OdometryStart};
-use slate_wheeled::own_motion::OwnMotion;
 use slate_wheeled::tracks::Tracks;
+use slate_wheeled::twist_estimator::TwistEstimator;
 
 fn sees(range: f64, bearing: f64) -> Sightings {
     Sightings { list: Sequence::new(&[Sighting { range, bearing, name: Text::new("r2") }]) }
@@ -83,13 +83,13 @@ fn how_others_move_is_seen_from_a_robot_that_moves_itself() {
         // This one turns on the spot; the other one goes east at 0.4 m/s from (1, 1).
         let pose = Pose2 { x: 0.0, y: 0.0, theta: time };
         let (x, y) = (1.0 + 0.4 * time, 1.0);
-        tracks.see(pose, &sees(math::hypot(x, y), math::atan2(y, x) - time), time);
+        tracks.update(pose, &sees(math::hypot(x, y), math::atan2(y, x) - time), time);
     }
     let track = tracks.iter().next().unwrap();
     assert!((track.velocity[0] - 0.4).abs() < 0.01 && track.velocity[1].abs() < 0.01, "{track:?}");
-    tracks.see(Pose2::default(), &Sightings::default(), 10.0);
+    tracks.update(Pose2::default(), &Sightings::default(), 10.0);
     assert_eq!(tracks.iter().count(), 0, "forgotten");
-    tracks.see(Pose2::default(), &sees(f64::NAN, 0.0), 10.0);
+    tracks.update(Pose2::default(), &sees(f64::NAN, 0.0), 10.0);
     assert_eq!(tracks.iter().count(), 0, "no place");
 }
 
@@ -111,17 +111,17 @@ fn odometry_that_began_elsewhere_is_placed_in_the_map() {
 
 #[test]
 fn how_a_robot_moves_is_known_from_where_it_is() {
-    let mut motion = OwnMotion::default();
+    let mut motion = TwistEstimator::default();
     let mut moves = Twist2::ZERO;
     for step in 0..=100 {
         let time = f64::from(step) * 0.02;
         // A circle of 2 m: back at 0.4 m/s.
         let theta = -0.2 * time;
-        moves = motion.notice(Pose2 { x: 2.0 * math::sin(theta), y: -2.0 * math::cos(theta), theta }, time);
+        moves = motion.update(Pose2 { x: 2.0 * math::sin(theta), y: -2.0 * math::cos(theta), theta }, time);
     }
     assert!((moves.linear + 0.4).abs() < 1e-3 && (moves.angular + 0.2).abs() < 1e-3, "{moves:?}");
-    assert_eq!(motion.notice(Pose2 { x: f64::NAN, ..Pose2::default() }, 3.0), Twist2::ZERO);
-    assert_eq!(motion.notice(Pose2::default(), 3.1), Twist2::ZERO, "and it begins anew");
+    assert_eq!(motion.update(Pose2 { x: f64::NAN, ..Pose2::default() }, 3.0), Twist2::ZERO);
+    assert_eq!(motion.update(Pose2::default(), 3.1), Twist2::ZERO, "and it begins anew");
 }
 
 /// The obstacles that an Analyze maps of one echo 0.1 m to the left of a Summit at (0, 2), whose room is so wide.

@@ -1,6 +1,7 @@
 //! All tests of the crate that share a process, in one program: each program costs link time.
 
 mod avoid_obstacle;
+mod erring_sensors;
 mod estimates;
 mod knowledge;
 mod laser_ring;

@@ -6,23 +6,21 @@ use super::cdr::{CdrWriter, wire_length};
 use super::schema::{Count, FieldType, Item};
 use super::{Error, Primitive, RosPrimitive, Schema};
 
-impl Schema {
-    /// The message of a value: little-endian CDR with its header. A field that the value does not have is zero or empty; `null`
-    /// is a number that is none.
-    ///
-    /// # Errors
-    /// The first field that does not fit, or that the message does not have.
-    pub fn encode(&self, value: &Json) -> Result<Vec<u8>, Error> {
-        let mut message = Vec::new();
-        self.put_record(&mut CdrWriter::new(&mut message), 0, Some(value), "")?;
-        Ok(message)
-    }
+/// The message of a value: little-endian CDR with its header. A field that the value does not have is zero or empty; `null` is a
+/// number that is none.
+///
+/// # Errors
+/// The first field that does not fit, or that the message does not have.
+pub fn encode_json(schema: &Schema, value: &Json) -> Result<Vec<u8>, Error> {
+    let mut message = Vec::new();
+    MessageEncoder(schema).put_record(&mut CdrWriter::new(&mut message), 0, Some(value), "")?;
+    Ok(message)
+}
 
-    /// Names of the message's own fields, in their order.
-    pub fn field_names(&self) -> impl Iterator<Item = &str> {
-        self.records().iter().take(1).flat_map(|record| record.names.iter().map(String::as_str))
-    }
+/// Encodes messages of a schema.
+struct MessageEncoder<'a>(&'a Schema);
 
+impl MessageEncoder<'_> {
     fn put_record(
         &self,
         writer: &mut CdrWriter<'_>,
@@ -30,7 +28,7 @@ impl Schema {
         value: Option<&Json>,
         path: &str,
     ) -> Result<(), Error> {
-        let record = &self.records()[index];
+        let record = &self.0.records()[index];
         let entries = match value {
             None => None,
             Some(Json::Object(entries)) => Some(entries),

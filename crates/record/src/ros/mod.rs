@@ -53,6 +53,7 @@ pub use codec::{decode, decode_in, encode, encode_in};
 pub(crate) use definition::SEPARATOR;
 pub use definition::{Definition, definition, definition_in, definition_named};
 pub use described::Described;
+pub use encode::encode_json;
 pub use error::Error;
 pub use frames::{FrameTransform, Frames, PublishedTransform, encode_transforms, transforms_definition};
 pub use schema::Schema;

@@ -167,6 +167,11 @@ impl Schema {
         Ok(value)
     }
 
+    /// Names of the message's own fields, in their order.
+    pub fn field_names(&self) -> impl Iterator<Item = &str> {
+        self.records.iter().take(1).flat_map(|record| record.names.iter().map(String::as_str))
+    }
+
     /// Whether [`decode`](Schema::decode) can read a message; takes no memory.
     ///
     /// # Errors

@@ -166,7 +166,7 @@ fn queues_and_fields_from_outside_come_in_the_same_cycle() {
     let path = file("external-queue.mcap");
     // An input with a value of its own, of which a part is filled.
     let text = robot()
-        .replace("\"gatherer/numbers\" = \"source/number\"\n", "")
+        .replace("\"gatherer/numbers\" = \"source/number\"", "\"gatherer/numbers\" = \"zenoh:numbers\"")
         .replace("\"back/other\" = { from = \"source/number\", previous = true }\n", "")
         .replace(
             "[modules.back]\nkind = \"sum\"",
@@ -190,4 +190,8 @@ fn queues_and_fields_from_outside_come_in_the_same_cycle() {
     assert_eq!(values(&path, "/gatherer/numbers").len(), 3 * (times().len() - 1));
     let found = verdict(&path);
     assert!(matches!(found, Verdict::Identical { values: 100.., whole: true, cycles: 30 }), "{found:?}");
+    for module in ["gatherer", "back"] {
+        let plan = Plan { modules: [module.to_owned()].into(), ..Plan::default() };
+        assert_eq!(play(&path, plan).1.unwrap().first, None, "{module}");
+    }
 }

@@ -1,5 +1,6 @@
 use proptest::prelude::*;
-use slate_record::ros::{Primitive, Schema, Value};
+use serde_json::{Value as Json, json};
+use slate_record::ros::{Primitive, Schema, Value, encode_json};
 
 fn parsed(text: &str) -> Schema {
     Schema::parse("a_package/msg/Thing", text).unwrap()
@@ -227,5 +228,46 @@ proptest! {
                 let _ = value.to_string();
             }
         }
+    }
+}
+
+#[test]
+fn a_message_is_made_of_a_value_without_types() {
+    let text = "bool on\nint8 small\nuint64 large\nfloat32 ratio\nfloat64 number\nstring name\nint16[] list\nfloat64[2] pair\n\
+                Inner inner\nInner[] all\nEmpty nothing\n===\nMSG: a/Inner\nstring[] words\nbuiltin_interfaces/Time stamp\n\
+                ===\nMSG: a/Empty\n";
+    let schema = Schema::parse("a/msg/Outer", text).unwrap();
+    let names: Vec<_> = schema.field_names().collect();
+    assert_eq!(names[..3], ["on", "small", "large"]);
+    let again = |value: &Json| {
+        let message = encode_json(&schema, value).unwrap();
+        serde_json::to_value(schema.decode(&message).unwrap()).unwrap()
+    };
+    let full = json!({
+        "on": true, "small": -128, "large": u64::MAX, "ratio": 0.5, "number": -1e300, "name": "größer",
+        "list": [1, -2, 3], "pair": [1.5, 2.5],
+        "inner": { "words": ["", "b"], "stamp": { "sec": -1, "nanosec": 5 } },
+        "all": [{ "words": [], "stamp": { "sec": 1, "nanosec": 2 } }], "nothing": {},
+    });
+    assert_eq!(again(&full), full);
+    let empty = again(&json!({}));
+    assert_eq!((&empty["name"], &empty["pair"], &empty["all"]), (&json!(""), &json!([0.0, 0.0]), &json!([])));
+    // What is no number stays none.
+    assert_eq!(again(&json!({ "number": null }))["number"], Json::Null);
+    let wrong = [
+        (json!({ "of": 1 }), "`of` of the message is not there; a/Outer has on, small"),
+        (json!({ "inner": { "word": 1 } }), "`inner.word` of the message is not there"),
+        (json!({ "small": 128 }), "`small` of the message is a int8, found 128"),
+        (json!({ "large": -1 }), "`large` of the message is a uint64, found -1"),
+        (json!({ "on": 1 }), "`on` of the message is true or false, found 1"),
+        (json!({ "name": 1 }), "`name` of the message is a text"),
+        (json!({ "list": 1 }), "`list` of the message is a list"),
+        (json!({ "pair": [1.0] }), "`pair` of the message has 2 items, found 1"),
+        (json!({ "inner": 1 }), "`inner` of the message is a message, found 1"),
+        (json!(1), "is a message, found 1"),
+    ];
+    for (value, words) in wrong {
+        let error = encode_json(&schema, &value).unwrap_err().to_string();
+        assert!(error.contains(words), "{value}: {error}");
     }
 }

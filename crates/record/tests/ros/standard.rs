@@ -332,12 +332,22 @@ fn interfaces_of_others_are_matched_by_the_names_of_their_fields() {
 fn all_interfaces_that_name_a_message_have_it() {
     let named: Vec<_> = all().into_iter().filter(|descriptor| !descriptor.ros.is_empty()).collect();
     assert_eq!(named.len(), 25);
-    // Of contacts, bumpers, strokes on maps, facts and errors of sensors ROS has none.
+    // Of contacts, bumpers, gates and drivers of actuators, strokes on maps, facts and errors of sensors ROS has none.
     let without: Vec<_> =
         slate_interfaces::ALL.iter().filter(|own| own.ros.is_empty()).map(|own| own.name).collect();
     assert_eq!(
         without,
-        ["Bumper", "Contact", "Contacts", "FactHead", "FactTableHead", "MapStroke", "SensorAccuracy"]
+        [
+            "Bumper",
+            "Contact",
+            "Contacts",
+            "DriverStatus",
+            "FactHead",
+            "FactTableHead",
+            "GateState",
+            "MapStroke",
+            "SensorAccuracy"
+        ]
     );
     for descriptor in named {
         if descriptor.fields.is_empty() {

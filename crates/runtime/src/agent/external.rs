@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Access, Property};
+use slate_composition::{Complaints, survey};
 use slate_module::Direction;
 
 use super::handle::AgentHandle;
@@ -41,6 +42,15 @@ pub enum ExternalContent {
     },
 }
 
+/// Why nobody sets an input, if it moves a robot past its gate or Knowledge alone fills it.
+pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option<String> {
+    let composition = agent.composition();
+    let configuration = &composition.configuration;
+    let survey = survey(configuration, &composition.catalogue, &mut Complaints::new(configuration));
+    let refusal = slate_composition::hand_refusal(configuration, &survey, input);
+    refusal.map(|(reason, _)| reason.text)
+}
+
 /// Fills inputs from outside.
 pub(in crate::agent) struct ExternalInputs<'a> {
     agent: &'a AgentHandle,
@@ -75,7 +85,10 @@ impl<'a> ExternalInputs<'a> {
             let reason = format!("`{field}` is a field, and a queue takes whole values");
             return wrong(reason, "name the queue input alone, or read the field with a plain input");
         }
-        Ok((property, field))
+        match hand_refusal(self.agent, whole) {
+            Some(reason) => wrong(reason, "let its link fill it, and name an input of a module before that"),
+            None => Ok((property, field)),
+        }
     }
 
     pub fn set(&self, values: Vec<ExternalValue>) -> Vec<Result<(), ExternalInputError>> {

@@ -108,6 +108,13 @@ impl Cutter<'_> {
                 lines.extend(self.link(link, own, far));
             }
         }
+        for link in self.configuration.external_links() {
+            let input = &link.path.value;
+            if link.fills(input) && self.stays(input) {
+                // What came is set again, and types and roles find nothing else for it.
+                lines.push(format!("links.{} = false", quoted(input)));
+            }
+        }
         for setting in self.configuration.settings("").unwrap_or_default() {
             let Ok(keys) = Key::parse(&setting.path) else { continue };
             let path: Vec<&str> = keys.iter().map(Key::get).collect();

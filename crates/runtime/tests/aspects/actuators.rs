@@ -17,6 +17,8 @@ pub struct CaptainParams {
     to: u64,
     #[param(default = 7.0, doc = "the command")]
     value: f64,
+    #[param(default = false, doc = "offers no number")]
+    is_nan: Bool,
     #[param(default = 1, doc = "how urgent it is")]
     priority: u64,
     #[param(default = 0, doc = "fails in that tick")]
@@ -60,9 +62,10 @@ impl Module for Captain {
         };
         let show = |reason: &dyn std::fmt::Display| now.warn(format_args!("{reason}"));
         if (params.from..=params.to).contains(&number) {
+            let value = if params.is_nan.get() { f64::NAN } else { params.value };
             // Only the last one counts.
             let _ = io.actuators.offer(name, priority, &Number { value: 99.0 });
-            if let Err(reason) = io.actuators.offer(name, priority, &Number { value: params.value }) {
+            if let Err(reason) = io.actuators.offer(name, priority, &Number { value }) {
                 show(&reason);
             }
         }
@@ -243,7 +246,7 @@ fn what_is_not_there_and_what_does_not_fit_is_said_in_words() {
 
 #[test]
 fn a_number_that_is_none_leaves_the_actuator_safe() {
-    let mut agent = agent(&ship("params.value = nan"), &plugins());
+    let mut agent = agent(&ship("params.is_nan = true"), &plugins());
     steps(&mut agent, 2);
     assert_eq!(number(&agent, "wheel/command/value"), 0.0);
     assert_eq!(number(&agent, "wheel/gate/refused"), 2.0);

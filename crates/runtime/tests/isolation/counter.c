@@ -75,7 +75,7 @@ static int32_t destroy(void *instance, const Sink *sink) { free(instance); (void
 static const Module MODULE = {
     TEXT("c_counter"), TEXT("Counts."), TEXT(""), describe, create, tick, save, restore, may_unload, destroy
 };
-const Plugin slate_plugin_c_counter = { 2, sizeof(Module), &MODULE, 1 };
+const Plugin slate_plugin_c_counter = { 3, sizeof(Module), &MODULE, 1 };
 
 __attribute__((section(".slate"), used)) static const char OUTLINE[] =
     "{\"abi\": 3, \"symbol\": \"slate_plugin_c_counter\", \"name\": \"c_counter\", \"version\": \"" VERSION "\","

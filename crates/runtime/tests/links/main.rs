@@ -21,3 +21,4 @@ mod required;
 mod support;
 mod threads;
 mod wants;
+mod writers;

@@ -51,7 +51,7 @@ fn refusal_of_patched(part: &str, by: &str) -> String {
 #[test]
 fn another_version_of_the_interface_is_refused() {
     let text = refusal_of_patched("{\"abi\":3,", "{\"abi\":1,");
-    assert_says(&text, &["version 1 of the plugin interface", "this agent has version 2", "slate-plugin"]);
+    assert_says(&text, &["version 1 of the plugin interface", "this agent has version 3", "slate-plugin"]);
 }
 
 /// Where the plugin's table is in the file.
@@ -71,8 +71,8 @@ fn table(bytes: &[u8]) -> usize {
 #[test]
 fn a_table_that_is_of_another_version_than_the_file_says_is_refused() {
     for (offset, says) in [
-        (0, ["table of version 77 with entries of 104 bytes", "expected version 2 with 104 bytes"]),
-        (4, ["table of version 2 with entries of 77 bytes", "expected version 2 with 104 bytes"]),
+        (0, ["table of version 77 with entries of 104 bytes", "expected version 3 with 104 bytes"]),
+        (4, ["table of version 3 with entries of 77 bytes", "expected version 3 with 104 bytes"]),
     ] {
         let mut bytes = bytes();
         let at = table(&bytes) + offset;

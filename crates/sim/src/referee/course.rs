@@ -3,7 +3,7 @@ use slate_interfaces::{Clearance, Contacts, MissionOutcome, MissionState, Pose2,
 use slate_module::prelude::*;
 use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
 
-use super::conduct::Conduct;
+use super::motion_record::MotionRecord;
 use super::{ended, running, unknown_robot};
 use crate::error::key;
 use crate::geometry::Point;
@@ -91,7 +91,8 @@ pub struct Referee {
 
 #[derive(Debug, Default, Serialize, Deserialize)]
 struct GoalProgress {
-    conduct: Conduct,
+    #[serde(alias = "conduct")]
+    record: MotionRecord,
     /// Number of reached goals.
     reached: u64,
     /// When it had reached all, seconds.
@@ -179,33 +180,61 @@ impl Referee {
             if time_is_up && (is_patrol || self.course.arrived.is_none()) {
                 self.course.decided = true;
                 let reason = "the robot was never seen to arrive in time";
-                io.verdict.set(ended(MissionOutcome::TIMED_OUT, reason, self.course.conduct.caused));
+                io.verdict.set(ended(MissionOutcome::TIMED_OUT, reason, self.course.record.caused));
             }
             return Outcome::Degraded;
         };
         let course = &mut self.course;
-        let place = course.conduct.go_on(truth, is_patrol || course.arrived.is_none());
-        course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
+        let place = course.record.add_position(truth, is_patrol || course.arrived.is_none());
+        course.record.add_contacts(params.robot.as_str(), clearance, &io.contacts);
         let all = params.laps.max(1).saturating_mul(self.goals.len() as u64);
-        let away = |number: u64| place.minus(self.goals[(number % self.goals.len() as u64) as usize]).norm();
-        if (is_patrol || course.reached < all) && away(course.reached) <= params.goal_tolerance {
+        let distance =
+            |number: u64| place.minus(self.goals[(number % self.goals.len() as u64) as usize]).norm();
+        if (is_patrol || course.reached < all) && distance(course.reached) <= params.goal_tolerance {
             course.reached += 1;
             if course.reached == all {
                 course.arrived = Some(now.seconds());
             }
         }
-        let caused = course.conduct.caused;
+        let last_distance = distance(all - 1);
+        let verdict = course.verdict(io, params, last_distance, now.seconds());
+        course.decided = verdict.state != MissionState::RUNNING;
+        io.verdict.set(verdict);
+        io.metrics.set(self.metrics(if is_patrol { self.course.reached } else { all }));
+        Outcome::Ok
+    }
+
+    /// Progress of the run, with the shortest path to so many goals.
+    fn metrics(&self, goals: u64) -> Metrics {
+        let GoalProgress { record, reached, arrived, .. } = self.course;
+        Metrics {
+            path_length: record.length,
+            shortest_path: self.shortest_path(goals),
+            goals_reached: reached,
+            time_to_goal: arrived.unwrap_or(f64::NAN),
+            minimum_clearance: record.clearance,
+            collisions: record.collisions,
+            collisions_caused: record.caused,
+        }
+    }
+}
+
+impl GoalProgress {
+    /// The verdict at a time (seconds) and a distance from the last goal (metres).
+    fn verdict(&mut self, io: &Io, params: &Params, last_distance: f64, time: f64) -> Verdict {
+        let (is_patrol, time_is_up) = (params.laps == 0, time >= params.time_limit);
+        let caused = self.record.caused;
         let end = |outcome, reason| ended(outcome, reason, caused);
-        let verdict = match course.arrived {
+        match self.arrived {
             _ if is_patrol && !time_is_up => running("on patrol"),
             Some(_) if is_patrol => end(MissionOutcome::GOAL_REACHED, "patrol completed"),
             Some(_) if params.hold_time <= 0.0 => end(MissionOutcome::GOAL_REACHED, "goal reached"),
             Some(arrived) => {
-                course.stay.0 += 1;
-                course.stay.1 += u64::from(away(all - 1) <= params.hold_tolerance);
-                let held = course.stay.1 as f64 / course.stay.0 as f64;
+                self.stay.0 += 1;
+                self.stay.1 += u64::from(last_distance <= params.hold_tolerance);
+                let held = self.stay.1 as f64 / self.stay.0 as f64;
                 io.stay.set(Stay { held });
-                match now.seconds() - arrived >= params.hold_time {
+                match time - arrived >= params.hold_time {
                     false => running("at the goal"),
                     true if held >= params.hold_fraction => {
                         end(MissionOutcome::GOAL_REACHED, "goal reached and held")
@@ -215,19 +244,6 @@ impl Referee {
             }
             None if time_is_up => end(MissionOutcome::TIMED_OUT, "time is up"),
             None => running("on the way"),
-        };
-        course.decided = verdict.state != MissionState::RUNNING;
-        io.verdict.set(verdict);
-        let GoalProgress { conduct, reached, arrived, .. } = self.course;
-        io.metrics.set(Metrics {
-            path_length: conduct.length,
-            shortest_path: self.shortest_path(if is_patrol { reached } else { all }),
-            goals_reached: reached,
-            time_to_goal: arrived.unwrap_or(f64::NAN),
-            minimum_clearance: conduct.clearance,
-            collisions: conduct.collisions,
-            collisions_caused: conduct.caused,
-        });
-        Outcome::Ok
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The judges of a mission: they see the truth, and no robot sees them.
 
-mod conduct;
 mod course;
+mod motion_record;
 mod pursuit;
 
 pub use course::{Metrics, Referee, Stay};

@@ -5,7 +5,7 @@ use slate_interfaces::{Clearance, Contacts, MissionOutcome, MissionState, Pose2,
 use slate_module::prelude::*;
 use slate_module::{Description, Instance, Params as _, PortCursor, Stage, Trigger, decode, encode};
 
-use super::conduct::Conduct;
+use super::motion_record::MotionRecord;
 use super::{ended, running, unknown_robot};
 use crate::scenario::Scenario;
 
@@ -115,7 +115,8 @@ impl Default for GapCounts {
 /// State of the referee.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct PursuitCourse {
-    conduct: Conduct,
+    #[serde(alias = "conduct")]
+    record: MotionRecord,
     /// First time of a gap within its limits, seconds.
     since: Option<f64>,
     /// Cycles since then, and those in which it was so.
@@ -176,8 +177,7 @@ impl Instance for PursuitReferee {
 
 impl PursuitCourse {
     fn judge(&mut self, io: &PursuitIo, params: &PursuitParams, now: &Tick) -> Outcome {
-        let course = self;
-        if course.decided {
+        if self.decided {
             return Outcome::Ok;
         }
         let led = io.course.fresh().copied().unwrap_or_default();
@@ -185,58 +185,75 @@ impl PursuitCourse {
         let (Some(leader), Some(follower), Some(clearance)) = all else {
             // An unseen robot is not judged, but an ended mission stays ended.
             if led.state != MissionState::RUNNING {
-                course.decided = true;
+                self.decided = true;
                 io.verdict.set(match led.state {
-                    MissionState::FAILED => course.with_leader(&led),
-                    _ => ended(MissionOutcome::OTHER, "the follower was not seen", course.conduct.caused),
+                    MissionState::FAILED => self.with_leader(&led),
+                    _ => ended(MissionOutcome::OTHER, "the follower was not seen", self.record.caused),
                 });
             }
             return Outcome::Degraded;
         };
-        course.conduct.go_on(follower, true);
-        course.conduct.watch(params.robot.as_str(), clearance, &io.contacts);
+        self.record.add_position(follower, true);
+        self.record.add_contacts(params.robot.as_str(), clearance, &io.contacts);
         let gap = math::hypot(leader.x - follower.x, leader.y - follower.y);
-        let is_right = (params.min_gap..=params.max_gap).contains(&gap);
-        let extremes = course.extremes.get_or_insert((gap, gap));
+        self.add_gap(gap, (params.min_gap..=params.max_gap).contains(&gap), now.seconds());
+        let verdict = self.verdict(&led, params.min_fraction);
+        self.decided = verdict.state != MissionState::RUNNING;
+        io.verdict.set(verdict);
+        io.metrics.set(self.metrics(gap));
+        Outcome::Ok
+    }
+
+    /// Adds a gap (metres) at a time (seconds).
+    fn add_gap(&mut self, gap: f64, is_in_band: bool, time: f64) {
+        let extremes = self.extremes.get_or_insert((gap, gap));
         extremes.0 = math::min(extremes.0, gap);
-        if is_right && course.since.is_none() {
-            course.since = Some(now.seconds());
+        if is_in_band && self.since.is_none() {
+            self.since = Some(time);
             extremes.1 = gap;
         }
         extremes.1 = math::max(extremes.1, gap);
-        let (least, greatest) = *extremes;
-        if course.since.is_some() {
-            course.cycles.0 += 1;
-            course.cycles.1 += u64::from(is_right);
-            course.gaps.add(gap);
+        if self.since.is_some() {
+            self.cycles.0 += 1;
+            self.cycles.1 += u64::from(is_in_band);
+            self.gaps.add(gap);
         }
-        let share = course.cycles.1 as f64 / math::max(course.cycles.0 as f64, 1.0);
-        let caused = course.conduct.caused;
-        let verdict = match led.state {
-            MissionState::FAILED => course.with_leader(&led),
-            MissionState::SUCCEEDED if share >= params.min_fraction => {
+    }
+
+    /// Fraction of the time with a gap within the limits, since it was first within them.
+    fn fraction(&self) -> f64 {
+        self.cycles.1 as f64 / math::max(self.cycles.0 as f64, 1.0)
+    }
+
+    fn verdict(&self, led: &Verdict, min_fraction: f64) -> Verdict {
+        let caused = self.record.caused;
+        match led.state {
+            MissionState::FAILED => self.with_leader(led),
+            MissionState::SUCCEEDED if self.fraction() >= min_fraction => {
                 ended(MissionOutcome::GAP_KEPT, "gap kept", caused)
             }
             MissionState::SUCCEEDED => {
                 ended(MissionOutcome::GAP_LEFT, "too near or too far for too long", caused)
             }
             _ => running("on the way"),
-        };
-        course.decided = verdict.state != MissionState::RUNNING;
-        io.verdict.set(verdict);
-        io.metrics.set(Pursuit {
-            gap_in_band: share,
-            time_to_band: course.since.unwrap_or_default(),
+        }
+    }
+
+    /// Progress of the run at a gap, metres.
+    fn metrics(&self, gap: f64) -> Pursuit {
+        let (minimum_gap, maximum_gap) = self.extremes.unwrap_or((gap, gap));
+        Pursuit {
+            gap_in_band: self.fraction(),
+            time_to_band: self.since.unwrap_or_default(),
             gap,
-            median_gap: course.gaps.median(),
-            minimum_gap: least,
-            maximum_gap: greatest,
-            path_length: course.conduct.length,
-            minimum_clearance: course.conduct.clearance,
-            collisions: course.conduct.collisions,
-            collisions_caused: course.conduct.caused,
-        });
-        Outcome::Ok
+            median_gap: self.gaps.median(),
+            minimum_gap,
+            maximum_gap,
+            path_length: self.record.length,
+            minimum_clearance: self.record.clearance,
+            collisions: self.record.collisions,
+            collisions_caused: self.record.caused,
+        }
     }
 
     /// The verdict when the leader has failed.
@@ -244,7 +261,7 @@ impl PursuitCourse {
         let mut reason = Text::<64>::new("leader: ");
         // Writing to a text in place can't fail.
         let _ = reason.write_str(led.reason.as_str());
-        let outcome = if self.conduct.caused > 0 { MissionOutcome::COLLIDED } else { led.outcome };
+        let outcome = if self.record.caused > 0 { MissionOutcome::COLLIDED } else { led.outcome };
         Verdict { state: MissionState::FAILED, outcome, reason }
     }
 }

@@ -196,6 +196,10 @@ impl Simulation {
             laser: None,
             sonar_display: Display::default(),
             laser_display: Display::default(),
+            position_display: Display::default(),
+            orientation_display: Display::default(),
+            odometry_display: Display::default(),
+            sightings_display: Display::default(),
             robot_sensor: placement
                 .robot_sensor()
                 .map(|profile| RobotSensor::new(profile, stream("robot_sensor"))),

@@ -4,9 +4,11 @@ use slate_module::Random;
 
 use super::Simulation;
 use crate::fault::{Fault, FaultySensor};
+use crate::geometry::Pose;
 use crate::laser::LaserScanner;
+use crate::positioning::Fix;
 use crate::robot::LaserDescription;
-use crate::robot_sensor::RobotSensor;
+use crate::robot_sensor::{RobotSensor, Sighting};
 use crate::sensors::Sensors;
 use crate::sonar::{Echo, SonarRing};
 use crate::workers;
@@ -23,6 +25,10 @@ impl Simulation {
         let sensors = &mut self.sensors[robot];
         sensors.sonar_display.set_faults(FaultySensor::Sonar, faults);
         sensors.laser_display.set_faults(FaultySensor::Laser, faults);
+        sensors.position_display.set_faults(FaultySensor::Position, faults);
+        sensors.orientation_display.set_faults(FaultySensor::Orientation, faults);
+        sensors.odometry_display.set_faults(FaultySensor::Odometry, faults);
+        sensors.sightings_display.set_faults(FaultySensor::RobotSensor, faults);
     }
 
     /// Measures with all sensors.
@@ -56,6 +62,31 @@ impl Simulation {
         let laser = laser.as_ref().filter(|laser| laser.last() == Some(self.now))?;
         let ranges = laser_display.show(laser.ranges(), self.now)?;
         Some((ranges, laser.description()))
+    }
+
+    /// Returns the new fix of a robot's positioning system and compass, with faults, if it is time to.
+    pub fn shown_fix(&mut self, robot: usize) -> Fix {
+        let Fix { position, orientation } = self.fix(robot);
+        let Sensors { position_display, orientation_display, .. } = &mut self.sensors[robot];
+        let now = self.now;
+        Fix {
+            position: position.and_then(|position| *position_display.show(&Some(position), now)?),
+            orientation: orientation
+                .and_then(|orientation| *orientation_display.show(&Some(orientation), now)?),
+        }
+    }
+
+    /// Returns new pose and twist (m/s, rad/s) by odometry, with faults, if any.
+    pub fn shown_odometry(&mut self, robot: usize) -> Option<(Pose, (f64, f64))> {
+        let travel = self.odometry(robot);
+        *self.sensors[robot].odometry_display.show(&Some(travel), self.now)?
+    }
+
+    /// Returns new detections of other robots, with faults, if any.
+    pub fn shown_sightings(&mut self, robot: usize) -> Option<&[Sighting]> {
+        let Sensors { robot_sensor, sightings_display, .. } = &mut self.sensors[robot];
+        let sensor = robot_sensor.as_ref().filter(|sensor| sensor.measured_at() == Some(self.now))?;
+        sightings_display.show(sensor.newest(), self.now).map(Vec::as_slice)
     }
 
     /// Returns the detector of robots, and its detections.

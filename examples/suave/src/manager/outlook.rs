@@ -94,7 +94,7 @@ pub struct ThrusterChange {
     pub failed: u32,
 }
 
-/// Percept of [`TellThrusters`].
+/// Percept of [`PassThrusters`].
 #[ports]
 pub struct ObservedThrusters {
     thrusters: Observed<ThrusterHealth>,
@@ -108,9 +108,9 @@ pub struct ThrusterMemory {
 }
 
 /// Reports thrusters that fail and recover.
-pub struct TellThrusters;
+pub struct PassThrusters;
 
-impl Analyze for TellThrusters {
+impl Analyze for PassThrusters {
     const NAME: &'static str = "tell_thrusters";
     const DOC: &'static str = "Reports thrusters that fail and recover.";
     type Observed = ObservedThrusters;
@@ -145,7 +145,7 @@ pub struct TaskChange {
     pub task: VehicleTask,
 }
 
-/// Percept of [`TellTask`].
+/// Percept of [`PassTask`].
 #[ports]
 pub struct ObservedMission {
     mission: Observed<VehicleMission>,
@@ -159,9 +159,9 @@ pub struct TaskMemory {
 }
 
 /// Reports the task of the mission.
-pub struct TellTask;
+pub struct PassTask;
 
-impl Analyze for TellTask {
+impl Analyze for PassTask {
     const NAME: &'static str = "tell_task";
     const DOC: &'static str = "Reports another task of the mission.";
     type Observed = ObservedMission;

@@ -4,7 +4,7 @@ use rustdds::{GUID, RTPSEntity};
 use serde_json::json;
 use slate_blackboard::interface::Value;
 use slate_control::ControlSurface;
-use slate_record::ros::Schema;
+use slate_record::ros::{Schema, encode_json};
 
 use super::{NodeTopic, write};
 use crate::error::RosError;
@@ -60,7 +60,7 @@ impl LogTopic {
             "name": name,
             "msg": text("text"),
         });
-        self.schema.encode(&message).map_err(|error| error.to_string())
+        encode_json(&self.schema, &message).map_err(|error| error.to_string())
     }
 }
 

@@ -74,7 +74,7 @@ impl NodeTopics {
         Ok(Self { topics, told: Vec::new() })
     }
 
-    /// Whether there is none.
+    /// Whether no topic is to be published.
     pub fn is_empty(&self) -> bool {
         self.topics.is_empty()
     }

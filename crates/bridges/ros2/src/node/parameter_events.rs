@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rustdds::{GUID, RTPSEntity};
 use serde_json::{Value as Json, json};
 use slate_control::ControlSurface;
-use slate_record::ros::Schema;
+use slate_record::ros::{Schema, encode_json};
 
 use super::{NodeTopic, write};
 use crate::error::RosError;
@@ -81,7 +81,7 @@ impl NodeTopic for ParameterEvents {
             "changed_parameters": changed,
             "deleted_parameters": deleted,
         });
-        write(&self.writer, self.schema.encode(&event).map_err(|error| error.to_string())?, TOPIC)
+        write(&self.writer, encode_json(&self.schema, &event).map_err(|error| error.to_string())?, TOPIC)
     }
 
     fn guids(&self) -> Vec<GUID> {

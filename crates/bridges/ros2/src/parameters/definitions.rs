@@ -1,6 +1,6 @@
 //! Services and messages of `rcl_interfaces`.
 
-use crate::services::ServiceType;
+use crate::service_type::ServiceType;
 
 /// Name in the node, type, and what it does.
 pub const SERVICES: [(&str, &str, ParameterService); 6] = [
@@ -84,7 +84,7 @@ string[] prefixes
 /// The type of a service of parameters.
 ///
 /// # Errors
-/// In words, when it is none.
+/// The kind is unknown.
 pub fn service_type(kind: &str) -> Result<ServiceType, String> {
     let found = DEFINITIONS.iter().find(|(known, _)| *known == kind);
     let (_, definition) = found.ok_or_else(|| "it is no service of parameters".to_owned())?;

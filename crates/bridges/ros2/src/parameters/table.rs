@@ -134,12 +134,8 @@ impl NodeParameter {
             return json!({ "type": NOT_SET });
         }
         let value = serde_json::to_value(&self.value).unwrap_or_default();
-        let value = match value {
-            // What JSON has no number for.
-            Json::Null => json!({ "type": self.kind }),
-            value => json!({ "type": self.kind, FIELDS[usize::from(self.kind)]: value }),
-        };
-        value
+        // JSON has no infinities and no NaN: they become null.
+        json!({ "type": self.kind, FIELDS[usize::from(self.kind)]: value })
     }
 
     /// A `rcl_interfaces/msg/ParameterDescriptor`.

@@ -12,9 +12,9 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::{ABANDONED, Answer, Receiver};
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
+use slate_record::ros::encode_json;
 use slate_runtime::Composer;
 
-use super::ServiceCall;
 use super::fit::{FieldPairs, bytes, json, outbox};
 use super::server::QUALITY;
 use crate::error::RosError;
@@ -23,6 +23,7 @@ use crate::matches::{Matches, OwnEndpoint};
 use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
 use crate::raw::RawMessage;
+use crate::service_settings::ServiceCall;
 
 /// How often it is looked for messages.
 const LOOK: Duration = Duration::from_millis(5);
@@ -73,7 +74,7 @@ impl ServiceClient {
         (self.reader.guid(), self.writer.guid())
     }
 
-    /// Both, for what is told of them.
+    /// GUID, topic and type of both, for matching.
     pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
         let ServiceCall { service, of, .. } = &self.call;
         let endpoint = |topic: String, message: String, is_reader| OwnEndpoint {
@@ -134,7 +135,8 @@ impl ServiceClient {
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     fn ask(&self, value: &Json, context: &CallContext, wake: &Wake, waker: &Waker) -> Result<Answer, String> {
         let ServiceCall { service, of, timeout, .. } = &self.call;
-        let request = of.request.encode(&self.pairs.message(value)).map_err(|error| error.to_string())?;
+        let request =
+            encode_json(&of.request, &self.pairs.message(value)).map_err(|error| error.to_string())?;
         let began = Instant::now();
         let is_late = || began.elapsed() > *timeout || context.ended.load(Ordering::Acquire);
         while context.matches.count(self.writer.guid()) == 0 || context.matches.count(self.reader.guid()) == 0

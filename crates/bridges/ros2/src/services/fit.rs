@@ -5,13 +5,13 @@ use std::sync::Arc;
 use serde_json::{Map, Value as Json};
 use slate_blackboard::interface::{Descriptor, View, edit};
 use slate_blackboard::{Carrier, Property, Shape};
-use slate_record::ros::Schema;
+use slate_record::ros::{Schema, encode_json};
 use slate_runtime::Composer;
 
-use super::{ServiceCall, ServiceOffer};
-use crate::check::whole_input;
 use crate::error::{RosError, TopicMisfit};
+use crate::service_settings::{ServiceCall, ServiceOffer};
 use crate::settings::RosSettings;
+use crate::whole_input::whole_input;
 
 /// A field of an interface that only fills up.
 const RESERVED: &str = "reserved";
@@ -80,7 +80,8 @@ pub fn json(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Json
 /// The value of an empty message.
 fn empty(message: &Schema) -> Result<Json, String> {
     let wrong = |error: slate_record::ros::Error| error.to_string();
-    let value = message.decode(&message.encode(&Json::Object(Map::new())).map_err(wrong)?).map_err(wrong)?;
+    let value =
+        message.decode(&encode_json(message, &Json::Object(Map::new())).map_err(wrong)?).map_err(wrong)?;
     serde_json::to_value(value).map_err(|error| error.to_string())
 }
 
@@ -128,7 +129,7 @@ pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<(Arc<Property>,
     let pairs = FieldPairs::new(&call.of.request, descriptor);
     let zero = vec![0; shape.bytes(0)];
     let request = pairs.message(&json(descriptor, &zero, 0));
-    let is_fit = call.of.request.encode(&request).map_err(|error| error.to_string());
+    let is_fit = encode_json(&call.of.request, &request).map_err(|error| error.to_string());
     is_fit.map_err(|reason| wrong(reason, "take a service with fields of the types of the outbox"))?;
     if let Some(input) = &call.response {
         answer_input(composer, call, input)?;

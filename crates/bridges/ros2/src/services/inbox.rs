@@ -3,7 +3,8 @@
 use serde_json::{Map, Value as Json};
 
 use super::fit::FieldPairs;
-use super::{AgentOperations, ServiceHandler, ServiceOffer};
+use super::{AgentOperations, ServiceHandler};
+use crate::service_settings::ServiceOffer;
 
 /// Sends requests to an inbox.
 pub struct InboxHandler {

@@ -9,8 +9,6 @@ mod inbox;
 mod operations;
 #[cfg(feature = "dds")]
 mod server;
-mod service_type;
-mod settings;
 #[cfg(feature = "dds")]
 mod threads;
 
@@ -21,7 +19,5 @@ pub use fit::check_services;
 pub use operations::AgentOperations;
 #[cfg(feature = "dds")]
 pub use server::{ServiceHandler, ServiceServer};
-pub use service_type::ServiceType;
-pub use settings::{ServiceCall, ServiceOffer, ServicesReader};
 #[cfg(feature = "dds")]
 pub use threads::{ServiceGroup, ServiceThreads};

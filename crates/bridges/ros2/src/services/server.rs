@@ -9,10 +9,9 @@ use rustdds::{GUID, RTPSEntity, SampleIdentity, Timestamp, WriteOptionsBuilder};
 use serde_json::Value as Json;
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
+use slate_record::ros::encode_json;
 use slate_runtime::Composer;
-use slate_runtime::recording::RecordedAgent;
 
-use super::ServiceType;
 use crate::error::RosError;
 use crate::inbound::ReaderWaker;
 use crate::matches::{Matches, OwnEndpoint};
@@ -20,6 +19,7 @@ use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
 use crate::quality::TopicQuality;
 use crate::raw::RawMessage;
+use crate::service_type::ServiceType;
 
 /// How long a thread sleeps when nothing comes.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -67,7 +67,7 @@ impl ServiceServer {
         (self.reader.guid(), self.writer.guid())
     }
 
-    /// Both, for what is told of them.
+    /// GUID, topic and type of both, for matching.
     pub fn endpoints(&self) -> [(GUID, OwnEndpoint); 2] {
         let wire = |topic, message: String| (topic, type_name(&message));
         let (requests, replies) = (
@@ -101,7 +101,7 @@ impl ServiceServer {
         let answer = request.and_then(|request| {
             let request = serde_json::to_value(request).map_err(|error| error.to_string())?;
             let response = handler.answer(place, &request);
-            self.of.response.encode(&response).map_err(|error| error.to_string())
+            encode_json(&self.of.response, &response).map_err(|error| error.to_string())
         });
         let answer = answer.and_then(|message| self.reply(identity, message, context));
         match answer {
@@ -165,7 +165,7 @@ pub fn serve(mut servers: Vec<ServiceServer>, mut handler: Box<dyn ServiceHandle
     let waker = Waker::from(Arc::new(ReaderWaker(Arc::clone(&context.wake))));
     while !context.is_ended() {
         // A rerun sends messages after the cycle in which they came.
-        if context.composer.is_lockstep() && RecordedAgent::cycles(&context.composer) == 0 {
+        if context.composer.is_lockstep() && context.composer.cycles() == 0 {
             context.wake.wait_timeout(LOOK);
             continue;
         }

@@ -91,7 +91,7 @@ impl ServiceThreads {
         servers.chain(self.clients.iter().map(ServiceClient::guids))
     }
 
-    /// The same, for what is told of them.
+    /// GUIDs, topics and types of the same, for matching.
     pub fn endpoints(&self) -> impl Iterator<Item = (GUID, OwnEndpoint)> {
         let servers = self.groups.iter().flat_map(|group| &group.servers);
         let servers = servers.flat_map(ServiceServer::endpoints);

@@ -91,7 +91,7 @@ fn what_is_wrong_is_said_with_its_line() {
         ("read.\"driver/scan\" = { topic = \"/scan\", best_effort = true }", 3, "best_effort"),
         ("read.\"driver/scan\" = { topic = \"/scan\", reliable = 1 }", 3, "`reliable` takes true or false"),
         ("parameters = true", 3, "`parameters` takes a text"),
-        ("parameters = \"all\"", 3, "`parameters` is none, read or set, found \"all\""),
+        ("parameters = \"all\"", 3, "expected `parameters` to be none, read or set, found \"all\""),
         ("clock = \"yes\"", 3, "`clock` takes true or false"),
         ("frames.\"laser/transform\" = 1", 3, "a frame is a text, found 1"),
         ("serve.\"/on\" = \"lamp/switches\"", 3, "an entry of a service is a table, found text"),

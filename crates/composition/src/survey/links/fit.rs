@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use slate_blackboard::interface::Descriptor;
+use slate_interfaces::GateState;
 use slate_module::{Direction, Interface};
 
 use super::ends::{TargetField, sink_name, target_name};
@@ -41,6 +42,7 @@ fn interface_of(
                 Some(ports.iter().find(|port| port.name == name)?.descriptor)
             })
         }
+        LinkSource::Gate(_) => Some(GateState::DESCRIPTOR),
         LinkSource::Absent(_) => None,
         LinkSource::Remote(remote) => survey.remote[remote].property.as_ref().map(|found| found.descriptor),
         LinkSource::Host(host) => Some(host.descriptor()),
@@ -166,7 +168,9 @@ impl<'a, 's> BothEnds<'a, 's> {
             // Its kind is not known yet.
             LinkSource::Absent(_) | LinkSource::Remote(_) => self.direction == Direction::Outbox,
             LinkSource::Played(played) => self.survey.played[played].is_mailbox,
-            LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => false,
+            LinkSource::Command(_) | LinkSource::Gate(_) | LinkSource::Implied(..) | LinkSource::Host(_) => {
+                false
+            }
         }
     }
 
@@ -193,6 +197,10 @@ impl<'a, 's> BothEnds<'a, 's> {
         if matches!(self.target, LinkSource::Command(_)) && self.direction == Direction::Queue {
             let message = Mistake::PastGate.of(format!("`{to}` can't take an actuator's command"));
             return Err((self.span, message, "link a plain input to it".into()));
+        }
+        if matches!(self.target, LinkSource::Gate(_)) && self.direction == Direction::Queue {
+            let message = format!("`{to}` is a queue, and `/{name}` keeps its newest value alone");
+            return self.refuse(message, "link a plain input to it");
         }
         Ok(())
     }
@@ -245,7 +253,10 @@ impl<'a, 's> BothEnds<'a, 's> {
         let known = self.interface.is_none_or(|interface| interface.hash == self.own.hash);
         // The process of an isolated module does not see what stands for a property of another agent, or of the agent.
         let is_apart = self.surveyed().module.isolated.value
-            && matches!(self.target, LinkSource::Remote(_) | LinkSource::Host(_) | LinkSource::Played(_));
+            && matches!(
+                self.target,
+                LinkSource::Remote(_) | LinkSource::Host(_) | LinkSource::Played(_) | LinkSource::Gate(_)
+            );
         self.is_whole()
             && known
             && (!has_filter || self.direction == Direction::Queue)

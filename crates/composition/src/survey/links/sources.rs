@@ -305,7 +305,12 @@ impl<'s, 'a> LinkSources<'s, 'a> {
         self.configuration.actuators().iter().enumerate().find_map(|(index, actuator)| {
             let rest = path.strip_prefix(actuator.name.value.as_str())?.strip_prefix('/')?;
             let (name, field) = split_port(&[], rest);
-            (name == "command").then(|| TargetField::new(LinkSource::Command(index), field))
+            let target = match name {
+                "command" => LinkSource::Command(index),
+                "gate" => LinkSource::Gate(index),
+                _ => return None,
+            };
+            Some(TargetField::new(target, field))
         })
     }
 

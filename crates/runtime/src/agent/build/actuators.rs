@@ -175,6 +175,8 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
     ) -> Result<(Writer, Writer), Failed> {
         let name = &wanted.name.value;
         let (_, budget) = self.plan.demand(LinkSource::Command(index), &format!("{name}/command"));
+        let readers = self.plan.readers(LinkSource::Gate(index)).count() as u16;
+        let state_budget = Budget { latest: SPARE_READERS + readers, queues: 1, window: 1 };
         let board = &self.builder.resources.board;
         let command = board.add_channel(
             &format!("{name}/command"),
@@ -187,7 +189,7 @@ impl<'b, 'a, 's> GateBuilder<'b, 'a, 's> {
             &format!("{name}/gate"),
             "How the gate stands.",
             GateState::DESCRIPTOR,
-            Store { capacity: 0, depth: 1, budget: Budget { latest: SPARE_READERS, queues: 1, window: 1 } },
+            Store { capacity: 0, depth: 1, budget: state_budget },
             Access::Output,
         );
         if let Ok(command) = &command {

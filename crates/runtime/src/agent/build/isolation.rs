@@ -34,6 +34,7 @@ impl<'b, 'a, 's> IsolationBuilder<'b, 'a, 's> {
         let writer = match target {
             LinkSource::Port(writer, _) => Some(writer),
             LinkSource::Command(_)
+            | LinkSource::Gate(_)
             | LinkSource::Absent(_)
             | LinkSource::Implied(..)
             | LinkSource::Remote(_)

@@ -178,13 +178,16 @@ impl<'b, 'a, 's> PropertyBuilder<'b, 'a, 's> {
     }
 
     fn mailbox(&mut self, m: usize, path: &str, port: &PortDescription) -> Result<(), Failed> {
-        if self.builder.standing(m, path, port.descriptor)?.is_some() {
+        let part = slate_composition::inbox_part(port);
+        if let Some(standing) = self.builder.standing(m, path, port.descriptor)? {
+            standing.set_part(part);
             return Ok(());
         }
         let senders = self.plan.links_to(path).count() as u16 + SPARE_READERS;
         let mailbox = Mailbox::new(port.descriptor.shape(0), senders, port.window as u16 * 2);
         let added = self.builder.resources.board.add_mailbox(path, &port.doc, port.descriptor, mailbox);
-        self.builder.added(m, added).map(drop)
+        self.builder.added(m, added)?.set_part(part);
+        Ok(())
     }
 
     fn alias(&mut self, m: usize, path: &str, target: LinkSource) -> Result<(), Failed> {

@@ -12,7 +12,7 @@ use slate_module::Direction;
 use super::resources::ModuleSignals;
 use super::{BuildPlan, ModuleBuilder, new_writer};
 use slate_composition::link::{FieldPlace, Program};
-use slate_composition::{LinkConversion, LinkSource, ResolvedLink, Wire};
+use slate_composition::{Implied, LinkConversion, LinkSource, ResolvedLink, Wire};
 use slate_configuration::LinkPolicy;
 use slate_configuration::Mistake;
 use slate_engine::runner::{
@@ -100,9 +100,11 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             // Whether its values come is known like the condition of a module.
             LinkSource::Remote(remote) => Some(survey.remote[remote].path.to_string()),
             LinkSource::Played(played) => survey.played[played].module.clone(),
-            LinkSource::Port(..) | LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => {
-                None
-            }
+            LinkSource::Port(..)
+            | LinkSource::Command(_)
+            | LinkSource::Gate(_)
+            | LinkSource::Implied(..)
+            | LinkSource::Host(_) => None,
         };
         Some((property, writer))
     }
@@ -215,12 +217,29 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             triggers,
             wakes: triggers && !read.early,
             is_early: read.early,
+            is_written: is_converted
+                || self.plan.joint(m, wire).is_some_and(|joint| self.is_written(joint.target)),
             writer,
             seen: (0, 0),
             missed: 0,
             age: Arc::clone(self.builder.resources.ages.entry(path).or_default()),
         };
         Some((port, reader))
+    }
+
+    /// Whether more than the configuration and a person writes what a link leads to.
+    fn is_written(&self, target: LinkSource) -> bool {
+        match target {
+            LinkSource::Port(module, port) => {
+                self.plan.port(module, port).direction != Direction::Input
+                    || self.plan.is_converted(module, Wire::Port(port))
+            }
+            LinkSource::Implied(module, Implied::Params) => self.plan.is_converted(module, Wire::Params),
+            LinkSource::Implied(module, Implied::Enabled) => {
+                self.plan.joints(module, Wire::Enabled).next().is_some()
+            }
+            _ => true,
+        }
     }
 
     /// A source of a port that links fill, unless it goes on with its own.
@@ -417,7 +436,9 @@ impl<'b, 'a, 's> WiringBuilder<'b, 'a, 's> {
             }
             // A playback takes messages after each cycle.
             LinkSource::Played(_) => return Some(OutboxWiring { slot: p, sender: Some(sender), wake: None }),
-            LinkSource::Command(_) | LinkSource::Implied(..) | LinkSource::Host(_) => return None,
+            LinkSource::Command(_) | LinkSource::Gate(_) | LinkSource::Implied(..) | LinkSource::Host(_) => {
+                return None;
+            }
         };
         Some(OutboxWiring { slot: p, sender: Some(sender), wake: self.builder.wake_of(&receiver) })
     }

@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use slate_blackboard::{Board, BoardError, Property};
 use slate_module::{Level, Parameter, PortDescription};
 
-use super::external::{ExternalInputError, ExternalInputs, ExternalValue};
+use super::external::{ExternalInputError, ExternalInputs, ExternalValue, hand_refusal};
 use super::handle::{AgentHandle, ModuleStatus, PluginStatus, WeakHandle};
 use super::modules::ModuleAccess;
 use super::plugins::{Loaded, PluginError, PluginLoader, Reload, Reloader, ShadowRunner};
@@ -135,6 +135,11 @@ impl Composer {
     /// The port of a module at a path.
     pub fn port(&self, path: &str) -> Option<PortDescription> {
         self.agent.overview().port(path)
+    }
+
+    /// Why nobody sets an input, if it moves a robot past its gate or Knowledge alone fills it.
+    pub fn hand_refusal(&self, input: &str) -> Option<String> {
+        hand_refusal(&self.agent, input)
     }
 
     /// The plugins that are loaded, and those of the configuration that are not. During a change they are those from

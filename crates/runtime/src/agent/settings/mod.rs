@@ -156,7 +156,7 @@ impl<'c> SettingsChanger<'c> {
         let configuration = &**wired.configuration();
         let Composition { configuration: current, catalogue, assembly, .. } = &mut *composition;
         let mut diagnostics = OtherModules::of(current, configuration).refusals(changes);
-        let mut complaints = Complaints::new(configuration);
+        let mut complaints = wired.complaints();
         let survey = survey(configuration, catalogue, &mut complaints);
         check_dormant(configuration, catalogue, &assembly.last_known, &mut complaints);
         diagnostics.append(&mut complaints.diagnostics);

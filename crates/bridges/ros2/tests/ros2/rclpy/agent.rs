@@ -229,8 +229,8 @@ impl Module for Mast {
 
     fn tick(_: &mut (), io: &MastIo, _: &(), _: &Tick) -> Outcome {
         io.mount.set(Transform {
-            parent: Text::try_from("base_link").unwrap_or_default(),
-            child: Text::try_from("mast").unwrap_or_default(),
+            parent: Text::from("base_link"),
+            child: Text::from("mast"),
             translation: Position { x: 0.0, y: 0.0, z: 1.25 },
             rotation: Quaternion::IDENTITY,
             fixed: true.into(),
@@ -248,7 +248,7 @@ pub fn plugins() -> Vec<Plugin> {
         Plugin::linked::<Lamp>(),
         Plugin::linked::<Asker>(),
         Plugin::linked::<Mast>(),
-        Plugin::linked::<slate_mapping::Frame>(),
+        Plugin::linked::<slate_mapping::ExternalFrame>(),
     ]
 }
 

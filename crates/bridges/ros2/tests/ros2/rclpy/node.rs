@@ -70,8 +70,8 @@ fn a_clock_needs_a_simulation() {
 fn frames_come_from_two_static_writers_and_a_moving_one() {
     alone("ros2::rclpy::node::frames_come_from_two_static_writers_and_a_moving_one", |domain| {
         let text = format!(
-            "agent.name = \"house\"\nloop.period = \"10ms\"\n[modules.laser]\nkind = \"frame\"\n[modules.camera]\nkind = \"frame\"\n\
-             [modules.base]\nkind = \"frame\"\n[modules.mast]\n[ros2]\ndomain = {domain}\ntf = true\n\
+            "agent.name = \"house\"\nloop.period = \"10ms\"\n[modules.laser]\nkind = \"external_frame\"\n[modules.camera]\nkind = \"external_frame\"\n\
+             [modules.base]\nkind = \"external_frame\"\n[modules.mast]\n[ros2]\ndomain = {domain}\ntf = true\n\
              frames.\"laser/transform\" = \"laser\"\nframes.\"camera/transform\" = \"camera\"\n\
              frames.\"base/transform\" = \"base_link\"\n"
         );

@@ -7,7 +7,7 @@ use crate::settings::{NetworkInput, NetworkOutput, NetworkSettings};
 ///
 /// # Errors
 /// The first input that can't read from the network, or property that can't be published.
-pub fn check_inputs(composer: &Composer, settings: &NetworkSettings) -> Result<(), NetworkError> {
+pub fn check_properties(composer: &Composer, settings: &NetworkSettings) -> Result<(), NetworkError> {
     settings.read.iter().try_for_each(|(input, reading)| check_input(composer, input, reading))?;
     settings.write.iter().try_for_each(|output| check_output(composer, output))
 }

@@ -33,7 +33,7 @@ impl ServiceType {
     /// A service of ROS that needs no definition, such as `std_srvs/srv/SetBool`.
     ///
     /// # Errors
-    /// When it is none of those, in words.
+    /// The service needs a definition; the text lists those that don't.
     pub fn known(name: &str) -> Result<Self, String> {
         let found = KNOWN.iter().find(|(known, _)| *known == name);
         let (_, definition) = found.ok_or_else(|| {

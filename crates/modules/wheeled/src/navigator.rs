@@ -15,7 +15,7 @@ const SPREAD: f64 = 0.3;
 
 /// State of such a Plan.
 #[derive(Default, Serialize, Deserialize)]
-pub struct Journey {
+pub struct Navigator {
     /// Whether the surroundings are crowded.
     crowded: bool,
     /// Newest position.
@@ -23,16 +23,16 @@ pub struct Journey {
     /// Whether the heading is known.
     oriented: bool,
     /// Whether another robot is near.
-    #[serde(default)]
-    met: bool,
+    #[serde(default, alias = "met")]
+    is_near_robot: bool,
     /// Newest goal, and its two velocities.
-    #[serde(default)]
-    sent: Option<([f64; 2], [f64; 2])>,
+    #[serde(default, alias = "sent")]
+    goal: Option<([f64; 2], [f64; 2])>,
 }
 
-impl Journey {
+impl Navigator {
     /// Updates from percepts; returns whether the surroundings have changed.
-    pub fn notice(
+    pub fn update(
         &mut self,
         range: &Noticed<Surroundings>,
         position: &Noticed<Position>,
@@ -55,18 +55,18 @@ impl Journey {
     }
 
     /// Updates from the position of another robot; returns whether it has come near or left.
-    pub fn meet(&mut self, robot: &Noticed<Located>) -> bool {
-        let was = self.met;
+    pub fn update_other(&mut self, robot: &Noticed<Located>) -> bool {
+        let was = self.is_near_robot;
         if let Some(located) = robot.newest() {
             let near = if was { NEAR + SPREAD } else { NEAR };
-            self.met = located.seen.get() && located.range < near;
+            self.is_near_robot = located.seen.get() && located.range < near;
         }
-        was != self.met
+        was != self.is_near_robot
     }
 
     /// Sets the position to the goal on arrival: the Analyze reports steps of some centimetres only.
-    pub fn arrive(&mut self) {
-        self.position = self.sent.map(|([x, y], _)| (x, y)).or(self.position);
+    pub fn set_arrived(&mut self) {
+        self.position = self.goal.map(|([x, y], _)| (x, y)).or(self.position);
     }
 
     /// Returns whether the action has completed since the previous run of the Plan.
@@ -76,25 +76,25 @@ impl Journey {
     }
 
     /// Returns whether this is the newest goal.
-    pub fn leads_to(&self, goal: Point2) -> bool {
-        self.sent.is_some_and(|(place, _)| place == [goal.x, goal.y])
+    pub fn is_goal(&self, goal: Point2) -> bool {
+        self.goal.is_some_and(|(own, _)| own == [goal.x, goal.y])
     }
 
     /// Returns whether goal or velocities have changed since the newest action.
     pub fn is_outdated(&self, goal: Point2, speeds: [f64; 2]) -> bool {
-        self.sent.is_some_and(|sent| sent != ([goal.x, goal.y], speeds))
+        self.goal.is_some_and(|own| own != ([goal.x, goal.y], speeds))
     }
 
     /// Sends the robot to a goal, with the velocity for free or for crowded space (m/s).
-    pub fn go(&mut self, goal: Point2, speeds: [f64; 2], tolerance: f64, plan: &mut Agenda<'_>) {
-        self.sent = Some(([goal.x, goal.y], speeds));
+    pub fn send_goal(&mut self, goal: Point2, speeds: [f64; 2], tolerance: f64, plan: &mut Agenda<'_>) {
+        self.goal = Some(([goal.x, goal.y], speeds));
         let [speed, careful_speed] = speeds;
-        let speed = if self.crowded || self.met { careful_speed } else { speed };
+        let speed = if self.crowded || self.is_near_robot { careful_speed } else { speed };
         plan.replace(GoToOrigin::request(Leg { x: goal.x, y: goal.y, speed, tolerance }));
     }
 }
 
 /// Returns whether to replan the running action after a change.
-pub fn must_change(changed: bool, situation: &Situation<'_>) -> bool {
+pub fn must_replan(changed: bool, situation: &Situation<'_>) -> bool {
     changed && !situation.is_reactive() && !situation.is_idle()
 }

@@ -12,7 +12,7 @@ use super::Step;
 /// ```
 /// use serde::{Deserialize, Serialize};
 /// use slate_interfaces::Point2;
-/// use slate_mapek::{Acting, Action, ActionKind, Step, Telling};
+/// use slate_mapek::{Acting, Action, ActionKind, Step, Transmission};
 /// use slate_module::{Outbox, ports};
 ///
 /// #[ports]
@@ -21,11 +21,11 @@ use super::Step;
 ///     go: Outbox<Point2>,
 /// }
 ///
-/// /// Tells another robot to go somewhere.
+/// /// Sends another robot somewhere.
 /// #[derive(Clone, Debug, Serialize, Deserialize)]
 /// struct SendThere {
 ///     place: [f64; 2],
-///     telling: Telling,
+///     transmission: Transmission,
 /// }
 ///
 /// impl ActionKind for SendThere {
@@ -34,38 +34,39 @@ use super::Step;
 ///     type Arguments = [f64; 2];
 ///
 ///     fn start(place: [f64; 2]) -> Self {
-///         Self { place, telling: Telling::within(2.0) }
+///         Self { place, transmission: Transmission::within(2.0) }
 ///     }
 /// }
 ///
 /// impl Action<Body> for SendThere {
 ///     fn act(&mut self, acting: &Acting<'_, Body>) -> Step {
 ///         let [x, y] = self.place;
-///         self.telling.tell(&acting.body.go, Point2 { x, y }, acting.now)
+///         self.transmission.send(&acting.body.go, Point2 { x, y }, acting.now)
 ///     }
 /// }
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Telling {
+pub struct Transmission {
     /// Timeout of the answer, nanoseconds.
-    patience: u64,
+    #[serde(alias = "patience")]
+    timeout: u64,
     /// Time of the first attempt.
     since: Option<u64>,
     /// The message, once it is sent.
     sent: Option<u64>,
 }
 
-impl Telling {
+impl Transmission {
     /// Makes a message with a timeout of `seconds`, for room and answer.
     pub fn within(seconds: f64) -> Self {
         // The cast cuts off what is below a nanosecond, and takes the nearest number for what is out of range.
-        Self { patience: (seconds * 1e9) as u64, since: None, sent: None }
+        Self { timeout: (seconds * 1e9) as u64, since: None, sent: None }
     }
 
     /// Performs a step: sends the message once there is room, then polls its answer.
-    pub fn tell<T: Interface>(&mut self, outbox: &Outbox<T>, message: T, now: &Tick) -> Step {
+    pub fn send<T: Interface>(&mut self, outbox: &Outbox<T>, message: T, now: &Tick) -> Step {
         let since = *self.since.get_or_insert(now.now());
-        let is_over = now.now().saturating_sub(since) > self.patience;
+        let is_over = now.now().saturating_sub(since) > self.timeout;
         let delivery = match self.sent {
             Some(number) => outbox.delivery(number),
             None if is_over => Delivery::Lost,

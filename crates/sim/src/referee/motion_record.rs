@@ -6,26 +6,26 @@ use crate::geometry::Point;
 
 /// Path, clearance and contacts of a robot.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
-pub(super) struct Conduct {
+pub(super) struct MotionRecord {
     last: Option<Point>,
     /// Metres.
     pub length: f64,
     /// Metres.
     pub clearance: f64,
     pub collisions: u64,
-    /// Those in which it was one that moved in.
+    /// Those that it caused.
     pub caused: u64,
 }
 
-impl Default for Conduct {
+impl Default for MotionRecord {
     fn default() -> Self {
         Self { last: None, length: 0.0, clearance: f64::MAX, collisions: 0, caused: 0 }
     }
 }
 
-impl Conduct {
-    /// Adds the way to the present position, if it `counts`.
-    pub fn go_on(&mut self, truth: &Pose2, counts: bool) -> Point {
+impl MotionRecord {
+    /// Adds the path to the present position, if it `counts`.
+    pub fn add_position(&mut self, truth: &Pose2, counts: bool) -> Point {
         let place = Point::new(truth.x, truth.y);
         if let Some(last) = self.last.replace(place)
             && counts
@@ -36,7 +36,7 @@ impl Conduct {
     }
 
     /// Adds clearance and contacts.
-    pub fn watch(&mut self, robot: &str, clearance: &Clearance, contacts: &Queue<Contacts>) {
+    pub fn add_contacts(&mut self, robot: &str, clearance: &Clearance, contacts: &Queue<Contacts>) {
         self.clearance = math::min(self.clearance, clearance.distance);
         for contacts in contacts.iter() {
             for contact in contacts.list.iter() {

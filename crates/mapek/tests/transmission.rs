@@ -18,7 +18,7 @@ pub struct Body {
 #[derive(Serialize, Deserialize)]
 pub struct SendThere {
     place: (f64, f64),
-    telling: Telling,
+    transmission: Transmission,
 }
 
 impl ActionKind for SendThere {
@@ -26,34 +26,34 @@ impl ActionKind for SendThere {
     type Arguments = (f64, f64);
 
     fn start(place: (f64, f64)) -> Self {
-        Self { place, telling: Telling::within(0.1) }
+        Self { place, transmission: Transmission::within(0.1) }
     }
 }
 
 impl Action<Body> for SendThere {
     fn act(&mut self, acting: &Acting<'_, Body>) -> Step {
         let (x, y) = self.place;
-        self.telling.tell(&acting.body.go, Point2 { x, y }, acting.now)
+        self.transmission.send(&acting.body.go, Point2 { x, y }, acting.now)
     }
 }
 
 /// As [`SendThere`], where others fill the outbox in every cycle.
 #[derive(Serialize, Deserialize)]
-pub struct SendInCrowd(Telling);
+pub struct SendInCrowd(Transmission);
 
 impl ActionKind for SendInCrowd {
     const KIND: &'static str = "SendInCrowd";
     type Arguments = ();
 
     fn start((): ()) -> Self {
-        Self(Telling::within(0.1))
+        Self(Transmission::within(0.1))
     }
 }
 
 impl Action<Body> for SendInCrowd {
     fn act(&mut self, acting: &Acting<'_, Body>) -> Step {
         while acting.body.go.send(Point2::default()) {}
-        self.0.tell(&acting.body.go, Point2 { x: 9.0, y: 0.0 }, acting.now)
+        self.0.send(&acting.body.go, Point2 { x: 9.0, y: 0.0 }, acting.now)
     }
 }
 

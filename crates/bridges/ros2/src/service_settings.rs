@@ -6,9 +6,9 @@ use serde_json::{Map, Value as Json};
 use slate_module::parse_duration;
 use slate_runtime::configuration::{Span, Spanned, Table, Value};
 
-use super::ServiceType;
 use crate::name::NodeName;
-use crate::settings::RosSettingsReader;
+use crate::service_type::ServiceType;
+use crate::table_reader::TableReader;
 
 /// How long an answer is waited for, unless said.
 const TIMEOUT: Duration = Duration::from_secs(5);
@@ -50,13 +50,13 @@ pub struct ServiceCall {
 }
 
 /// Reads both tables.
-pub struct ServicesReader<'r, 'c> {
-    reader: &'r mut RosSettingsReader<'c>,
+pub struct ServicesReader<'r> {
+    reader: &'r mut dyn TableReader,
     node: &'r NodeName,
 }
 
-impl<'r, 'c> ServicesReader<'r, 'c> {
-    pub fn new(reader: &'r mut RosSettingsReader<'c>, node: &'r NodeName) -> Self {
+impl<'r> ServicesReader<'r> {
+    pub fn new(reader: &'r mut dyn TableReader, node: &'r NodeName) -> Self {
         Self { reader, node }
     }
 
@@ -124,7 +124,7 @@ impl<'r, 'c> ServicesReader<'r, 'c> {
 
     fn service_type(&mut self, own: &Table, span: Span, help: &str) -> Option<ServiceType> {
         if own.get("type").is_none() {
-            self.reader.add(span, "an entry lacks `type`", help);
+            self.reader.add(span, "an entry lacks `type`".into(), help);
         }
         let (name, span) = self.reader.text(own, "type", help)?;
         let definition =

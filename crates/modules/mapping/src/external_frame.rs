@@ -5,7 +5,7 @@ use slate_module::prelude::*;
 
 /// Transform in, transform out.
 #[ports]
-pub struct FrameIo {
+pub struct ExternalFrameIo {
     /// Transform from outside, such as one of `/tf` of ROS.
     transform: Input<Transform>,
     /// The same, which the frame tree has.
@@ -13,15 +13,15 @@ pub struct FrameIo {
 }
 
 /// Brings the transform of a frame from outside into the frame tree.
-pub struct Frame;
+pub struct ExternalFrame;
 
 #[module(stage = SensorAcquire)]
-impl Module for Frame {
-    type Io = FrameIo;
+impl Module for ExternalFrame {
+    type Io = ExternalFrameIo;
     type Params = ();
     type State = ();
 
-    fn tick(_: &mut (), io: &FrameIo, _: &(), _: &Tick) -> Outcome {
+    fn tick(_: &mut (), io: &ExternalFrameIo, _: &(), _: &Tick) -> Outcome {
         if let Some(transform) = io.transform.updated() {
             io.frame.set(*transform);
         }

@@ -1,0 +1,122 @@
+//! A property of an agent to a program of Zenoh in another process, beside Zenoh alone. The time goes from before the value is
+//! handed over until a thread of the other program has it, and each value waits for the one before.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use slate_control::ControlSurface;
+use slate_module::Plugin;
+use slate_module::prelude::*;
+use slate_network::{AgentNetwork, NetworkSettings, TABLE};
+use slate_runtime::configuration::{Database, Options as Layers};
+use slate_runtime::{Agent, Options, Rate, RecordedTimes};
+
+use super::process::{Blob, LOST, Pair, Reader, Sender, Zenoh, add, port};
+use crate::measure::{Contest, Effort};
+use crate::table::{Role, Table};
+
+/// The word that makes the other process read an agent, its key, and the bytes in front of the value.
+pub const AGENT: &str = "zenoh-agent";
+/// The key of the property.
+pub const AGENT_KEY: &str = "slate/bench/sender/blob";
+/// Bytes of the header of CDR.
+pub const CDR_HEADER: usize = 4;
+
+const WORK: &str = "an agent to a program of Zenoh";
+
+const SIZES: [usize; 2] = [64, 1 << 20];
+
+/// The time of the next value, and its bytes.
+static TIME: AtomicU64 = AtomicU64::new(0);
+static SIZE: AtomicUsize = AtomicUsize::new(0);
+
+/// Measures all lines.
+pub fn run(effort: Effort, table: &mut Table) {
+    for size in SIZES {
+        let mut contest = Contest::new(WORK, format!("{size} B"));
+        add(&mut contest, "Slate", Role::Slate, size, effort, AgentSender::start(size));
+        let zenoh = Zenoh::start("zenoh-thread", size);
+        add(&mut contest, "zenoh, to a thread of the application", Role::Peer, size, effort, zenoh);
+        contest.run(effort, table);
+    }
+}
+
+/// The ports of a sender.
+#[ports]
+pub struct SenderIo {
+    #[capacity(1048568)]
+    blob: Output<Blob>,
+}
+
+/// Writes a value in each cycle.
+pub struct SenderModule;
+
+#[module(name = "sender", stage = Act)]
+impl Module for SenderModule {
+    type Io = SenderIo;
+    type Params = ();
+    type State = ();
+
+    fn tick(_: &mut (), io: &SenderIo, _: &(), _: &Tick) -> Outcome {
+        let items = SIZE.load(Ordering::Relaxed).saturating_sub(size_of::<u64>());
+        io.blob.write(items, |blob| blob.time = TIME.load(Ordering::Relaxed));
+        Outcome::Ok
+    }
+}
+
+/// An agent on a network.
+struct AgentSender {
+    /// Goes before the agent.
+    _network: AgentNetwork,
+    agent: Agent,
+    size: usize,
+}
+
+impl AgentSender {
+    fn start(size: usize) -> Pair {
+        let port = port();
+        let text = format!(
+            "agent.name = \"bench\"\n[log.targets]\nconsole = false\n[modules.sender]\n[network]\n\
+             listen = [\"tcp/127.0.0.1:{port}\"]\npublish = [\"sender/blob\"]\n"
+        );
+        let layers = Layers { extra_tables: vec![TABLE.into()], ..Layers::default() };
+        let database = Database::from_text("bench.toml", &text, layers).expect("it is right");
+        let times = (0..1_u64 << 20).map(|cycle| cycle * 1_000_000);
+        let options = Options {
+            time_source: Some(Box::new(RecordedTimes::new(times.collect()))),
+            rate: Rate::Max,
+            ..Options::default()
+        };
+        let agent = Agent::load_with(&database, &[Plugin::linked::<SenderModule>()], options);
+        let agent = agent.expect("it is right");
+        let surface = Arc::new(ControlSurface::new(&agent).expect("the agent can be reached"));
+        let settings = NetworkSettings::of(&database.current()).ok().flatten().expect("it is right");
+        let network = AgentNetwork::start(&surface, &settings).expect("it can listen");
+        let reader = Reader::start(AGENT, &port.to_string(), size);
+        let mut sender = Self { _network: network, agent, size };
+        // The first value that comes says that the reader was found.
+        let begin = Instant::now();
+        loop {
+            sender.send(&crate::machine::now().to_ne_bytes());
+            thread::sleep(Duration::from_millis(50));
+            if reader.has_come() {
+                break;
+            }
+            assert!(begin.elapsed() < LOST, "the subscriber is found");
+        }
+        thread::sleep(Duration::from_millis(300));
+        while reader.has_come() {}
+        (Box::new(sender), reader)
+    }
+}
+
+impl Sender for AgentSender {
+    fn send(&mut self, bytes: &[u8]) {
+        SIZE.store(self.size, Ordering::Relaxed);
+        let time = bytes.first_chunk().map_or(0, |first| u64::from_ne_bytes(*first));
+        TIME.store(time, Ordering::Relaxed);
+        assert!(self.agent.step(), "its times have not ended");
+    }
+}

@@ -1,0 +1,192 @@
+//! What moves a robot comes from its own gate, and so from its own Execute where it has blocks.
+
+use slate_configuration::{Configuration, Message, Mistake};
+use slate_module::{Direction, PortDescription};
+
+use super::block::{ACTUATION, Block, COMMAND, Provenance};
+use super::names::{split_module, split_port};
+use super::origins::ValueOrigin;
+use super::{LinkSource, ResolvedLink, Survey, Wire, commander, scope};
+
+/// A port that moves a robot.
+struct Actuated<'s> {
+    /// The robot; nothing when neither the module nor the port is named after one, so that it may be any.
+    robot: Option<&'s str>,
+    /// Whether that robot, or what is of no robot and so may be its, has blocks that decide.
+    decides: bool,
+    /// Whether blocks of its name are among these.
+    has_own_blocks: bool,
+    /// Whether only its gate may command it: it has blocks that decide, or a gate for such commands.
+    is_guarded: bool,
+}
+
+impl<'s> Actuated<'s> {
+    /// Nothing for a port that moves no robot.
+    fn of(
+        configuration: &'s Configuration,
+        survey: &'s Survey<'_>,
+        (module, port): (usize, usize),
+    ) -> Option<Self> {
+        let description = &survey.modules[module].description.ports[port];
+        if !matches!(description.role.as_str(), COMMAND | ACTUATION) {
+            return None;
+        }
+        let robot = robot_of(configuration, survey, module, description);
+        // What is of no robot may be any robot's.
+        let may_be_of = |other: &str| robot.is_none_or(|robot| other == robot || other.is_empty());
+        let mut modules = survey.modules.iter().map(|surveyed| scope(&surveyed.module.name.value));
+        let decides = modules.any(|robot| may_be_of(robot) && commander::decides(survey, robot));
+        let gates = configuration.actuators().iter().enumerate();
+        let mut gates = gates.filter(|(_, gate)| may_be_of(scope(&gate.name.value)));
+        let carries = |gate: usize| {
+            let interface = gate_interface(configuration, survey, gate);
+            interface.is_none_or(|interface| interface == description.descriptor.hash)
+        };
+        let is_guarded = description.role == COMMAND || decides || gates.any(|(gate, _)| carries(gate));
+        let has_own_blocks = robot.is_some_and(|robot| commander::decides(survey, robot));
+        Some(Self { robot, decides, has_own_blocks, is_guarded })
+    }
+
+    /// Whether a gate or an Actuator of such a robot, of none, or of another agent, may command it.
+    fn is_moved_by(&self, robot: Option<&str>) -> bool {
+        match (self.robot, robot) {
+            (Some(own), Some(other)) => own == other || other.is_empty() && !self.has_own_blocks,
+            _ => true,
+        }
+    }
+
+    fn name(&self) -> String {
+        self.robot.map_or("a robot".into(), |robot| format!("robot `{robot}`"))
+    }
+
+    fn help(&self) -> String {
+        let gate = self.robot.map_or("robot/wheels".into(), |robot| format!("{robot}/wheels"));
+        format!(
+            "link it to its gate, such as \"/{gate}/command\", or to an Actuator behind it; a person drives by teleoperation"
+        )
+    }
+}
+
+/// The robot that a port moves, by the name of its module or its own.
+fn robot_of<'s>(
+    configuration: &'s Configuration,
+    survey: &'s Survey<'_>,
+    module: usize,
+    port: &'s PortDescription,
+) -> Option<&'s str> {
+    let own = scope(&survey.modules[module].module.name.value);
+    if !own.is_empty() {
+        return Some(own);
+    }
+    let modules = survey.modules.iter().map(|surveyed| scope(&surveyed.module.name.value));
+    let gates = configuration.actuators().iter().map(|actuator| scope(&actuator.name.value));
+    let is_prefix = |robot: &&str| port.name.strip_prefix(robot).is_some_and(|rest| rest.starts_with('/'));
+    let known = modules.chain(gates).filter(|robot| !robot.is_empty()).filter(is_prefix);
+    known
+        .max_by_key(|robot| robot.len())
+        .or_else(|| Some(scope(&port.name)).filter(|robot| !robot.is_empty()))
+}
+
+/// The interface of the commands that a gate takes; nothing when their modules are not loaded.
+fn gate_interface(configuration: &Configuration, survey: &Survey<'_>, gate: usize) -> Option<u64> {
+    configuration.actuators()[gate].commands.iter().find_map(|command| {
+        let path = command.value.path_in("");
+        let (module, rest) = split_module(&survey.modules, &path)?;
+        let ports = &survey.modules[module].description.ports;
+        let name = split_port(ports, rest).0;
+        ports.iter().find(|port| port.name == name).map(|port| port.descriptor.hash)
+    })
+}
+
+/// Why nobody sets the value of a port past a gate, and what to do instead.
+pub(super) fn value_refusal(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    (module, port): (usize, usize),
+) -> Option<(Message, String)> {
+    let actuated = Actuated::of(configuration, survey, (module, port)).filter(|port| port.is_guarded)?;
+    let path = survey.path(configuration, LinkSource::Port(module, port));
+    let message = format!("nobody sets `/{path}`, as it moves {} past its gate", actuated.name());
+    Some((Mistake::PastGate.of(message), actuated.help()))
+}
+
+/// Why a link that moves a robot (`path` reads `name`) is against the rules, and what to do about it.
+pub(super) fn refusal(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    joint: &ResolvedLink<'_>,
+    (path, name): (&str, &str),
+    origins: &[ValueOrigin<'_>],
+) -> Option<(String, String)> {
+    let (module, Wire::Port(port)) = joint.port else { return None };
+    let actuated = Actuated::of(configuration, survey, (module, port))?;
+    let is_actuation = survey.modules[module].description.ports[port].role == ACTUATION;
+    for origin in origins {
+        let permitted = match origin.provenance {
+            // Known once it is there, and judged then.
+            Provenance::Unknown => true,
+            Provenance::Gate | Provenance::Block(Block::Actuator) => {
+                if actuated.is_guarded && !actuated.is_moved_by(origin.robot) {
+                    let own = actuated.name();
+                    let message = format!(
+                        "{own} is moved by its own gate: `/{path}` can't read `/{name}`, of another robot"
+                    );
+                    return Some((message, actuated.help()));
+                }
+                true
+            }
+            // What an Actuator reads is in the table of blocks.
+            _ if !is_actuation => true,
+            Provenance::Block(_) => false,
+            Provenance::Module => {
+                !actuated.is_guarded
+                    || !actuated.decides && reads_gate(configuration, survey, &actuated, origin)
+            }
+            Provenance::Hand | Provenance::Health | Provenance::GateState | Provenance::Truth => {
+                !actuated.is_guarded
+            }
+        };
+        if !permitted {
+            let who = if actuated.decides { "Execute" } else { "a gate" };
+            let through = if actuated.decides { ", through their gates" } else { "" };
+            let what = origin.provenance.name();
+            let message =
+                format!("only {who} reaches actuators{through}: `/{path}` can't read `/{name}`, {what}");
+            return Some((message, actuated.help()));
+        }
+    }
+    (actuated.is_guarded && !passes_all(survey, joint)).then(|| {
+        let message = format!("`/{path}` moves {}, and its link could withhold a stop", actuated.name());
+        (message, "link it without `every` and `when`, and to the gate or the Actuator itself".into())
+    })
+}
+
+/// Whether a module is a driver behind a gate of that robot.
+fn reads_gate(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    actuated: &Actuated<'_>,
+    origin: &ValueOrigin<'_>,
+) -> bool {
+    let is_gate = |target: LinkSource| match target {
+        LinkSource::Command(gate) => {
+            actuated.is_moved_by(Some(scope(&configuration.actuators()[gate].name.value)))
+        }
+        _ => false,
+    };
+    origin.writer.is_some_and(|writer| {
+        survey.joints.iter().any(|joint| joint.port.0 == writer && is_gate(joint.target))
+    })
+}
+
+/// Whether each command passes a link, also the safe one of a stop.
+fn passes_all(survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> bool {
+    let is_input = match joint.target {
+        LinkSource::Port(module, port) => {
+            let port = &survey.modules[module].description.ports[port];
+            matches!(port.direction, Direction::Input | Direction::Queue)
+        }
+        _ => false,
+    };
+    joint.filter.is_none() && !is_input
+}

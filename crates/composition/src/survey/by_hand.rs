@@ -1,0 +1,46 @@
+//! Values that a person, the configuration or a program outside sets, and the inputs that are not theirs to set.
+
+use slate_configuration::{Configuration, Message};
+
+use super::names::{split_module, split_port};
+use super::{Survey, actuation, known};
+use crate::complaints::Complaints;
+
+/// Reports values of inputs that nobody sets.
+pub(super) fn check_values<'a>(
+    configuration: &'a Configuration,
+    survey: &Survey<'a>,
+    complaints: &mut Complaints<'a>,
+) {
+    for (module, surveyed) in survey.modules.iter().enumerate() {
+        for port in surveyed.inputs.keys() {
+            let Some((message, help)) = refusal(configuration, survey, (module, *port)) else { continue };
+            let name = surveyed.description.ports[*port].name.as_str();
+            let place = surveyed.module.inputs.iter().find(|(own, _)| *own == name);
+            complaints.add(place.map_or(surveyed.module.name.span, |(_, entry)| entry.key), message, help);
+        }
+    }
+}
+
+/// Why nobody sets the value of an input, and what to do instead.
+fn refusal(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    port: (usize, usize),
+) -> Option<(Message, String)> {
+    actuation::value_refusal(configuration, survey, port)
+        .or_else(|| known::value_refusal(configuration, survey, port))
+}
+
+/// Why nobody sets the value of the input at a path, and what to do instead.
+pub fn hand_refusal(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    path: &str,
+) -> Option<(Message, String)> {
+    let (module, rest) = split_module(&survey.modules, path)?;
+    let ports = &survey.modules[module].description.ports;
+    let name = split_port(ports, rest).0;
+    let port = ports.iter().position(|port| port.name == name)?;
+    refusal(configuration, survey, (module, port))
+}

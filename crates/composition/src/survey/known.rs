@@ -1,0 +1,85 @@
+//! Inputs that Knowledge alone fills: what it has for a reflex, such as its rules, and the RobotModel.
+
+use slate_blackboard::interface::{Descriptor, Kind};
+use slate_configuration::{Configuration, Message, Mistake};
+use slate_module::Direction;
+
+use super::block::{Block, Provenance};
+use super::origins::ValueOrigin;
+use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
+
+/// Name of the interface of a robot's model.
+const ROBOT_MODEL: &str = "RobotModel";
+
+/// Whether an interface is the model of a robot, or has it as a field.
+fn has_robot_model(descriptor: &Descriptor) -> bool {
+    let is_model = |kind: &Kind| matches!(kind, Kind::Nested(nested) if nested.name == ROBOT_MODEL);
+    descriptor.name == ROBOT_MODEL || descriptor.fields.iter().any(|field| is_model(&field.kind))
+}
+
+/// The output of its robot's Knowledge that an input of a block is for, as its type says.
+pub(super) fn known_output(survey: &Survey<'_>, (module, port): (usize, usize)) -> Option<String> {
+    let surveyed = &survey.modules[module];
+    let own = &surveyed.description.ports[port];
+    let is_model = has_robot_model(own.descriptor);
+    let is_for_knowledge = match Block::of(&surveyed.description) {
+        Some(Block::Reactive) => true,
+        None | Some(Block::Knowledge) => false,
+        Some(_) => is_model,
+    };
+    if own.direction != Direction::Input || !is_for_knowledge {
+        return None;
+    }
+    let fits = |descriptor: &Descriptor| {
+        descriptor.hash == own.descriptor.hash || is_model && has_robot_model(descriptor)
+    };
+    let robot = scope(&surveyed.module.name.value);
+    let mut knowledge = survey.modules.iter().filter(|other| {
+        scope(&other.module.name.value) == robot && Block::of(&other.description) == Some(Block::Knowledge)
+    });
+    knowledge.find_map(|knowledge| {
+        let mut ports = knowledge.description.ports.iter();
+        let output = ports.find(|port| port.direction == Direction::Output && fits(port.descriptor))?;
+        Some(format!("{}/{}", knowledge.module.name.value, output.name))
+    })
+}
+
+fn help(path: &str, output: &str) -> String {
+    format!(
+        "link it, \"/{path}\" = \"/{output}\", and change that by the parameters of Knowledge, which checks them"
+    )
+}
+
+/// Why nobody sets the value of an input that Knowledge fills, and what to do instead.
+pub(super) fn value_refusal(
+    configuration: &Configuration,
+    survey: &Survey<'_>,
+    (module, port): (usize, usize),
+) -> Option<(Message, String)> {
+    let output = known_output(survey, (module, port))?;
+    let path = survey.path(configuration, LinkSource::Port(module, port));
+    let message = format!("nobody sets `/{path}` past Knowledge: `/{output}` has it");
+    Some((Mistake::Attachment.of(message), help(&path, &output)))
+}
+
+/// Why an input that Knowledge fills (`path`) can't read `name`, and what to do about it.
+pub(super) fn refusal(
+    survey: &Survey<'_>,
+    joint: &ResolvedLink<'_>,
+    (path, name): (&str, &str),
+    origins: &[ValueOrigin<'_>],
+) -> Option<(String, String)> {
+    let (module, Wire::Port(port)) = joint.port else { return None };
+    let output = known_output(survey, (module, port))?;
+    let descriptor = survey.modules[module].description.ports[port].descriptor;
+    let is_wrong = |origin: &ValueOrigin<'_>| match origin.provenance {
+        Provenance::Block(Block::Knowledge) | Provenance::Unknown => false,
+        // A reflex may measure what Knowledge has, too.
+        Provenance::Block(Block::Sensor) => has_robot_model(descriptor),
+        _ => true,
+    };
+    let wrong = origins.iter().find(|origin| is_wrong(origin))?;
+    let what = wrong.provenance.name();
+    let message = format!("nobody fills `/{path}` past Knowledge: it can't read `/{name}`, {what}");
+    Some((message, help(path, &output)))
+}

@@ -1,0 +1,141 @@
+//! Where the value of a link comes from, through the inputs of other modules.
+
+use std::collections::BTreeSet;
+
+use slate_configuration::Configuration;
+use slate_module::Direction;
+
+use super::block::{Block, Provenance, is_fact};
+use super::names::{split_module, split_port};
+use super::{Implied, LinkSource, ResolvedLink, Survey, Wire, scope};
+
+/// Origin of a link's value.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ValueOrigin<'s> {
+    pub provenance: Provenance,
+    /// The module that writes it, if one of this agent does.
+    pub writer: Option<usize>,
+    /// The robot of that module or of the gate, empty for none; nothing in another agent.
+    pub robot: Option<&'s str>,
+}
+
+impl<'s> ValueOrigin<'s> {
+    fn of_module(survey: &'s Survey<'_>, provenance: Provenance, module: usize) -> Self {
+        let robot = scope(&survey.modules[module].module.name.value);
+        Self { provenance, writer: Some(module), robot: Some(robot) }
+    }
+
+    fn elsewhere(provenance: Provenance) -> Self {
+        Self { provenance, writer: None, robot: None }
+    }
+}
+
+/// Origins of a link's value.
+pub(super) fn origins<'s>(
+    configuration: &'s Configuration,
+    survey: &'s Survey<'_>,
+    joint: &ResolvedLink<'_>,
+) -> Vec<ValueOrigin<'s>> {
+    let mut found = Vec::new();
+    if let Some(knowledge) = fact_of(configuration, survey, joint) {
+        found.push(ValueOrigin::of_module(survey, Provenance::Block(Block::Knowledge), knowledge));
+        return found;
+    }
+    collect(configuration, survey, (joint.target, &joint.from), &mut BTreeSet::new(), &mut found);
+    found
+}
+
+/// Adds what writes a source: the sources of its own links, for an input, a parameter or a switch.
+fn collect<'s>(
+    configuration: &'s Configuration,
+    survey: &'s Survey<'_>,
+    (target, field): (LinkSource, &str),
+    seen: &mut BTreeSet<(usize, Wire, String)>,
+    found: &mut Vec<ValueOrigin<'s>>,
+) {
+    let (module, wire) = match target {
+        LinkSource::Port(module, port) => {
+            let description = &survey.modules[module].description;
+            let own = &description.ports[port];
+            if !matches!(own.direction, Direction::Input | Direction::Queue) {
+                found.push(ValueOrigin::of_module(survey, Provenance::of_port(description, own), module));
+                return;
+            }
+            (module, Wire::Port(port))
+        }
+        LinkSource::Implied(module, Implied::Params) => (module, Wire::Params),
+        LinkSource::Implied(module, Implied::Enabled) => (module, Wire::Enabled),
+        LinkSource::Implied(module, Implied::State | Implied::Timing | Implied::Histogram) => {
+            found.push(ValueOrigin::of_module(survey, Provenance::Health, module));
+            return;
+        }
+        LinkSource::Host(_) => {
+            found.push(ValueOrigin::elsewhere(Provenance::Health));
+            return;
+        }
+        LinkSource::Command(actuator) => {
+            let robot = scope(&configuration.actuators()[actuator].name.value);
+            found.push(ValueOrigin { robot: Some(robot), ..ValueOrigin::elsewhere(Provenance::Gate) });
+            return;
+        }
+        LinkSource::Gate(actuator) => {
+            let robot = scope(&configuration.actuators()[actuator].name.value);
+            found.push(ValueOrigin { robot: Some(robot), ..ValueOrigin::elsewhere(Provenance::GateState) });
+            return;
+        }
+        LinkSource::Remote(remote) => {
+            found.push(ValueOrigin::elsewhere(remote_origin(survey, remote)));
+            return;
+        }
+        LinkSource::Absent(_) | LinkSource::Played(_) => {
+            found.push(ValueOrigin::elsewhere(Provenance::Unknown));
+            return;
+        }
+    };
+    if !seen.insert((module, wire, field.to_owned())) {
+        return;
+    }
+    let fills = |joint: &&ResolvedLink<'_>| {
+        joint.port == (module, wire) && (wire != Wire::Params || meets(&joint.field, field))
+    };
+    let before = found.len();
+    // What a program outside fills an input with is that of a driver.
+    if configuration.external_links().iter().any(|link| link.fills(&survey.wire_path(module, wire))) {
+        found.push(ValueOrigin::of_module(survey, Provenance::Module, module));
+    }
+    for joint in survey.joints.iter().filter(fills) {
+        if let Some(knowledge) = fact_of(configuration, survey, joint) {
+            found.push(ValueOrigin::of_module(survey, Provenance::Block(Block::Knowledge), knowledge));
+        } else {
+            collect(configuration, survey, (joint.target, &joint.from), seen, found);
+        }
+    }
+    if found.len() == before {
+        found.push(ValueOrigin::elsewhere(Provenance::Hand));
+    }
+}
+
+/// The Knowledge whose fact a link reads: wherever that fact's own link leads, it is Knowledge that has it.
+fn fact_of(configuration: &Configuration, survey: &Survey<'_>, joint: &ResolvedLink<'_>) -> Option<usize> {
+    let url = &joint.link.from.value;
+    let path = url.path_in("");
+    let is_own = url.agent().is_none_or(|agent| agent == configuration.agent_name());
+    let (module, rest) = split_module(&survey.modules, &path).filter(|_| is_own)?;
+    let ports = &survey.modules[module].description.ports;
+    let name = split_port(ports, rest).0;
+    ports.iter().any(|port| port.name == name && is_fact(port)).then_some(module)
+}
+
+/// Whether one field is in the other.
+fn meets(one: &str, other: &str) -> bool {
+    slate_blackboard::is_within(one, other) || slate_blackboard::is_within(other, one) || other.is_empty()
+}
+
+/// Provenance of a property of another agent.
+fn remote_origin(survey: &Survey<'_>, remote: usize) -> Provenance {
+    let remote = &survey.remote[remote];
+    if remote.path.agent == slate_configuration::TEAM {
+        return Provenance::Block(Block::Knowledge);
+    }
+    remote.property.as_ref().map_or(Provenance::Unknown, |property| Provenance::of_part(&property.part))
+}

@@ -1,0 +1,101 @@
+//! Blocks that are switched off although their robot does nothing without them.
+
+use slate_configuration::{Configuration, Diagnostic};
+use slate_module::Direction;
+
+use super::block::{ACTUATOR_STATUS, Block, MEASUREMENT, PLAN};
+use super::commander::commands_actuator;
+use super::{LinkSource, Survey, Wire, scope};
+
+/// Warnings of blocks that the configuration switches off and that nothing switches on.
+pub fn switched_off(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    let mut found = Vec::new();
+    for (module, surveyed) in survey.modules.iter().enumerate() {
+        if surveyed.module.enabled.value || is_switched(survey, module) {
+            continue;
+        }
+        let name = &surveyed.module.name.value;
+        let Some(lack) = lack(configuration, survey, module) else { continue };
+        let message = format!("`{name}` is switched off: {lack}");
+        let help = format!("set `enabled = true` of `{name}`, or remove it");
+        found.push(configuration.diagnostic(surveyed.module.enabled.span, message, Some(help)));
+    }
+    found
+}
+
+/// Whether a link switches a module on and off.
+fn is_switched(survey: &Survey<'_>, module: usize) -> bool {
+    survey.joints.iter().any(|joint| joint.port == (module, Wire::Enabled))
+}
+
+/// What a robot lacks without a module; nothing for those that it may go without.
+fn lack(configuration: &Configuration, survey: &Survey<'_>, module: usize) -> Option<String> {
+    let surveyed = &survey.modules[module];
+    let robot = scope(&surveyed.module.name.value);
+    if robot.is_empty() {
+        return None;
+    }
+    match Block::of(&surveyed.description)? {
+        Block::Execute if commands_actuator(configuration, survey, module) => {
+            Some(format!("nothing commands the actuators of robot `{robot}`"))
+        }
+        Block::Plan => {
+            let execute = receivers(survey, module).find(|execute| {
+                commands_actuator(configuration, survey, *execute)
+                    && !senders(survey, *execute).any(|plan| survey.modules[plan].module.enabled.value)
+            })?;
+            let execute = &survey.modules[execute].module.name.value;
+            Some(format!("`{execute}` gets no plan, and only reflexes move robot `{robot}`"))
+        }
+        Block::Actuator => {
+            let driver = readers(survey, module).next()?;
+            Some(format!("no command reaches `{driver}`"))
+        }
+        Block::Sensor if readers(survey, module).next().is_some() => {
+            Some(format!("robot `{robot}` lacks its measurements"))
+        }
+        Block::Knowledge if readers(survey, module).next().is_some() => {
+            Some(format!("robot `{robot}` has no Knowledge"))
+        }
+        _ => None,
+    }
+}
+
+/// Inputs of enabled modules that read a module.
+fn readers<'s>(survey: &'s Survey<'_>, module: usize) -> impl Iterator<Item = String> + 's {
+    let reads = survey.joints.iter().filter(move |joint| {
+        let own = &survey.modules[module].description;
+        // A Sensor's measurement, an Actuator's command, and whatever another block writes.
+        matches!(joint.target, LinkSource::Port(source, port) if source == module
+            && own.ports[port].role != ACTUATOR_STATUS
+            && (own.ports[port].role == MEASUREMENT || Block::of(own) != Some(Block::Sensor)))
+    });
+    let is_enabled = |reader: usize| survey.modules[reader].module.enabled.value;
+    reads
+        .filter(move |joint| is_enabled(joint.port.0))
+        .map(|joint| survey.wire_path(joint.port.0, joint.port.1))
+}
+
+/// Modules that take the plans of a Plan.
+fn receivers<'s>(survey: &'s Survey<'_>, plan: usize) -> impl Iterator<Item = usize> + 's {
+    let own = survey.joints.iter().filter(move |joint| joint.port.0 == plan);
+    own.filter_map(|joint| match joint.target {
+        LinkSource::Port(receiver, inbox)
+            if survey.modules[receiver].description.ports[inbox].role == PLAN =>
+        {
+            Some(receiver)
+        }
+        _ => None,
+    })
+}
+
+/// Modules that send plans to an Execute.
+fn senders<'s>(survey: &'s Survey<'_>, execute: usize) -> impl Iterator<Item = usize> + 's {
+    survey.joints.iter().filter_map(move |joint| {
+        let (sender, Wire::Port(port)) = joint.port else { return None };
+        let own = &survey.modules[sender].description.ports[port];
+        let sends = own.direction == Direction::Outbox && own.role == PLAN;
+        (sends && matches!(joint.target, LinkSource::Port(receiver, _) if receiver == execute))
+            .then_some(sender)
+    })
+}

@@ -1,0 +1,48 @@
+//! Ports that a bridge to other programs reads or fills, as the table of the bridge names them.
+
+use crate::{Configuration, Spanned, Table, Value};
+
+/// Tables of `[ros2]` whose keys are inputs.
+const FILLED: [&str; 2] = ["read", "frames"];
+
+/// Tables of `[ros2]` whose entries name ports, and by which keys.
+const NAMED: [(&str, &[&str]); 3] =
+    [("write", &["from"]), ("serve", &["to"]), ("call", &["from", "response"])];
+
+/// The ports of a configuration that a bridge reads or fills.
+pub struct BridgedPorts<'c>(pub &'c Configuration);
+
+impl<'c> BridgedPorts<'c> {
+    /// Whether the messages of an outbox leave the agent over a bridge.
+    pub fn is_outgoing(&self, outbox: &str) -> bool {
+        self.is_named(outbox, "call", &["from"])
+    }
+
+    /// Whether a bridge reads a port, or fills it.
+    pub fn has(&self, port: &str) -> bool {
+        FILLED.iter().any(|table| self.entries(table).any(|(key, _)| self.is_path(key, port)))
+            || NAMED.iter().any(|(table, keys)| self.is_named(port, table, keys))
+    }
+
+    fn is_named(&self, port: &str, table: &str, keys: &[&str]) -> bool {
+        let names = |entry: &Spanned<Value>| match entry.as_table() {
+            Some(own) => keys.iter().any(|key| own.get(key).is_some_and(|name| self.is_text(name, port))),
+            None => self.is_text(entry, port),
+        };
+        self.entries(table).any(|(_, entry)| names(entry))
+    }
+
+    fn entries(&self, table: &str) -> impl Iterator<Item = (&str, &Spanned<Value>)> {
+        let found =
+            self.0.table("ros2").and_then(|ros2| ros2.get(table)).and_then(|entries| entries.as_table());
+        found.into_iter().flat_map(Table::iter).map(|(key, entry)| (key, &entry.value))
+    }
+
+    fn is_text(&self, name: &Spanned<Value>, port: &str) -> bool {
+        name.as_str().is_some_and(|name| self.is_path(name, port))
+    }
+
+    fn is_path(&self, name: &str, port: &str) -> bool {
+        self.0.own_path(name).is_ok_and(|path| path == port)
+    }
+}

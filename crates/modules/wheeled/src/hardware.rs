@@ -1,0 +1,43 @@
+//! Hardware that the RobotModel of a wheeled robot describes.
+
+use slate_avoidance::SONAR;
+use slate_plugin::interfaces::{
+    Bumper, FourWheelSpeeds, LaserScan, Odometry, Orientation, Position, Sightings, SonarScan, WheelSpeeds,
+};
+use slate_plugin::module::{Hardware, HardwareDevice, HardwareDrive};
+use slate_plugin::prelude::*;
+use slate_robots::{DeviceDescription, RobotDevices};
+
+/// Hardware of a robot by its description, which the parameter `robot` of its Knowledge names.
+pub fn hardware_of(devices: RobotDevices) -> Hardware {
+    let device = |interface: &'static str| {
+        move |device: &DeviceDescription| HardwareDevice {
+            name: device.name.into(),
+            interface: interface.into(),
+            count: u32::try_from(device.count).unwrap_or(u32::MAX),
+            mount: device.mount,
+        }
+    };
+    let interface = |name: &str| match name {
+        SONAR => SonarScan::DESCRIPTOR.name,
+        "position" => Position::DESCRIPTOR.name,
+        "orientation" => Orientation::DESCRIPTOR.name,
+        "odometry" => Odometry::DESCRIPTOR.name,
+        "bumper" => Bumper::DESCRIPTOR.name,
+        "laser" => LaserScan::DESCRIPTOR.name,
+        _ => Sightings::DESCRIPTOR.name,
+    };
+    let wheels = match devices.drive.is_skid_steer {
+        true => FourWheelSpeeds::DESCRIPTOR.name,
+        false => WheelSpeeds::DESCRIPTOR.name,
+    };
+    let sensors = devices.sensors.iter().map(|sensor| device(interface(sensor.name))(sensor));
+    Hardware {
+        ports: String::new(),
+        setting: "params.robot".into(),
+        drive: Some(HardwareDrive { wheel_radius: devices.drive.wheel_radius, track: devices.drive.track }),
+        sensors: sensors.collect(),
+        actuators: devices.actuators.iter().map(device(wheels)).collect(),
+        robot: devices.name,
+    }
+}

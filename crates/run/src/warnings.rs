@@ -1,0 +1,48 @@
+//! The newest warnings of a run, by module.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use slate_module::Level;
+use slate_runtime::log::{LogTarget, Record};
+
+/// How many of them the end of a run tells.
+const TOLD: usize = 3;
+
+/// A warning or an error of a module.
+#[derive(Clone)]
+pub struct RunWarning {
+    pub module: Arc<str>,
+    /// The agent's time, nanoseconds.
+    pub time: u64,
+    pub text: String,
+}
+
+/// Target of the log that keeps the newest warning or error of each module.
+#[derive(Clone, Default)]
+pub struct Warnings {
+    kept: Arc<Mutex<BTreeMap<Arc<str>, RunWarning>>>,
+}
+
+impl Warnings {
+    /// Returns the newest ones, oldest first.
+    pub fn newest(&self) -> Vec<RunWarning> {
+        let mut all: Vec<_> = self.kept().values().cloned().collect();
+        all.sort_by_key(|warning| warning.time);
+        all.split_off(all.len().saturating_sub(TOLD))
+    }
+
+    fn kept(&self) -> MutexGuard<'_, BTreeMap<Arc<str>, RunWarning>> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl LogTarget for Warnings {
+    fn write(&mut self, record: &Record) {
+        if matches!(record.level, Level::Warn | Level::Error) {
+            let module = Arc::clone(&record.module);
+            let warning = RunWarning { module, time: record.time, text: record.message() };
+            self.kept().insert(Arc::clone(&record.module), warning);
+        }
+    }
+}
