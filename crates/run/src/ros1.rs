@@ -5,6 +5,9 @@ use slate_runtime::configuration::{Configuration, Report};
 
 #[cfg(feature = "ros1")]
 mod built_in {
+    use std::sync::Arc;
+
+    use slate_control::ControlSurface;
     use slate_ros1::{Ros1Bridge, Ros1Settings, check_topics};
 
     use super::{Agent, Configuration, Report};
@@ -14,11 +17,11 @@ mod built_in {
     pub struct Ros1Run(Ros1Bridge);
 
     impl Ros1Run {
-        /// Registers with the master, if a link names a topic; nothing is sent or set yet.
-        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+        /// Registers with the master that a configuration names, if it names ROS 1; nothing is sent or set yet.
+        pub fn open(agent: &Agent, surface: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
             let configuration = agent.configuration();
             let Some(settings) = Ros1Settings::of(&configuration)? else { return Ok(None) };
-            let bridge = Ros1Bridge::open(&agent.composer(), &settings);
+            let bridge = Ros1Bridge::open(surface, &settings);
             bridge.map(|bridge| Some(Self(bridge))).map_err(|error| error.report(&configuration))
         }
 
@@ -30,12 +33,16 @@ mod built_in {
 
     pub fn check(agent: &Agent, configuration: &Configuration) -> Result<(), Report> {
         let Some(settings) = Ros1Settings::of(configuration)? else { return Ok(()) };
-        check_topics(&agent.composer(), &settings).map_err(|misfit| misfit.report(configuration))
+        check_topics(&agent.composer(), &settings).map_err(|error| error.report(configuration))
     }
 }
 
 #[cfg(not(feature = "ros1"))]
 mod built_in {
+    use std::sync::Arc;
+
+    use slate_control::ControlSurface;
+
     use super::{Agent, Configuration, Report};
     use crate::RunError;
 
@@ -43,7 +50,7 @@ mod built_in {
     pub struct Ros1Run;
 
     impl Ros1Run {
-        pub fn open(agent: &Agent) -> Result<Option<Self>, Report> {
+        pub fn open(agent: &Agent, _: &Arc<ControlSurface>) -> Result<Option<Self>, Report> {
             check(agent, &agent.configuration()).map(|()| None)
         }
 
@@ -67,7 +74,7 @@ pub use built_in::Ros1Run;
 /// Whether an agent could be the node of ROS 1 that its configuration describes; nothing is opened.
 ///
 /// # Errors
-/// What is wrong with the table `[ros1]` or links with `ros1:`, or a property that does not fit its topic.
+/// What is wrong with the table `[ros1]`, or a property that does not fit its topic.
 pub fn check_ros1(agent: &Agent) -> Result<(), Report> {
     built_in::check(agent, &agent.configuration())
 }

@@ -80,7 +80,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let join = |settings| connect(&surface, settings, &configuration);
     let network = network_settings.as_ref().map(join).transpose()?;
     let mut bridge = RunBridge::open(&mission.agent, &surface)?;
-    let mut ros1 = Ros1Run::open(&mission.agent)?;
+    let mut ros1 = Ros1Run::open(&mission.agent, &surface)?;
     // Created last, so that a refused configuration leaves nothing behind.
     let folder = ReportFolder::of(options, &title.name, title.seed, mission.keeps_report())?;
     mission.record(folder.path());

@@ -5,45 +5,78 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use roslibrust_ros1::{NodeHandle, SubscriberAny};
+use slate_blackboard::Property;
 use slate_blackboard::wake::Wake;
+use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
-use slate_topics::{InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, TopicStatus};
+use slate_topics::{
+    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, ParameterAccess, TopicStatus,
+};
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
 use crate::error::Ros1Error;
-use crate::inbound::receive;
+use crate::frame_inputs::FrameInputs;
 use crate::message::Ros1Message;
+use crate::node_topics::NodeTopics;
 use crate::outbound::{PublishedTopic, PublishedTopics};
-use crate::settings::{Ros1Settings, SCHEME};
-use crate::topics::{input, output};
+use crate::parameters::ParameterSync;
+use crate::services::{ServiceClient, servers};
+use crate::settings::{Ros1Settings, SCHEME, TopicOutput};
+use crate::topics::{check_clock, input, output};
+use crate::wire::{NodeParts, Publication, RosNode, Subscription};
 
-/// How long the master may take for an answer.
-const MASTER: Duration = Duration::from_secs(5);
-
-/// How long the end waits for threads.
+/// How long the end waits for threads, and for the master.
 const PATIENCE: Duration = Duration::from_secs(2);
 
 /// An agent as a node of ROS 1, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct Ros1Bridge {
     composer: Composer,
+    surface: Arc<ControlSurface>,
+    node: Arc<RosNode>,
     inbound: Arc<InboundTopics>,
-    outbound: Vec<OutboundStatus>,
-    wake: Arc<Wake>,
+    /// By place among those that are read.
+    reading: Vec<Arc<Subscription>>,
+    outbound: Vec<(OutboundStatus, Arc<Publication>)>,
+    waiting: Option<WaitingParts>,
+    /// Of threads that wait.
+    wakes: Vec<Arc<Wake>>,
     ended: Arc<AtomicBool>,
-    waiting: Option<Waiting>,
     threads: Vec<JoinHandle<()>>,
     /// Its tasks receive and send; nothing when it has ended.
     network: Option<Runtime>,
 }
 
 /// What is there before the start.
-struct Waiting {
-    node: NodeHandle,
-    subscribers: Vec<(SubscriberAny, Ros1Message)>,
+struct WaitingParts {
     topics: Vec<PublishedTopic>,
+    clients: Vec<ServiceClient>,
+    node_topics: NodeTopics,
+    parameters: Option<ParameterSync>,
+}
+
+/// Inputs that the bridge fills, by place.
+#[derive(Default)]
+pub struct InputList {
+    topics: Vec<InboundTopic>,
+    /// Where their values come from.
+    sources: Vec<(Arc<Property>, String)>,
+}
+
+impl InputList {
+    /// Adds an input that a topic or service fills, and returns its place; `depth` of its values may wait.
+    pub fn add(
+        &mut self,
+        input: &str,
+        property: Arc<Property>,
+        (topic, message): (&str, &str),
+        depth: u16,
+    ) -> usize {
+        self.topics.push(InboundTopic::new(topic, message, input, &property, depth.into()));
+        self.sources.push((property, format!("{SCHEME}:{topic}")));
+        self.topics.len() - 1
+    }
 }
 
 impl std::fmt::Debug for Ros1Bridge {
@@ -58,49 +91,51 @@ impl Ros1Bridge {
     ///
     /// # Errors
     /// When a property does not fit its topic, or the master refuses or does not answer. The agent is as before then.
-    pub fn open(composer: &Composer, settings: &Ros1Settings) -> Result<Self, Ros1Error> {
-        let inputs = settings.read.iter().map(|own| input(composer, own).map(|found| (own, found)));
-        let inputs = inputs.collect::<Result<Vec<_>, _>>()?;
-        let outputs = settings.write.iter().map(|own| output(composer, own).map(|found| (own, found)));
-        let outputs = outputs.collect::<Result<Vec<_>, _>>()?;
-        let network = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
-        let connect = async {
-            let node = NodeHandle::new(&settings.master, &settings.node).await?;
-            let (mut subscribers, mut publishers) = (Vec::new(), Vec::new());
-            for (own, _) in &inputs {
-                subscribers.push(node.subscribe_any(&own.topic, own.depth.into()).await?);
-            }
-            for (own, (_, message)) in &outputs {
-                let (name, text) = (message.name(), message.definition());
-                publishers
-                    .push(node.advertise_any(&own.topic, name, text, own.depth.into(), own.latched).await?);
-            }
-            Ok::<_, roslibrust_ros1::NodeError>((node, subscribers, publishers))
-        };
-        let refused = |reason: String| Ros1Error::Master { master: settings.master.clone(), reason };
-        let connected = network.block_on(async { timeout(MASTER, connect).await });
-        let (node, subscribers, publishers) = connected
-            .map_err(|_| refused(format!("it does not answer within {} s", MASTER.as_secs())))?
-            .map_err(|error| refused(error.to_string()))?;
-        let (mut inbound, mut reading) = (Vec::new(), Vec::new());
-        for ((own, (property, message)), subscriber) in inputs.into_iter().zip(subscribers) {
-            property.set_external(&format!("{SCHEME}:{}", own.topic));
-            let depth = own.depth.into();
-            inbound.push(InboundTopic::new(&own.topic, message.name(), &own.input, &property, depth));
-            reading.push((subscriber, message));
+    pub fn open(surface: &Arc<ControlSurface>, settings: &Ros1Settings) -> Result<Self, Ros1Error> {
+        let composer = surface.agent.composer();
+        check_clock(composer, settings)?;
+        let mut list = InputList::default();
+        let mut messages = Vec::new();
+        for own in &settings.read {
+            let (property, message) = input(composer, own)?;
+            list.add(&own.input, property, (&own.topic, message.name()), own.depth);
+            messages.push(message);
         }
-        let topics = outputs.into_iter().zip(publishers).map(|((own, (property, message)), publisher)| {
-            let topic = OutboundTopic::new(&own.topic, message.name(), &own.property, property);
-            PublishedTopic { topic, message, publisher, frame: own.frame.clone(), is_told: false }
-        });
-        let topics: Vec<_> = topics.collect();
+        let topics =
+            settings.write.iter().map(|own| published(composer, own)).collect::<Result<Vec<_>, _>>()?;
+        let calls = settings.call.iter().map(|call| ServiceClient::new(composer, call, &mut list));
+        let clients = calls.collect::<Result<Vec<_>, _>>()?;
+        let frames = FrameInputs::new(composer, settings, &mut list)?;
+        let node_topics = NodeTopics::new(surface, settings)?;
+        let inbound = Arc::new(InboundTopics::new(SCHEME, composer.clone(), list.topics));
+        let reading = messages.into_iter().enumerate().map(|(at, message)| reading(&inbound, at, message));
+        let reading = reading.collect::<Result<Vec<_>, _>>()?;
+        let mut subscriptions = reading.clone();
+        if let Some(frames) = frames {
+            subscriptions.extend(frames.subscriptions(&inbound)?);
+        }
+        let publications = topics.iter().map(|own| Arc::clone(&own.publication));
+        let parts = NodeParts {
+            publications: publications.chain(node_topics.publications()).collect(),
+            subscriptions,
+            services: servers(surface, settings)?,
+            has_parameters: settings.options.parameters != ParameterAccess::None,
+        };
+        let network = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
+        let node = network.block_on(RosNode::open(settings, composer, parts));
+        let node = node.map_err(|reason| Ros1Error::Master { master: settings.master.clone(), reason })?;
+        let parameters = ParameterSync::new(surface, settings, &node)?;
+        list.sources.iter().for_each(|(property, source)| property.set_external(source));
         Ok(Self {
             composer: composer.clone(),
-            inbound: Arc::new(InboundTopics::new(SCHEME, composer.clone(), inbound)),
-            outbound: topics.iter().map(|own| own.topic.status()).collect(),
-            wake: Arc::new(Wake::new()),
+            surface: Arc::clone(surface),
+            node,
+            inbound,
+            reading,
+            outbound: topics.iter().map(|own| (own.topic.status(), Arc::clone(&own.publication))).collect(),
+            waiting: Some(WaitingParts { topics, clients, node_topics, parameters }),
+            wakes: Vec::new(),
             ended: Arc::new(AtomicBool::new(false)),
-            waiting: Some(Waiting { node, subscribers: reading, topics }),
             threads: Vec::new(),
             network: Some(network),
         })
@@ -111,47 +146,93 @@ impl Ros1Bridge {
     /// # Errors
     /// When no thread is left.
     pub fn start(&mut self) -> Result<(), Ros1Error> {
-        let (Some(Waiting { node, subscribers, topics }), Some(network)) =
-            (self.waiting.take(), &self.network)
-        else {
-            return Ok(());
-        };
-        let wake = Arc::clone(&self.wake);
-        if !self.composer.after_tick(Box::new(move || wake.notify(1))) {
+        let (Some(parts), Some(network)) = (self.waiting.take(), &self.network) else { return Ok(()) };
+        let WaitingParts { topics, clients, node_topics, parameters } = parts;
+        let (send, look) = (Arc::new(Wake::new()), Arc::new(Wake::new()));
+        self.wakes = vec![Arc::clone(&send), Arc::clone(&look)];
+        let wakes = self.wakes.clone();
+        if !self.composer.after_tick(Box::new(move || wakes.iter().for_each(|wake| wake.notify(1)))) {
             let text =
                 "ros1: values are looked at now and then only, as the agent was connected often before";
             self.composer.log(Level::Warn, text);
         }
-        for (place, (subscriber, message)) in subscribers.into_iter().enumerate() {
-            let inbound = Arc::clone(&self.inbound);
-            network.spawn(receive(node.clone(), subscriber, message, inbound, place));
-        }
+        let handle = network.handle().clone();
+        let entered = handle.enter();
+        self.node.start();
+        drop(entered);
+        let spawn = |name: &str| Builder::new().name(name.into());
         let outbound = PublishedTopics {
             topics,
             composer: self.composer.clone(),
-            wake: Arc::clone(&self.wake),
+            wake: send,
             ended: Arc::clone(&self.ended),
-            network: network.handle().clone(),
         };
-        let spawn = |name: &str| Builder::new().name(name.into());
         self.threads.push(spawn("ros1-send").spawn(move || outbound.run())?);
         let inbound = Arc::clone(&self.inbound);
         self.threads.push(spawn("ros1-set").spawn(move || inbound.deliver())?);
+        if !node_topics.is_empty() {
+            let (surface, ended) = (Arc::clone(&self.surface), Arc::clone(&self.ended));
+            self.threads.push(spawn("ros1-node").spawn(move || node_topics.run(&surface, &look, &ended))?);
+        }
+        if let Some(parameters) = parameters {
+            let (network, ended) = (handle.clone(), Arc::clone(&self.ended));
+            self.threads.push(spawn("ros1-parameters").spawn(move || parameters.run(&network, &ended))?);
+        }
+        for client in clients {
+            let (node, inbound) = (Arc::clone(&self.node), Arc::clone(&self.inbound));
+            let (network, ended) = (handle.clone(), Arc::clone(&self.ended));
+            self.threads
+                .push(spawn("ros1-call").spawn(move || client.run(&node, &inbound, &network, &ended))?);
+        }
         Ok(())
     }
 
     /// How the topics stand: those that are read, then those that are written.
     pub fn topics(&self) -> Vec<TopicStatus> {
-        let read = self.inbound.topics().iter().map(|topic| topic.status(None));
-        read.chain(self.outbound.iter().map(|topic| topic.status(None))).collect()
+        let read = self.inbound.topics().iter().zip(&self.reading);
+        let read = read.map(|(topic, own)| topic.status(Some(own.publishers())));
+        let written = self.outbound.iter().map(|(topic, own)| {
+            let status = topic.status(Some(own.subscribers()));
+            TopicStatus { dropped: status.dropped + own.lost(), ..status }
+        });
+        read.chain(written).collect()
     }
+}
+
+/// The subscription whose messages fill the input at a place.
+fn reading(
+    inbound: &Arc<InboundTopics>,
+    place: usize,
+    message: Ros1Message,
+) -> Result<Arc<Subscription>, Ros1Error> {
+    let topic = inbound.topics()[place].topic().to_owned();
+    let (name, definition) = (message.name().to_owned(), message.definition().to_owned());
+    let inbound = Arc::clone(inbound);
+    let sink = move |bytes: Result<&[u8], String>| {
+        let value = bytes.and_then(|bytes| message.decode(bytes).map_err(|error| error.to_string()));
+        inbound.push(place, value);
+    };
+    let own = Subscription::new(&topic, (&name, &definition), Box::new(sink));
+    own.map(Arc::new).map_err(|reason| Ros1Error::definition(&topic, reason))
+}
+
+/// The topic that has the values of a property.
+fn published(composer: &Composer, own: &TopicOutput) -> Result<PublishedTopic, Ros1Error> {
+    let (property, message) = output(composer, own)?;
+    let of = (message.name(), message.definition());
+    let publication = Publication::new(&own.topic, of, own.depth.into(), own.latched);
+    let publication = publication.map_err(|reason| Ros1Error::definition(&own.topic, reason))?;
+    let topic = OutboundTopic::new(&own.topic, message.name(), &own.property, property);
+    let publication = Arc::new(publication);
+    Ok(PublishedTopic { topic, message, publication, frame: own.frame.clone(), is_told: false })
 }
 
 impl Drop for Ros1Bridge {
     #[allow(clippy::disallowed_methods, reason = "threads end by the machine's clock")]
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
-        self.wake.notify(1);
+        self.wakes.iter().for_each(|wake| wake.notify(1));
+        self.node.parameter_wake.notify(1);
         self.inbound.end();
         let began = Instant::now();
         for thread in self.threads.drain(..) {
@@ -164,9 +245,9 @@ impl Drop for Ros1Bridge {
                 let _ = thread.join();
             }
         }
-        self.waiting = None;
         if let Some(network) = self.network.take() {
-            // Tells the master that the node is gone.
+            // The master may be gone before.
+            let _ = network.block_on(async { timeout(PATIENCE, self.node.unregister()).await });
             network.shutdown_timeout(PATIENCE);
         }
         for topic in self.inbound.topics() {

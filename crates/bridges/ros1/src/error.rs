@@ -15,18 +15,44 @@ pub enum Ros1Error {
         /// In words.
         reason: String,
     },
+    /// A definition that can't be offered.
+    #[error("`{name}` can't be offered: {reason}")]
+    Definition {
+        /// The topic or service.
+        name: String,
+        /// In words.
+        reason: String,
+    },
+    /// The agent has no time of its own.
+    #[error("/clock can't be published: {reason}")]
+    Clock {
+        /// In words.
+        reason: String,
+    },
     /// No thread is left.
     #[error("the bridge to ROS 1 can't be started: {0}")]
     System(#[from] std::io::Error),
 }
 
 impl Ros1Error {
+    /// A definition that can't be offered.
+    #[cfg(feature = "tcpros")]
+    pub(crate) fn definition(name: &str, reason: String) -> Self {
+        Self::Definition { name: name.into(), reason }
+    }
+
     /// What to do about it.
     pub fn help(&self) -> &str {
         match self {
             Self::Topic(misfit) => misfit.help,
             Self::Master { .. } => {
                 "start it with roscore, or name another one: [ros1] master = \"http://HOST:11311\""
+            }
+            Self::Definition { .. } => {
+                "write each message in it, too, behind a line of = and MSG: package/Name"
+            }
+            Self::Clock { .. } => {
+                "give the agent a time source, such as [time] source = \"simulator\"; or take clock = true away"
             }
             Self::System(_) => "end other programs, or raise the limit of threads: ulimit -u",
         }

@@ -1,4 +1,4 @@
-//! Topics of [ROS 1](https://wiki.ros.org) as properties of an agent, both ways.
+//! An agent as a node of [ROS 1](https://wiki.ros.org): topics, services, parameters and frames, both ways.
 //!
 //! A [`Ros1Settings`] is the table `[ros1]` of a configuration and its links with `ros1:`. A [`Ros1Message`] is how values lie on
 //! the wire: as the message that ROS has for their interface, or else as `slate_msgs/NAME`. `Ros1Bridge` needs the feature
@@ -9,18 +9,28 @@
 
 #[cfg(feature = "tcpros")]
 mod bridge;
+mod checksum;
 mod error;
 #[cfg(feature = "tcpros")]
-mod inbound;
+mod frame_inputs;
 mod message;
 mod name;
 #[cfg(feature = "tcpros")]
+mod node_topics;
+#[cfg(feature = "tcpros")]
 mod outbound;
+#[cfg(feature = "tcpros")]
+mod parameters;
+#[cfg(feature = "tcpros")]
+mod services;
 mod settings;
 mod topics;
+#[cfg(feature = "tcpros")]
+mod wire;
 
 #[cfg(feature = "tcpros")]
 pub use bridge::Ros1Bridge;
+pub use checksum::{message_checksum, service_checksum};
 pub use error::Ros1Error;
 pub use message::Ros1Message;
 pub use name::{check_name, node_of_agent};

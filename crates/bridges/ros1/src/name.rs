@@ -24,3 +24,18 @@ pub fn check_name(name: &str) -> Result<(), String> {
         None => Ok(()),
     }
 }
+
+/// The whole name of a topic or a service: `scan` is beside the node, `~/scan` below it.
+///
+/// # Errors
+/// What ROS forbids in it, in words.
+pub fn whole_name(node: &str, name: &str) -> Result<String, String> {
+    let space = node.rsplit_once('/').map_or("", |(space, _)| space);
+    let whole = match name.strip_prefix('~') {
+        Some(private) => format!("{node}/{}", private.trim_start_matches('/')),
+        None if name.starts_with('/') => name.to_owned(),
+        None => format!("{space}/{name}"),
+    };
+    check_name(&whole)?;
+    Ok(whole)
+}

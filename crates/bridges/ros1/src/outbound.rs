@@ -4,16 +4,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use bytes::Bytes;
-use roslibrust_ros1::PublisherAny;
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::Composer;
 use slate_topics::OutboundTopic;
-use tokio::runtime::Handle;
 
 use crate::message::Ros1Message;
 use crate::settings::SCHEME;
+use crate::wire::Publication;
 
 /// How often it is looked whether something has changed without a notice.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -21,11 +19,11 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// How often it is looked whether a property is another one.
 const RENEW: Duration = Duration::from_millis(500);
 
-/// A topic with its publisher.
+/// A topic with its publication.
 pub struct PublishedTopic {
     pub topic: OutboundTopic,
     pub message: Ros1Message,
-    pub publisher: PublisherAny,
+    pub publication: Arc<Publication>,
     pub frame: String,
     pub is_told: bool,
 }
@@ -36,21 +34,21 @@ pub struct PublishedTopics {
     pub composer: Composer,
     pub wake: Arc<Wake>,
     pub ended: Arc<AtomicBool>,
-    pub network: Handle,
 }
 
 impl PublishedTopic {
-    /// Sends the newest value, if it was not sent.
-    fn send(&mut self, composer: &Composer, network: &Handle) -> Result<(), String> {
+    /// Sends the newest value, if it was not sent and somebody may read it.
+    fn send(&mut self, composer: &Composer) -> Result<(), String> {
+        if !self.publication.is_wanted() {
+            // Only what is written from then on comes to the next subscriber.
+            self.topic.skip();
+            return Ok(());
+        }
         let Some(value) = self.topic.take(composer)? else { return Ok(()) };
-        // The length of the message stands before it.
-        let mut bytes = vec![0; 4];
-        let encoded = self.message.encode(&value.bytes, value.time, &self.frame, &mut bytes);
+        let mut message = Vec::new();
+        let encoded = self.message.encode(&value.bytes, value.time, &self.frame, &mut message);
         encoded.map_err(|error| error.to_string())?;
-        let length = u32::try_from(bytes.len() - 4).map_err(|_| "it is longer than a message can be")?;
-        bytes[..4].copy_from_slice(&length.to_le_bytes());
-        let sent = network.block_on(self.publisher.publish_bytes(Bytes::from(bytes)));
-        sent.map_err(|error| error.to_string())
+        self.publication.publish(&message)
     }
 }
 
@@ -65,7 +63,7 @@ impl PublishedTopics {
                 self.topics.iter_mut().for_each(|own| own.topic.follow(&self.composer));
             }
             for own in &mut self.topics {
-                if let Err(reason) = own.send(&self.composer, &self.network)
+                if let Err(reason) = own.send(&self.composer)
                     && !std::mem::replace(&mut own.is_told, true)
                 {
                     let (path, topic) = (own.topic.path(), own.topic.topic());

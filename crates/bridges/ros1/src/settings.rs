@@ -1,13 +1,18 @@
 //! The table `[ros1]` of a configuration, and links with `ros1:`.
 
 use std::collections::BTreeMap;
+use std::net::IpAddr;
 
+use slate_record::ros::WireFormat;
 use slate_runtime::Message;
 use slate_runtime::configuration::{
-    Configuration, Diagnostic, ExternalDirection, ExternalLink, Report, Span, Table,
+    Configuration, Diagnostic, ExternalDirection, ExternalLink, Report, Span, Spanned, Table, Value,
+};
+use slate_topics::{
+    KeyedValue, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer, ServiceType, ServicesReader, TableReader,
 };
 
-use crate::name::{check_name, node_of_agent};
+use crate::name::{check_name, node_of_agent, whole_name};
 
 /// Scheme of links, and name of the table.
 pub const SCHEME: &str = "ros1";
@@ -17,6 +22,9 @@ const MASTER: &str = "ROS_MASTER_URI";
 
 /// Largest depth.
 const DEEPEST: i64 = 10_000;
+
+/// Messages that wait unless said.
+const DEPTH: u16 = 10;
 
 /// Frame in headers unless said.
 const FRAME: &str = "base_link";
@@ -32,8 +40,8 @@ const FRAME: &str = "base_link";
 /// let text = "[ros1]\nmaster = \"http://robot:11311\"\ntrusted = true\n[links]\n\"driver/scan\" = \"ros1:/scan\"";
 /// let settings = Ros1Settings::of(&read(text)?)?.ok_or("no links")?;
 /// assert_eq!((settings.master.as_str(), settings.read[0].topic.as_str()), ("http://robot:11311", "/scan"));
-/// let wrong = read("[links]\n\"driver/scan\" = \"ros1:/scan\"")?;
-/// assert!(Ros1Settings::of(&wrong).is_err_and(|report| report.to_string().contains("trusted")));
+/// let wrong = read("[ros1]\nwrite.\"/cmd-vel\" = \"r2/wheels/command\"")?;
+/// assert!(Ros1Settings::of(&wrong).is_err_and(|report| report.to_string().contains("cmd-vel")));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Debug, PartialEq)]
@@ -42,10 +50,18 @@ pub struct Ros1Settings {
     pub master: String,
     /// As what the agent appears, such as `/r2`.
     pub node: String,
+    /// Whether it speaks to other machines, in clear text.
+    pub trusted: bool,
     /// Inputs that topics fill.
     pub read: Vec<TopicInput>,
     /// Topics that have the values of properties.
     pub write: Vec<TopicOutput>,
+    /// Inboxes that are services.
+    pub serve: Vec<ServiceOffer>,
+    /// Services that outboxes call.
+    pub call: Vec<ServiceCall>,
+    /// What the node does beside that.
+    pub options: NodeOptions,
 }
 
 /// An input that a topic fills.
@@ -78,182 +94,310 @@ pub struct TopicOutput {
     pub place: Span,
 }
 
-const KNOWN: [&str; 3] = ["master", "node", "trusted"];
+const KNOWN: [&str; 7] = ["master", "node", "trusted", "read", "write", "serve", "call"];
+const READING: [&str; 1] = ["depth"];
+const WRITING: [&str; 3] = ["depth", "latched", "frame"];
+
 const LINK: &str =
     "write \"driver/scan\" = \"ros1:/scan\" or \"ros1:/cmd_vel\" = \"/r2/wheels/command\" in [links]";
+const READ: &str = "write read.\"driver/scan\" = \"/scan\", or = { topic = \"/scan\", depth = 1 }";
+const WRITE: &str =
+    "write write.\"/cmd_vel\" = \"r2/wheels/command\", or = { from = \"r2/wheels/command\", latched = true }";
 
 impl Ros1Settings {
-    /// What a configuration says in its links with `ros1:`, and in its table `[ros1]`, which it has to be read with as one of
-    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables); nothing without both.
+    /// What a configuration says in its table `[ros1]`, which it has to be read with as one of
+    /// [`extra_tables`](slate_runtime::configuration::Options::extra_tables), and in links with `ros1:`; nothing without both.
     ///
     /// # Errors
     /// Everything that is wrong with it.
     pub fn of(configuration: &Configuration) -> Result<Option<Self>, Report> {
         let root = configuration.value(SCHEME);
-        let mut links = configuration.links_of_scheme(SCHEME).peekable();
-        if root.is_none() && links.peek().is_none() {
+        if root.is_none() && configuration.links_of_scheme(SCHEME).next().is_none() {
             return Ok(None);
         }
-        let mut reader = Ros1SettingsReader { configuration, wrong: Vec::new() };
-        let empty = Table::default();
-        let table = match root {
-            Some(root) => root.as_table().unwrap_or_else(|| {
-                let message = format!("`{SCHEME}` is a table, found {}", root.describe());
-                reader.add(Some(root.span), message, "write [ros1]");
-                &empty
-            }),
-            None => &empty,
-        };
-        let mut settings = reader.node(table);
-        for link in links {
-            reader.link(link, &mut settings);
-        }
-        reader.check_twice(&settings);
-        if settings.read.is_empty() && settings.write.is_empty() && reader.wrong.is_empty() {
-            let help = format!("{LINK}; or take [ros1] away");
-            reader.add(root.map(|root| root.span), "[ros1] is there, and no link names a topic", &help);
-        }
-        reader.check_trusted(table, root.map(|root| root.span), &settings);
+        let node = format!("/{}", node_of_agent(configuration.agent_name()));
+        let mut reader = Ros1SettingsReader { configuration, node, wrong: Vec::new() };
+        let settings = reader.settings(root);
         if reader.wrong.is_empty() { Ok(Some(settings)) } else { Err(Report::from(reader.wrong)) }
+    }
+
+    /// Whether the agent has nothing to do with any other node.
+    fn is_empty(&self) -> bool {
+        self.read.is_empty() && self.write.is_empty() && self.serve.is_empty() && self.call.is_empty()
     }
 }
 
 struct Ros1SettingsReader<'c> {
     configuration: &'c Configuration,
+    /// The whole name of the node.
+    node: String,
     wrong: Vec<Diagnostic>,
 }
 
 impl Ros1SettingsReader<'_> {
-    fn add(&mut self, span: Option<Span>, message: impl Into<Message>, help: &str) {
+    fn note(&mut self, span: Option<Span>, message: impl Into<Message>, help: &str) {
         self.wrong.push(match span {
             Some(span) => self.configuration.diagnostic(span, message, Some(help.into())),
             None => Diagnostic::without_place(message, Some(help.into())),
         });
     }
 
-    /// What a configuration says of the node, without topics.
-    fn node(&mut self, table: &Table) -> Ros1Settings {
-        self.wrong.extend(self.configuration.unknown_keys(table, "in [ros1]", &KNOWN));
+    fn settings(&mut self, root: Option<&Spanned<Value>>) -> Ros1Settings {
+        let empty = Table::default();
+        let place = root.map(|root| root.span);
+        let table = root.map_or(Some(&empty), |root| root.as_table());
+        if let (None, Some(root)) = (table, root) {
+            let message = format!("`{SCHEME}` is a table, found {}", root.describe());
+            self.note(place, message, "write [ros1]");
+        }
+        let table = table.unwrap_or(&empty);
+        let known = [&KNOWN, &OPTION_KEYS[..]].concat();
+        self.wrong.extend(self.configuration.unknown_keys(table, "in [ros1]", &known));
+        self.node = self.node(table);
+        let trusted = self.truth(table, "trusted");
+        let mut settings = Ros1Settings {
+            master: self.master(table, trusted, place),
+            node: self.node.clone(),
+            trusted,
+            read: Vec::new(),
+            write: Vec::new(),
+            serve: Vec::new(),
+            call: Vec::new(),
+            options: NodeOptions::default(),
+        };
+        self.inputs(table, &mut settings);
+        self.outputs(table, &mut settings);
+        let mut services = ServicesReader::new(self, "std_srvs/SetBool");
+        (settings.serve, settings.call) = (services.offers(table), services.calls(table));
+        settings.options = NodeOptions::of(self, table);
+        for link in self.configuration.links_of_scheme(SCHEME) {
+            self.link(link, &mut settings);
+        }
+        self.check_twice(&settings);
+        if settings.is_empty() && !NodeOptions::is_said(table) && self.wrong.is_empty() {
+            let help = format!("{LINK}; or take [ros1] away");
+            self.note(place, "[ros1] names no topic, and no link does", &help);
+        }
+        settings
+    }
+
+    /// The address of the file, of the environment, or of this machine.
+    fn master(&mut self, table: &Table, trusted: bool, place: Option<Span>) -> String {
+        const HELP: &str = "write master = \"http://localhost:11311\", as ROS_MASTER_URI has it";
         let from_environment = || std::env::var(MASTER).ok().filter(|address| !address.is_empty());
-        let given = self.text(table, "master", "master = \"http://localhost:11311\"");
-        let span = given.as_ref().map(|(_, span)| *span);
+        let given = self.text(table, "master", HELP);
+        let span = given.as_ref().map(|(_, span)| *span).or(place);
         let master = given.map(|(text, _)| text).or_else(from_environment);
         let master = master.unwrap_or_else(|| "http://localhost:11311".into());
-        if !master.starts_with("http://") {
-            let message = format!("the address of a master begins with http://, found `{master}`");
-            self.add(span, message, "write master = \"http://localhost:11311\", as ROS_MASTER_URI has it");
+        match host(&master) {
+            None => {
+                let message = format!("a master is http://HOST:PORT, found `{master}`");
+                self.note(span, message, HELP);
+            }
+            Some(host) if !trusted && !is_local(host) => {
+                let message = format!(
+                    "the master at {master} is on another machine, and ROS 1 is neither encrypted nor authenticated"
+                );
+                let help =
+                    "write trusted = true in [ros1] if all who reach this machine may read and command";
+                self.note(span, message, help);
+            }
+            Some(_) => {}
         }
-        let given = self.text(table, "node", "node = \"r2\"");
-        let name = match &given {
-            Some((name, _)) => name.clone(),
-            None => node_of_agent(self.configuration.agent_name()),
-        };
+        master
+    }
+
+    fn node(&mut self, table: &Table) -> String {
+        let Some((name, span)) = self.text(table, "node", "node = \"r2\"") else { return self.node.clone() };
         let node = if name.starts_with('/') { name } else { format!("/{name}") };
         if let Err(reason) = check_name(&node) {
             let message = format!("`{node}` can't be the name of a node: {reason}");
-            self.add(given.map(|(_, span)| span), message, "write node = \"r2\"");
+            self.note(Some(span), message, "write node = \"r2\"");
         }
-        Ros1Settings { master, node, read: Vec::new(), write: Vec::new() }
+        node
     }
 
-    /// ROS 1 knows neither encryption nor who somebody is, and listens to all machines.
-    fn check_trusted(&mut self, table: &Table, place: Option<Span>, settings: &Ros1Settings) {
-        let own = table.get("trusted");
-        if let Some(own) = own
-            && own.as_bool().is_none()
-        {
-            let message = format!("`trusted` takes true or false, found {}", own.describe());
-            self.add(Some(own.span), message, "write trusted = true");
-        } else if own.and_then(|own| own.as_bool()) != Some(true) {
-            let links = settings.read.iter().map(|own| own.place);
-            let link = links.chain(settings.write.iter().map(|own| own.place)).next();
-            let message =
-                "ROS 1 is open to everybody in the network, and nothing says that this one is trusted";
-            let help = "write trusted = true in [ros1] if all who reach this machine may read and command";
-            self.add(own.map(|own| own.span).or(place).or(link), message, help);
+    fn inputs(&mut self, table: &Table, settings: &mut Ros1Settings) {
+        for (input, span, entry) in self.entries(table, "read", READ) {
+            let input = self.path(&input, span, READ);
+            let topic = self.given(&entry, "topic", &READING, READ);
+            let topic = topic.and_then(|topic| self.topic(&topic, entry.span, READ));
+            let depth = entry.as_table().map_or(DEPTH, |own| self.depth(own));
+            let (Some(input), Some(topic)) = (input, topic) else { continue };
+            self.check_free(&input, span, settings);
+            settings.read.push(TopicInput { input, topic, depth, place: entry.span });
+        }
+    }
+
+    fn outputs(&mut self, table: &Table, settings: &mut Ros1Settings) {
+        let empty = Table::default();
+        for (topic, span, entry) in self.entries(table, "write", WRITE) {
+            let topic = self.topic(&topic, span, WRITE);
+            let property = self.given(&entry, "from", &WRITING, WRITE);
+            let property = property.and_then(|path| self.path(&path, entry.span, WRITE));
+            let own = entry.as_table().unwrap_or(&empty);
+            let (frame, latched, depth) = (self.frame(own), self.truth(own, "latched"), self.depth(own));
+            let (Some(topic), Some(property)) = (topic, property) else { continue };
+            settings.write.push(TopicOutput { topic, property, frame, latched, depth, place: span });
         }
     }
 
     /// A topic that a link names.
     fn link(&mut self, link: &ExternalLink, settings: &mut Ros1Settings) {
-        let (path, place) = (link.path.value.clone(), link.other.span);
-        let address = &link.other.value.address;
-        let topic = if address.starts_with('/') { address.clone() } else { format!("/{address}") };
-        if let Err(reason) = check_name(&topic) {
-            let message = format!("`{topic}` can't be the name of a topic: {reason}");
-            return self.add(Some(place), message, LINK);
-        }
-        let known: &[&str] = match link.direction {
-            ExternalDirection::In => &["depth"],
-            ExternalDirection::Out => &["depth", "latched", "frame"],
-        };
-        self.wrong.extend(self.configuration.unknown_keys(&link.options, "of a topic", known));
-        let depth = self.depth(&link.options);
-        match link.direction {
-            ExternalDirection::In => {
-                if settings.read.iter().any(|other| other.input == path) {
-                    let message = format!("/{path} reads two topics");
-                    self.add(Some(link.path.span), message, "an input reads one: take one away");
-                }
-                settings.read.push(TopicInput { input: path, topic, depth, place });
-            }
-            ExternalDirection::Out => {
-                let frame = self.text(&link.options, "frame", "frame = \"laser\"");
-                let frame = frame.map_or_else(|| FRAME.to_owned(), |(frame, _)| frame);
-                let latched = self.latched(&link.options);
-                settings.write.push(TopicOutput { topic, property: path, frame, latched, depth, place });
-            }
+        let (path, place, own) = (link.path.value.clone(), link.other.span, &link.options);
+        let topic = self.topic(&link.other.value.address, place, LINK);
+        let is_in = link.direction == ExternalDirection::In;
+        let known = if is_in { &READING[..] } else { &WRITING };
+        self.wrong.extend(self.configuration.unknown_keys(own, "of a topic", known));
+        let (frame, latched, depth) = (self.frame(own), self.truth(own, "latched"), self.depth(own));
+        let Some(topic) = topic else { return };
+        if is_in {
+            self.check_free(&path, link.path.span, settings);
+            settings.read.push(TopicInput { input: path, topic, depth, place });
+        } else {
+            settings.write.push(TopicOutput { topic, property: path, frame, latched, depth, place });
         }
     }
 
-    /// A topic has one property, and none that it fills.
+    /// An input reads one topic.
+    fn check_free(&mut self, input: &str, span: Span, settings: &Ros1Settings) {
+        if settings.read.iter().any(|other| other.input == input) {
+            let message = format!("/{input} reads two topics");
+            self.note(Some(span), message, "an input reads one: take one away");
+        }
+    }
+
+    /// A topic has one entry that writes it, and then none that reads it.
     fn check_twice(&mut self, settings: &Ros1Settings) {
         let mut written: BTreeMap<&str, &TopicOutput> = BTreeMap::new();
         for output in &settings.write {
             if let Some(other) = written.insert(&output.topic, output) {
                 let (first, second) = (&other.property, &output.property);
-                let message = format!("{} is written by two links, of /{first} and /{second}", output.topic);
+                let message =
+                    format!("{} is written by two entries, of /{first} and /{second}", output.topic);
                 let help = "a topic has the values of one property: take one away";
-                self.add(Some(output.place), message, help);
+                self.note(Some(output.place), message, help);
             }
         }
         for input in &settings.read {
             if let Some(output) = written.get(input.topic.as_str()) {
                 let (reader, writer) = (&input.input, &output.property);
                 let message = format!("{} is read by /{reader} and written by /{writer} here", input.topic);
-                let help = "link the two: \"driver/scan\" = \"laser/scan\"";
-                self.add(Some(input.place), message, help);
+                let help = "link the two: \"driver/scan\" = \"laser/scan\" in [links]";
+                self.note(Some(input.place), message, help);
             }
         }
     }
 
+    /// What an entry is alone, or has under a key.
+    fn given(&mut self, entry: &Spanned<Value>, key: &str, own: &[&str], help: &str) -> Option<String> {
+        if let Some(table) = entry.as_table() {
+            let known = [&[key], own].concat();
+            self.wrong.extend(self.configuration.unknown_keys(table, "of a topic", &known));
+            if table.get(key).is_none() {
+                self.note(Some(entry.span), format!("an entry lacks `{key}`"), help);
+            }
+            return self.text(table, key, help).map(|(text, _)| text);
+        }
+        if entry.as_str().is_none() {
+            let message = format!("an entry is a text or a table, found {}", entry.describe());
+            self.note(Some(entry.span), message, help);
+        }
+        entry.as_str().map(ToOwned::to_owned)
+    }
+
+    fn frame(&mut self, table: &Table) -> String {
+        let given = self.text(table, "frame", "write frame = \"laser\"");
+        given.map_or_else(|| FRAME.to_owned(), |(frame, _)| frame)
+    }
+
     fn depth(&mut self, table: &Table) -> u16 {
-        let Some(value) = table.get("depth") else { return 10 };
+        let Some(value) = table.get("depth") else { return DEPTH };
         match value.as_integer().filter(|depth| (1..=DEEPEST).contains(depth)) {
             Some(depth) => depth as u16,
             None => {
                 let message = format!("`depth` is a number from 1 to {DEEPEST}, found {}", value.value);
-                self.add(Some(value.span), message, "write depth = 10");
-                1
+                self.note(Some(value.span), message, "write depth = 10");
+                DEPTH
             }
         }
     }
+}
 
-    fn latched(&mut self, table: &Table) -> bool {
-        let Some(value) = table.get("latched") else { return false };
-        if value.as_bool().is_none() {
-            let message = format!("`latched` takes true or false, found {}", value.describe());
-            self.add(Some(value.span), message, "write latched = true");
-        }
-        value.as_bool().unwrap_or(false)
+/// The host of a master's address; nothing when that is none.
+fn host(master: &str) -> Option<&str> {
+    let authority = master.strip_prefix("http://")?.trim_end_matches('/');
+    let (host, port) = authority.rsplit_once(':')?;
+    port.parse::<u16>().is_ok().then_some(host).filter(|host| !host.is_empty())
+}
+
+/// Whether a host is this machine whatever its name is.
+fn is_local(host: &str) -> bool {
+    let bare = host.trim_start_matches('[').trim_end_matches(']');
+    host == "localhost" || bare.parse().is_ok_and(|own: IpAddr| own.is_loopback())
+}
+
+impl TableReader for Ros1SettingsReader<'_> {
+    fn add(&mut self, span: Span, message: String, help: &str) {
+        self.note(Some(span), message, help);
+    }
+
+    fn check_keys(&mut self, table: &Table, place: &str, known: &[&str]) {
+        self.wrong.extend(self.configuration.unknown_keys(table, place, known));
+    }
+
+    fn entries(&mut self, table: &Table, name: &str, help: &str) -> Vec<KeyedValue> {
+        let Some(value) = table.get(name) else { return Vec::new() };
+        let Some(entries) = value.as_table() else {
+            self.note(Some(value.span), format!("`{name}` is a table, found {}", value.describe()), help);
+            return Vec::new();
+        };
+        entries.iter().map(|(key, entry)| (key.to_owned(), entry.key, entry.value.clone())).collect()
     }
 
     fn text(&mut self, table: &Table, name: &str, help: &str) -> Option<(String, Span)> {
         let value = table.get(name)?;
         if value.as_str().is_none() {
-            let message = format!("`{name}` takes a text, found {}", value.describe());
-            self.add(Some(value.span), message, &format!("write {help}"));
+            self.note(Some(value.span), format!("`{name}` takes a text, found {}", value.describe()), help);
         }
         Some((value.as_str()?.to_owned(), value.span))
+    }
+
+    fn truth(&mut self, table: &Table, name: &str) -> bool {
+        let Some(value) = table.get(name) else { return false };
+        if value.as_bool().is_none() {
+            let message = format!("`{name}` takes true or false, found {}", value.describe());
+            self.note(Some(value.span), message, &format!("write {name} = true"));
+        }
+        value.as_bool().unwrap_or(false)
+    }
+
+    fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String> {
+        match self.configuration.own_path(text) {
+            Ok(path) => Some(path),
+            Err(report) => {
+                let first = report.diagnostics().first();
+                let message = first.map_or_else(String::new, |first| first.message().into());
+                self.note(Some(span), message, help);
+                None
+            }
+        }
+    }
+
+    fn topic(&mut self, name: &str, span: Span, help: &str) -> Option<String> {
+        match whole_name(&self.node, name) {
+            Ok(topic) => Some(topic),
+            Err(reason) => {
+                self.note(Some(span), format!("`{name}` can't be the name of a topic: {reason}"), help);
+                None
+            }
+        }
+    }
+
+    fn service_type(&self, name: &str, definition: Option<&str>) -> Result<ServiceType, String> {
+        match definition {
+            Some(text) => ServiceType::parse(WireFormat::Ros1, name, text),
+            None => ServiceType::known(WireFormat::Ros1, name),
+        }
     }
 }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use slate_blackboard::Property;
 use slate_runtime::Composer;
-use slate_topics::TopicMisfit;
+use slate_topics::{TopicMisfit, check_services, frame_input};
 
+use crate::error::Ros1Error;
 use crate::message::Ros1Message;
 use crate::settings::{Ros1Settings, TopicInput, TopicOutput};
 
@@ -13,9 +14,22 @@ use crate::settings::{Ros1Settings, TopicInput, TopicOutput};
 ///
 /// # Errors
 /// The first that does not fit.
-pub fn check_topics(composer: &Composer, settings: &Ros1Settings) -> Result<(), Box<TopicMisfit>> {
+pub fn check_topics(composer: &Composer, settings: &Ros1Settings) -> Result<(), Ros1Error> {
     settings.read.iter().try_for_each(|own| input(composer, own).map(drop))?;
-    settings.write.iter().try_for_each(|own| output(composer, own).map(drop))
+    settings.write.iter().try_for_each(|own| output(composer, own).map(drop))?;
+    check_services(composer, &settings.serve, &settings.call)?;
+    settings.options.frames.iter().try_for_each(|own| frame_input(composer, own).map(drop))?;
+    check_clock(composer, settings)
+}
+
+/// Whether the agent has a time that is its own, if that is published.
+pub fn check_clock(composer: &Composer, settings: &Ros1Settings) -> Result<(), Ros1Error> {
+    if settings.options.clock && !composer.is_lockstep() {
+        let reason =
+            "the agent goes by the system's clock, and /clock is the time of a simulation".to_owned();
+        return Err(Ros1Error::Clock { reason });
+    }
+    Ok(())
 }
 
 /// The input that a topic fills, and its messages.

@@ -1,5 +1,6 @@
 //! From topics to inputs.
 
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -9,6 +10,9 @@ use slate_module::Level;
 use slate_runtime::{Composer, ExternalContent, ExternalDelivery};
 
 use crate::status::TopicStatus;
+
+/// Different reasons that are logged.
+const TOLD: usize = 256;
 
 /// An input that a topic fills.
 #[derive(Debug)]
@@ -103,6 +107,8 @@ pub struct InboundTopics {
     topics: Vec<InboundTopic>,
     composer: Composer,
     delivery: ExternalDelivery,
+    /// What was logged once.
+    told: Mutex<BTreeSet<String>>,
 }
 
 impl InboundTopics {
@@ -110,7 +116,7 @@ impl InboundTopics {
     pub fn new(scheme: &'static str, composer: Composer, topics: Vec<InboundTopic>) -> Self {
         let depths = topics.iter().map(|topic| (topic.input.clone(), topic.depth));
         let delivery = ExternalDelivery::new(composer.clone(), depths);
-        Self { scheme, topics, composer, delivery }
+        Self { scheme, topics, composer, delivery, told: Mutex::default() }
     }
 
     /// All of them, by place.
@@ -140,6 +146,14 @@ impl InboundTopics {
     /// Ends [`deliver`](Self::deliver).
     pub fn end(&self) {
         self.delivery.end();
+    }
+
+    /// Logs once what is wrong with messages that are for several inputs.
+    pub fn tell(&self, text: &str) {
+        let mut told = locked(&self.told);
+        if told.len() < TOLD && told.insert(text.into()) {
+            self.composer.log(Level::Warn, text);
+        }
     }
 
     /// Takes note of what became of a message; the same reason is logged once.

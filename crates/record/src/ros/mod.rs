@@ -53,9 +53,12 @@ pub use codec::{decode, decode_in, encode, encode_in};
 pub(crate) use definition::SEPARATOR;
 pub use definition::{Definition, definition, definition_in, definition_named};
 pub use described::Described;
-pub use encode::encode_json;
+pub use encode::{encode_json, encode_json_in};
 pub use error::Error;
-pub use frames::{FrameTransform, Frames, PublishedTransform, encode_transforms, transforms_definition};
+pub use frames::{
+    FrameTransform, Frames, PublishedTransform, encode_transforms, encode_transforms_in,
+    transforms_definition, transforms_definition_in,
+};
 pub use schema::Schema;
 pub use shown::Shown;
 pub use slate_blackboard::interface::Primitive;

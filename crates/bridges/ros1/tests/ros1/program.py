@@ -4,15 +4,17 @@ import importlib
 import json
 import sys
 import threading
+import xmlrpc.client
 
 import genpy
 import rosgraph
 import rospy
+from geometry_msgs.msg import TransformStamped
 
 
-def message_class(name):
+def message_class(name, folder="msg"):
     package, short = name.split("/")
-    return getattr(importlib.import_module(f"{package}.msg"), short)
+    return getattr(importlib.import_module(f"{package}.{folder}"), short)
 
 
 def tree(value):
@@ -34,8 +36,11 @@ def fill(message, value):
     for name, own in value.items():
         if isinstance(own, dict):
             fill(getattr(message, name), own)
+        elif isinstance(own, list) and own and isinstance(own[0], dict):
+            setattr(message, name, [fill(TransformStamped(), item) for item in own])
         else:
             setattr(message, name, own)
+    return message
 
 
 class Node:
@@ -43,6 +48,9 @@ class Node:
         rospy.init_node(name, disable_signals=True)
         self.publishers = {}
         self.heard = {}
+        self.servers = {}
+        self.requests = []
+        self.response = None
         self.lock = threading.Lock()
 
     def about(self, _):
@@ -50,7 +58,8 @@ class Node:
 
     def advertise(self, command):
         own = message_class(command["type"])
-        self.publishers[command["topic"]] = rospy.Publisher(command["topic"], own, queue_size=command.get("depth", 100))
+        latched = command.get("latched", False)
+        self.publishers[command["topic"]] = rospy.Publisher(command["topic"], own, queue_size=100, latch=latched)
 
     def publish(self, command):
         publisher = self.publishers[command["topic"]]
@@ -79,8 +88,43 @@ class Node:
     def matched(self, command):
         return self.publishers[command["topic"]].get_num_connections()
 
+    def call(self, command):
+        own = message_class(command["type"], "srv")
+        try:
+            rospy.wait_for_service(command["service"], 10)
+            request = fill(own._request_class(), command["request"])
+            return tree(rospy.ServiceProxy(command["service"], own)(request))
+        except (rospy.ServiceException, rospy.ROSException) as error:
+            return {"error": str(error)}
+
+    def call_often(self, command):
+        own = message_class(command["type"], "srv")
+        proxy = rospy.ServiceProxy(command["service"], own, persistent=True)
+        return [proxy(request).success for request in command["requests"]]
+
+    def serve(self, command):
+        """Answers all requests with one response; without it, fails."""
+        own = message_class(command["type"], "srv")
+        self.response = command["response"]
+
+        def answer(request):
+            self.requests.append(tree(request))
+            return self.response and fill(own._response_class(), self.response)
+
+        if command["service"] not in self.servers:
+            self.servers[command["service"]] = rospy.Service(command["service"], own, answer)
+
+    def asked(self, _):
+        return self.requests
+
     def topics(self, _):
         return dict(rospy.get_published_topics())
+
+    def ports(self, command):
+        """Ports of a node: that of its API, and that of one of its topics."""
+        _, _, api = rosgraph.Master("/test").handle.lookupNode("/test", command["node"])
+        topic = xmlrpc.client.ServerProxy(api).requestTopic("/test", command["topic"], [["TCPROS"]])
+        return [int(api.rstrip("/").rsplit(":", 1)[1]), topic[2][2]]
 
     def nodes(self, _):
         publishers, subscribers, _ = rosgraph.Master("/test").getSystemState()

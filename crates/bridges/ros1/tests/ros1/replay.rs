@@ -5,13 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 
 use serde_json::json;
+use slate_control::ControlSurface;
 use slate_record::Recorder;
 use slate_record::replay::{Comparison, Verdict};
 use slate_ros1::{Ros1Bridge, Ros1Settings};
 use slate_runtime::configuration::Record;
 use slate_runtime::{Agent, Control, Options, Rate, RecordedTimes};
 
-use crate::ros1::agent::{database, plugins};
+use crate::ros1::agent::{database, linked, plugins};
 use crate::ros1::peer::Master;
 
 fn times() -> Box<RecordedTimes> {
@@ -23,7 +24,7 @@ fn record(path: &Path) {
     let master = Master::start();
     let links =
         "\"base/scan\" = \"ros1:/scan\"\n\"base/command\" = \"ros1:/cmd_vel\"\n\"ros1:/sum\" = \"base/sum\"";
-    let database = database(&master.address(), links);
+    let database = database(&linked(&master.address(), links));
     let recorder = Recorder::new(&Record { enabled: true, ..Record::default() });
     let options = Options {
         time_source: Some(times()),
@@ -33,7 +34,8 @@ fn record(path: &Path) {
     };
     let mut agent = Agent::load_with(&database, &plugins(), options).unwrap();
     let settings = Ros1Settings::of(&database.current()).unwrap().unwrap();
-    let mut bridge = Ros1Bridge::open(&agent.composer(), &settings).unwrap();
+    let surface = Arc::new(ControlSurface::new(&agent).unwrap());
+    let mut bridge = Ros1Bridge::open(&surface, &settings).unwrap();
     recorder.begin(&agent, path);
     bridge.start().unwrap();
     let mut peer = master.peer("driver");

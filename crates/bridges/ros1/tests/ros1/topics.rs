@@ -2,10 +2,11 @@
 #![allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
 
 use serde_json::{Value as Json, json};
+use slate_blackboard::interface::Value;
 use slate_ros1::{Ros1Bridge, Ros1Settings};
-use slate_runtime::{Agent, Options};
+use slate_runtime::Options;
 
-use crate::ros1::agent::{Running, database, eventually, plugins};
+use crate::ros1::agent::{Running, eventually, linked};
 use crate::ros1::peer::Master;
 
 fn scan(ranges: &[f32]) -> Json {
@@ -66,12 +67,14 @@ fn properties_are_topics_with_the_checksums_of_ros() {
     });
     let odometry = heard.last().unwrap();
     assert_eq!(odometry["header"]["frame_id"], "odom");
+    assert_eq!(odometry["child_frame_id"], "base_link");
     assert_eq!(odometry["pose"]["pose"]["position"]["y"], -2.5);
     let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap().as_secs();
     let stamp = odometry["header"]["stamp"]["secs"].as_u64().unwrap();
     assert!(now - stamp < 60, "{stamp} {now}");
     let sums = peer.take("/sum");
     assert_eq!(sums[0]["type"], "slate_msgs/Number");
+    assert_eq!(agent.bridge().topics()[0].others, Some(1));
     assert_eq!(peer.tell(json!({ "do": "topics" }))["/odom"], "nav_msgs/Odometry");
     let nodes = peer.tell(json!({ "do": "nodes" }));
     assert!(nodes.as_array().unwrap().contains(&"/r2_d2".into()), "{nodes}");
@@ -99,32 +102,96 @@ fn a_node_that_ends_and_comes_again_is_read_again() {
 }
 
 #[test]
-fn a_topic_of_another_type_is_named() {
+fn a_killed_node_does_not_keep_its_subscription() {
     let master = Master::start();
-    let agent = Running::start(&master.address(), "\"base/command\" = \"ros1:/cmd_vel\"");
+    let agent = Running::start(&master.address(), "\"ros1:/odom\" = \"base/odometry\"");
+    let others = || agent.bridge().topics()[0].others;
+    let mut peer = master.peer("listener");
+    peer.subscribe("/odom", "nav_msgs/Odometry");
+    eventually("a subscription", || others() == Some(1));
+    drop(peer);
+    eventually("its end", || others() == Some(0));
+    // What nobody hears is not encoded.
+    let count = agent.bridge().topics()[0].count;
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    assert!(agent.bridge().topics()[0].count <= count + 1);
+}
+
+#[test]
+fn late_subscribers_hear_the_last_message_of_a_latched_topic() {
+    let master = Master::start();
+    let text = format!(
+        "[modules.lamp]\n[ros1]\nmaster = \"{}\"\nserve.\"/lamp\" = {{ to = \"lamp/switches\", type = \"std_srvs/SetBool\" }}\n\
+         write.\"lit\" = {{ from = \"lamp/lit\", latched = true }}",
+        master.address()
+    );
+    let _agent = Running::of(&text);
+    let mut peer = master.peer("person");
+    let called = peer.tell(
+        json!({ "do": "call", "service": "/lamp", "type": "std_srvs/SetBool", "request": { "data": true } }),
+    );
+    assert_eq!(called, json!({ "success": true, "message": "done" }));
+    peer.tell(json!({ "do": "subscribe", "topic": "/lit" }));
+    eventually("the last message", || peer.take("/lit").len() == 1);
+}
+
+#[test]
+fn a_master_that_begins_anew_learns_all_again() {
+    let mut master = Master::core();
+    let links = "\"base/command\" = \"ros1:/cmd_vel\"\n\"ros1:/odom\" = \"base/odometry\"";
+    let agent = Running::start(&master.address(), links);
+    let turn = |peer: &mut crate::ros1::peer::Peer, turn: f64| {
+        let command = json!({ "linear": { "x": 0.0 }, "angular": { "z": turn } });
+        peer.publish("/cmd_vel", &command);
+        eventually("the command", || agent.number("base/command/angular") == turn);
+    };
+    let mut old = master.peer("old");
+    old.advertise("/cmd_vel", "geometry_msgs/Twist");
+    eventually("the subscription", || old.matched("/cmd_vel") == 1);
+    turn(&mut old, 1.0);
+    master.kill();
+    eventually("the loss", || agent.logged("is lost, and connections to nodes stay") == 1);
+    // Nodes that know each other need no master.
+    turn(&mut old, 2.0);
+    master.revive();
+    eventually("its return", || agent.logged("has begun anew, and knows /r2_d2 again") == 1);
+    let mut new = master.peer("new");
+    new.advertise("/cmd_vel", "geometry_msgs/Twist");
+    eventually("the subscription", || new.matched("/cmd_vel") == 1);
+    turn(&mut new, 3.0);
+    new.subscribe("/odom", "nav_msgs/Odometry");
+    eventually("odometry", || !new.take("/odom").is_empty());
+}
+
+#[test]
+fn a_mismatch_is_said_with_both_types() {
+    let master = Master::start();
+    let links = "\"base/command\" = \"ros1:/cmd_vel\"\n\"ros1:/odom\" = \"base/odometry\"";
+    let agent = Running::start(&master.address(), links);
     let mut peer = master.peer("driver");
     peer.advertise("/cmd_vel", "geometry_msgs/TwistStamped");
-    eventually("the subscription", || peer.matched("/cmd_vel") == 1);
-    let zero = json!({ "x": 0.0, "y": 0.0, "z": 0.0 });
-    let header = json!({ "seq": 0, "stamp": { "secs": 1, "nsecs": 0 }, "frame_id": "" });
-    let message = json!({ "header": header, "twist": { "linear": zero, "angular": zero } });
-    peer.publish("/cmd_vel", &message);
-    eventually("the refusal", || agent.bridge().topics()[0].refused > 0);
-    let error = agent.bridge().topics()[0].error.clone().unwrap();
-    assert_eq!(error, "it is a geometry_msgs/TwistStamped, and the input takes geometry_msgs/Twist");
+    let words = "/cmd_vel: a publisher, /driver, has type geometry_msgs/TwistStamped (98d34b0043a2093cf9d9345ab6eef12e) and this \
+                 agent geometry_msgs/Twist (9f195f881246fdfa2798d1d3eebca84a), so they exchange nothing";
+    eventually("a publisher of another type", || agent.logged(words) == 1);
+    peer.publish("/cmd_vel", &json!({ "twist": { "linear": { "x": 1.0 } } }));
+    peer.subscribe("/odom", "geometry_msgs/Twist");
+    let words = "/odom: a subscription, /driver, has type geometry_msgs/Twist (9f195f881246fdfa2798d1d3eebca84a) and this agent \
+                 nav_msgs/Odometry (cd5e73d190d741a2f92e81eda573aca7), so they exchange nothing";
+    eventually("a subscriber of another type", || agent.logged(words) == 1);
     assert!(agent.number("base/command/linear").is_nan());
+    assert!(peer.take("/odom").is_empty());
 }
 
 #[test]
 fn without_a_master_nothing_begins() {
-    let database = database("http://127.0.0.1:9", "\"base/command\" = \"ros1:/cmd_vel\"");
-    let agent = Agent::load_with(&database, &plugins(), Options::default()).unwrap();
-    let settings = Ros1Settings::of(&database.current()).unwrap().unwrap();
-    let error = Ros1Bridge::open(&agent.composer(), &settings).unwrap_err();
+    let agent = Running::load(
+        &linked("http://127.0.0.1:9", "\"base/command\" = \"ros1:/cmd_vel\""),
+        Options::default(),
+    );
+    let settings = Ros1Settings::of(&agent.configuration).unwrap().unwrap();
+    let error = Ros1Bridge::open(&agent.surface, &settings).unwrap_err();
     assert!(error.to_string().starts_with("the master of ROS at http://127.0.0.1:9: "), "{error}");
     assert!(error.help().contains("roscore"), "{}", error.help());
     // The input is as before: a person may set it.
-    let (input, _) = agent.composer().board().get("base/command").unwrap();
-    let value = slate_blackboard::interface::Value::Float(1.0);
-    input.set("linear", &value, 0).unwrap();
+    agent.set("base/command", "linear", Value::Float(1.0));
 }

@@ -1,0 +1,110 @@
+//! What a node does beside its topics and services.
+
+use slate_runtime::configuration::{Span, Table};
+
+use crate::table_reader::TableReader;
+
+/// What nodes of ROS may do with the parameters of modules.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ParameterAccess {
+    /// Nothing: the node has no services of parameters.
+    None,
+    /// List and read them.
+    #[default]
+    Read,
+    /// Set them, too, with the checks of `slate set`.
+    Set,
+}
+
+/// An input that reads the transform of a frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrameInput {
+    /// Path of the input.
+    pub input: String,
+    /// The child frame, such as `laser`.
+    pub frame: String,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+/// What a node does beside its topics and services.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeOptions {
+    /// What others may do with parameters.
+    pub parameters: ParameterAccess,
+    /// Whether the time of a simulation is `/clock`.
+    pub clock: bool,
+    /// Whether the log is `/rosout`.
+    pub log: bool,
+    /// Whether frames of the robots are `/tf` and `/tf_static`.
+    pub transforms: bool,
+    /// Inputs that read `/tf` and `/tf_static`.
+    pub frames: Vec<FrameInput>,
+}
+
+impl Default for NodeOptions {
+    /// As nodes of ROS have it: parameters that are read, and a log.
+    fn default() -> Self {
+        Self {
+            parameters: ParameterAccess::default(),
+            clock: false,
+            log: true,
+            transforms: false,
+            frames: Vec::new(),
+        }
+    }
+}
+
+/// Keys of [`NodeOptions`] in the table of a bridge.
+pub const OPTION_KEYS: [&str; 5] = ["parameters", "clock", "rosout", "tf", "frames"];
+
+const FRAMES: &str = "write frames.\"laser_frame/transform\" = \"laser\"";
+
+impl NodeOptions {
+    /// Whether any of them is said.
+    pub fn is_said(table: &Table) -> bool {
+        OPTION_KEYS.iter().any(|key| table.get(key).is_some())
+    }
+
+    /// What a table says of them.
+    pub fn of(reader: &mut dyn TableReader, table: &Table) -> Self {
+        Self {
+            parameters: parameters(reader, table),
+            clock: reader.truth(table, "clock"),
+            log: table.get("rosout").is_none() || reader.truth(table, "rosout"),
+            transforms: reader.truth(table, "tf"),
+            frames: frames(reader, table),
+        }
+    }
+}
+
+fn frames(reader: &mut dyn TableReader, table: &Table) -> Vec<FrameInput> {
+    let mut frames: Vec<FrameInput> = Vec::new();
+    for (input, span, entry) in reader.entries(table, "frames", FRAMES) {
+        let input = reader.path(&input, span, FRAMES);
+        let Some(frame) = entry.as_str().filter(|frame| !frame.is_empty()) else {
+            reader.add(entry.span, format!("a frame is a text, found {}", entry.value), FRAMES);
+            continue;
+        };
+        let Some(input) = input else { continue };
+        frames.push(FrameInput { input, frame: frame.to_owned(), place: Some(entry.span) });
+    }
+    frames
+}
+
+fn parameters(reader: &mut dyn TableReader, table: &Table) -> ParameterAccess {
+    const HELP: &str = "write parameters = \"none\", \"read\" or \"set\"";
+    let Some((text, span)) = reader.text(table, "parameters", HELP) else {
+        return ParameterAccess::default();
+    };
+    match text.as_str() {
+        "none" => ParameterAccess::None,
+        "read" => ParameterAccess::Read,
+        "set" => ParameterAccess::Set,
+        other => {
+            let message = format!("expected `parameters` to be none, read or set, found {other:?}");
+            reader.add(span, message, HELP);
+            ParameterAccess::default()
+        }
+    }
+}

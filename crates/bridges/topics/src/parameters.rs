@@ -1,0 +1,180 @@
+//! Parameters of modules as those of a node.
+
+use serde_json::{Value as Json, json};
+use slate_blackboard::interface::{Descriptor, Kind, Primitive, Value};
+use slate_runtime::Composer;
+
+/// Types of parameters, as `rcl_interfaces/msg/ParameterType` numbers them.
+const NOT_SET: u8 = 0;
+const BOOL: u8 = 1;
+const INTEGER: u8 = 2;
+const DOUBLE: u8 = 3;
+const STRING: u8 = 4;
+/// Lists of those have these numbers more; lists of bytes have 5.
+const LIST: u8 = 5;
+
+/// Fields of `ParameterValue`, by type.
+const FIELDS: [&str; 10] = [
+    "",
+    "bool_value",
+    "integer_value",
+    "double_value",
+    "string_value",
+    "byte_array_value",
+    "bool_array_value",
+    "integer_array_value",
+    "double_array_value",
+    "string_array_value",
+];
+
+/// A parameter of a module.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeParameter {
+    /// As ROS calls it, such as `planner.speed`.
+    pub name: String,
+    /// Its module.
+    pub module: String,
+    /// Names of its fields, from the parameters of the module on.
+    pub fields: Vec<String>,
+    /// Its present value.
+    pub value: Value,
+    /// As `rcl_interfaces` numbers it.
+    pub kind: u8,
+    doc: String,
+    range: Option<(f64, f64)>,
+}
+
+/// All parameters of an agent, as they are now.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ParameterTable(pub Vec<NodeParameter>);
+
+impl ParameterTable {
+    /// Those of all modules, by name.
+    pub fn of(composer: &Composer) -> Self {
+        let mut all = Vec::new();
+        for module in composer.modules() {
+            let name = &module.name;
+            let Some((property, _)) = composer.board().get(&format!("{name}/params")) else { continue };
+            let Ok(Some((value, _))) = composer.board().read(&format!("{name}/params")) else { continue };
+            let mut own = Vec::new();
+            add(&mut own, property.descriptor(), &value, name, &[]);
+            let ranges = composer.parameters(name);
+            for parameter in &mut own {
+                let range = ranges.iter().find(|range| [range.name.as_str()] == parameter.fields[..]);
+                parameter.range = range.and_then(|range| range.range);
+            }
+            all.extend(own);
+        }
+        all.sort_by(|one, other| one.name.cmp(&other.name));
+        Self(all)
+    }
+
+    /// The parameter that ROS calls so.
+    pub fn get(&self, name: &str) -> Option<&NodeParameter> {
+        self.0.iter().find(|own| own.name == name)
+    }
+}
+
+fn add(all: &mut Vec<NodeParameter>, of: &'static Descriptor, value: &Value, module: &str, outer: &[String]) {
+    for field in of.fields {
+        let Some(value) = value.get(field.name) else { continue };
+        let fields: Vec<_> = outer.iter().cloned().chain([field.name.to_owned()]).collect();
+        if let Kind::Nested(inner) = field.kind {
+            add(all, inner, value, module, &fields);
+            continue;
+        }
+        let kind = kind(&field.kind);
+        if kind == NOT_SET {
+            continue;
+        }
+        let unit = if field.unit.is_empty() { String::new() } else { format!(" [{}]", field.unit) };
+        all.push(NodeParameter {
+            name: format!("{}.{}", module.replace('/', "."), fields.join(".")),
+            module: module.to_owned(),
+            fields,
+            value: value.clone(),
+            kind,
+            doc: format!("{}{unit}", field.doc.trim()),
+            range: None,
+        });
+    }
+}
+
+/// The type of parameters of a kind; none for what ROS has no type for.
+fn kind(of: &Kind) -> u8 {
+    match of {
+        Kind::Text(_) | Kind::Enumeration(_) => STRING,
+        Kind::Optional(item) => kind(item),
+        Kind::Array(item, _) | Kind::Sequence(item, _) | Kind::Tail(item) => match kind(item) {
+            single @ BOOL..=STRING => single + LIST,
+            _ => NOT_SET,
+        },
+        Kind::Primitive(Primitive::Bool) => BOOL,
+        Kind::Primitive(Primitive::F32 | Primitive::F64) => DOUBLE,
+        Kind::Primitive(_) => INTEGER,
+        Kind::Nested(_) => NOT_SET,
+    }
+}
+
+impl NodeParameter {
+    /// Whether its numbers may have fractions.
+    pub fn is_floating(&self) -> bool {
+        [DOUBLE, DOUBLE + LIST].contains(&self.kind)
+    }
+
+    /// Path of the setting.
+    pub fn path(&self) -> String {
+        format!("{}/params/{}", self.module, self.fields.join("/"))
+    }
+
+    /// Path of the setting in the configuration.
+    pub fn setting(&self) -> String {
+        let names: Vec<_> = self.fields.iter().map(|field| format!("{field:?}")).collect();
+        format!("modules.{:?}.params.{}", self.module, names.join("."))
+    }
+
+    /// A `rcl_interfaces/msg/ParameterValue`.
+    pub fn message(&self) -> Json {
+        if self.value == Value::Null {
+            return json!({ "type": NOT_SET });
+        }
+        let value = serde_json::to_value(&self.value).unwrap_or_default();
+        // JSON has no infinities and no NaN: they become null.
+        json!({ "type": self.kind, FIELDS[usize::from(self.kind)]: value })
+    }
+
+    /// A `rcl_interfaces/msg/ParameterDescriptor`.
+    pub fn describe(&self, is_settable: bool) -> Json {
+        let mut told = json!({
+            "name": self.name,
+            "type": self.kind,
+            "description": self.doc,
+            "read_only": !is_settable,
+        });
+        match self.range {
+            Some((from, to)) if self.kind == INTEGER => {
+                let range = json!([{ "from_value": from as i64, "to_value": to as i64 }]);
+                told["integer_range"] = range;
+            }
+            Some((from, to)) if from.is_finite() && to.is_finite() => {
+                told["floating_point_range"] = json!([{ "from_value": from, "to_value": to }]);
+            }
+            _ => {}
+        }
+        told
+    }
+}
+
+/// The value of a `rcl_interfaces/msg/ParameterValue`.
+///
+/// # Errors
+/// In words, when it has none.
+pub fn value_of(message: &Json) -> Result<Json, String> {
+    let kind = message["type"].as_u64().unwrap_or_default() as usize;
+    let field = FIELDS.get(kind).filter(|field| !field.is_empty());
+    let field = field.ok_or("a parameter of a module can't be taken away")?;
+    match &message[*field] {
+        Json::Null => Err("a parameter is a finite number".into()),
+        value => Ok(value.clone()),
+    }
+}

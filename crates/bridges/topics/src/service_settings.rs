@@ -1,0 +1,174 @@
+//! The tables `serve` and `call` of a bridge.
+
+use std::time::Duration;
+
+use serde_json::{Map, Value as Json};
+use slate_module::parse_duration;
+use slate_runtime::configuration::{Span, Spanned, Table, Value};
+
+use crate::service_type::ServiceType;
+use crate::table_reader::TableReader;
+
+/// How long an answer is waited for, unless said.
+const TIMEOUT: Duration = Duration::from_secs(5);
+
+/// An inbox that is a service.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServiceOffer {
+    /// The service, from the root.
+    pub service: String,
+    /// Its type.
+    pub of: ServiceType,
+    /// Path of the inbox.
+    pub inbox: String,
+    /// Fields of the message that no request has.
+    pub value: Json,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+/// A service that an outbox calls.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ServiceCall {
+    /// The service, from the root.
+    pub service: String,
+    /// Its type.
+    pub of: ServiceType,
+    /// Path of the outbox.
+    pub outbox: String,
+    /// Path of the input that is set to the responses, if any is.
+    pub response: Option<String>,
+    /// How long a response is waited for.
+    pub timeout: Duration,
+    /// Where it is written in the configuration.
+    pub place: Option<Span>,
+}
+
+/// Reads both tables.
+pub struct ServicesReader<'r> {
+    reader: &'r mut dyn TableReader,
+    serve: String,
+    call: String,
+}
+
+impl<'r> ServicesReader<'r> {
+    /// Reads both with the reader of a bridge, of whose types of services one is given as an example.
+    pub fn new(reader: &'r mut dyn TableReader, example: &str) -> Self {
+        Self {
+            reader,
+            serve: format!("write serve.\"/arm/enable\" = {{ to = \"arm/requests\", type = \"{example}\" }}"),
+            call: format!("write call.\"/enable\" = {{ from = \"driver/requests\", type = \"{example}\" }}"),
+        }
+    }
+
+    /// Services that the agent offers.
+    pub fn offers(&mut self, table: &Table) -> Vec<ServiceOffer> {
+        let help = self.serve.clone();
+        let help = help.as_str();
+        let mut offers: Vec<ServiceOffer> = Vec::new();
+        for (name, span, entry) in self.reader.entries(table, "serve", help) {
+            let service = self.reader.topic(&name, span, help);
+            let Some(own) = self.table(&entry, &["to", "type", "definition", "value"], help) else {
+                continue;
+            };
+            let inbox = self.path(own, "to", entry.span, help);
+            let of = self.service_type(own, entry.span, help);
+            let value = self.value(own);
+            let (Some(service), Some(inbox), Some(of)) = (service, inbox, of) else { continue };
+            if offers.iter().any(|other| other.service == service) {
+                let text = format!("{service} is offered by two entries");
+                self.reader.add(span, text, "a service has one server: take one away");
+            }
+            offers.push(ServiceOffer { service, of, inbox, value, place: Some(entry.span) });
+        }
+        offers
+    }
+
+    /// Services that the agent calls.
+    pub fn calls(&mut self, table: &Table) -> Vec<ServiceCall> {
+        let help = self.call.clone();
+        let help = help.as_str();
+        let mut calls: Vec<ServiceCall> = Vec::new();
+        for (name, span, entry) in self.reader.entries(table, "call", help) {
+            let service = self.reader.topic(&name, span, help);
+            let keys = ["from", "type", "definition", "response", "timeout"];
+            let Some(own) = self.table(&entry, &keys, help) else { continue };
+            let outbox = self.path(own, "from", entry.span, help);
+            let of = self.service_type(own, entry.span, help);
+            let response = own.get("response").and_then(|_| self.path(own, "response", entry.span, help));
+            let timeout = self.timeout(own);
+            let (Some(service), Some(outbox), Some(of)) = (service, outbox, of) else { continue };
+            if calls.iter().any(|other| other.outbox == outbox) {
+                let text = format!("/{outbox} calls two services");
+                self.reader.add(span, text, "an outbox has one receiver: take one away");
+            }
+            calls.push(ServiceCall { service, of, outbox, response, timeout, place: Some(entry.span) });
+        }
+        calls
+    }
+
+    fn table<'e>(&mut self, entry: &'e Spanned<Value>, known: &[&str], help: &str) -> Option<&'e Table> {
+        match entry.as_table() {
+            Some(own) => {
+                self.reader.check_keys(own, "of a service", known);
+                Some(own)
+            }
+            None => {
+                let message = format!("an entry of a service is a table, found {}", entry.describe());
+                self.reader.add(entry.span, message, help);
+                None
+            }
+        }
+    }
+
+    fn path(&mut self, own: &Table, key: &str, span: Span, help: &str) -> Option<String> {
+        if own.get(key).is_none() {
+            self.reader.add(span, format!("an entry lacks `{key}`"), help);
+        }
+        let (text, span) = self.reader.text(own, key, help)?;
+        self.reader.path(&text, span, help)
+    }
+
+    fn service_type(&mut self, own: &Table, span: Span, help: &str) -> Option<ServiceType> {
+        if own.get("type").is_none() {
+            self.reader.add(span, "an entry lacks `type`".into(), help);
+        }
+        let (name, span) = self.reader.text(own, "type", help)?;
+        let definition =
+            self.reader.text(own, "definition", "write definition = \"bool data\\n---\\nbool success\"");
+        let definition = definition.map(|(text, _)| text);
+        let found = self.reader.service_type(&name, definition.as_deref());
+        match found {
+            Ok(found) => Some(found),
+            Err(reason) => {
+                let help = "write its .srv file as definition = \"bool data\\n---\\nbool success\"";
+                self.reader.add(span, reason, help);
+                None
+            }
+        }
+    }
+
+    fn value(&mut self, own: &Table) -> Json {
+        let Some(value) = own.get("value") else { return Json::Object(Map::new()) };
+        let Some(table) = value.as_table() else {
+            let message = format!("`value` is a table, found {}", value.describe());
+            self.reader.add(value.span, message, "write value = { brightness = 0.5 }");
+            return Json::Object(Map::new());
+        };
+        let value = slate_blackboard::interface::Value::from(table);
+        serde_json::to_value(value).unwrap_or_default()
+    }
+
+    fn timeout(&mut self, own: &Table) -> Duration {
+        let help = "write timeout = \"2s\"";
+        let Some((text, span)) = self.reader.text(own, "timeout", help) else { return TIMEOUT };
+        match parse_duration(&text).filter(|time| *time > 0) {
+            Some(time) => Duration::from_nanos(time),
+            None => {
+                let message = format!("expected a duration such as \"2s\", found {text:?}");
+                self.reader.add(span, message, help);
+                TIMEOUT
+            }
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Operations of the control surface, on behalf of nodes.
+
+use std::sync::Arc;
+
+use serde_json::Value as Json;
+use slate_control::operations::by_name;
+use slate_control::{Caller, Connections, ControlSurface, Dispatcher, OperationAnswer, Problem, Role};
+use tokio::runtime::{Builder, Runtime};
+
+/// Operations at work at a time.
+const PLACES: usize = 4;
+
+/// Carries out operations as tools do, with the same checks and in the same turn.
+pub struct AgentOperations {
+    dispatcher: Dispatcher,
+    caller: Caller,
+    runtime: Runtime,
+}
+
+impl AgentOperations {
+    /// Operations on behalf of a bridge, which the log calls by its scheme.
+    ///
+    /// # Errors
+    /// When the system lacks what waiting needs.
+    pub fn new(surface: &Arc<ControlSurface>, scheme: &str) -> std::io::Result<Self> {
+        let caller = Caller {
+            // Which of them are offered is up to the table of the bridge.
+            role: Role::Developer,
+            who: scheme.into(),
+            local: None,
+            is_told: false,
+            place: Arc::new(Arc::new(Connections::default()).admit()),
+        };
+        let dispatcher = Dispatcher::new(Arc::clone(surface), PLACES, true);
+        Ok(Self { dispatcher, caller, runtime: Builder::new_current_thread().enable_time().build()? })
+    }
+
+    /// Carries out an operation; returns its answer.
+    ///
+    /// # Errors
+    /// Why it is refused, in words.
+    pub fn carry_out(&self, name: &str, path: &str, body: Json) -> Result<Json, String> {
+        let told = |problem: Problem| problem.detail().to_owned();
+        let operation = by_name(name).ok_or_else(|| format!("no operation is called `{name}`"))?;
+        let _turn = self.runtime.block_on(self.dispatcher.turn(operation)).map_err(told)?;
+        match self.dispatcher.carry_out(&self.caller, name, path, body).map_err(told)? {
+            OperationAnswer::Json(_, body, _) => Ok(body),
+            _ => Ok(Json::Null),
+        }
+    }
+}
