@@ -36,6 +36,8 @@ pub struct Ros1Bridge {
     surface: Arc<ControlSurface>,
     node: Arc<RosNode>,
     inbound: Arc<InboundTopics>,
+    /// Paths of ports that are filled from outside.
+    filled: Vec<String>,
     /// By place among those that are read.
     reading: Vec<Arc<Subscription>>,
     outbound: Vec<(OutboundStatus, Arc<Publication>)>,
@@ -74,8 +76,13 @@ impl InputList {
         depth: u16,
     ) -> usize {
         self.topics.push(InboundTopic::new(topic, message, input, &property, depth.into()));
-        self.sources.push((property, format!("{SCHEME}:{topic}")));
+        self.add_source(property, topic);
         self.topics.len() - 1
+    }
+
+    /// Adds a port that something of ROS fills.
+    pub fn add_source(&mut self, property: Arc<Property>, name: &str) {
+        self.sources.push((property, format!("{SCHEME}:{name}")));
     }
 }
 
@@ -107,7 +114,8 @@ impl Ros1Bridge {
         let clients = calls.collect::<Result<Vec<_>, _>>()?;
         let frames = FrameInputs::new(composer, settings, &mut list)?;
         let node_topics = NodeTopics::new(surface, settings)?;
-        let inbound = Arc::new(InboundTopics::new(SCHEME, composer.clone(), list.topics));
+        let inbound =
+            Arc::new(InboundTopics::new(SCHEME, composer.clone(), std::mem::take(&mut list.topics)));
         let reading = messages.into_iter().enumerate().map(|(at, message)| reading(&inbound, at, message));
         let reading = reading.collect::<Result<Vec<_>, _>>()?;
         let mut subscriptions = reading.clone();
@@ -118,7 +126,7 @@ impl Ros1Bridge {
         let parts = NodeParts {
             publications: publications.chain(node_topics.publications()).collect(),
             subscriptions,
-            services: servers(surface, settings)?,
+            services: servers(surface, settings, &mut list)?,
             has_parameters: settings.options.parameters != ParameterAccess::None,
         };
         let network = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
@@ -132,6 +140,7 @@ impl Ros1Bridge {
             node,
             inbound,
             reading,
+            filled: list.sources.iter().map(|(property, _)| property.path().to_owned()).collect(),
             outbound: topics.iter().map(|own| (own.topic.status(), Arc::clone(&own.publication))).collect(),
             waiting: Some(WaitingParts { topics, clients, node_topics, parameters }),
             wakes: Vec::new(),
@@ -250,8 +259,8 @@ impl Drop for Ros1Bridge {
             let _ = network.block_on(async { timeout(PATIENCE, self.node.unregister()).await });
             network.shutdown_timeout(PATIENCE);
         }
-        for topic in self.inbound.topics() {
-            if let Some((property, _)) = self.composer.board().get(topic.input()) {
+        for path in &self.filled {
+            if let Some((property, _)) = self.composer.board().get(path) {
                 property.set_external("");
             }
         }

@@ -12,8 +12,8 @@ use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
 use slate_topics::{
-    AgentOperations, FieldPairs, InboundTopics, InboxHandler, ServiceCall, answer_input, bytes, inbox, json,
-    outbox,
+    AgentOperations, FieldPairs, InboundTopics, InboxHandler, ServiceCall, ServiceOffer, answer_input, bytes,
+    inbox, json, outbox,
 };
 use tokio::runtime::Handle;
 use tokio::time::timeout;
@@ -39,9 +39,11 @@ const UNSUCCESSFUL: u16 = 1;
 pub fn servers(
     surface: &Arc<ControlSurface>,
     settings: &Ros1Settings,
+    list: &mut InputList,
 ) -> Result<Vec<ServiceServer>, Ros1Error> {
-    let server = |offer: &slate_topics::ServiceOffer| {
-        let (_, pairs) = inbox(surface.agent.composer(), offer)?;
+    let server = |offer: &ServiceOffer| {
+        let (property, pairs) = inbox(surface.agent.composer(), offer)?;
+        list.add_source(property, &offer.service);
         let operations = AgentOperations::new(surface, SCHEME)?;
         let handler = InboxHandler { offer: offer.clone(), pairs, operations };
         // A response without a field for it fails, so that its client knows.

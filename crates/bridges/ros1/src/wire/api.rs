@@ -53,11 +53,10 @@ impl RosNode {
             }
             "getBusInfo" => done("", XmlValue::List(Vec::new())),
             "publisherUpdate" => {
-                let Some((topic, all)) = text(1).zip(arguments.get(2).and_then(XmlValue::as_list)) else {
-                    return refused("publisherUpdate has a node, a topic and a list");
-                };
-                if let Some(own) = self.parts.subscriptions.iter().find(|own| own.topic == topic) {
-                    own.note_publishers(all.iter().filter_map(XmlValue::as_text).map(ToOwned::to_owned));
+                if let Some(own) =
+                    self.parts.subscriptions.iter().find(|own| Some(own.topic.as_str()) == text(1))
+                {
+                    own.ask_publishers();
                 }
                 done("", XmlValue::Integer(0))
             }

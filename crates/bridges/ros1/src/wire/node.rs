@@ -135,10 +135,7 @@ impl RosNode {
             self.master.call("registerPublisher", vec![topic, of, api()]).await?;
         }
         for own in &self.parts.subscriptions {
-            let (topic, of) = (own.topic.as_str().into(), own.of.as_str().into());
-            let publishers = self.master.call("registerSubscriber", vec![topic, of, api()]).await?;
-            let publishers = publishers.as_list().unwrap_or_default();
-            own.note_publishers(publishers.iter().filter_map(XmlValue::as_text).map(ToOwned::to_owned));
+            own.note_publishers(self.publishers_of(own).await?);
         }
         if self.parts.has_parameters {
             self.master.call("subscribeParam", vec![api(), self.master.node.as_str().into()]).await?;
@@ -146,6 +143,17 @@ impl RosNode {
         self.registrations.fetch_add(1, Ordering::Relaxed);
         self.parameter_wake.notify(1);
         Ok(())
+    }
+
+    /// Subscribes at the master, and returns the publishers that it knows: addresses of their APIs.
+    ///
+    /// # Errors
+    /// When the master refuses or is not reached.
+    pub async fn publishers_of(&self, own: &Subscription) -> Result<Vec<String>, CallError> {
+        let arguments = vec![own.topic.as_str().into(), own.of.as_str().into(), self.api.as_str().into()];
+        let all = self.master.call("registerSubscriber", arguments).await?;
+        let all = all.as_list().unwrap_or_default().iter();
+        Ok(all.filter_map(XmlValue::as_text).map(ToOwned::to_owned).collect())
     }
 
     /// Tells the master that the node is gone. It may be gone itself.

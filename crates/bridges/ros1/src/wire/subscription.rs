@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::io;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -43,6 +43,8 @@ pub struct Subscription {
     sink: MessageSink,
     /// Addresses of their APIs.
     publishers: Mutex<BTreeSet<String>>,
+    /// Whether the master has to be asked for them.
+    is_stale: AtomicBool,
     changed: Notify,
     connected: AtomicUsize,
 }
@@ -78,6 +80,7 @@ impl Subscription {
             checksum: message_checksum(of, definition)?,
             sink,
             publishers: Mutex::default(),
+            is_stale: AtomicBool::new(false),
             changed: Notify::new(),
             connected: AtomicUsize::new(0),
         })
@@ -95,10 +98,21 @@ impl Subscription {
         self.changed.notify_one();
     }
 
+    /// Has the master asked for the publishers: that they have changed anybody can say.
+    pub fn ask_publishers(&self) {
+        self.is_stale.store(true, Ordering::Release);
+        self.changed.notify_one();
+    }
+
     /// Reads all publishers, until it is aborted.
     pub async fn run(self: Arc<Self>, node: Arc<RosNode>) {
         let mut tasks: BTreeMap<String, ReadingTask> = BTreeMap::new();
         loop {
+            if self.is_stale.swap(false, Ordering::AcqRel)
+                && let Ok(all) = node.publishers_of(&self).await
+            {
+                self.note_publishers(all);
+            }
             let mut wanted = self.publishers.lock().unwrap_or_else(PoisonError::into_inner).clone();
             // What this node publishes itself it does not read.
             wanted.remove(&node.api);

@@ -34,7 +34,7 @@ fn nodes_list_read_and_set_parameters_of_modules() {
     eventually("the parameter", || agent.number("lamp/params/brightness") == 0.25);
     master.tool("rosparam", &["set", "/r2_d2/hall/lamp2/brightness", "1"]);
     eventually("a whole number", || agent.number("hall/lamp2/params/brightness") == 1.0);
-    master.tool("rosparam", &["set", "-b", "/r2_d2/lamp/locked", "true"]);
+    master.tool("rosparam", &["set", "/r2_d2/lamp/locked", "true"]);
     eventually("a truth value", || agent.value("lamp/params/locked") == Some(Value::Bool(true)));
     // The checks are those of tools; what is refused is put back.
     master.tool("rosparam", &["set", "/r2_d2/lamp/brightness", "7.0"]);

@@ -37,7 +37,7 @@ fn what_a_node_publishes_fills_inputs() {
     for _ in 0..3 {
         peer.publish("/scan", &scan(&[1.0; 5]));
     }
-    let status = || agent.bridge().topics()[0].clone();
+    let status = || agent.bridge().topics().into_iter().find(|own| own.topic == "/scan").unwrap();
     eventually("refusals", || status().refused == 3);
     assert_eq!(status().error.unwrap(), "`ranges` has 5 items, and the input has room for 4");
     let lines = agent.log.lines();
