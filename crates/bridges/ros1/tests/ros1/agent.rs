@@ -113,6 +113,13 @@ pub struct Reply {
     pub message: Text<64>,
 }
 
+#[params]
+pub struct AskerParams {
+    /// Tells how its messages fare.
+    #[param(default = true)]
+    pub tells: Bool,
+}
+
 #[ports]
 pub struct AskerIo {
     wish: Input<Switch>,
@@ -128,14 +135,16 @@ pub struct Asker;
 #[module(stage = Act)]
 impl Module for Asker {
     type Io = AskerIo;
-    type Params = ();
+    type Params = AskerParams;
     type State = (u64, f64);
 
-    fn tick(state: &mut (u64, f64), io: &AskerIo, _: &(), _: &Tick) -> Outcome {
+    fn tick(state: &mut (u64, f64), io: &AskerIo, params: &AskerParams, _: &Tick) -> Outcome {
         if let Some(wish) = io.wish.updated() {
             state.0 = io.requests.post(*wish).unwrap_or(0);
         }
-        io.delivery.set(Number { value: io.requests.delivery(state.0).code().into() });
+        if params.tells.get() {
+            io.delivery.set(Number { value: io.requests.delivery(state.0).code().into() });
+        }
         if let Some(reply) = io.reply.updated() {
             state.1 += if reply.success.get() { 1.0 } else { 100.0 };
         }

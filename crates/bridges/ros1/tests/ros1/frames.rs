@@ -21,7 +21,7 @@ fn advertise_latched(peer: &mut Peer, topic: &str) {
 }
 
 #[test]
-fn frames_come_from_two_static_writers_and_a_moving_one() {
+fn frames_come_from_two_latched_writers_and_a_moving_one() {
     let master = Master::start();
     let text = format!(
         "[modules.laser_frame]\nkind = \"external_frame\"\n[modules.camera_frame]\nkind = \"external_frame\"\n\
@@ -82,7 +82,7 @@ fn frames_of_the_agent_are_heard_by_late_listeners() {
 }
 
 #[test]
-fn nodes_go_by_the_time_of_the_agent() {
+fn nodes_of_ros_1_hear_the_time_of_the_agent() {
     let master = Master::start();
     let text = format!("[modules.base]\n[ros1]\nmaster = \"{}\"\nclock = true\n", master.address());
     let _agent = Running::lockstep(&text);
@@ -101,7 +101,7 @@ fn nodes_go_by_the_time_of_the_agent() {
 }
 
 #[test]
-fn lines_of_the_log_are_heard_with_their_level_and_module() {
+fn rosout_has_lines_of_the_log_with_level_and_module() {
     let master = Master::start();
     let agent =
         Running::of(&format!("[modules.base]\n[ros1]\nmaster = \"{}\"\nrosout = true\n", master.address()));

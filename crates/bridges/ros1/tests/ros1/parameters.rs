@@ -17,7 +17,7 @@ fn get(master: &Master, name: &str) -> String {
 }
 
 #[test]
-fn nodes_list_read_and_set_parameters_of_modules() {
+fn rosparam_lists_reads_and_sets_parameters_of_modules() {
     let mut master = Master::start();
     let agent = Running::of(&text(&master, "set"));
     eventually("parameters", || get(&master, "/r2_d2/lamp/brightness") == "0.5");
@@ -55,7 +55,7 @@ fn nodes_list_read_and_set_parameters_of_modules() {
 }
 
 #[test]
-fn parameters_are_set_by_nodes_only_where_the_file_says_so() {
+fn rosparam_sets_only_where_the_file_says_so() {
     let master = Master::start();
     let agent = Running::of(&text(&master, "read"));
     eventually("parameters", || get(&master, "/r2_d2/lamp/brightness") == "0.5");

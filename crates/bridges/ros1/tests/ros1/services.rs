@@ -19,7 +19,7 @@ fn call(peer: &mut Peer, service: &str, kind: &str, request: &Json) -> Json {
 }
 
 #[test]
-fn an_inbox_is_a_service_that_tells_how_messages_fare() {
+fn rospy_calls_an_inbox_and_learns_how_its_message_fares() {
     let master = Master::start();
     let table = format!(
         "serve.\"/lamp\" = {{ to = \"lamp/switches\", type = \"{SET_BOOL}\" }}\n\
@@ -78,7 +78,7 @@ fn a_service_of_an_own_definition_is_offered() {
 }
 
 #[test]
-fn what_does_not_fit_a_service_is_said_before_it_is_offered() {
+fn a_service_of_ros_1_that_does_not_fit_its_port_is_refused() {
     let cases = [
         (
             "serve.\"/on\" = { to = \"lamp/switches\", type = \"std_srvs/Empty\" }",
@@ -106,7 +106,7 @@ fn what_does_not_fit_a_service_is_said_before_it_is_offered() {
 }
 
 #[test]
-fn an_outbox_calls_a_service_of_a_node() {
+fn an_outbox_calls_a_service_of_rospy() {
     let master = Master::start();
     let table = format!(
         "call.\"/enable\" = {{ from = \"asker/requests\", type = \"{SET_BOOL}\", response = \"asker/reply\", \
