@@ -24,7 +24,7 @@ fn what_does_not_fit_ros_1_is_told_before_a_run() {
         running.fails(
             7,
             &["check", "robot.toml"],
-            &["built without ROS 1, which [ros1] needs", "robot.toml:11"],
+            &["built without ROS 1, which [ros1] needs", "robot.toml:12"],
         );
         return;
     }

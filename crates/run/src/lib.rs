@@ -20,6 +20,7 @@ mod options;
 pub mod output;
 mod printed_error;
 mod robot;
+mod ros;
 mod ros1;
 mod ros2;
 mod run;

@@ -5,27 +5,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use slate_blackboard::Property;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
-use slate_topics::{
-    InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, ParameterAccess, TopicStatus,
-};
+use slate_topics::{InboundTopics, OutboundStatus, OutboundTopic, ParameterAccess, TopicStatus};
 use tokio::runtime::Runtime;
 use tokio::time::timeout;
 
 use crate::error::Ros1Error;
-use crate::frame_inputs::FrameInputs;
+use crate::frame_inputs::FrameSubscriptions;
+use crate::input_list::InputList;
 use crate::message::Ros1Message;
 use crate::node_topics::NodeTopics;
 use crate::outbound::{PublishedTopic, PublishedTopics};
 use crate::parameters::ParameterSync;
-use crate::services::{ServiceClient, servers};
-use crate::settings::{Ros1Settings, SCHEME, TopicOutput};
+use crate::services::{OutboxClient, servers};
+use crate::settings::{Ros1Settings, SCHEME, WrittenTopic};
 use crate::topics::{check_clock, input, output};
-use crate::wire::{NodeParts, Publication, RosNode, Subscription};
+use crate::wire::{NodeParts, RosNode, TopicPublication, TopicSubscription};
 
 /// How long the end waits for threads, and for the master.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -39,8 +37,8 @@ pub struct Ros1Bridge {
     /// Paths of ports that are filled from outside.
     filled: Vec<String>,
     /// By place among those that are read.
-    reading: Vec<Arc<Subscription>>,
-    outbound: Vec<(OutboundStatus, Arc<Publication>)>,
+    reading: Vec<Arc<TopicSubscription>>,
+    outbound: Vec<(OutboundStatus, Arc<TopicPublication>)>,
     waiting: Option<WaitingParts>,
     /// Of threads that wait.
     wakes: Vec<Arc<Wake>>,
@@ -53,37 +51,9 @@ pub struct Ros1Bridge {
 /// What is there before the start.
 struct WaitingParts {
     topics: Vec<PublishedTopic>,
-    clients: Vec<ServiceClient>,
+    clients: Vec<OutboxClient>,
     node_topics: NodeTopics,
     parameters: Option<ParameterSync>,
-}
-
-/// Inputs that the bridge fills, by place.
-#[derive(Default)]
-pub struct InputList {
-    topics: Vec<InboundTopic>,
-    /// Where their values come from.
-    sources: Vec<(Arc<Property>, String)>,
-}
-
-impl InputList {
-    /// Adds an input that a topic or service fills, and returns its place; `depth` of its values may wait.
-    pub fn add(
-        &mut self,
-        input: &str,
-        property: Arc<Property>,
-        (topic, message): (&str, &str),
-        depth: u16,
-    ) -> usize {
-        self.topics.push(InboundTopic::new(topic, message, input, &property, depth.into()));
-        self.add_source(property, topic);
-        self.topics.len() - 1
-    }
-
-    /// Adds a port that something of ROS fills.
-    pub fn add_source(&mut self, property: Arc<Property>, name: &str) {
-        self.sources.push((property, format!("{SCHEME}:{name}")));
-    }
 }
 
 impl std::fmt::Debug for Ros1Bridge {
@@ -110,9 +80,9 @@ impl Ros1Bridge {
         }
         let topics =
             settings.write.iter().map(|own| published(composer, own)).collect::<Result<Vec<_>, _>>()?;
-        let calls = settings.call.iter().map(|call| ServiceClient::new(composer, call, &mut list));
+        let calls = settings.call.iter().map(|call| OutboxClient::new(composer, call, &mut list));
         let clients = calls.collect::<Result<Vec<_>, _>>()?;
-        let frames = FrameInputs::new(composer, settings, &mut list)?;
+        let frames = FrameSubscriptions::new(composer, settings, &mut list)?;
         let node_topics = NodeTopics::new(surface, settings)?;
         let inbound =
             Arc::new(InboundTopics::new(SCHEME, composer.clone(), std::mem::take(&mut list.topics)));
@@ -132,7 +102,7 @@ impl Ros1Bridge {
         let network = tokio::runtime::Builder::new_multi_thread().worker_threads(1).enable_all().build()?;
         let node = network.block_on(RosNode::open(settings, composer, parts));
         let node = node.map_err(|reason| Ros1Error::Master { master: settings.master.clone(), reason })?;
-        let parameters = ParameterSync::new(surface, settings, &node)?;
+        let parameters = ParameterSync::new(surface, settings, &node.context)?;
         list.sources.iter().for_each(|(property, source)| property.set_external(source));
         Ok(Self {
             composer: composer.clone(),
@@ -188,7 +158,7 @@ impl Ros1Bridge {
             self.threads.push(spawn("ros1-parameters").spawn(move || parameters.run(&network, &ended))?);
         }
         for client in clients {
-            let (node, inbound) = (Arc::clone(&self.node), Arc::clone(&self.inbound));
+            let (node, inbound) = (Arc::clone(&self.node.context), Arc::clone(&self.inbound));
             let (network, ended) = (handle.clone(), Arc::clone(&self.ended));
             self.threads
                 .push(spawn("ros1-call").spawn(move || client.run(&node, &inbound, &network, &ended))?);
@@ -213,7 +183,7 @@ fn reading(
     inbound: &Arc<InboundTopics>,
     place: usize,
     message: Ros1Message,
-) -> Result<Arc<Subscription>, Ros1Error> {
+) -> Result<Arc<TopicSubscription>, Ros1Error> {
     let topic = inbound.topics()[place].topic().to_owned();
     let (name, definition) = (message.name().to_owned(), message.definition().to_owned());
     let inbound = Arc::clone(inbound);
@@ -221,15 +191,15 @@ fn reading(
         let value = bytes.and_then(|bytes| message.decode(bytes).map_err(|error| error.to_string()));
         inbound.push(place, value);
     };
-    let own = Subscription::new(&topic, (&name, &definition), Box::new(sink));
+    let own = TopicSubscription::new(&topic, (&name, &definition), Box::new(sink));
     own.map(Arc::new).map_err(|reason| Ros1Error::definition(&topic, reason))
 }
 
 /// The topic that has the values of a property.
-fn published(composer: &Composer, own: &TopicOutput) -> Result<PublishedTopic, Ros1Error> {
+fn published(composer: &Composer, own: &WrittenTopic) -> Result<PublishedTopic, Ros1Error> {
     let (property, message) = output(composer, own)?;
     let of = (message.name(), message.definition());
-    let publication = Publication::new(&own.topic, of, own.depth.into(), own.latched);
+    let publication = TopicPublication::new(&own.topic, of, own.depth.into(), own.latched);
     let publication = publication.map_err(|reason| Ros1Error::definition(&own.topic, reason))?;
     let topic = OutboundTopic::new(&own.topic, message.name(), &own.property, property);
     let publication = Arc::new(publication);
@@ -241,7 +211,7 @@ impl Drop for Ros1Bridge {
     fn drop(&mut self) {
         self.ended.store(true, Ordering::Release);
         self.wakes.iter().for_each(|wake| wake.notify(1));
-        self.node.parameter_wake.notify(1);
+        self.node.context.parameter_wake.notify(1);
         self.inbound.end();
         let began = Instant::now();
         for thread in self.threads.drain(..) {

@@ -14,7 +14,7 @@ const BUILTIN: [&str; 16] = [
 /// # Errors
 /// A message that is not defined, in words.
 pub fn message_checksum(name: &str, definition: &str) -> Result<String, String> {
-    Definitions::read(name, definition).text(name, 0).map(|text| digest(&text))
+    MessageDefinitions::read(name, definition).text(name, 0).map(|text| digest(&text))
 }
 
 /// The checksum of a service: of the definitions of its request and its response.
@@ -22,7 +22,7 @@ pub fn message_checksum(name: &str, definition: &str) -> Result<String, String> 
 /// # Errors
 /// A message that is not defined, in words.
 pub fn service_checksum(name: &str, request: &str, response: &str) -> Result<String, String> {
-    let text = |definition| Definitions::read(name, definition).text(name, 0);
+    let text = |definition| MessageDefinitions::read(name, definition).text(name, 0);
     Ok(digest(&(text(request)? + &text(response)?)))
 }
 
@@ -31,9 +31,9 @@ fn digest(text: &str) -> String {
 }
 
 /// Lines of definitions, by the message.
-struct Definitions<'a>(BTreeMap<&'a str, Vec<&'a str>>);
+struct MessageDefinitions<'a>(BTreeMap<&'a str, Vec<&'a str>>);
 
-impl<'a> Definitions<'a> {
+impl<'a> MessageDefinitions<'a> {
     fn read(name: &'a str, definition: &'a str) -> Self {
         let mut all: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
         let mut own = name;

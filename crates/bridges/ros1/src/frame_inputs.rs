@@ -6,19 +6,19 @@ use slate_record::ros::{WireFormat, transforms_definition_in};
 use slate_runtime::Composer;
 use slate_topics::{FrameReader, InboundTopics, frame_input};
 
-use crate::bridge::InputList;
 use crate::error::Ros1Error;
+use crate::input_list::InputList;
 use crate::node_topics::{FIXED, MOVING};
 use crate::settings::{Ros1Settings, SCHEME};
-use crate::wire::Subscription;
+use crate::wire::TopicSubscription;
 
 /// As ROS's listeners have it.
 const DEPTH: u16 = 100;
 
 /// Inputs that read transforms.
-pub struct FrameInputs(FrameReader);
+pub struct FrameSubscriptions(FrameReader);
 
-impl FrameInputs {
+impl FrameSubscriptions {
     /// Those that settings name; their inputs are added to a list.
     ///
     /// # Errors
@@ -48,7 +48,10 @@ impl FrameInputs {
     ///
     /// # Errors
     /// When their message has no definition.
-    pub fn subscriptions(self, inbound: &Arc<InboundTopics>) -> Result<Vec<Arc<Subscription>>, Ros1Error> {
+    pub fn subscriptions(
+        self,
+        inbound: &Arc<InboundTopics>,
+    ) -> Result<Vec<Arc<TopicSubscription>>, Ros1Error> {
         let definition = transforms_definition_in(WireFormat::Ros1);
         let reader = Arc::new(self.0);
         let subscription = |(topic, is_fixed): (&'static str, bool)| {
@@ -58,7 +61,7 @@ impl FrameInputs {
                     inbound.tell(&format!("{SCHEME}: a transform of {topic} does not fit: {reason}"));
                 }
             };
-            let own = Subscription::new(topic, (&definition.name, &definition.text), Box::new(sink));
+            let own = TopicSubscription::new(topic, (&definition.name, &definition.text), Box::new(sink));
             own.map(Arc::new).map_err(|reason| Ros1Error::definition(topic, reason))
         };
         [(MOVING, false), (FIXED, true)].into_iter().map(subscription).collect()

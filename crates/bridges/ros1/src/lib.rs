@@ -13,6 +13,8 @@ mod checksum;
 mod error;
 #[cfg(feature = "tcpros")]
 mod frame_inputs;
+#[cfg(feature = "tcpros")]
+mod input_list;
 mod message;
 mod name;
 #[cfg(feature = "tcpros")]
@@ -34,5 +36,5 @@ pub use checksum::{message_checksum, service_checksum};
 pub use error::Ros1Error;
 pub use message::Ros1Message;
 pub use name::{check_name, node_of_agent};
-pub use settings::{Ros1Settings, SCHEME, TopicInput, TopicOutput};
+pub use settings::{ReadTopic, Ros1Settings, SCHEME, WrittenTopic};
 pub use topics::check_topics;

@@ -9,11 +9,11 @@ use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_record::ros::{Schema, WireFormat, encode_json_in, transforms_definition_in};
-use slate_topics::{FrameMessages, LogLine, LogLines};
+use slate_topics::{FrameMessages, LogLines, NodeLogLine};
 
 use crate::error::Ros1Error;
 use crate::settings::{Ros1Settings, SCHEME};
-use crate::wire::Publication;
+use crate::wire::TopicPublication;
 
 /// Topic of transforms that change.
 pub const MOVING: &str = "/tf";
@@ -45,25 +45,25 @@ pub struct NodeTopics {
 }
 
 struct ClockTopic {
-    publication: Arc<Publication>,
+    publication: Arc<TopicPublication>,
     sent: Option<u64>,
 }
 
 struct FrameTopics {
     /// `/tf` and `/tf_static`.
-    publications: [Arc<Publication>; 2],
+    publications: [Arc<TopicPublication>; 2],
     messages: FrameMessages,
 }
 
 struct LogTopic {
-    publication: Arc<Publication>,
+    publication: Arc<TopicPublication>,
     schema: Schema,
     node: String,
     lines: LogLines,
 }
 
-fn publication(topic: &str, of: (&str, &str), is_latched: bool) -> Result<Arc<Publication>, Ros1Error> {
-    let own = Publication::new(topic, of, DEPTH, is_latched);
+fn publication(topic: &str, of: (&str, &str), is_latched: bool) -> Result<Arc<TopicPublication>, Ros1Error> {
+    let own = TopicPublication::new(topic, of, DEPTH, is_latched);
     own.map(Arc::new).map_err(|reason| Ros1Error::definition(topic, reason))
 }
 
@@ -103,7 +103,7 @@ impl NodeTopics {
     }
 
     /// Their publications.
-    pub fn publications(&self) -> Vec<Arc<Publication>> {
+    pub fn publications(&self) -> Vec<Arc<TopicPublication>> {
         let frames = self.frames.iter().flat_map(|own| &own.publications);
         let others =
             self.clock.iter().map(|own| &own.publication).chain(self.log.iter().map(|own| &own.publication));
@@ -161,7 +161,7 @@ impl LogTopic {
         Ok(())
     }
 
-    fn message(&self, line: &LogLine) -> Result<Vec<u8>, String> {
+    fn message(&self, line: &NodeLogLine) -> Result<Vec<u8>, String> {
         let level = match line.level.as_str() {
             "ERROR" => 8,
             "WARN" => 4,

@@ -11,7 +11,7 @@ use slate_topics::OutboundTopic;
 
 use crate::message::Ros1Message;
 use crate::settings::SCHEME;
-use crate::wire::Publication;
+use crate::wire::TopicPublication;
 
 /// How often it is looked whether something has changed without a notice.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -23,7 +23,7 @@ const RENEW: Duration = Duration::from_millis(500);
 pub struct PublishedTopic {
     pub topic: OutboundTopic,
     pub message: Ros1Message,
-    pub publication: Arc<Publication>,
+    pub publication: Arc<TopicPublication>,
     pub frame: String,
     pub is_told: bool,
 }

@@ -13,14 +13,14 @@ use tokio::runtime::Handle;
 
 use crate::error::Ros1Error;
 use crate::settings::{Ros1Settings, SCHEME};
-use crate::wire::{CallError, RosNode, XmlValue};
+use crate::wire::{CallError, NodeContext, XmlValue};
 
 /// How often it is looked whether a parameter was set here.
 const PAUSE: Duration = Duration::from_millis(100);
 
 /// Keeps the parameters of modules and those on the master the same.
 pub struct ParameterSync {
-    node: Arc<RosNode>,
+    node: Arc<NodeContext>,
     surface: Arc<ControlSurface>,
     operations: AgentOperations,
     is_settable: bool,
@@ -40,7 +40,7 @@ impl ParameterSync {
     pub fn new(
         surface: &Arc<ControlSurface>,
         settings: &Ros1Settings,
-        node: &Arc<RosNode>,
+        node: &Arc<NodeContext>,
     ) -> Result<Option<Self>, Ros1Error> {
         if settings.options.parameters == ParameterAccess::None {
             return Ok(None);
@@ -100,10 +100,10 @@ impl ParameterSync {
 
     /// Sets parameters that nodes have set on the master; what is refused is put back there.
     fn take(&mut self, network: &Handle) {
-        let call = self.node.master.call("getParam", vec![self.node.master.node.as_str().into()]);
+        let call = self.node.master.call("getParam", vec![self.node.name().into()]);
         let mut there = BTreeMap::new();
         match network.block_on(call) {
-            Ok(all) => flatten(&self.node.master.node, all, &mut there),
+            Ok(all) => flatten(self.node.name(), all, &mut there),
             Err(CallError::Refused(_)) => {}
             Err(CallError::Unreachable(_)) => return,
         }
@@ -137,7 +137,7 @@ impl ParameterSync {
         let table = ParameterTable::of(self.surface.agent.composer());
         let keyed = table.0.into_iter().filter_map(|own| {
             let value = xml_of(&serde_json::to_value(&own.value).ok()?, own.is_floating())?;
-            Some((key(&self.node.master.node, &own), own, value))
+            Some((key(self.node.name(), &own), own, value))
         });
         keyed.collect()
     }

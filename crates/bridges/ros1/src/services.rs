@@ -18,10 +18,10 @@ use slate_topics::{
 use tokio::runtime::Handle;
 use tokio::time::timeout;
 
-use crate::bridge::InputList;
 use crate::error::Ros1Error;
+use crate::input_list::InputList;
 use crate::settings::{Ros1Settings, SCHEME};
-use crate::wire::{RosNode, ServiceServer, call_service};
+use crate::wire::{NodeContext, RosrpcServer, call_service};
 
 /// How often it is looked for messages.
 const LOOK: Duration = Duration::from_millis(5);
@@ -40,7 +40,7 @@ pub fn servers(
     surface: &Arc<ControlSurface>,
     settings: &Ros1Settings,
     list: &mut InputList,
-) -> Result<Vec<ServiceServer>, Ros1Error> {
+) -> Result<Vec<RosrpcServer>, Ros1Error> {
     let server = |offer: &ServiceOffer| {
         let (property, pairs) = inbox(surface.agent.composer(), offer)?;
         list.add_source(property, &offer.service);
@@ -48,14 +48,14 @@ pub fn servers(
         let handler = InboxHandler { offer: offer.clone(), pairs, operations };
         // A response without a field for it fails, so that its client knows.
         let answer = move |request: &Json| handler.answer(request).map_err(|(reason, _)| reason);
-        let server = ServiceServer::new(&offer.service, &offer.of, Box::new(answer));
+        let server = RosrpcServer::new(&offer.service, &offer.of, Box::new(answer));
         server.map_err(|reason| Ros1Error::definition(&offer.service, reason))
     };
     settings.serve.iter().map(server).collect()
 }
 
 /// A service that an outbox calls.
-pub struct ServiceClient {
+pub struct OutboxClient {
     call: ServiceCall,
     pairs: FieldPairs,
     descriptor: &'static Descriptor,
@@ -64,7 +64,7 @@ pub struct ServiceClient {
     told: Option<String>,
 }
 
-impl ServiceClient {
+impl OutboxClient {
     /// A client of a service; its input for responses is added to a list.
     ///
     /// # Errors
@@ -83,7 +83,7 @@ impl ServiceClient {
 
     /// Sends what the outbox has as requests, one after the other, until the end.
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
-    pub fn run(mut self, node: &RosNode, inbound: &InboundTopics, network: &Handle, ended: &AtomicBool) {
+    pub fn run(mut self, node: &NodeContext, inbound: &InboundTopics, network: &Handle, ended: &AtomicBool) {
         let mut receiver: Option<Receiver> = None;
         while !ended.load(Ordering::Acquire) {
             if receiver.is_none() {
@@ -125,7 +125,7 @@ impl ServiceClient {
     fn ask(
         &self,
         value: &Json,
-        node: &RosNode,
+        node: &NodeContext,
         inbound: &InboundTopics,
         network: &Handle,
     ) -> Result<Result<(), Option<String>>, String> {

@@ -53,9 +53,9 @@ pub struct Ros1Settings {
     /// Whether it speaks to other machines, in clear text.
     pub trusted: bool,
     /// Inputs that topics fill.
-    pub read: Vec<TopicInput>,
+    pub read: Vec<ReadTopic>,
     /// Topics that have the values of properties.
-    pub write: Vec<TopicOutput>,
+    pub write: Vec<WrittenTopic>,
     /// Inboxes that are services.
     pub serve: Vec<ServiceOffer>,
     /// Services that outboxes call.
@@ -66,7 +66,7 @@ pub struct Ros1Settings {
 
 /// An input that a topic fills.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TopicInput {
+pub struct ReadTopic {
     /// Path of the input.
     pub input: String,
     /// The topic, from the root.
@@ -79,7 +79,7 @@ pub struct TopicInput {
 
 /// A topic that has the values of a property.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TopicOutput {
+pub struct WrittenTopic {
     /// The topic, from the root.
     pub topic: String,
     /// Path of the property.
@@ -225,7 +225,7 @@ impl Ros1SettingsReader<'_> {
             let depth = entry.as_table().map_or(DEPTH, |own| self.depth(own));
             let (Some(input), Some(topic)) = (input, topic) else { continue };
             self.check_free(&input, span, settings);
-            settings.read.push(TopicInput { input, topic, depth, place: entry.span });
+            settings.read.push(ReadTopic { input, topic, depth, place: entry.span });
         }
     }
 
@@ -238,7 +238,7 @@ impl Ros1SettingsReader<'_> {
             let own = entry.as_table().unwrap_or(&empty);
             let (frame, latched, depth) = (self.frame(own), self.truth(own, "latched"), self.depth(own));
             let (Some(topic), Some(property)) = (topic, property) else { continue };
-            settings.write.push(TopicOutput { topic, property, frame, latched, depth, place: span });
+            settings.write.push(WrittenTopic { topic, property, frame, latched, depth, place: span });
         }
     }
 
@@ -253,9 +253,9 @@ impl Ros1SettingsReader<'_> {
         let Some(topic) = topic else { return };
         if is_in {
             self.check_free(&path, link.path.span, settings);
-            settings.read.push(TopicInput { input: path, topic, depth, place });
+            settings.read.push(ReadTopic { input: path, topic, depth, place });
         } else {
-            settings.write.push(TopicOutput { topic, property: path, frame, latched, depth, place });
+            settings.write.push(WrittenTopic { topic, property: path, frame, latched, depth, place });
         }
     }
 
@@ -269,7 +269,7 @@ impl Ros1SettingsReader<'_> {
 
     /// A topic has one entry that writes it, and then none that reads it.
     fn check_twice(&mut self, settings: &Ros1Settings) {
-        let mut written: BTreeMap<&str, &TopicOutput> = BTreeMap::new();
+        let mut written: BTreeMap<&str, &WrittenTopic> = BTreeMap::new();
         for output in &settings.write {
             if let Some(other) = written.insert(&output.topic, output) {
                 let (first, second) = (&other.property, &output.property);

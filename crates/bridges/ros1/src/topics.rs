@@ -8,7 +8,7 @@ use slate_topics::{TopicMisfit, check_services, frame_input};
 
 use crate::error::Ros1Error;
 use crate::message::Ros1Message;
-use crate::settings::{Ros1Settings, TopicInput, TopicOutput};
+use crate::settings::{ReadTopic, Ros1Settings, WrittenTopic};
 
 /// Whether the properties that settings name are there and fit their topics; nothing is opened.
 ///
@@ -33,10 +33,7 @@ pub fn check_clock(composer: &Composer, settings: &Ros1Settings) -> Result<(), R
 }
 
 /// The input that a topic fills, and its messages.
-pub fn input(
-    composer: &Composer,
-    own: &TopicInput,
-) -> Result<(Arc<Property>, Ros1Message), Box<TopicMisfit>> {
+pub fn input(composer: &Composer, own: &ReadTopic) -> Result<(Arc<Property>, Ros1Message), Box<TopicMisfit>> {
     let property =
         slate_topics::input(composer, &own.input, &own.topic).map_err(|misfit| misfit.at(Some(own.place)))?;
     let message = Ros1Message::of(property.descriptor());
@@ -52,7 +49,7 @@ pub fn input(
 /// The property whose values a topic has, and its messages.
 pub fn output(
     composer: &Composer,
-    own: &TopicOutput,
+    own: &WrittenTopic,
 ) -> Result<(Arc<Property>, Ros1Message), Box<TopicMisfit>> {
     let property = slate_topics::output(composer, &own.property, &own.topic)
         .map_err(|misfit| misfit.at(Some(own.place)))?;

@@ -19,7 +19,7 @@ mod table_reader;
 
 pub use frames::{FrameMessages, FrameReader, frame_input};
 pub use inbound::{InboundTopic, InboundTopics};
-pub use log_lines::{LogLine, LogLines};
+pub use log_lines::{LogLines, NodeLogLine};
 pub use misfit::{TopicMisfit, input, output};
 pub use options::{FrameInput, NodeOptions, OPTION_KEYS, ParameterAccess};
 pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue};

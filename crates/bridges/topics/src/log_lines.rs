@@ -10,7 +10,7 @@ const TAIL: &str = "log/tail";
 
 /// A line of the log.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LogLine {
+pub struct NodeLogLine {
     /// When, ns: time of the simulation in lockstep, else the date.
     pub time: u64,
     /// `ERROR`, `WARN`, `INFO`, `DEBUG` or `TRACE`.
@@ -33,7 +33,7 @@ impl LogLines {
     ///
     /// # Errors
     /// When the log can't be read, in words.
-    pub fn take(&mut self, surface: &ControlSurface) -> Result<Vec<LogLine>, String> {
+    pub fn take(&mut self, surface: &ControlSurface) -> Result<Vec<NodeLogLine>, String> {
         let found = surface.board().get(TAIL);
         let last = found.and_then(|(tail, _)| Some(tail.channel()?.published())).unwrap_or(0);
         if last == self.taken {
@@ -49,7 +49,7 @@ impl LogLines {
             let time = line.get("time").and_then(Value::as_integer).and_then(|time| u64::try_from(time).ok());
             let module = Some(text("module")).filter(|module| module != "agent").unwrap_or_default();
             let time = date(surface.agent.composer(), time.unwrap_or_default());
-            lines.push(LogLine { time, level: text("level"), module, text: text("text") });
+            lines.push(NodeLogLine { time, level: text("level"), module, text: text("text") });
         }
         Ok(lines)
     }

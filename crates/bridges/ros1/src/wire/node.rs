@@ -1,27 +1,22 @@
 //! A node: its two ports, and what the master knows of it.
 
-use std::collections::BTreeSet;
 use std::future::Future;
-use std::io;
 use std::net::{IpAddr, Ipv4Addr};
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::Arc;
 use std::time::Duration;
 
-use slate_blackboard::wake::Wake;
 use slate_module::Level;
 use slate_runtime::Composer;
-use tokio::net::{TcpListener, TcpStream, lookup_host};
+use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Semaphore;
 use tokio::time::{sleep, timeout};
 
 use super::api::serve_api;
-use super::header::{ConnectionHeader, wrong};
+use super::context::NodeContext;
+use super::header::ConnectionHeader;
 use super::http::{HttpAddress, TIMEOUT};
 use super::master::{CallError, MasterClient};
-use super::publication::Publication;
-use super::service::ServiceServer;
-use super::subscription::Subscription;
+use super::parts::NodeParts;
 use super::xml::XmlValue;
 use crate::settings::{Ros1Settings, SCHEME};
 
@@ -31,38 +26,10 @@ const MOST: usize = 128;
 /// How often it is looked whether the master still knows the node.
 const WATCH: Duration = Duration::from_secs(1);
 
-/// Different reasons that are logged.
-const TOLD: usize = 256;
-
-/// What a node takes part in.
-#[derive(Default)]
-pub struct NodeParts {
-    pub publications: Vec<Arc<Publication>>,
-    pub subscriptions: Vec<Arc<Subscription>>,
-    pub services: Vec<ServiceServer>,
-    /// Whether it has parameters.
-    pub has_parameters: bool,
-}
-
 /// A node of ROS 1.
 pub struct RosNode {
-    pub master: MasterClient,
-    /// Address of its API.
-    pub api: String,
-    /// The machine, as others reach it.
-    pub host: String,
-    /// Where topics and services are.
-    pub port: u16,
-    pub parts: NodeParts,
-    pub composer: Composer,
-    trusted: bool,
-    told: Mutex<BTreeSet<String>>,
-    /// How often it was registered.
-    registrations: AtomicU64,
-    /// How often parameters of the node changed on the master.
-    parameter_changes: AtomicU64,
-    /// Wakes who keeps parameters.
-    pub parameter_wake: Wake,
+    pub context: Arc<NodeContext>,
+    parts: NodeParts,
 }
 
 impl RosNode {
@@ -90,21 +57,11 @@ impl RosNode {
         let (calls, connections) = (listen().await?, listen().await?);
         let port = |listener: &TcpListener| listener.local_addr().map(|own| own.port());
         let [api_port, port] = [port(&calls), port(&connections)].map(|port| port.unwrap_or_default());
-        let node = Arc::new(Self {
-            master: MasterClient { address: master, node: settings.node.clone() },
-            api: format!("http://{host}:{api_port}/"),
-            host,
-            port,
-            parts,
-            composer: composer.clone(),
-            trusted: settings.trusted,
-            told: Mutex::default(),
-            registrations: AtomicU64::new(0),
-            parameter_changes: AtomicU64::new(0),
-            parameter_wake: Wake::new(),
-        });
+        let master = MasterClient { address: master, node: settings.node.clone() };
+        let context = NodeContext::new(master, host, [api_port, port], composer.clone(), settings.trusted);
+        let node = Arc::new(Self { context: Arc::new(context), parts });
         let own = Arc::clone(&node);
-        tokio::spawn(accept(calls, move |stream| serve_api(Arc::clone(&own), stream)));
+        tokio::spawn(accept(calls, move |stream| Arc::clone(&own).serve_call(stream)));
         let own = Arc::clone(&node);
         tokio::spawn(accept(connections, move |stream| Arc::clone(&own).serve(stream)));
         if let Err(error) = node.register().await {
@@ -117,51 +74,43 @@ impl RosNode {
     /// Reads topics and stays registered, until it is aborted.
     pub fn start(self: &Arc<Self>) {
         for own in &self.parts.subscriptions {
-            tokio::spawn(Arc::clone(own).run(Arc::clone(self)));
+            tokio::spawn(Arc::clone(own).run(Arc::clone(&self.context)));
         }
         tokio::spawn(Arc::clone(self).watch());
     }
 
     /// Tells the master all that the node has.
     async fn register(&self) -> Result<(), CallError> {
-        let api = || XmlValue::from(self.api.as_str());
+        let api = || XmlValue::from(self.context.api.as_str());
         for own in &self.parts.services {
-            self.master
+            self.context
+                .master
                 .call("registerService", vec![own.service.as_str().into(), self.service_address(), api()])
                 .await?;
         }
         for own in &self.parts.publications {
             let (topic, of) = (own.topic.as_str().into(), own.of.as_str().into());
-            self.master.call("registerPublisher", vec![topic, of, api()]).await?;
+            self.context.master.call("registerPublisher", vec![topic, of, api()]).await?;
         }
         for own in &self.parts.subscriptions {
-            own.note_publishers(self.publishers_of(own).await?);
+            own.note_publishers(own.subscribe(&self.context).await?);
         }
         if self.parts.has_parameters {
-            self.master.call("subscribeParam", vec![api(), self.master.node.as_str().into()]).await?;
+            self.context
+                .master
+                .call("subscribeParam", vec![api(), self.context.master.node.as_str().into()])
+                .await?;
         }
-        self.registrations.fetch_add(1, Ordering::Relaxed);
-        self.parameter_wake.notify(1);
+        self.context.registered();
         Ok(())
-    }
-
-    /// Subscribes at the master, and returns the publishers that it knows: addresses of their APIs.
-    ///
-    /// # Errors
-    /// When the master refuses or is not reached.
-    pub async fn publishers_of(&self, own: &Subscription) -> Result<Vec<String>, CallError> {
-        let arguments = vec![own.topic.as_str().into(), own.of.as_str().into(), self.api.as_str().into()];
-        let all = self.master.call("registerSubscriber", arguments).await?;
-        let all = all.as_list().unwrap_or_default().iter();
-        Ok(all.filter_map(XmlValue::as_text).map(ToOwned::to_owned).collect())
     }
 
     /// Tells the master that the node is gone. It may be gone itself.
     pub async fn unregister(&self) {
-        let api = || XmlValue::from(self.api.as_str());
+        let api = || XmlValue::from(self.context.api.as_str());
         let mut calls = Vec::new();
         if self.parts.has_parameters {
-            calls.push(("unsubscribeParam", vec![api(), self.master.node.as_str().into()]));
+            calls.push(("unsubscribeParam", vec![api(), self.context.master.node.as_str().into()]));
         }
         let services = self.parts.services.iter();
         calls.extend(
@@ -173,26 +122,26 @@ impl RosNode {
         let topics = self.parts.publications.iter();
         calls.extend(topics.map(|own| ("unregisterPublisher", vec![own.topic.as_str().into(), api()])));
         for (method, arguments) in calls {
-            if let Err(CallError::Unreachable(_)) = self.master.call(method, arguments).await {
+            if let Err(CallError::Unreachable(_)) = self.context.master.call(method, arguments).await {
                 return;
             }
         }
     }
 
     fn service_address(&self) -> XmlValue {
-        XmlValue::Text(format!("rosrpc://{}:{}", self.host, self.port))
+        XmlValue::Text(format!("rosrpc://{}:{}", self.context.host, self.context.port))
     }
 
     /// Registers again at a master that has begun anew.
     async fn watch(self: Arc<Self>) {
         let (mut is_lost, mut is_displaced) = (false, false);
-        let name = &self.master.node;
-        let master = format!("the master of ROS at http://{}", self.master.address.authority);
-        let log = |level, text: String| self.composer.log(level, &format!("{SCHEME}: {text}"));
+        let name = &self.context.master.node;
+        let master = format!("the master of ROS at http://{}", self.context.master.address.authority);
+        let log = |level, text: String| self.context.composer.log(level, &format!("{SCHEME}: {text}"));
         loop {
             sleep(WATCH).await;
-            let found = self.master.call("lookupNode", vec![name.as_str().into()]).await;
-            let found = found.map(|value| value.as_text() == Some(&self.api));
+            let found = self.context.master.call("lookupNode", vec![name.as_str().into()]).await;
+            let found = found.map(|value| value.as_text() == Some(&self.context.api));
             if let Err(CallError::Unreachable(reason)) = &found {
                 if !std::mem::replace(&mut is_lost, true) {
                     log(Level::Warn, format!("{master} is lost, and connections to nodes stay: {reason}"));
@@ -216,15 +165,19 @@ impl RosNode {
         }
     }
 
+    async fn serve_call(self: Arc<Self>, stream: TcpStream) {
+        serve_api(&self.context, &self.parts, stream).await;
+    }
+
     /// Serves a topic or a service to a node.
     async fn serve(self: Arc<Self>, mut stream: TcpStream) {
         let Ok(Ok(header)) = timeout(TIMEOUT, ConnectionHeader::read(&mut stream)).await else { return };
-        let name = &self.master.node;
+        let name = &self.context.master.node;
         let publication = self.parts.publications.iter().find(|own| own.topic == header.get("topic"));
         let server = self.parts.services.iter().find(|own| own.service == header.get("service"));
         let served = match (publication, server) {
             (Some(own), _) => own.serve(stream, &header, name).await,
-            (None, Some(own)) => own.serve(stream, &header, &self).await,
+            (None, Some(own)) => own.serve(stream, &header, &self.context).await,
             (None, None) => {
                 let text = format!("{name} has no such topic or service");
                 ConnectionHeader::of([("error", text.as_str())]).write(&mut stream).await.map(|()| None)
@@ -232,47 +185,8 @@ impl RosNode {
         };
         // Others come and go.
         if let Ok(Some(text)) = served {
-            self.tell(Level::Warn, &text);
+            self.context.tell(Level::Warn, &text);
         }
-    }
-
-    /// That another machine is reached only if the file says so.
-    ///
-    /// # Errors
-    /// When the address is on another machine, or unknown.
-    pub async fn check_reach(&self, authority: &str) -> io::Result<()> {
-        if self.trusted {
-            return Ok(());
-        }
-        let mut all = lookup_host(authority).await?;
-        match all.all(|own| own.ip().is_loopback()) {
-            true => Ok(()),
-            false => {
-                let shown: String = authority.chars().filter(char::is_ascii_graphic).take(100).collect();
-                Err(wrong(&format!(
-                    "{shown} is on another machine: write trusted = true in [ros1] to speak with it"
-                )))
-            }
-        }
-    }
-
-    /// Logs a text once.
-    pub fn tell(&self, level: Level, text: &str) {
-        let mut told = self.told.lock().unwrap_or_else(PoisonError::into_inner);
-        if told.len() < TOLD && told.insert(text.into()) {
-            self.composer.log(level, &format!("{SCHEME}: {text}"));
-        }
-    }
-
-    /// Takes note that a parameter of the node has changed on the master.
-    pub fn parameters_changed(&self) {
-        self.parameter_changes.fetch_add(1, Ordering::Release);
-        self.parameter_wake.notify(1);
-    }
-
-    /// How often parameters of the node changed on the master, and how often the node was registered.
-    pub fn parameter_changes(&self) -> (u64, u64) {
-        (self.parameter_changes.load(Ordering::Acquire), self.registrations.load(Ordering::Acquire))
     }
 }
 

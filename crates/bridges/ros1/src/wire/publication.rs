@@ -13,7 +13,7 @@ use super::header::{ConnectionHeader, length, misfit};
 use crate::checksum::message_checksum;
 
 /// A topic, and the queues of its subscribers.
-pub struct Publication {
+pub struct TopicPublication {
     pub topic: String,
     pub of: String,
     definition: String,
@@ -26,7 +26,7 @@ pub struct Publication {
     lost: AtomicU64,
 }
 
-impl Publication {
+impl TopicPublication {
     /// A topic of a type; `depth` messages wait for a slow subscriber.
     ///
     /// # Errors

@@ -10,9 +10,9 @@ use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::time::{sleep, timeout};
 
+use super::context::NodeContext;
 use super::header::{ConnectionHeader, length, read_message};
 use super::http::TIMEOUT;
-use super::node::RosNode;
 use crate::checksum::service_checksum;
 
 /// Bytes that a request or a response may have.
@@ -22,22 +22,22 @@ const LONGEST: u32 = 1 << 20;
 const LOOK: Duration = Duration::from_millis(2);
 
 /// Answers a request, or tells why it does not.
-pub type ServiceHandler = Box<dyn Fn(&Json) -> Result<Json, String> + Send>;
+pub type RequestHandler = Box<dyn Fn(&Json) -> Result<Json, String> + Send>;
 
 /// A service that a node offers.
-pub struct ServiceServer {
+pub struct RosrpcServer {
     pub service: String,
     of: ServiceType,
     checksum: String,
-    handler: Arc<Mutex<ServiceHandler>>,
+    handler: Arc<Mutex<RequestHandler>>,
 }
 
-impl ServiceServer {
+impl RosrpcServer {
     /// A service of a type.
     ///
     /// # Errors
     /// A definition that lacks a message, in words.
-    pub fn new(service: &str, of: &ServiceType, handler: ServiceHandler) -> Result<Self, String> {
+    pub fn new(service: &str, of: &ServiceType, handler: RequestHandler) -> Result<Self, String> {
         let checksum = checksum(of)?;
         Ok(Self { service: service.into(), of: of.clone(), checksum, handler: Arc::new(Mutex::new(handler)) })
     }
@@ -50,7 +50,7 @@ impl ServiceServer {
         &self,
         mut stream: TcpStream,
         header: &ConnectionHeader,
-        node: &RosNode,
+        node: &NodeContext,
     ) -> io::Result<Option<String>> {
         if ![self.checksum.as_str(), "*"].contains(&header.get("md5sum")) {
             let [client, of, sum] = ["callerid", "type", "md5sum"].map(|name| header.shown(name));
@@ -65,7 +65,7 @@ impl ServiceServer {
         }
         let (request, response) = (self.of.request_name(), self.of.response_name());
         let own = [
-            ("callerid", node.master.node.as_str()),
+            ("callerid", node.name()),
             ("md5sum", &self.checksum),
             ("request_type", &request),
             ("response_type", &response),
@@ -125,7 +125,7 @@ fn checksum(of: &ServiceType) -> Result<String, String> {
 /// # Errors
 /// Why there is no response, in words.
 pub async fn call_service(
-    node: &RosNode,
+    node: &NodeContext,
     service: &str,
     of: &ServiceType,
     request: &Json,
@@ -140,12 +140,7 @@ pub async fn call_service(
     let mut stream = TcpStream::connect(authority).await.map_err(lost)?;
     stream.set_nodelay(true).map_err(lost)?;
     let checksum = checksum(of)?;
-    let own = [
-        ("callerid", node.master.node.as_str()),
-        ("md5sum", &checksum),
-        ("service", service),
-        ("type", of.name()),
-    ];
+    let own = [("callerid", node.name()), ("md5sum", &checksum), ("service", service), ("type", of.name())];
     ConnectionHeader::of(own).write(&mut stream).await.map_err(lost)?;
     let theirs = ConnectionHeader::read(&mut stream).await.map_err(lost)?;
     if !theirs.get("error").is_empty() {

@@ -12,10 +12,10 @@ use tokio::sync::Notify;
 use tokio::task::JoinHandle;
 use tokio::time::{sleep, timeout};
 
+use super::context::NodeContext;
 use super::header::{ConnectionHeader, misfit, read_message, wrong};
 use super::http::{HttpAddress, TIMEOUT};
-use super::master::call_method;
-use super::node::RosNode;
+use super::master::{CallError, call_method};
 use super::xml::XmlValue;
 use crate::checksum::message_checksum;
 
@@ -35,7 +35,7 @@ const MISFIT: Duration = Duration::from_secs(5);
 pub type MessageSink = Box<dyn Fn(Result<&[u8], String>) + Send + Sync>;
 
 /// A topic, and the publishers that the master knows.
-pub struct Subscription {
+pub struct TopicSubscription {
     pub topic: String,
     pub of: String,
     definition: String,
@@ -67,7 +67,7 @@ impl Drop for ReadingTask {
     }
 }
 
-impl Subscription {
+impl TopicSubscription {
     /// A topic of a type, whose messages go to a sink.
     ///
     /// # Errors
@@ -91,6 +91,17 @@ impl Subscription {
         self.connected.load(Ordering::Relaxed)
     }
 
+    /// Subscribes at the master, and returns the publishers that it knows: addresses of their APIs.
+    ///
+    /// # Errors
+    /// When the master refuses or is not reached.
+    pub async fn subscribe(&self, node: &NodeContext) -> Result<Vec<String>, CallError> {
+        let arguments = vec![self.topic.as_str().into(), self.of.as_str().into(), node.api.as_str().into()];
+        let all = node.master.call("registerSubscriber", arguments).await?;
+        let all = all.as_list().unwrap_or_default().iter();
+        Ok(all.filter_map(XmlValue::as_text).map(ToOwned::to_owned).collect())
+    }
+
     /// Takes note of the publishers that the master knows.
     pub fn note_publishers(&self, all: impl IntoIterator<Item = String>) {
         let all = all.into_iter().take(MOST).collect();
@@ -105,11 +116,11 @@ impl Subscription {
     }
 
     /// Reads all publishers, until it is aborted.
-    pub async fn run(self: Arc<Self>, node: Arc<RosNode>) {
+    pub async fn run(self: Arc<Self>, node: Arc<NodeContext>) {
         let mut tasks: BTreeMap<String, ReadingTask> = BTreeMap::new();
         loop {
             if self.is_stale.swap(false, Ordering::AcqRel)
-                && let Ok(all) = node.publishers_of(&self).await
+                && let Ok(all) = self.subscribe(&node).await
             {
                 self.note_publishers(all);
             }
@@ -126,7 +137,7 @@ impl Subscription {
     }
 
     /// Reads a publisher, and connects again when it is lost.
-    async fn read(self: Arc<Self>, node: Arc<RosNode>, publisher: String) {
+    async fn read(self: Arc<Self>, node: Arc<NodeContext>, publisher: String) {
         let mut pause = RETRY[0];
         loop {
             match self.connect(&node, &publisher).await {
@@ -146,11 +157,11 @@ impl Subscription {
 
     /// # Errors
     /// When the publisher is not reached; invalid data when it means another message.
-    async fn connect(&self, node: &RosNode, publisher: &str) -> io::Result<TcpStream> {
+    async fn connect(&self, node: &NodeContext, publisher: &str) -> io::Result<TcpStream> {
         let api = HttpAddress::parse(publisher).map_err(io::Error::other)?;
         node.check_reach(&api.authority).await?;
         let protocols = XmlValue::List(vec![XmlValue::List(vec!["TCPROS".into()])]);
-        let arguments = [node.master.node.as_str().into(), self.topic.as_str().into(), protocols];
+        let arguments = [node.name().into(), self.topic.as_str().into(), protocols];
         let answer = call_method(&api, "requestTopic", &arguments).await;
         let answer = answer.map_err(|error| io::Error::other(error.to_string()))?;
         let authority = match answer.as_list() {
@@ -175,7 +186,7 @@ impl Subscription {
     /// Tells a publisher what is wanted, and hears what it has.
     async fn exchange(
         &self,
-        node: &RosNode,
+        node: &NodeContext,
         authority: &str,
         of: &str,
         checksum: &str,
@@ -184,7 +195,7 @@ impl Subscription {
             let mut stream = TcpStream::connect(authority).await?;
             stream.set_nodelay(true)?;
             let own = [
-                ("callerid", node.master.node.as_str()),
+                ("callerid", node.name()),
                 ("md5sum", checksum),
                 ("message_definition", &self.definition),
                 ("tcp_nodelay", "1"),
