@@ -22,7 +22,7 @@ pub use inbound::{InboundTopic, InboundTopics};
 pub use log_lines::{LogLines, NodeLogLine};
 pub use misfit::{TopicMisfit, input, output};
 pub use options::{FrameInput, NodeOptions, OPTION_KEYS, ParameterAccess};
-pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue};
+pub use outbound::{OutboundStatus, OutboundTopic, OutboundValue, date};
 pub use parameters::{NodeParameter, ParameterTable, value_of};
 pub use service_settings::{ServiceCall, ServiceOffer, ServicesReader};
 pub use service_type::ServiceType;

@@ -155,7 +155,7 @@ impl OutboundStatus {
 }
 
 /// Time of a message, ns: that of the simulation in lockstep, else the date.
-pub(crate) fn date(composer: &Composer, time: u64) -> u64 {
+pub fn date(composer: &Composer, time: u64) -> u64 {
     if composer.is_lockstep() {
         return time;
     }
