@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::io;
+use std::net::{IpAddr, UdpSocket};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -36,6 +37,12 @@ pub struct NodeContext {
     parameter_changes: AtomicU64,
     /// Wakes who keeps parameters.
     pub parameter_wake: Wake,
+}
+
+/// Whether an address is one of this machine.
+fn is_own(address: IpAddr) -> bool {
+    // Sockets have no others.
+    address.is_loopback() || UdpSocket::bind((address, 0)).is_ok()
 }
 
 impl NodeContext {
@@ -75,7 +82,7 @@ impl NodeContext {
             return Ok(());
         }
         let mut all = lookup_host(authority).await?;
-        match all.all(|own| own.ip().is_loopback()) {
+        match all.all(|own| is_own(own.ip())) {
             true => Ok(()),
             false => {
                 let shown: String = authority.chars().filter(char::is_ascii_graphic).take(100).collect();

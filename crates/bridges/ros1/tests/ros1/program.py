@@ -126,6 +126,10 @@ class Node:
         topic = xmlrpc.client.ServerProxy(api).requestTopic("/test", command["topic"], [["TCPROS"]])
         return [int(api.rstrip("/").rsplit(":", 1)[1]), topic[2][2]]
 
+    def register(self, command):
+        """Says to the master that another node publishes a topic."""
+        rosgraph.Master("/far").registerPublisher(command["topic"], command["type"], command["api"])
+
     def nodes(self, _):
         publishers, subscribers, _ = rosgraph.Master("/test").getSystemState()
         return sorted({node for _, nodes in publishers + subscribers for node in nodes})

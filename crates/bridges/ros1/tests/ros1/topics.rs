@@ -183,6 +183,21 @@ fn a_mismatch_is_said_with_both_types() {
 }
 
 #[test]
+fn nodes_on_other_machines_are_not_spoken_with_unless_trusted() {
+    let master = Master::start();
+    let agent = Running::start(&master.address(), "\"base/command\" = \"ros1:/cmd_vel\"");
+    let mut peer = master.peer("driver");
+    let far = json!({ "do": "register", "topic": "/cmd_vel", "type": "geometry_msgs/Twist", "api": "http://192.0.2.1:9/" });
+    peer.tell(far);
+    eventually("the reason", || agent.logged("192.0.2.1:9 is on another machine: write trusted = true") == 1);
+    // Those on this one are read as before.
+    peer.advertise("/cmd_vel", "geometry_msgs/Twist");
+    eventually("the subscription", || peer.matched("/cmd_vel") == 1);
+    peer.publish("/cmd_vel", &json!({ "linear": { "x": 0.25 } }));
+    eventually("the command", || agent.number("base/command/linear") == 0.25);
+}
+
+#[test]
 fn without_a_master_nothing_begins() {
     let agent = Running::load(
         &linked("http://127.0.0.1:9", "\"base/command\" = \"ros1:/cmd_vel\""),
