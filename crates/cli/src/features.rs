@@ -3,10 +3,11 @@
 use std::sync::LazyLock;
 
 /// Name of each feature, and whether it is built in.
-const FEATURES: [(&str, bool); 6] = [
+const FEATURES: [(&str, bool); 7] = [
     ("console", cfg!(feature = "console")),
     ("jpeg", cfg!(feature = "jpeg")),
     ("mcp", cfg!(feature = "mcp")),
+    ("ros1", cfg!(feature = "ros1")),
     ("ros2", cfg!(feature = "ros2")),
     ("tls", cfg!(feature = "tls")),
     ("zenoh", cfg!(feature = "zenoh")),

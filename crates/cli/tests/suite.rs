@@ -33,6 +33,7 @@ mod refusals;
 mod remote;
 mod replay;
 mod report;
+mod ros1;
 mod ros2;
 mod sharing;
 mod snapshot;

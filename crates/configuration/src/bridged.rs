@@ -9,6 +9,9 @@ const FILLED: [&str; 2] = ["read", "frames"];
 const NAMED: [(&str, &[&str]); 3] =
     [("write", &["from"]), ("serve", &["to"]), ("call", &["from", "response"])];
 
+/// Tables of bridges.
+const BRIDGES: [&str; 2] = ["ros1", "ros2"];
+
 /// The ports of a configuration that a bridge reads or fills.
 pub struct BridgedPorts<'c>(pub &'c Configuration);
 
@@ -33,9 +36,8 @@ impl<'c> BridgedPorts<'c> {
     }
 
     fn entries(&self, table: &str) -> impl Iterator<Item = (&str, &Spanned<Value>)> {
-        let found =
-            self.0.table("ros2").and_then(|ros2| ros2.get(table)).and_then(|entries| entries.as_table());
-        found.into_iter().flat_map(Table::iter).map(|(key, entry)| (key, &entry.value))
+        let bridges = BRIDGES.iter().filter_map(|name| self.0.table(name)?.get(table)?.as_table());
+        bridges.flat_map(Table::iter).map(|(key, entry)| (key, &entry.value))
     }
 
     fn is_text(&self, name: &Spanned<Value>, port: &str) -> bool {

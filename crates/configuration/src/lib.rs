@@ -292,12 +292,12 @@ impl Configuration {
         self.merged.at(names.iter().map(String::as_str))
     }
 
-    /// Whether the messages of an outbox leave the agent over a bridge, as an entry of `[ros2.call]` names it.
+    /// Whether the messages of an outbox leave the agent over a bridge, as an entry of `[ros1.call]` or `[ros2.call]` names it.
     pub fn is_outgoing(&self, outbox: &str) -> bool {
         BridgedPorts(self).is_outgoing(outbox)
     }
 
-    /// Whether a bridge reads a port, or fills it, as `[ros2]` names it.
+    /// Whether a bridge reads a port, or fills it, as `[ros1]` or `[ros2]` names it.
     pub fn is_bridged(&self, port: &str) -> bool {
         BridgedPorts(self).has(port)
     }

@@ -13,7 +13,8 @@ struct SchemeBridge {
     feature: (&'static str, bool),
 }
 
-const BRIDGES: [SchemeBridge; 2] = [
+const BRIDGES: [SchemeBridge; 3] = [
+    SchemeBridge { scheme: "ros1", name: "ROS 1", feature: ("ros1", cfg!(feature = "ros1")) },
     SchemeBridge { scheme: "ros2", name: "ROS 2", feature: ("ros2", cfg!(feature = "ros2")) },
     SchemeBridge {
         scheme: slate_network::SCHEME,
@@ -58,25 +59,53 @@ pub fn check_bridges(configuration: &Configuration) -> Result<(), Report> {
     if wrong.is_empty() { Ok(()) } else { Err(Report::from(wrong)) }
 }
 
+/// An input, what fills it, and where that is written.
+type FilledInput = (String, String, Option<Span>);
+
+/// Inputs that a bridge to ROS fills from topics, frames and responses of services.
+#[cfg(any(feature = "ros1", feature = "ros2"))]
+fn inputs_of_ros(
+    name: &str,
+    scheme: &str,
+    topics: impl Iterator<Item = FilledInput>,
+    frames: impl Iterator<Item = FilledInput>,
+    services: impl Iterator<Item = FilledInput>,
+) -> Vec<FilledInput> {
+    let topics = topics.map(|(input, topic, place)| (input, format!("{scheme}:{topic}"), place));
+    let frames = frames.map(|(input, frame, place)| (input, format!("frame {frame} of {name}"), place));
+    let services =
+        services.map(|(input, service, place)| (input, format!("the responses of {service}"), place));
+    topics.chain(frames).chain(services).collect()
+}
+
 /// Inputs that a table and a link, or the tables of two bridges, would fill.
 fn two_bridges(configuration: &Configuration) -> Result<Vec<Diagnostic>, Report> {
-    let mut filled: Vec<(String, String, Option<Span>)> = Vec::new();
+    let mut filled: Vec<FilledInput> = Vec::new();
     if let Some(network) = NetworkSettings::of(configuration)? {
         let inputs = network.read.into_iter();
         filled.extend(inputs.map(|(input, reading)| (input, reading.source.to_string(), reading.place)));
     }
+    #[cfg(feature = "ros1")]
+    if let Some(ros) = slate_ros1::Ros1Settings::of(configuration)? {
+        let read = ros.read.into_iter().map(|own| (own.input, own.topic, Some(own.place)));
+        filled.extend(inputs_of_ros(
+            "ROS 1",
+            slate_ros1::SCHEME,
+            read,
+            ros.options.frames.into_iter().map(|own| (own.input, own.frame, own.place)),
+            ros.call.into_iter().filter_map(|own| Some((own.response?, own.service, own.place))),
+        ));
+    }
     #[cfg(feature = "ros2")]
     if let Some(ros) = slate_ros2::RosSettings::of(configuration)? {
-        let inputs = ros.read.into_iter();
-        filled.extend(inputs.map(|own| (own.input, format!("ros2:{}", own.topic), own.place)));
-        let frames = ros.options.frames.into_iter();
-        filled.extend(frames.map(|own| (own.input, format!("frame {} of ROS 2", own.frame), own.place)));
-        let responses = ros.call.into_iter();
-        filled.extend(
-            responses.filter_map(|own| {
-                Some((own.response?, format!("the responses of {}", own.service), own.place))
-            }),
-        );
+        let read = ros.read.into_iter().map(|own| (own.input, own.topic, own.place));
+        filled.extend(inputs_of_ros(
+            "ROS 2",
+            slate_ros2::TABLE,
+            read,
+            ros.options.frames.into_iter().map(|own| (own.input, own.frame, own.place)),
+            ros.call.into_iter().filter_map(|own| Some((own.response?, own.service, own.place))),
+        ));
     }
     let links = configuration.external_links().iter();
     for link in links.filter(|link| link.direction == ExternalDirection::In) {
@@ -89,7 +118,7 @@ fn two_bridges(configuration: &Configuration) -> Result<Vec<Diagnostic>, Report>
     }
     let mut wrong = Vec::new();
     for (at, (input, source, place)) in filled.iter().enumerate() {
-        let meets = |(other, ..): &&(String, String, Option<Span>)| {
+        let meets = |(other, ..): &&FilledInput| {
             slate_blackboard::is_within(other, input) || slate_blackboard::is_within(input, other)
         };
         if let Some((_, other, _)) = filled[..at].iter().find(meets) {

@@ -20,6 +20,8 @@ mod options;
 pub mod output;
 mod printed_error;
 mod robot;
+mod ros;
+mod ros1;
 mod ros2;
 mod run;
 mod run_history;
@@ -42,6 +44,7 @@ pub use observation::Observation;
 pub use options::{ApplicationOptions, MAXIMUM_SEED, ModeName, RunOptions, parse_rate};
 pub use printed_error::PrintedError;
 pub use robot::RunRobot;
+pub use ros1::check_ros1;
 pub use ros2::check_ros2;
 pub use run::{RunContext, Supervision, run};
 pub use run_history::RunHistory;
@@ -50,7 +53,7 @@ use slate_runtime::configuration::{Configuration, Database};
 pub use stay::DEBOUNCE;
 
 /// Names at the top of a configuration that belong to applications.
-pub const EXTRA_TABLES: [&str; 5] = ["world", "report", "console", "network", "ros2"];
+pub const EXTRA_TABLES: [&str; 6] = ["world", "report", "console", "network", "ros1", "ros2"];
 
 /// Settings of applications that may be paths.
 pub const PATHS: [&str; 2] = ["world.arena", "world.robots.*.model"];

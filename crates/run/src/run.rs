@@ -14,7 +14,7 @@ use crate::console::{ConsoleOptions, open_browser};
 use crate::display::{DisplayLog, LiveDisplay, RunTitle};
 use crate::folder::ReportFolder;
 use crate::network::{connect, network_settings};
-use crate::ros2::RunBridge;
+use crate::ros::RosBridges;
 use crate::stay::{Interrupt, stay};
 use crate::{Application, Finished, MissionOptions, MissionRun, ModeName, RunError, RunOptions, output};
 
@@ -78,14 +78,12 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
     let server = Server::open_on(Arc::clone(&surface)).map_err(RunError::Unreachable)?;
     let join = |settings| connect(&surface, settings, &configuration);
     let network = network_settings.as_ref().map(join).transpose()?;
-    let mut bridge = RunBridge::open(&mission.agent, &surface)?;
+    let mut ros = RosBridges::open(&mission.agent, &surface)?;
     // Created last, so that a refused configuration leaves nothing behind.
     let folder = ReportFolder::of(options, &title.name, title.seed, mission.keeps_report())?;
     mission.record(folder.path());
     // What comes from outside is part of the recording.
-    if let Some(bridge) = &mut bridge {
-        bridge.start(&mission.agent)?;
-    }
+    ros.start(&mission.agent)?;
     if folder.is_there() {
         mission.stream_trajectory(folder.path());
     }
@@ -115,7 +113,7 @@ pub fn run(application: Application, options: &RunOptions, context: RunContext) 
              end with the run"
         );
     }
-    drop((server, console, network, bridge));
+    drop((server, console, network, ros));
     drop(finished.agent);
     written?;
     drop(folder);

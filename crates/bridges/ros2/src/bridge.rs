@@ -11,46 +11,24 @@ use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
 use slate_runtime::Composer;
+use slate_topics::{InboundTopic, InboundTopics, OutboundStatus, OutboundTopic, TopicStatus};
 
 use crate::check::{check_clock, input, output};
 use crate::error::RosError;
 use crate::frame_inputs::FrameInputs;
-use crate::inbound::{InboundTopic, InboundTopics};
+use crate::inbound::TopicReaders;
 use crate::matches::{Matches, OwnEndpoint};
 use crate::message::RosMessage;
 use crate::name::wire_topic;
 use crate::node::NodeTopics;
-use crate::outbound::{OutboundCounts, OutboundTopic, OutboundTopics};
+use crate::outbound::{WriterTopic, WriterTopics};
 use crate::parameters::parameter_services;
-use crate::participant::{RosParticipant, TopicReader};
+use crate::participant::RosParticipant;
 use crate::services::ServiceThreads;
 use crate::settings::{RosSettings, TABLE};
 
 /// How long the end waits for a thread that sets inputs.
 const PATIENCE: Duration = Duration::from_secs(2);
-
-/// How a topic of an agent stands.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TopicStatus {
-    /// As ROS calls it.
-    pub topic: String,
-    /// As ROS calls it, such as `sensor_msgs/msg/LaserScan`.
-    pub message: String,
-    /// Path of the property.
-    pub property: String,
-    /// Whether the agent reads it.
-    pub is_read: bool,
-    /// Publishers or subscriptions that it is connected with.
-    pub others: usize,
-    /// Values that were set or sent.
-    pub count: u64,
-    /// Messages that did not fit.
-    pub refused: u64,
-    /// Values that were replaced by newer ones before they were set or sent.
-    pub dropped: u64,
-    /// Why the last message did not fit; nothing when it did.
-    pub error: Option<String>,
-}
 
 /// An agent as a node of ROS, until this is dropped. All of it runs in threads of its own: no tick waits for ROS.
 pub struct RosBridge {
@@ -60,10 +38,10 @@ pub struct RosBridge {
     inbound: Arc<InboundTopics>,
     /// By place among those that are read.
     readers: Vec<GUID>,
-    outbound: Vec<OutboundStatus>,
+    outbound: Vec<(GUID, OutboundStatus)>,
     wake: Arc<Wake>,
     ended: Arc<AtomicBool>,
-    waiting: Option<(Vec<TopicReader>, Vec<OutboundTopic>)>,
+    waiting: Option<(TopicReaders, Vec<WriterTopic>)>,
     services: ServiceThreads,
     surface: Arc<ControlSurface>,
     node: Option<NodeTopics>,
@@ -71,14 +49,6 @@ pub struct RosBridge {
     /// Of threads that wait for something else than values.
     wakes: Vec<Arc<Wake>>,
     threads: Vec<JoinHandle<()>>,
-}
-
-struct OutboundStatus {
-    guid: GUID,
-    topic: String,
-    message: String,
-    property: String,
-    counts: Arc<OutboundCounts>,
 }
 
 impl std::fmt::Debug for RosBridge {
@@ -106,16 +76,18 @@ impl RosBridge {
             let reader = participant.reader(&settings.topic, message.name(), settings.quality)?;
             own.insert(reader.guid(), endpoint(&settings.topic, &message, true));
             guids.push(reader.guid());
-            readers.push(reader);
-            let capacity = property.channel().map_or(0, |channel| channel.shape().capacity);
             property.set_external(&format!("{TABLE}:{}", settings.topic));
-            topics.push(InboundTopic::new(settings.clone(), message, capacity));
+            let (topic, depth) = (&settings.topic, settings.quality.depth.into());
+            topics.push(InboundTopic::new(topic, message.name(), &settings.input, &property, depth));
+            readers.push((reader, message));
         }
         let mut writers = Vec::new();
         for (settings, (property, message)) in outputs {
             let writer = participant.writer(&settings.topic, message.name(), settings.quality)?;
-            let topic = OutboundTopic::new(settings.clone(), message, writer, property);
-            own.insert(topic.guid(), endpoint(&settings.topic, &topic.message, false));
+            let topic = OutboundTopic::new(&settings.topic, message.name(), &settings.property, property);
+            let settings = settings.clone();
+            let topic = WriterTopic { topic, message, writer, settings, is_told: false };
+            own.insert(topic.guid(), endpoint(topic.topic.topic(), &topic.message, false));
             writers.push(topic);
         }
         let mut services = ServiceThreads::open(&participant, surface, settings, &mut topics)?;
@@ -131,25 +103,19 @@ impl RosBridge {
         all_readers.extend(frames.iter().flat_map(FrameInputs::guids));
         all_readers.extend(&guids);
         all_writers.extend(node.guids());
-        all_writers.extend(writers.iter().map(OutboundTopic::guid));
+        all_writers.extend(writers.iter().map(WriterTopic::guid));
         participant.announce(&all_readers, &all_writers)?;
-        let outbound = writers.iter().map(|topic| OutboundStatus {
-            guid: topic.guid(),
-            topic: topic.settings.topic.clone(),
-            message: topic.message.name().to_owned(),
-            property: topic.settings.property.clone(),
-            counts: Arc::clone(&topic.counts),
-        });
+        let outbound = writers.iter().map(|own| (own.guid(), own.topic.status()));
         Ok(Self {
             composer: composer.clone(),
             participant: Arc::new(participant),
             matches: Arc::new(Matches::new(own)),
-            inbound: Arc::new(InboundTopics::new(composer.clone(), topics)),
+            inbound: Arc::new(InboundTopics::new(TABLE, composer.clone(), topics)),
             readers: guids,
             outbound: outbound.collect(),
             wake: Arc::new(Wake::new()),
             ended: Arc::new(AtomicBool::new(false)),
-            waiting: Some((readers, writers)),
+            waiting: Some((TopicReaders(readers), writers)),
             services,
             surface: Arc::clone(surface),
             node: Some(node),
@@ -172,7 +138,7 @@ impl RosBridge {
                 "ros2: values are looked at now and then only, as the agent was connected often before";
             self.composer.log(Level::Warn, text);
         }
-        let outbound = OutboundTopics {
+        let outbound = WriterTopics {
             topics,
             composer: self.composer.clone(),
             matches: Arc::clone(&self.matches),
@@ -188,7 +154,10 @@ impl RosBridge {
                 matches.note(&event, &composer);
             }
         };
-        self.threads.push(spawn("ros2-receive").spawn(move || inbound.receive(&readers, look))?);
+        let (wake, ended) = (Arc::new(Wake::new()), Arc::clone(&self.ended));
+        self.wakes.push(Arc::clone(&wake));
+        let receive = move || readers.receive(&inbound, &wake, &ended, look);
+        self.threads.push(spawn("ros2-receive").spawn(receive)?);
         let inbound = Arc::clone(&self.inbound);
         self.threads.push(spawn("ros2-set").spawn(move || inbound.deliver())?);
         if let Some(node) = self.node.take().filter(|node| !node.is_empty()) {
@@ -209,29 +178,9 @@ impl RosBridge {
 
     /// How the topics stand: those that are read, then those that are written.
     pub fn topics(&self) -> Vec<TopicStatus> {
-        let count = |own: &std::sync::atomic::AtomicU64| own.load(Ordering::Relaxed);
-        let read = self.inbound.topics.iter().zip(&self.readers).map(|(topic, guid)| TopicStatus {
-            topic: topic.settings.topic.clone(),
-            message: topic.message.name().to_owned(),
-            property: topic.settings.input.clone(),
-            is_read: true,
-            others: self.matches.count(*guid),
-            count: count(&topic.received),
-            refused: count(&topic.refused),
-            dropped: count(&topic.dropped),
-            error: topic.error(),
-        });
-        let written = self.outbound.iter().map(|topic| TopicStatus {
-            topic: topic.topic.clone(),
-            message: topic.message.clone(),
-            property: topic.property.clone(),
-            is_read: false,
-            others: self.matches.count(topic.guid),
-            count: count(&topic.counts.sent),
-            refused: 0,
-            dropped: count(&topic.counts.thinned),
-            error: None,
-        });
+        let read = self.inbound.topics().iter().zip(&self.readers);
+        let read = read.map(|(topic, guid)| topic.status(Some(self.matches.count(*guid))));
+        let written = self.outbound.iter().map(|(guid, topic)| topic.status(Some(self.matches.count(*guid))));
         read.chain(written).collect()
     }
 }
@@ -264,8 +213,8 @@ impl Drop for RosBridge {
                 let _ = thread.join();
             }
         }
-        for topic in &self.inbound.topics {
-            if let Some((property, _)) = self.composer.board().get(&topic.settings.input) {
+        for topic in self.inbound.topics() {
+            if let Some((property, _)) = self.composer.board().get(topic.input()) {
                 property.set_external("");
             }
         }

@@ -1,20 +1,5 @@
-use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
-
-/// A property that does not fit its topic.
-#[derive(Debug, thiserror::Error)]
-#[error("/{property} and {topic}: {reason}")]
-pub struct TopicMisfit {
-    /// Path of the property.
-    pub property: String,
-    /// The topic.
-    pub topic: String,
-    /// In words.
-    pub reason: String,
-    /// What to do.
-    pub help: &'static str,
-    /// Where it is written.
-    pub place: Option<Span>,
-}
+use slate_runtime::configuration::{Configuration, Diagnostic, Report};
+use slate_topics::TopicMisfit;
 
 /// Why an agent has no topics of ROS.
 #[derive(Debug, thiserror::Error)]
@@ -73,11 +58,9 @@ impl RosError {
 
     /// The error with file, line and what to do, of the configuration that the settings came from.
     pub fn report(&self, configuration: &Configuration) -> Report {
-        let help = Some(self.help().to_owned());
-        let place = if let Self::Topic(misfit) = self { misfit.place } else { None };
-        Report::from(match place {
-            Some(span) => configuration.diagnostic(span, self.to_string(), help),
-            None => Diagnostic::without_place(self.to_string(), help),
-        })
+        match self {
+            Self::Topic(misfit) => misfit.report(configuration),
+            _ => Report::from(Diagnostic::without_place(self.to_string(), Some(self.help().to_owned()))),
+        }
     }
 }

@@ -25,7 +25,6 @@ mod message;
 mod name;
 #[cfg(feature = "dds")]
 mod node;
-mod options;
 #[cfg(feature = "dds")]
 mod outbound;
 #[cfg(feature = "dds")]
@@ -35,23 +34,21 @@ mod participant;
 mod quality;
 #[cfg(feature = "dds")]
 mod raw;
-mod service_settings;
-mod service_type;
+#[cfg(feature = "dds")]
 mod services;
 mod settings;
-mod table_reader;
-mod whole_input;
 
 #[cfg(feature = "dds")]
-pub use bridge::{RosBridge, TopicStatus};
+pub use bridge::RosBridge;
 pub use check::check_topics;
-pub use error::{RosError, TopicMisfit};
+pub use error::RosError;
 #[cfg(feature = "dds")]
 pub use explorer::{FoundEndpoint, FoundTopic, RosExplorer, TopicStream};
 pub use message::RosMessage;
 pub use name::{NodeName, check_topic, type_name, wire_topic};
-pub use options::{FrameInput, NodeOptions, ParameterAccess};
 pub use quality::TopicQuality;
-pub use service_settings::{ServiceCall, ServiceOffer};
-pub use service_type::ServiceType;
 pub use settings::{RosSettings, TABLE, TopicInput, TopicOutput};
+pub use slate_topics::{
+    FrameInput, NodeOptions, ParameterAccess, ServiceCall, ServiceOffer, ServiceType, TopicMisfit,
+    TopicStatus,
+};

@@ -2,16 +2,17 @@
 
 use std::collections::BTreeMap;
 
+use slate_record::ros::WireFormat;
 use slate_runtime::Message;
 use slate_runtime::configuration::{
     Configuration, Diagnostic, ExternalDirection, ExternalLink, Report, Span, Spanned, Table, Value,
 };
+use slate_topics::{
+    KeyedValue, NodeOptions, OPTION_KEYS, ServiceCall, ServiceOffer, ServiceType, ServicesReader, TableReader,
+};
 
 use crate::name::{NodeName, check_node, check_topic};
-use crate::options::{KEYS, NodeOptions};
 use crate::quality::TopicQuality;
-use crate::service_settings::{ServiceCall, ServiceOffer, ServicesReader};
-use crate::table_reader::{KeyedValue, TableReader};
 
 /// Name of the table, and scheme of links.
 pub const TABLE: &str = "ros2";
@@ -113,7 +114,8 @@ impl RosSettings {
         if root.is_none() && configuration.links_of_scheme(TABLE).next().is_none() {
             return Ok(None);
         }
-        let mut reader = RosSettingsReader { configuration, wrong: Vec::new() };
+        let node = NodeName::of_agent(configuration.agent_name());
+        let mut reader = RosSettingsReader { configuration, node, wrong: Vec::new() };
         let settings = reader.settings(root);
         if reader.wrong.is_empty() { Ok(Some(settings)) } else { Err(Report::from(reader.wrong)) }
     }
@@ -126,6 +128,7 @@ impl RosSettings {
 
 struct RosSettingsReader<'c> {
     configuration: &'c Configuration,
+    node: NodeName,
     wrong: Vec<Diagnostic>,
 }
 
@@ -137,7 +140,7 @@ impl RosSettingsReader<'_> {
     fn settings(&mut self, root: Option<&Spanned<Value>>) -> RosSettings {
         let mut settings = RosSettings {
             domain: 0,
-            node: NodeName::of_agent(self.configuration.agent_name()),
+            node: self.node.clone(),
             trusted: false,
             read: Vec::new(),
             write: Vec::new(),
@@ -154,13 +157,18 @@ impl RosSettingsReader<'_> {
             }
             return settings;
         };
-        self.wrong.extend(self.configuration.unknown_keys(table, "in [ros2]", &[&KNOWN, &KEYS[..]].concat()));
+        self.wrong.extend(self.configuration.unknown_keys(
+            table,
+            "in [ros2]",
+            &[&KNOWN, &OPTION_KEYS[..]].concat(),
+        ));
         settings.domain = self.domain(table, root.map(|root| root.span));
         settings.node = self.node(table, settings.node);
+        self.node = settings.node.clone();
         settings.trusted = self.truth(table, "trusted");
-        settings.read = self.inputs(table, &settings.node);
-        settings.write = self.outputs(table, &settings.node);
-        let mut services = ServicesReader::new(self, &settings.node);
+        settings.read = self.inputs(table);
+        settings.write = self.outputs(table);
+        let mut services = ServicesReader::new(self, "std_srvs/srv/SetBool");
         (settings.serve, settings.call) = (services.offers(table), services.calls(table));
         settings.options = NodeOptions::of(self, table);
         for link in self.configuration.links_of_scheme(TABLE) {
@@ -181,7 +189,7 @@ impl RosSettingsReader<'_> {
     /// A topic that a link names.
     fn link(&mut self, link: &ExternalLink, settings: &mut RosSettings) {
         let (path, span) = (&link.path.value, link.other.span);
-        let topic = self.topic(&link.other.value.address, span, &settings.node, LINK);
+        let topic = self.topic(&link.other.value.address, span, LINK);
         let known = if link.direction == ExternalDirection::In { &QUALITY[..] } else { &QUALITY_AND_FRAME };
         self.wrong.extend(self.configuration.unknown_keys(&link.options, "of a topic", known));
         let quality = self.quality(&link.options);
@@ -248,12 +256,12 @@ impl RosSettingsReader<'_> {
         node
     }
 
-    fn inputs(&mut self, table: &Table, node: &NodeName) -> Vec<TopicInput> {
+    fn inputs(&mut self, table: &Table) -> Vec<TopicInput> {
         let mut inputs: Vec<TopicInput> = Vec::new();
         for (input, span, entry) in self.entries(table, "read", READ) {
             let path = self.path(&input, span, READ);
             let given = self.given(&entry, "topic", &["topic"], READ);
-            let topic = given.and_then(|topic| self.topic(&topic, entry.span, node, READ));
+            let topic = given.and_then(|topic| self.topic(&topic, entry.span, READ));
             let quality = entry.as_table().map_or_else(TopicQuality::default, |own| self.quality(own));
             let (Some(input), Some(topic)) = (path, topic) else { continue };
             if inputs.iter().any(|other| other.input == input) {
@@ -264,10 +272,10 @@ impl RosSettingsReader<'_> {
         inputs
     }
 
-    fn outputs(&mut self, table: &Table, node: &NodeName) -> Vec<TopicOutput> {
+    fn outputs(&mut self, table: &Table) -> Vec<TopicOutput> {
         let mut outputs = Vec::new();
         for (topic, span, entry) in self.entries(table, "write", WRITE) {
-            let topic = self.topic(&topic, span, node, WRITE);
+            let topic = self.topic(&topic, span, WRITE);
             let given = self.given(&entry, "from", &["from", "frame"], WRITE);
             let property = given.and_then(|path| self.path(&path, entry.span, WRITE));
             let (frame, quality) = match entry.as_table() {
@@ -332,8 +340,8 @@ impl RosSettingsReader<'_> {
         entry.as_str().map(ToOwned::to_owned)
     }
 
-    fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
-        match node.topic(name) {
+    fn topic(&mut self, name: &str, span: Span, help: &str) -> Option<String> {
+        match self.node.topic(name) {
             Ok(topic) => Some(topic),
             Err(reason) => {
                 self.add(span, format!("`{name}` can't be the name of a topic: {reason}"), help);
@@ -419,7 +427,14 @@ impl TableReader for RosSettingsReader<'_> {
         Self::path(self, text, span, help)
     }
 
-    fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String> {
-        Self::topic(self, name, span, node, help)
+    fn topic(&mut self, name: &str, span: Span, help: &str) -> Option<String> {
+        Self::topic(self, name, span, help)
+    }
+
+    fn service_type(&self, name: &str, definition: Option<&str>) -> Result<ServiceType, String> {
+        match definition {
+            Some(text) => ServiceType::parse(WireFormat::Cdr, name, text),
+            None => ServiceType::known(WireFormat::Cdr, name),
+        }
     }
 }

@@ -1,18 +1,34 @@
 use super::Error;
 
-/// How long the encapsulation header is; alignment counts from behind it.
+/// How long the encapsulation header of CDR is; alignment counts from behind it.
 const HEADER: usize = 4;
 
-/// Appends a little-endian message (plain CDR, XCDR version 1).
+/// How values lie in messages.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WireFormat {
+    /// That of ROS 2: plain CDR (XCDR version 1) with its header. Numbers are aligned, texts end with a zero.
+    Cdr,
+    /// That of ROS 1: no header, no gaps, no ends of texts; little end first.
+    Ros1,
+}
+
+/// Appends a little-endian message.
 pub(crate) struct CdrWriter<'a> {
     out: &'a mut Vec<u8>,
     origin: usize,
+    format: WireFormat,
 }
 
 impl<'a> CdrWriter<'a> {
     pub fn new(out: &'a mut Vec<u8>) -> Self {
-        out.extend_from_slice(&[0, 1, 0, 0]);
-        Self { origin: out.len(), out }
+        Self::of(WireFormat::Cdr, out)
+    }
+
+    pub fn of(format: WireFormat, out: &'a mut Vec<u8>) -> Self {
+        if format == WireFormat::Cdr {
+            out.extend_from_slice(&[0, 1, 0, 0]);
+        }
+        Self { origin: out.len(), out, format }
     }
 
     /// Bytes behind the header.
@@ -21,12 +37,22 @@ impl<'a> CdrWriter<'a> {
     }
 
     fn align(&mut self, size: usize) {
+        if self.format == WireFormat::Ros1 {
+            return;
+        }
         let padded = self.written().next_multiple_of(size);
         self.out.resize(self.origin + padded, 0);
     }
 
     pub fn byte(&mut self, byte: u8) {
         self.out.push(byte);
+    }
+
+    /// What stands for a message without fields: ROS 2 wants a byte.
+    pub fn empty(&mut self) {
+        if self.format == WireFormat::Cdr {
+            self.byte(0);
+        }
     }
 
     /// Bytes as they are.
@@ -73,10 +99,25 @@ impl<'a> CdrWriter<'a> {
 
     /// A text that is made of several.
     pub fn joined(&mut self, parts: &[&str]) -> Result<(), Error> {
-        self.length(wire_length(parts.iter().map(|part| part.len()).sum::<usize>() + 1)?);
+        self.begin_text(parts.iter().map(|part| part.len()).sum())?;
         parts.iter().for_each(|part| self.raw(part.as_bytes()));
-        self.byte(0);
+        self.end_text();
         Ok(())
+    }
+
+    /// What stands before the bytes of a text.
+    pub fn begin_text(&mut self, length: usize) -> Result<(), Error> {
+        self.length(wire_length(length + self.end_of_text().len())?);
+        Ok(())
+    }
+
+    /// What stands behind them.
+    pub fn end_text(&mut self) {
+        self.raw(self.end_of_text());
+    }
+
+    fn end_of_text(&self) -> &'static [u8] {
+        if self.format == WireFormat::Cdr { &[0] } else { &[] }
     }
 }
 
@@ -88,14 +129,22 @@ pub(super) fn wire_length(length: usize) -> Result<u32, Error> {
     })
 }
 
-/// Reads a message of either byte order.
+/// Reads a message; CDR of either byte order.
 pub(super) struct CdrReader<'a> {
     bytes: &'a [u8],
     at: usize,
     swapped: bool,
+    format: WireFormat,
 }
 
 impl<'a> CdrReader<'a> {
+    pub fn of(format: WireFormat, bytes: &'a [u8]) -> Result<Self, Error> {
+        match format {
+            WireFormat::Cdr => Self::new(bytes),
+            WireFormat::Ros1 => Ok(Self { bytes, at: 0, swapped: cfg!(target_endian = "big"), format }),
+        }
+    }
+
     pub fn new(bytes: &'a [u8]) -> Result<Self, Error> {
         let wrong = |reason: String| Error::Message { at: 0, reason };
         let Some(header) = bytes.first_chunk::<HEADER>() else {
@@ -112,7 +161,8 @@ impl<'a> CdrReader<'a> {
             }
             _ => return Err(wrong("it has no header".into())),
         };
-        Ok(Self { bytes, at: HEADER, swapped: big != cfg!(target_endian = "big") })
+        let swapped = big != cfg!(target_endian = "big");
+        Ok(Self { bytes, at: HEADER, swapped, format: WireFormat::Cdr })
     }
 
     pub fn error<T>(&self, reason: impl Into<String>) -> Result<T, Error> {
@@ -136,10 +186,20 @@ impl<'a> CdrReader<'a> {
         Ok(self.raw(1)?[0])
     }
 
+    /// What stands for a message without fields.
+    pub fn empty(&mut self) -> Result<(), Error> {
+        if self.format == WireFormat::Cdr {
+            self.byte()?;
+        }
+        Ok(())
+    }
+
     pub fn bool(&mut self) -> Result<bool, Error> {
         match self.byte()? {
             0 => Ok(false),
             1 => Ok(true),
+            // ROS 1 does not say which bytes are true.
+            _ if self.format == WireFormat::Ros1 => Ok(true),
             other => {
                 self.at -= 1;
                 self.error(format!("a truth value is {other}, not 0 or 1"))
@@ -185,6 +245,9 @@ impl<'a> CdrReader<'a> {
     }
 
     fn align(&mut self, size: usize) {
+        if self.format == WireFormat::Ros1 {
+            return;
+        }
         self.at = HEADER + (self.at - HEADER).next_multiple_of(size);
     }
 
@@ -205,6 +268,11 @@ impl<'a> CdrReader<'a> {
 
     pub fn text(&mut self) -> Result<&'a str, Error> {
         let length = self.word()?;
+        if self.format == WireFormat::Ros1 {
+            let start = self.at;
+            let text = std::str::from_utf8(self.raw(length)?);
+            return text.map_err(|_| Error::Message { at: start, reason: "a text is not UTF-8".into() });
+        }
         // Some write an empty text without the zero at its end.
         let Some(length) = length.checked_sub(1) else { return Ok("") };
         let start = self.at;
@@ -219,7 +287,8 @@ impl<'a> CdrReader<'a> {
 
     /// That all has been read, but for what aligns the next message.
     pub fn end(&self) -> Result<(), Error> {
-        if self.left() > 3 {
+        let most = if self.format == WireFormat::Cdr { HEADER - 1 } else { 0 };
+        if self.left() > most {
             return self.error(format!("{} bytes are left over: it is another message", self.left()));
         }
         Ok(())

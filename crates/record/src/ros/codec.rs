@@ -1,7 +1,7 @@
 use slate_blackboard::interface::{Descriptor, Kind, Primitive};
 
 use super::Error;
-use super::cdr::{CdrReader, CdrWriter, wire_length};
+use super::cdr::{CdrReader, CdrWriter, WireFormat, wire_length};
 
 /// Appends a value as a message of its [`definition`](super::definition): little-endian CDR with its header.
 ///
@@ -11,9 +11,22 @@ use super::cdr::{CdrReader, CdrWriter, wire_length};
 /// # Errors
 /// When `bytes` is no value of that interface; `out` is unchanged then.
 pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Result<(), Error> {
+    encode_in(WireFormat::Cdr, descriptor, bytes, out)
+}
+
+/// The same in another format than CDR.
+///
+/// # Errors
+/// When `bytes` is no value of that interface; `out` is unchanged then.
+pub fn encode_in(
+    format: WireFormat,
+    descriptor: &Descriptor,
+    bytes: &[u8],
+    out: &mut Vec<u8>,
+) -> Result<(), Error> {
     let tail = items(descriptor, bytes)?;
     wire_length(bytes.len())?;
-    let mut encoder = Encoder { writer: CdrWriter::new(out), shown: true };
+    let mut encoder = Encoder { writer: CdrWriter::of(format, out), shown: true };
     encoder.message(descriptor, bytes, tail);
     if hides(descriptor) {
         let memory = if encoder.shown { &[] } else { bytes };
@@ -28,7 +41,15 @@ pub fn encode(descriptor: &Descriptor, bytes: &[u8], out: &mut Vec<u8>) -> Resul
 /// # Errors
 /// When it is no message of that interface.
 pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error> {
-    let mut reader = CdrReader::new(message)?;
+    decode_in(WireFormat::Cdr, descriptor, message)
+}
+
+/// The same of another format than CDR.
+///
+/// # Errors
+/// When it is no message of that interface.
+pub fn decode_in(format: WireFormat, descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error> {
+    let mut reader = CdrReader::of(format, message)?;
     let mut value = vec![0; descriptor.size];
     read_message(&mut reader, descriptor, &mut value)?;
     if hides(descriptor) {
@@ -38,8 +59,9 @@ pub fn decode(descriptor: &Descriptor, message: &[u8]) -> Result<Vec<u8>, Error>
             reader.end()?;
             // Readers of the fields and of the memory must see the same value.
             let mut again = Vec::new();
-            encode(descriptor, memory, &mut again)?;
-            if again.get(4..) != message.get(4..again.len()) {
+            encode_in(format, descriptor, memory, &mut again)?;
+            let from = if format == WireFormat::Cdr { 4 } else { 0 };
+            if again.get(from..) != message.get(from..again.len()) {
                 return reader.error("the field `memory` holds another value than the fields before it");
             }
             return Ok(memory.to_vec());
@@ -125,10 +147,9 @@ impl Encoder<'_> {
         self.fill(before);
     }
 
-    /// A message without fields has a byte, as ROS wants it.
     fn fill(&mut self, before: usize) {
         if self.writer.written() == before {
-            self.writer.byte(0);
+            self.writer.empty();
         }
     }
 
@@ -171,9 +192,10 @@ impl Encoder<'_> {
             Err(error) => &text[..error.valid_up_to()],
         };
         self.shown &= text.len() == length && is_zero(&bytes[text.len()..]);
-        self.writer.length(text.len() as u32 + 1);
+        // The whole value fits a message, as was checked.
+        let _ = self.writer.begin_text(text.len());
         self.writer.raw(text);
-        self.writer.byte(0);
+        self.writer.end_text();
     }
 
     fn list(&mut self, item: &Kind, bytes: &[u8], count: usize) {
@@ -218,10 +240,7 @@ fn read_message(
 }
 
 fn read_fill(reader: &mut CdrReader<'_>, before: usize) -> Result<(), Error> {
-    if reader.left() == before {
-        reader.byte()?;
-    }
-    Ok(())
+    if reader.left() == before { reader.empty() } else { Ok(()) }
 }
 
 fn read_item(reader: &mut CdrReader<'_>, item: &Kind, memory: &mut [u8]) -> Result<(), Error> {

@@ -3,6 +3,7 @@ use std::fmt::Write;
 
 use slate_blackboard::interface::{Descriptor, Enumeration, Kind};
 
+use super::cdr::WireFormat;
 use super::codec::{hides, is_wrapped};
 use super::names::{constant_name, field_name, message_name, unique};
 use super::{Primitive, RosPrimitive};
@@ -43,9 +44,27 @@ pub fn definition(descriptor: &Descriptor) -> Definition {
 /// The same with a name of the caller's. Files in which two interfaces have one name need it: to many readers all messages of a
 /// name are the same.
 pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
+    build(WireFormat::Cdr, descriptor, name)
+}
+
+/// The same for the ROS of a format: ROS 1 has no bounds of lists and texts, and calls it `slate_msgs/LaserScan`.
+pub fn definition_in(format: WireFormat, descriptor: &Descriptor) -> Definition {
+    let mut definition = build(format, descriptor, descriptor.name);
+    if format == WireFormat::Ros1 {
+        definition.name = definition.name.replacen("/msg/", "/", 1);
+    }
+    definition
+}
+
+fn build(format: WireFormat, descriptor: &Descriptor, name: &str) -> Definition {
     let name = message_name(name);
-    let mut builder =
-        Builder { names: BTreeSet::from([name.clone()]), top: name.clone(), ..Builder::default() };
+    let mut builder = Builder {
+        names: BTreeSet::from([name.clone()]),
+        top: name.clone(),
+        format,
+        known: BTreeMap::new(),
+        sections: Vec::new(),
+    };
     let mut body = MessageText::default();
     comment(&mut body.text, descriptor.doc, "");
     builder.fields(&mut body, &name, descriptor);
@@ -54,7 +73,7 @@ pub fn definition_named(descriptor: &Descriptor, name: &str) -> Definition {
         comment(&mut body.text, MEMORY, "");
         line(&mut body.text, "uint8[]", &memory);
     }
-    body.close();
+    body.close(format);
     let mut text = body.text;
     for section in builder.sections {
         text.push_str(SEPARATOR);
@@ -76,8 +95,9 @@ pub(super) fn memory(definition: &str) -> Option<&str> {
     lines.nth(1)?.strip_prefix("uint8[] ")
 }
 
-#[derive(Default)]
 struct Builder {
+    /// ROS 1 has no bounds of lists and texts, and messages without fields.
+    format: WireFormat,
     /// The message as a whole. Names of messages in it begin with it, so those of two files' interfaces don't meet.
     top: String,
     names: BTreeSet<String>,
@@ -95,9 +115,9 @@ struct MessageText {
 }
 
 impl MessageText {
-    /// A message without fields has one, as ROS wants it.
-    fn close(&mut self) {
-        if self.fields.is_empty() {
+    /// A message without fields has one, as ROS 2 wants it.
+    fn close(&mut self, format: WireFormat) {
+        if self.fields.is_empty() && format == WireFormat::Cdr {
             line(&mut self.text, "uint8", "structure_needs_at_least_one_member");
         }
     }
@@ -128,8 +148,10 @@ impl Builder {
         let name = field_name(name, &mut body.fields);
         let (item, suffix) = match kind {
             Kind::Array(item, count) => (*item, format!("[{count}]")),
-            Kind::Sequence(item, 0) | Kind::Tail(item) => (*item, "[]".into()),
-            Kind::Sequence(item, capacity) => (*item, format!("[<={capacity}]")),
+            Kind::Sequence(item, capacity) if *capacity > 0 && self.format == WireFormat::Cdr => {
+                (*item, format!("[<={capacity}]"))
+            }
+            Kind::Sequence(item, _) | Kind::Tail(item) => (*item, "[]".into()),
             single => (single, String::new()),
         };
         if let Kind::Enumeration(enumeration) = item {
@@ -142,8 +164,10 @@ impl Builder {
     /// Name of a type in the definition.
     fn item(&mut self, owner: &str, field: &str, item: &Kind) -> String {
         match item {
-            Kind::Text(0) => "string".into(),
-            Kind::Text(capacity) => format!("string<={capacity}"),
+            Kind::Text(capacity) if *capacity > 0 && self.format == WireFormat::Cdr => {
+                format!("string<={capacity}")
+            }
+            Kind::Text(_) => "string".into(),
             Kind::Enumeration(enumeration) => self.item(owner, field, &enumeration.carrier),
             Kind::Nested(descriptor) => self.nested(descriptor),
             wrapped if is_wrapped(wrapped) => {
@@ -172,7 +196,7 @@ impl Builder {
     }
 
     fn add(&mut self, name: &str, mut body: MessageText) {
-        body.close();
+        body.close(self.format);
         self.sections.push(format!("MSG: {PACKAGE}/{name}\n{}", body.text));
     }
 }

@@ -2,7 +2,7 @@
 
 use serde_json::Value as Json;
 
-use super::cdr::{CdrWriter, wire_length};
+use super::cdr::{CdrWriter, WireFormat, wire_length};
 use super::schema::{Count, FieldType, Item};
 use super::{Error, Primitive, RosPrimitive, Schema};
 
@@ -12,8 +12,16 @@ use super::{Error, Primitive, RosPrimitive, Schema};
 /// # Errors
 /// The first field that does not fit, or that the message does not have.
 pub fn encode_json(schema: &Schema, value: &Json) -> Result<Vec<u8>, Error> {
+    encode_json_in(WireFormat::Cdr, schema, value)
+}
+
+/// The same in another format than CDR.
+///
+/// # Errors
+/// The first field that does not fit, or that the message does not have.
+pub fn encode_json_in(format: WireFormat, schema: &Schema, value: &Json) -> Result<Vec<u8>, Error> {
     let mut message = Vec::new();
-    MessageEncoder(schema).put_record(&mut CdrWriter::new(&mut message), 0, Some(value), "")?;
+    MessageEncoder(schema).put_record(&mut CdrWriter::of(format, &mut message), 0, Some(value), "")?;
     Ok(message)
 }
 
@@ -40,7 +48,7 @@ impl MessageEncoder<'_> {
             return Err(wrong(&joined(path, unknown), reason));
         }
         if record.types.is_empty() {
-            writer.byte(0);
+            writer.empty();
         }
         for (name, field) in record.names.iter().zip(&record.types) {
             let value = entries.and_then(|entries| entries.get(name));

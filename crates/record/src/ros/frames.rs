@@ -7,7 +7,7 @@ use slate_interfaces::Transform;
 use slate_module::math::{cos, sin};
 
 use super::names::{MAP, own_frame};
-use super::{CdrWriter, Definition, Error, SEPARATOR, standard};
+use super::{CdrWriter, Definition, Error, SEPARATOR, WireFormat, standard_in};
 use crate::followed::Followed;
 
 const ODOMETRY: &str = "odom";
@@ -259,12 +259,18 @@ fn in_plane(time: u64, parent: &str, child: &str, [x, y, theta]: [f64; 3]) -> Fr
 
 /// The definition of `tf2_msgs/msg/TFMessage`.
 pub fn transforms_definition() -> Definition {
-    let one = standard(Transform::DESCRIPTOR).map(|standard| standard.definition().text.clone());
+    transforms_definition_in(WireFormat::Cdr)
+}
+
+/// The same as the ROS of a format defines it.
+pub fn transforms_definition_in(format: WireFormat) -> Definition {
+    let one = standard_in(format, Transform::DESCRIPTOR).map(|standard| standard.definition().text.clone());
     let text = format!(
         "geometry_msgs/TransformStamped[] transforms\n{SEPARATOR}\nMSG: geometry_msgs/TransformStamped\n{}",
         one.unwrap_or_default()
     );
-    Definition { name: "tf2_msgs/msg/TFMessage".into(), text }
+    let name = if format == WireFormat::Ros1 { "tf2_msgs/TFMessage" } else { "tf2_msgs/msg/TFMessage" };
+    Definition { name: name.into(), text }
 }
 
 /// Appends transforms as such a message.
@@ -272,9 +278,25 @@ pub fn transforms_definition() -> Definition {
 /// # Errors
 /// When they are more than a message can have.
 pub fn encode_transforms(transforms: &[FrameTransform], out: &mut Vec<u8>) -> Result<(), Error> {
-    let mut writer = CdrWriter::new(out);
+    encode_transforms_in(WireFormat::Cdr, transforms, out)
+}
+
+/// The same in another format than CDR.
+///
+/// # Errors
+/// When they are more than a message can have.
+pub fn encode_transforms_in(
+    format: WireFormat,
+    transforms: &[FrameTransform],
+    out: &mut Vec<u8>,
+) -> Result<(), Error> {
+    let mut writer = CdrWriter::of(format, out);
     writer.length(super::cdr::wire_length(transforms.len())?);
     for FrameTransform { time, parent, child, translation, rotation } in transforms {
+        if format == WireFormat::Ros1 {
+            // Number of the header, which ROS 1 itself no longer counts.
+            writer.length(0);
+        }
         writer.length((time / 1_000_000_000) as u32);
         writer.length((time % 1_000_000_000) as u32);
         writer.text(parent)?;

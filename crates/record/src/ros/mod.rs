@@ -1,4 +1,5 @@
-//! Values as ROS 2 messages, so that logs and wires speak to other tools: definitions, and CDR, in which values lie there.
+//! Values as messages of ROS, so that logs and wires speak to other tools: definitions, and CDR, in which values lie there; of ROS 1, too
+//! ([`WireFormat`]).
 //!
 //! A value has two forms.
 //!
@@ -47,16 +48,20 @@ mod standard;
 mod value;
 
 pub(crate) use cdr::CdrWriter;
-pub use codec::{decode, encode};
+pub use cdr::WireFormat;
+pub use codec::{decode, decode_in, encode, encode_in};
 pub(crate) use definition::SEPARATOR;
-pub use definition::{Definition, definition, definition_named};
+pub use definition::{Definition, definition, definition_in, definition_named};
 pub use described::Described;
-pub use encode::encode_json;
+pub use encode::{encode_json, encode_json_in};
 pub use error::Error;
-pub use frames::{FrameTransform, Frames, PublishedTransform, encode_transforms, transforms_definition};
+pub use frames::{
+    FrameTransform, Frames, PublishedTransform, encode_transforms, encode_transforms_in,
+    transforms_definition, transforms_definition_in,
+};
 pub use schema::Schema;
 pub use shown::Shown;
 pub use slate_blackboard::interface::Primitive;
-pub use standard::{Standard, message_definition, standard};
+pub use standard::{Standard, message_definition, standard, standard_in};
 use value::RosPrimitive;
 pub use value::{Map, Numbers, Value};

@@ -1,7 +1,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::cdr::CdrReader;
+use super::cdr::{CdrReader, WireFormat};
 use super::names::Constants;
 use super::value::Map;
 use super::{Error, Numbers, Primitive, RosPrimitive, Value};
@@ -84,7 +84,12 @@ impl Schema {
                 let item = match primitive(item).map_err(wrong)? {
                     Some(known) => known,
                     None => {
-                        let key = reference(package, item);
+                        let key = match item {
+                            // Of ROS 1, where they are no messages.
+                            "time" => TIME.into(),
+                            "duration" => DURATION.into(),
+                            _ => reference(package, item),
+                        };
                         let short = item == "Header";
                         let found = indices.get(key.as_str());
                         match found.or_else(|| indices.get("std_msgs/Header").filter(|_| short)) {
@@ -142,9 +147,21 @@ impl Schema {
     /// # Errors
     /// When it is no message of that definition.
     pub fn decode(&self, message: &[u8]) -> Result<Value, Error> {
-        let mut reader = CdrReader::new(message)?;
-        // Each value of a real message takes bytes of it, so there are never more values than bytes.
-        let mut room = message.len();
+        self.decode_in(WireFormat::Cdr, message)
+    }
+
+    /// The same of another format than CDR.
+    ///
+    /// # Errors
+    /// When it is no message of that definition.
+    pub fn decode_in(&self, format: WireFormat, message: &[u8]) -> Result<Value, Error> {
+        let mut reader = CdrReader::of(format, message)?;
+        // Each value of a real message takes bytes of it, so there are never more values than bytes; but in ROS 1, where nothing
+        // fills up, one byte may stand within several messages.
+        let mut room = match format {
+            WireFormat::Cdr => message.len(),
+            WireFormat::Ros1 => DEEPEST + 4 * message.len(),
+        };
         let value = self.record(&mut reader, 0, &mut room)?;
         reader.end()?;
         Ok(value)
@@ -170,7 +187,7 @@ impl Schema {
         take(reader, room)?;
         let record = &self.records[index];
         if record.types.is_empty() {
-            reader.byte()?;
+            reader.empty()?;
         }
         record.types.iter().try_for_each(|field| self.check_field(reader, *field, room))
     }
@@ -224,7 +241,7 @@ impl Schema {
         take(reader, room)?;
         let record = &self.records[index];
         if record.types.is_empty() {
-            reader.byte()?;
+            reader.empty()?;
         }
         let mut values = Vec::with_capacity(record.types.len().min(*room));
         for field in &record.types {

@@ -1,4 +1,4 @@
-//! Values as ROS 2 messages.
+//! Values as messages of ROS.
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test that fails panics")]
 #![allow(missing_docs, reason = "the interfaces here are read by nobody")]
 
@@ -11,6 +11,7 @@ mod interfaces;
 mod others;
 #[cfg(feature = "external-tools")]
 use crate::python;
+mod ros1;
 mod schema;
 mod shown;
 mod standard;

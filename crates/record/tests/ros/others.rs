@@ -10,7 +10,10 @@ use mcap::records::MessageHeader;
 use serde_json::{Value as Json, json};
 use slate_interfaces::LaserScan;
 use slate_module::blackboard::interface::Interface;
-use slate_record::ros::{Definition, Schema, Shown, Value, definition, encode, standard};
+use slate_record::ros::{
+    Definition, Schema, Shown, Value, WireFormat, definition, definition_in, encode, encode_in, standard,
+    standard_in,
+};
 
 use crate::ros::interfaces::{all, value};
 use crate::ros::python::{python, run};
@@ -128,6 +131,52 @@ fn two_libraries_of_others_read_all_interfaces_in_both_forms() {
     for reader in ["mcap", "rosbags"] {
         for (topic, expected) in &file.expected {
             assert_eq!(found.get(&(reader.into(), topic.clone())), Some(expected), "{reader} {topic}");
+        }
+    }
+}
+
+#[test]
+fn a_library_of_others_reads_messages_of_ros_1_and_knows_their_types() {
+    let mut lines = String::new();
+    let mut expected = Vec::new();
+    for descriptor in all() {
+        let values = [value(descriptor, 0, 1), value(descriptor, 3, 2)];
+        let mut add = |definition: &Definition, messages: &[Vec<u8>], is_of_ros: bool| {
+            let reader = Schema::parse(&definition.name, &definition.text).unwrap();
+            let Definition { name, text } = definition;
+            lines.push_str(&format!("{}\n", json!({ "name": name, "text": text, "messages": messages })));
+            let own =
+                messages.iter().map(|message| tree(&reader.decode_in(WireFormat::Ros1, message).unwrap()));
+            expected.push((name.clone(), own.collect::<Vec<_>>(), is_of_ros));
+        };
+        let messages = values.each_ref().map(|bytes| {
+            let mut message = Vec::new();
+            encode_in(WireFormat::Ros1, descriptor, bytes, &mut message).unwrap();
+            message
+        });
+        add(&definition_in(WireFormat::Ros1, descriptor), &messages, false);
+        if let Some(standard) = standard_in(WireFormat::Ros1, descriptor) {
+            let messages = values.each_ref().map(|bytes| {
+                let mut message = Vec::new();
+                standard.encode(bytes, 1_500_000_000, "map", &mut message).unwrap();
+                message
+            });
+            add(standard.definition(), &messages, true);
+        }
+    }
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("ros1.jsonl");
+    std::fs::write(&path, lines).unwrap();
+    let mut command = Command::new(python());
+    command.env("PYTHONDONTWRITEBYTECODE", "1").arg(script("ros1.py"));
+    command.stdin(std::fs::File::open(&path).unwrap());
+    let output = run(&mut command, "others can't read messages of ROS 1");
+    let found = String::from_utf8(output.stdout).unwrap();
+    assert_eq!(found.lines().count(), expected.len());
+    for (line, (name, values, is_of_ros)) in found.lines().zip(expected) {
+        let line: Json = serde_json::from_str(line).unwrap();
+        assert_eq!(line["values"], json!(values), "{name}");
+        if is_of_ros {
+            assert_eq!(line["checksum"], line["ros"], "{name}");
         }
     }
 }

@@ -13,9 +13,9 @@ use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_module::Level;
+use slate_topics::ParameterAccess;
 
 use crate::error::RosError;
-use crate::options::ParameterAccess;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::raw::RawMessage;
 use crate::settings::RosSettings;

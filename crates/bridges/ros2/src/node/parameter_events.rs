@@ -6,11 +6,11 @@ use rustdds::{GUID, RTPSEntity};
 use serde_json::{Value as Json, json};
 use slate_control::ControlSurface;
 use slate_record::ros::{Schema, encode_json};
+use slate_topics::{NodeParameter, ParameterTable, date};
 
 use super::{NodeTopic, write};
 use crate::error::RosError;
-use crate::outbound::date;
-use crate::parameters::{MESSAGES, NodeParameter, ParameterTable};
+use crate::parameters::MESSAGES;
 use crate::participant::{RosParticipant, TopicWriter};
 use crate::quality::TopicQuality;
 use crate::settings::RosSettings;

@@ -1,6 +1,7 @@
 //! Services and messages of `rcl_interfaces`.
 
-use crate::service_type::ServiceType;
+use slate_record::ros::WireFormat;
+use slate_topics::ServiceType;
 
 /// Name in the node, type, and what it does.
 pub const SERVICES: [(&str, &str, ParameterService); 6] = [
@@ -88,5 +89,6 @@ string[] prefixes
 pub fn service_type(kind: &str) -> Result<ServiceType, String> {
     let found = DEFINITIONS.iter().find(|(known, _)| *known == kind);
     let (_, definition) = found.ok_or_else(|| "it is no service of parameters".to_owned())?;
-    ServiceType::parse(&format!("rcl_interfaces/srv/{kind}"), &format!("{definition}\n{MESSAGES}"))
+    let text = format!("{definition}\n{MESSAGES}");
+    ServiceType::parse(WireFormat::Cdr, &format!("rcl_interfaces/srv/{kind}"), &text)
 }

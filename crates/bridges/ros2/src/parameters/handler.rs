@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
 use slate_runtime::Composer;
+use slate_topics::{AgentOperations, ParameterTable, value_of};
 
 use super::definitions::{ParameterService, SERVICES};
-use super::table::{ParameterTable, value_of};
-use crate::services::{AgentOperations, ServiceHandler};
+use crate::services::ServiceHandler;
 
 /// Separates parts of names.
 const DOT: char = '.';

@@ -2,21 +2,19 @@
 
 mod definitions;
 mod handler;
-mod table;
 
 use std::sync::Arc;
 
 use slate_control::ControlSurface;
+use slate_topics::{AgentOperations, ParameterAccess};
 
 use crate::error::RosError;
-use crate::options::ParameterAccess;
 use crate::participant::RosParticipant;
-use crate::services::{AgentOperations, ServiceGroup, ServiceServer};
-use crate::settings::RosSettings;
+use crate::services::{ServiceGroup, ServiceServer};
+use crate::settings::{RosSettings, TABLE};
 pub use definitions::MESSAGES;
 use definitions::{SERVICES, service_type};
 use handler::ParameterHandler;
-pub use table::{NodeParameter, ParameterTable};
 
 /// The services of the node's parameters.
 ///
@@ -38,7 +36,7 @@ pub fn parameter_services(
         servers.push(ServiceServer::open(participant, &service, &of)?);
     }
     let handler = Box::new(ParameterHandler {
-        operations: AgentOperations::new(surface)?,
+        operations: AgentOperations::new(surface, TABLE)?,
         composer: surface.agent.composer().clone(),
         is_settable: settings.options.parameters == ParameterAccess::Set,
     });

@@ -12,18 +12,16 @@ use slate_blackboard::interface::Descriptor;
 use slate_blackboard::message::{ABANDONED, Answer, Receiver};
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
-use slate_record::ros::encode_json;
 use slate_runtime::Composer;
+use slate_topics::{FieldPairs, InboundTopics, ServiceCall, bytes, json, outbox};
 
-use super::fit::{FieldPairs, bytes, json, outbox};
 use super::server::QUALITY;
 use crate::error::RosError;
-use crate::inbound::{InboundTopics, ReaderWaker};
+use crate::inbound::ReaderWaker;
 use crate::matches::{Matches, OwnEndpoint};
 use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
 use crate::raw::RawMessage;
-use crate::service_settings::ServiceCall;
 
 /// How often it is looked for messages.
 const LOOK: Duration = Duration::from_millis(5);
@@ -135,8 +133,7 @@ impl ServiceClient {
     #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
     fn ask(&self, value: &Json, context: &CallContext, wake: &Wake, waker: &Waker) -> Result<Answer, String> {
         let ServiceCall { service, of, timeout, .. } = &self.call;
-        let request =
-            encode_json(&of.request, &self.pairs.message(value)).map_err(|error| error.to_string())?;
+        let request = of.encode_request(&self.pairs.message(value))?;
         let began = Instant::now();
         let is_late = || began.elapsed() > *timeout || context.ended.load(Ordering::Acquire);
         while context.matches.count(self.writer.guid()) == 0 || context.matches.count(self.reader.guid()) == 0
@@ -178,17 +175,14 @@ impl ServiceClient {
 
     /// Passes a response on; what becomes of the message.
     fn take(&self, message: &[u8], context: &CallContext) -> Result<Answer, String> {
-        let response = self.call.of.response.decode(message).map_err(|error| error.to_string())?;
-        let response = serde_json::to_value(response).map_err(|error| error.to_string())?;
+        let response = self.call.of.decode_response(message)?;
         if let Some((place, pairs)) = &self.response {
-            let input = &context.inbound.topics[*place];
-            let found = context.composer.board().get(&input.settings.input);
-            let shape = found.and_then(|(property, _)| Some(property.channel()?.shape()));
-            let shape = shape.ok_or_else(|| format!("/{} is no longer there", input.settings.input))?;
-            let value = bytes(input.message.descriptor(), shape, &pairs.value(&response, &Json::Null));
-            context
-                .inbound
-                .push(*place, value.map_err(|reason| format!("/{}: {reason}", input.settings.input))?);
+            let input = context.inbound.topics()[*place].input();
+            let found = context.composer.board().get(input).map(|(property, _)| property);
+            let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
+            let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
+            let value = bytes(descriptor, shape, &pairs.value(&response, &Json::Null));
+            context.inbound.push(*place, Ok(value.map_err(|reason| format!("/{input}: {reason}"))?));
         }
         let is_refused = response.get("success").and_then(Json::as_bool) == Some(false);
         Ok(if is_refused { Answer::Refused(UNSUCCESSFUL) } else { Answer::Done })

@@ -9,8 +9,8 @@ use rustdds::{GUID, RTPSEntity, SampleIdentity, Timestamp, WriteOptionsBuilder};
 use serde_json::Value as Json;
 use slate_blackboard::wake::Wake;
 use slate_module::Level;
-use slate_record::ros::encode_json;
 use slate_runtime::Composer;
+use slate_topics::{InboxHandler, ServiceType};
 
 use crate::error::RosError;
 use crate::inbound::ReaderWaker;
@@ -19,7 +19,6 @@ use crate::name::{reply_topic, request_topic, type_name};
 use crate::participant::{RosParticipant, TopicReader, TopicWriter};
 use crate::quality::TopicQuality;
 use crate::raw::RawMessage;
-use crate::service_type::ServiceType;
 
 /// How long a thread sleeps when nothing comes.
 const PAUSE: Duration = Duration::from_millis(100);
@@ -40,6 +39,14 @@ pub const QUALITY: TopicQuality = TopicQuality { reliable: true, transient_local
 pub trait ServiceHandler: Send + Sync {
     /// The response to a request of a service, which is given by its place among those of the handler.
     fn answer(&mut self, service: usize, request: &Json) -> Json;
+}
+
+impl ServiceHandler for InboxHandler {
+    /// A service of ROS 2 always has a response, also one that can't tell of a failure.
+    fn answer(&mut self, _: usize, request: &Json) -> Json {
+        let (Ok(response) | Err((_, response))) = InboxHandler::answer(self, request);
+        response
+    }
 }
 
 /// A service that an agent offers.
@@ -97,12 +104,8 @@ impl ServiceServer {
         let related = change.related_sample_identity().map(|related| related.writer_guid);
         let client = related.filter(|guid| *guid != GUID::GUID_UNKNOWN).unwrap_or(change.writer_guid);
         let identity = SampleIdentity { writer_guid: client, sequence_number: change.sequence_number };
-        let request = self.of.request.decode(&change.into_value().0).map_err(|error| error.to_string());
-        let answer = request.and_then(|request| {
-            let request = serde_json::to_value(request).map_err(|error| error.to_string())?;
-            let response = handler.answer(place, &request);
-            encode_json(&self.of.response, &response).map_err(|error| error.to_string())
-        });
+        let request = self.of.decode_request(&change.into_value().0);
+        let answer = request.and_then(|request| self.of.encode_response(&handler.answer(place, &request)));
         let answer = answer.and_then(|message| self.reply(identity, message, context));
         match answer {
             Ok(()) => self.reported = None,

@@ -8,18 +8,15 @@ use rustdds::GUID;
 use slate_blackboard::wake::Wake;
 use slate_control::ControlSurface;
 use slate_runtime::Composer;
+use slate_topics::{AgentOperations, InboundTopic, InboundTopics, InboxHandler, answer_input, inbox};
 
 use super::client::{CallContext, ServiceClient};
-use super::fit::{answer_input, inbox};
-use super::inbox::InboxHandler;
 use super::server::{ServeContext, serve};
-use super::{AgentOperations, ServiceHandler, ServiceServer};
+use super::{ServiceHandler, ServiceServer};
 use crate::error::RosError;
-use crate::inbound::{InboundTopic, InboundTopics};
 use crate::matches::{Matches, OwnEndpoint};
-use crate::message::RosMessage;
 use crate::participant::RosParticipant;
-use crate::settings::{RosSettings, TopicInput};
+use crate::settings::{RosSettings, TABLE};
 
 /// Services that a thread answers, one request after the other.
 pub struct ServiceGroup {
@@ -54,7 +51,7 @@ impl ServiceThreads {
             let (property, pairs) = inbox(composer, offer)?;
             property.set_external(&format!("ros2:{}", offer.service));
             let servers = vec![ServiceServer::open(participant, &offer.service, &offer.of)?];
-            let operations = AgentOperations::new(surface)?;
+            let operations = AgentOperations::new(surface, TABLE)?;
             let handler = Box::new(InboxHandler { offer: offer.clone(), pairs, operations });
             threads.groups.push(ServiceGroup { name: "ros2-serve", servers, handler });
         }
@@ -64,14 +61,8 @@ impl ServiceThreads {
                 Some(input) => {
                     let (property, pairs) = answer_input(composer, call, input)?;
                     property.set_external(&format!("ros2:{}", call.service));
-                    let settings = TopicInput {
-                        input: input.clone(),
-                        topic: call.service.clone(),
-                        quality: super::server::QUALITY,
-                        place: call.place,
-                    };
-                    let capacity = property.channel().map_or(0, |channel| channel.shape().capacity);
-                    inputs.push(InboundTopic::new(settings, RosMessage::of(property.descriptor()), capacity));
+                    let depth = super::server::QUALITY.depth.into();
+                    inputs.push(InboundTopic::new(&call.service, call.of.name(), input, &property, depth));
                     Some((inputs.len() - 1, pairs))
                 }
             };

@@ -1,5 +1,6 @@
 //! The table `[ros2]`.
 
+use slate_record::ros::WireFormat;
 use slate_ros2::{ParameterAccess, RosSettings, ServiceType, TABLE, TopicQuality};
 use slate_runtime::configuration::{Configuration, Options, Report};
 
@@ -50,8 +51,11 @@ fn services_have_a_type_and_a_port() {
         (call.of.request_name().as_str(), call.timeout.as_millis()),
         ("a_package/srv/Sum_Request", 200)
     );
-    assert_eq!(call.of.response.field_names().collect::<Vec<_>>(), ["sum"]);
-    assert_eq!(call.of, ServiceType::parse("a_package/srv/Sum", "int64 a\nint64 b\n---\nint64 sum").unwrap());
+    assert_eq!(call.of.response().field_names().collect::<Vec<_>>(), ["sum"]);
+    assert_eq!(
+        call.of,
+        ServiceType::parse(WireFormat::Cdr, "a_package/srv/Sum", "int64 a\nint64 b\n---\nint64 sum").unwrap()
+    );
 }
 
 #[test]

@@ -32,13 +32,13 @@ impl Standard {
         }
     }
 
-    /// The value of a message: CDR of either byte order, with its header. What the interface lacks is left out; a turn in
+    /// The value of a message; CDR may have either byte order. What the interface lacks is left out; a turn in
     /// space becomes the one around z.
     ///
     /// # Errors
     /// When it is no such message, or the interface has no room for its lists and texts.
     pub fn decode(&self, message: &[u8]) -> Result<Vec<u8>, Error> {
-        let message = self.schema.decode(message)?;
+        let message = self.schema.decode_in(self.format, message)?;
         let mut value = DecodedValue { bytes: vec![0; self.descriptor.size], tail: Vec::new() };
         fill(&self.steps, "", &message, &mut value)?;
         value.bytes.extend(value.tail);

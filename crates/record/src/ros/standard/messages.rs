@@ -1,7 +1,9 @@
-//! The messages of ROS 2's `common_interfaces` that interfaces of robots are, and how to fill them; as of ROS 2 Jazzy.
+//! The messages of ROS 2's `common_interfaces` that interfaces of robots are, and how to fill them, as of ROS 2 Jazzy; and what ROS 1
+//! Noetic has in their place.
 
 use std::collections::BTreeSet;
 
+use crate::ros::cdr::WireFormat;
 use crate::ros::definition::SEPARATOR;
 
 /// Where a field of a standard message comes from, when that is no field of its own name.
@@ -313,9 +315,78 @@ const MESSAGES: &[(&str, &str)] = &[
     ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id\n"),
 ];
 
+/// Those that ROS 1 has otherwise.
+const MESSAGES_OF_ROS1: &[(&str, &str)] = &[
+    ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w\n"),
+    (
+        "nav_msgs/MapMetaData",
+        "time map_load_time\n\
+         float32 resolution\n\
+         uint32 width\n\
+         uint32 height\n\
+         geometry_msgs/Pose origin\n",
+    ),
+    (
+        "sensor_msgs/BatteryState",
+        "uint8 POWER_SUPPLY_STATUS_UNKNOWN = 0\n\
+         uint8 POWER_SUPPLY_STATUS_CHARGING = 1\n\
+         uint8 POWER_SUPPLY_STATUS_DISCHARGING = 2\n\
+         uint8 POWER_SUPPLY_STATUS_NOT_CHARGING = 3\n\
+         uint8 POWER_SUPPLY_STATUS_FULL = 4\n\
+         uint8 POWER_SUPPLY_HEALTH_UNKNOWN = 0\n\
+         uint8 POWER_SUPPLY_HEALTH_GOOD = 1\n\
+         uint8 POWER_SUPPLY_HEALTH_OVERHEAT = 2\n\
+         uint8 POWER_SUPPLY_HEALTH_DEAD = 3\n\
+         uint8 POWER_SUPPLY_HEALTH_OVERVOLTAGE = 4\n\
+         uint8 POWER_SUPPLY_HEALTH_UNSPEC_FAILURE = 5\n\
+         uint8 POWER_SUPPLY_HEALTH_COLD = 6\n\
+         uint8 POWER_SUPPLY_HEALTH_WATCHDOG_TIMER_EXPIRE = 7\n\
+         uint8 POWER_SUPPLY_HEALTH_SAFETY_TIMER_EXPIRE = 8\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_UNKNOWN = 0\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_NIMH = 1\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LION = 2\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIPO = 3\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIFE = 4\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_NICD = 5\n\
+         uint8 POWER_SUPPLY_TECHNOLOGY_LIMN = 6\n\
+         std_msgs/Header header\n\
+         float32 voltage\n\
+         float32 temperature\n\
+         float32 current\n\
+         float32 charge\n\
+         float32 capacity\n\
+         float32 design_capacity\n\
+         float32 percentage\n\
+         uint8 power_supply_status\n\
+         uint8 power_supply_health\n\
+         uint8 power_supply_technology\n\
+         bool present\n\
+         float32[] cell_voltage\n\
+         float32[] cell_temperature\n\
+         string location\n\
+         string serial_number\n",
+    ),
+    (
+        "sensor_msgs/Range",
+        "uint8 ULTRASOUND=0\n\
+         uint8 INFRARED=1\n\
+         std_msgs/Header header\n\
+         uint8 radiation_type\n\
+         float32 field_of_view\n\
+         float32 min_range\n\
+         float32 max_range\n\
+         float32 range\n",
+    ),
+    ("std_msgs/Header", "uint32 seq\ntime stamp\nstring frame_id\n"),
+];
+
 /// The whole definition of a message such as `std_msgs/Header`, followed by those of the messages in it.
-pub(super) fn text(name: &str) -> Option<String> {
-    let body = |name: &str| MESSAGES.iter().find(|(known, _)| *known == name).map(|(_, body)| *body);
+pub(super) fn text(name: &str, format: WireFormat) -> Option<String> {
+    let own = if format == WireFormat::Ros1 { MESSAGES_OF_ROS1 } else { &[] };
+    let body = |name: &str| {
+        let mut known = own.iter().chain(MESSAGES);
+        known.find(|(known, _)| *known == name).map(|(_, body)| *body)
+    };
     let inside = |body: &'static str| {
         let types = body.lines().filter_map(|line| line.split_whitespace().next());
         types.filter(|of| of.contains('/')).map(|of| of.trim_end_matches("[]")).collect::<Vec<_>>()

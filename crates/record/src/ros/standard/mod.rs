@@ -10,7 +10,7 @@ use self::cloud::Cloud;
 use self::compiler::steps;
 use self::messages::text;
 use self::source::{Scalar, ValueBytes, scalar, write, write_name};
-use super::cdr::{CdrWriter, wire_length};
+use super::cdr::{CdrWriter, WireFormat, wire_length};
 use super::codec::items;
 use super::names::own_frame;
 use super::{Definition, Error, Primitive, RosPrimitive, Schema};
@@ -21,6 +21,7 @@ use super::{Definition, Error, Primitive, RosPrimitive, Schema};
 /// the value does not tell is 0, or what the message's definition wants for "unknown".
 #[derive(Debug)]
 pub struct Standard {
+    format: WireFormat,
     descriptor: &'static Descriptor,
     definition: Definition,
     schema: Schema,
@@ -116,7 +117,7 @@ enum Items {
 /// The definition of a message of ROS that is known here, such as `sensor_msgs/msg/LaserScan`, without the comments.
 pub fn message_definition(name: &str) -> Option<Definition> {
     let (package, own) = name.split_once("/msg/")?;
-    Some(Definition { name: name.into(), text: text(&format!("{package}/{own}"))? })
+    Some(Definition { name: name.into(), text: text(&format!("{package}/{own}"), WireFormat::Cdr)? })
 }
 
 /// The message that the interface says it is (`ros = "sensor_msgs/msg/LaserScan"`).
@@ -145,13 +146,19 @@ pub fn message_definition(name: &str) -> Option<Definition> {
 /// | `geometry_msgs/Twist` | forward is x, turning is around z |
 /// | `geometry_msgs/TransformStamped` | `header` has the value's own parent, and its own time unless it is fixed |
 pub fn standard(descriptor: &'static Descriptor) -> Option<Standard> {
+    standard_in(WireFormat::Cdr, descriptor)
+}
+
+/// The same as the ROS of a format defines it: the messages of ROS 1 are called `sensor_msgs/LaserScan`, and a `header` has a
+/// `seq`, which is 0.
+pub fn standard_in(format: WireFormat, descriptor: &'static Descriptor) -> Option<Standard> {
     let (package, name) = descriptor.ros.split_once("/msg/")?;
     let short = format!("{package}/{name}");
-    let text = text(&short)?;
+    let text = text(&short, format)?;
     let schema = Schema::parse(descriptor.ros, &text).ok()?;
     let steps = steps(descriptor, &short, &schema)?;
-    let definition = Definition { name: descriptor.ros.into(), text };
-    Some(Standard { descriptor, definition, schema, steps })
+    let name = if format == WireFormat::Ros1 { short } else { descriptor.ros.into() };
+    Some(Standard { format, descriptor, definition: Definition { name, text }, schema, steps })
 }
 
 impl Standard {
@@ -160,7 +167,7 @@ impl Standard {
         &self.definition
     }
 
-    /// Appends the message of a value: little-endian CDR with its header. Nothing is allocated when `out` has room.
+    /// Appends the message of a value, little end first. Nothing is allocated when `out` has room.
     ///
     /// `bytes` is the value as it lies in memory, with its tail; `stamp` is its time in nanoseconds, and `frame` what it is told
     /// in, such as `base_link`: they are the `header` of messages that have one. Where a robot has frames of its own, as in
@@ -173,7 +180,7 @@ impl Standard {
         wire_length(bytes.len())?;
         wire_length(frame.len() + 1)?;
         let value = ValueBytes { bytes, tail };
-        append(&self.steps, &value, stamp, frame, &mut CdrWriter::new(out))
+        append(&self.steps, &value, stamp, frame, &mut CdrWriter::of(self.format, out))
     }
 }
 
@@ -252,7 +259,7 @@ fn append(
             EncodeStep::Points(cloud) => cloud.points(value, writer)?,
             EncodeStep::Zeros(_, None) => writer.length(0),
             EncodeStep::Zeros(kind, Some(count)) => writer.zeros(*count, kind.size()),
-            EncodeStep::Empty => writer.byte(0),
+            EncodeStep::Empty => writer.empty(),
         }
     }
     Ok(())

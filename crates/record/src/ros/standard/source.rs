@@ -2,7 +2,7 @@ use slate_blackboard::interface::Enumeration;
 
 use super::{Error, FieldLocation, Items, NumberSource, Primitive, RosPrimitive};
 use crate::ros::Value;
-use crate::ros::cdr::{CdrWriter, wire_length};
+use crate::ros::cdr::CdrWriter;
 
 /// A number on its way from one type to another.
 #[derive(Clone, Copy)]
@@ -63,11 +63,9 @@ pub(super) fn write_name(
         Scalar::Float(_) => false,
     });
     let name = constant.map_or("", |constant| constant.name);
-    writer.length(wire_length(name.len() + 1)?);
-    for letter in name.bytes() {
-        writer.byte(letter.to_ascii_lowercase());
-    }
-    writer.byte(0);
+    writer.begin_text(name.len())?;
+    name.bytes().for_each(|letter| writer.byte(letter.to_ascii_lowercase()));
+    writer.end_text();
     Ok(())
 }
 

@@ -1,4 +1,4 @@
-//! The tables `[ros2.serve]` and `[ros2.call]`.
+//! The tables `serve` and `call` of a bridge.
 
 use std::time::Duration;
 
@@ -6,16 +6,11 @@ use serde_json::{Map, Value as Json};
 use slate_module::parse_duration;
 use slate_runtime::configuration::{Span, Spanned, Table, Value};
 
-use crate::name::NodeName;
 use crate::service_type::ServiceType;
 use crate::table_reader::TableReader;
 
 /// How long an answer is waited for, unless said.
 const TIMEOUT: Duration = Duration::from_secs(5);
-
-const SERVE: &str =
-    "write serve.\"/arm/enable\" = { to = \"arm/requests\", type = \"std_srvs/srv/SetBool\" }";
-const CALL: &str = "write call.\"/enable\" = { from = \"driver/requests\", type = \"std_srvs/srv/SetBool\" }";
 
 /// An inbox that is a service.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,23 +47,32 @@ pub struct ServiceCall {
 /// Reads both tables.
 pub struct ServicesReader<'r> {
     reader: &'r mut dyn TableReader,
-    node: &'r NodeName,
+    serve: String,
+    call: String,
 }
 
 impl<'r> ServicesReader<'r> {
-    pub fn new(reader: &'r mut dyn TableReader, node: &'r NodeName) -> Self {
-        Self { reader, node }
+    /// Reads both with the reader of a bridge, of whose types of services one is given as an example.
+    pub fn new(reader: &'r mut dyn TableReader, example: &str) -> Self {
+        Self {
+            reader,
+            serve: format!("write serve.\"/arm/enable\" = {{ to = \"arm/requests\", type = \"{example}\" }}"),
+            call: format!("write call.\"/enable\" = {{ from = \"driver/requests\", type = \"{example}\" }}"),
+        }
     }
 
+    /// Services that the agent offers.
     pub fn offers(&mut self, table: &Table) -> Vec<ServiceOffer> {
+        let help = self.serve.clone();
+        let help = help.as_str();
         let mut offers: Vec<ServiceOffer> = Vec::new();
-        for (name, span, entry) in self.reader.entries(table, "serve", SERVE) {
-            let service = self.reader.topic(&name, span, self.node, SERVE);
-            let Some(own) = self.table(&entry, &["to", "type", "definition", "value"], SERVE) else {
+        for (name, span, entry) in self.reader.entries(table, "serve", help) {
+            let service = self.reader.topic(&name, span, help);
+            let Some(own) = self.table(&entry, &["to", "type", "definition", "value"], help) else {
                 continue;
             };
-            let inbox = self.path(own, "to", entry.span, SERVE);
-            let of = self.service_type(own, entry.span, SERVE);
+            let inbox = self.path(own, "to", entry.span, help);
+            let of = self.service_type(own, entry.span, help);
             let value = self.value(own);
             let (Some(service), Some(inbox), Some(of)) = (service, inbox, of) else { continue };
             if offers.iter().any(|other| other.service == service) {
@@ -80,15 +84,18 @@ impl<'r> ServicesReader<'r> {
         offers
     }
 
+    /// Services that the agent calls.
     pub fn calls(&mut self, table: &Table) -> Vec<ServiceCall> {
+        let help = self.call.clone();
+        let help = help.as_str();
         let mut calls: Vec<ServiceCall> = Vec::new();
-        for (name, span, entry) in self.reader.entries(table, "call", CALL) {
-            let service = self.reader.topic(&name, span, self.node, CALL);
+        for (name, span, entry) in self.reader.entries(table, "call", help) {
+            let service = self.reader.topic(&name, span, help);
             let keys = ["from", "type", "definition", "response", "timeout"];
-            let Some(own) = self.table(&entry, &keys, CALL) else { continue };
-            let outbox = self.path(own, "from", entry.span, CALL);
-            let of = self.service_type(own, entry.span, CALL);
-            let response = own.get("response").and_then(|_| self.path(own, "response", entry.span, CALL));
+            let Some(own) = self.table(&entry, &keys, help) else { continue };
+            let outbox = self.path(own, "from", entry.span, help);
+            let of = self.service_type(own, entry.span, help);
+            let response = own.get("response").and_then(|_| self.path(own, "response", entry.span, help));
             let timeout = self.timeout(own);
             let (Some(service), Some(outbox), Some(of)) = (service, outbox, of) else { continue };
             if calls.iter().any(|other| other.outbox == outbox) {
@@ -129,10 +136,8 @@ impl<'r> ServicesReader<'r> {
         let (name, span) = self.reader.text(own, "type", help)?;
         let definition =
             self.reader.text(own, "definition", "write definition = \"bool data\\n---\\nbool success\"");
-        let found = match definition {
-            Some((text, _)) => ServiceType::parse(&name, &text),
-            None => ServiceType::known(&name),
-        };
+        let definition = definition.map(|(text, _)| text);
+        let found = self.reader.service_type(&name, definition.as_deref());
         match found {
             Ok(found) => Some(found),
             Err(reason) => {

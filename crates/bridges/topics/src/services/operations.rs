@@ -1,4 +1,4 @@
-//! Operations of the control surface, on behalf of nodes of ROS.
+//! Operations of the control surface, on behalf of nodes.
 
 use std::sync::Arc;
 
@@ -18,13 +18,15 @@ pub struct AgentOperations {
 }
 
 impl AgentOperations {
+    /// Operations on behalf of a bridge, which the log calls by its scheme.
+    ///
     /// # Errors
     /// When the system lacks what waiting needs.
-    pub fn new(surface: &Arc<ControlSurface>) -> std::io::Result<Self> {
+    pub fn new(surface: &Arc<ControlSurface>, scheme: &str) -> std::io::Result<Self> {
         let caller = Caller {
-            // Which of them are offered is up to `[ros2]`.
+            // Which of them are offered is up to the table of the bridge.
             role: Role::Developer,
-            who: "ros2".into(),
+            who: scheme.into(),
             local: None,
             is_told: false,
             place: Arc::new(Arc::new(Connections::default()).admit()),

@@ -55,18 +55,19 @@ impl Default for NodeOptions {
     }
 }
 
-/// Keys of the table.
-pub const KEYS: [&str; 5] = ["parameters", "clock", "rosout", "tf", "frames"];
+/// Keys of [`NodeOptions`] in the table of a bridge.
+pub const OPTION_KEYS: [&str; 5] = ["parameters", "clock", "rosout", "tf", "frames"];
 
 const FRAMES: &str = "write frames.\"laser_frame/transform\" = \"laser\"";
 
 impl NodeOptions {
     /// Whether any of them is said.
-    pub(crate) fn is_said(table: &Table) -> bool {
-        KEYS.iter().any(|key| table.get(key).is_some())
+    pub fn is_said(table: &Table) -> bool {
+        OPTION_KEYS.iter().any(|key| table.get(key).is_some())
     }
 
-    pub(crate) fn of(reader: &mut dyn TableReader, table: &Table) -> Self {
+    /// What a table says of them.
+    pub fn of(reader: &mut dyn TableReader, table: &Table) -> Self {
         Self {
             parameters: parameters(reader, table),
             clock: reader.truth(table, "clock"),

@@ -5,13 +5,12 @@ use std::sync::Arc;
 use serde_json::{Map, Value as Json};
 use slate_blackboard::interface::{Descriptor, View, edit};
 use slate_blackboard::{Carrier, Property, Shape};
-use slate_record::ros::{Schema, encode_json};
+use slate_record::ros::Schema;
 use slate_runtime::Composer;
 
-use crate::error::{RosError, TopicMisfit};
+use crate::misfit::TopicMisfit;
 use crate::service_settings::{ServiceCall, ServiceOffer};
-use crate::settings::RosSettings;
-use crate::whole_input::whole_input;
+use crate::service_type::ServiceType;
 
 /// A field of an interface that only fills up.
 const RESERVED: &str = "reserved";
@@ -24,6 +23,7 @@ pub struct FieldPairs {
 }
 
 impl FieldPairs {
+    /// The pairs of a message and an interface.
     pub fn new(message: &Schema, descriptor: &'static Descriptor) -> Self {
         let message: Vec<_> = message.field_names().collect();
         let own: Vec<_> = fields(descriptor).collect();
@@ -71,40 +71,51 @@ pub fn bytes(descriptor: &'static Descriptor, shape: Shape, value: &Json) -> Res
     Ok(bytes)
 }
 
-/// A value of an interface without its type.
+/// The value of bytes of an interface.
 pub fn json(descriptor: &'static Descriptor, bytes: &[u8], items: usize) -> Json {
     let view = View::new(descriptor, bytes, items);
     view.and_then(|view| serde_json::to_value(view.value()).ok()).unwrap_or_default()
-}
-
-/// The value of an empty message.
-fn empty(message: &Schema) -> Result<Json, String> {
-    let wrong = |error: slate_record::ros::Error| error.to_string();
-    let value =
-        message.decode(&encode_json(message, &Json::Object(Map::new())).map_err(wrong)?).map_err(wrong)?;
-    serde_json::to_value(value).map_err(|error| error.to_string())
 }
 
 /// Whether the ports that services name are there and fit them; nothing is opened.
 ///
 /// # Errors
 /// The first that does not fit.
-pub fn check_services(composer: &Composer, settings: &RosSettings) -> Result<(), RosError> {
-    settings.serve.iter().try_for_each(|offer| inbox(composer, offer).map(drop))?;
-    settings.call.iter().try_for_each(|call| outbox(composer, call).map(drop))
+pub fn check_services(
+    composer: &Composer,
+    offers: &[ServiceOffer],
+    calls: &[ServiceCall],
+) -> Result<(), Box<TopicMisfit>> {
+    offers.iter().try_for_each(|offer| inbox(composer, offer).map(drop))?;
+    calls.iter().try_for_each(|call| outbox(composer, call).map(drop))
+}
+
+/// Values of an empty request and an empty response.
+fn empty_request(of: &ServiceType) -> Result<Json, String> {
+    of.decode_request(&of.encode_request(&Json::Object(Map::new()))?)
+}
+
+fn empty_response(of: &ServiceType) -> Result<Json, String> {
+    of.decode_response(&of.encode_response(&Json::Object(Map::new()))?)
 }
 
 /// The inbox of a service, and how its requests are messages.
-pub fn inbox(composer: &Composer, offer: &ServiceOffer) -> Result<(Arc<Property>, FieldPairs), RosError> {
+///
+/// # Errors
+/// When it does not fit.
+pub fn inbox(
+    composer: &Composer,
+    offer: &ServiceOffer,
+) -> Result<(Arc<Property>, FieldPairs), Box<TopicMisfit>> {
     let wrong = |reason: String, help: &'static str| {
         let (property, topic) = (offer.inbox.clone(), offer.service.clone());
-        RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place: offer.place }))
+        Box::new(TopicMisfit { property, topic, reason, help, place: offer.place })
     };
     let (property, shape) =
         mailbox(composer, &offer.inbox).map_err(|reason| wrong(reason, "`slate list` shows the inboxes"))?;
     let descriptor = property.descriptor();
-    let pairs = FieldPairs::new(&offer.of.request, descriptor);
-    let value = empty(&offer.of.request).map(|message| pairs.value(&message, &offer.value));
+    let pairs = FieldPairs::new(offer.of.request(), descriptor);
+    let value = empty_request(&offer.of).map(|message| pairs.value(&message, &offer.value));
     let value = value.map_err(|reason| wrong(reason, "correct `definition`"))?;
     let lacking: Vec<_> = fields(descriptor).filter(|name| value.get(name).is_none()).collect();
     if !lacking.is_empty() {
@@ -117,19 +128,25 @@ pub fn inbox(composer: &Composer, offer: &ServiceOffer) -> Result<(Arc<Property>
 }
 
 /// The outbox that calls a service, and how its messages are requests.
-pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<(Arc<Property>, FieldPairs), RosError> {
+///
+/// # Errors
+/// When it does not fit.
+pub fn outbox(
+    composer: &Composer,
+    call: &ServiceCall,
+) -> Result<(Arc<Property>, FieldPairs), Box<TopicMisfit>> {
     let wrong = |reason: String, help: &'static str| {
         let (property, topic) = (call.outbox.clone(), call.service.clone());
-        RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place: call.place }))
+        Box::new(TopicMisfit { property, topic, reason, help, place: call.place })
     };
     let found = mailbox(composer, &call.outbox);
     let help = "name an outbox that no link of [links] has; `slate graph` shows the ports";
     let (property, shape) = found.map_err(|reason| wrong(reason, help))?;
     let descriptor = property.descriptor();
-    let pairs = FieldPairs::new(&call.of.request, descriptor);
+    let pairs = FieldPairs::new(call.of.request(), descriptor);
     let zero = vec![0; shape.bytes(0)];
     let request = pairs.message(&json(descriptor, &zero, 0));
-    let is_fit = encode_json(&call.of.request, &request).map_err(|error| error.to_string());
+    let is_fit = call.of.encode_request(&request);
     is_fit.map_err(|reason| wrong(reason, "take a service with fields of the types of the outbox"))?;
     if let Some(input) = &call.response {
         answer_input(composer, call, input)?;
@@ -138,19 +155,23 @@ pub fn outbox(composer: &Composer, call: &ServiceCall) -> Result<(Arc<Property>,
 }
 
 /// The input that is set to responses, and how those are its values.
+///
+/// # Errors
+/// When it does not fit.
 pub fn answer_input(
     composer: &Composer,
     call: &ServiceCall,
     input: &str,
-) -> Result<(Arc<Property>, FieldPairs), RosError> {
+) -> Result<(Arc<Property>, FieldPairs), Box<TopicMisfit>> {
     let wrong = |reason: String, help: &'static str| {
         let (property, topic) = (input.to_owned(), call.service.clone());
-        RosError::from(Box::new(TopicMisfit { property, topic, reason, help, place: call.place }))
+        Box::new(TopicMisfit { property, topic, reason, help, place: call.place })
     };
-    let property = whole_input(composer, input).map_err(|(reason, help)| wrong(reason, help))?;
-    let pairs = FieldPairs::new(&call.of.response, property.descriptor());
+    let property =
+        crate::misfit::input(composer, input, &call.service).map_err(|misfit| misfit.at(call.place))?;
+    let pairs = FieldPairs::new(call.of.response(), property.descriptor());
     let shape = property.channel().map(|channel| channel.shape());
-    let fits = empty(&call.of.response).and_then(|message| {
+    let fits = empty_response(&call.of).and_then(|message| {
         let value = pairs.value(&message, &Json::Null);
         shape.map_or(Ok(Vec::new()), |shape| bytes(property.descriptor(), shape, &value))
     });

@@ -1,13 +1,11 @@
-//! What reads a table of the configuration, for its parts.
-
 use slate_runtime::configuration::{Span, Spanned, Table, Value};
 
-use crate::name::NodeName;
+use crate::service_type::ServiceType;
 
 /// An entry of a table: its key, where that is, and its value.
 pub type KeyedValue = (String, Span, Spanned<Value>);
 
-/// Reads values of `[ros2]`, and notes what is wrong with them.
+/// Reads values of the table of a bridge, and notes what is wrong with them.
 pub trait TableReader {
     /// Notes a mistake at a place, and what to do.
     fn add(&mut self, span: Span, message: String, help: &str);
@@ -28,5 +26,11 @@ pub trait TableReader {
     fn path(&mut self, text: &str, span: Span, help: &str) -> Option<String>;
 
     /// The whole name of a topic or a service.
-    fn topic(&mut self, name: &str, span: Span, node: &NodeName, help: &str) -> Option<String>;
+    fn topic(&mut self, name: &str, span: Span, help: &str) -> Option<String>;
+
+    /// The type of a service, with its definition if that is given.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    fn service_type(&self, name: &str, definition: Option<&str>) -> Result<ServiceType, String>;
 }

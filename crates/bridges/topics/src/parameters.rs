@@ -1,4 +1,4 @@
-//! The parameters that a node has.
+//! Parameters of modules as those of a node.
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::{Descriptor, Kind, Primitive, Value};
@@ -117,6 +117,11 @@ fn kind(of: &Kind) -> u8 {
 }
 
 impl NodeParameter {
+    /// Whether its numbers may have fractions.
+    pub fn is_floating(&self) -> bool {
+        [DOUBLE, DOUBLE + LIST].contains(&self.kind)
+    }
+
     /// Path of the setting.
     pub fn path(&self) -> String {
         format!("{}/params/{}", self.module, self.fields.join("/"))

@@ -1,0 +1,163 @@
+//! Inboxes as services, and messages of outboxes as requests.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use serde_json::Value as Json;
+use slate_blackboard::Carrier;
+use slate_blackboard::interface::Descriptor;
+use slate_blackboard::message::{ABANDONED, Answer, Receiver};
+use slate_control::ControlSurface;
+use slate_module::Level;
+use slate_runtime::Composer;
+use slate_topics::{
+    AgentOperations, FieldPairs, InboundTopics, InboxHandler, ServiceCall, ServiceOffer, answer_input, bytes,
+    inbox, json, outbox,
+};
+use tokio::runtime::Handle;
+use tokio::time::timeout;
+
+use crate::error::Ros1Error;
+use crate::input_list::InputList;
+use crate::settings::{Ros1Settings, SCHEME};
+use crate::wire::{NodeContext, RosrpcServer, call_service};
+
+/// How often it is looked for messages.
+const LOOK: Duration = Duration::from_millis(5);
+
+/// Responses that may wait for the next cycle.
+const DEPTH: u16 = 10;
+
+/// The code that a message is refused with whose request failed, or whose response says `success: false`.
+const UNSUCCESSFUL: u16 = 1;
+
+/// The services that settings offer.
+///
+/// # Errors
+/// When an inbox does not fit its service.
+pub fn servers(
+    surface: &Arc<ControlSurface>,
+    settings: &Ros1Settings,
+    list: &mut InputList,
+) -> Result<Vec<RosrpcServer>, Ros1Error> {
+    let server = |offer: &ServiceOffer| {
+        let (property, pairs) = inbox(surface.agent.composer(), offer)?;
+        list.add_source(property, &offer.service);
+        let operations = AgentOperations::new(surface, SCHEME)?;
+        let handler = InboxHandler { offer: offer.clone(), pairs, operations };
+        // A response without a field for it fails, so that its client knows.
+        let answer = move |request: &Json| handler.answer(request).map_err(|(reason, _)| reason);
+        let server = RosrpcServer::new(&offer.service, &offer.of, Box::new(answer));
+        server.map_err(|reason| Ros1Error::definition(&offer.service, reason))
+    };
+    settings.serve.iter().map(server).collect()
+}
+
+/// A service that an outbox calls.
+pub struct OutboxClient {
+    call: ServiceCall,
+    pairs: FieldPairs,
+    descriptor: &'static Descriptor,
+    /// Place of the input for responses among those that the bridge sets, and its fields.
+    response: Option<(usize, FieldPairs)>,
+    told: Option<String>,
+}
+
+impl OutboxClient {
+    /// A client of a service; its input for responses is added to a list.
+    ///
+    /// # Errors
+    /// When a port does not fit the service.
+    pub fn new(composer: &Composer, call: &ServiceCall, list: &mut InputList) -> Result<Self, Ros1Error> {
+        let (property, pairs) = outbox(composer, call)?;
+        let response = match &call.response {
+            None => None,
+            Some(input) => {
+                let (property, pairs) = answer_input(composer, call, input)?;
+                Some((list.add(input, property, (&call.service, call.of.name()), DEPTH), pairs))
+            }
+        };
+        Ok(Self { call: call.clone(), pairs, descriptor: property.descriptor(), response, told: None })
+    }
+
+    /// Sends what the outbox has as requests, one after the other, until the end.
+    #[allow(clippy::disallowed_methods, reason = "ROS goes by the machine's clock")]
+    pub fn run(mut self, node: &NodeContext, inbound: &InboundTopics, network: &Handle, ended: &AtomicBool) {
+        let mut receiver: Option<Receiver> = None;
+        while !ended.load(Ordering::Acquire) {
+            if receiver.is_none() {
+                receiver = self.receiver(&node.composer);
+            }
+            let Some(messages) = &mut receiver else {
+                std::thread::sleep(LOOK * 20);
+                continue;
+            };
+            if messages.collect() == 0 {
+                std::thread::sleep(LOOK);
+                continue;
+            }
+            let requests: Vec<_> =
+                messages.messages().map(|own| json(self.descriptor, own.bytes(), own.items())).collect();
+            for (place, value) in requests.iter().enumerate() {
+                let answer = self.ask(value, node, inbound, network);
+                let (answer, told) = match answer {
+                    Ok(Ok(())) => (Answer::Done, None),
+                    Ok(Err(reason)) => (Answer::Refused(UNSUCCESSFUL), reason),
+                    Err(reason) => (Answer::Refused(ABANDONED), Some(reason)),
+                };
+                self.tell(&node.composer, told);
+                messages.answer(place, answer);
+            }
+            messages.release();
+        }
+    }
+
+    fn receiver(&self, composer: &Composer) -> Option<Receiver> {
+        let (property, _) = composer.board().get(&self.call.outbox)?;
+        match property.carrier() {
+            Carrier::Mailbox(mailbox) => mailbox.receiver().ok(),
+            _ => None,
+        }
+    }
+
+    /// Sends a request and passes its response on; or else the reason why that was refused, if one is told.
+    fn ask(
+        &self,
+        value: &Json,
+        node: &NodeContext,
+        inbound: &InboundTopics,
+        network: &Handle,
+    ) -> Result<Result<(), Option<String>>, String> {
+        let ServiceCall { service, of, timeout: longest, .. } = &self.call;
+        let request = self.pairs.message(value);
+        let asked = async { timeout(*longest, call_service(node, service, of, &request)).await };
+        let asked =
+            network.block_on(asked).map_err(|_| format!("{service} has not answered within {longest:?}"))?;
+        let response = match asked? {
+            Ok(response) => response,
+            Err(reason) => return Ok(Err(Some(format!("{service} failed: {reason}")))),
+        };
+        if let Some((place, pairs)) = &self.response {
+            let input = inbound.topics()[*place].input();
+            let found = node.composer.board().get(input).map(|(property, _)| property);
+            let shape = found.as_ref().and_then(|own| Some((own.descriptor(), own.channel()?.shape())));
+            let (descriptor, shape) = shape.ok_or_else(|| format!("/{input} is no longer there"))?;
+            let value = bytes(descriptor, shape, &pairs.value(&response, &Json::Null));
+            inbound.push(*place, Ok(value.map_err(|reason| format!("/{input}: {reason}"))?));
+        }
+        let is_refused = response.get("success").and_then(Json::as_bool) == Some(false);
+        Ok(if is_refused { Err(None) } else { Ok(()) })
+    }
+
+    /// The same reason is logged once.
+    fn tell(&mut self, composer: &Composer, reason: Option<String>) {
+        if self.told != reason
+            && let Some(reason) = &reason
+        {
+            let text = format!("{SCHEME}: a message of /{} is not answered: {reason}", self.call.outbox);
+            composer.log(Level::Warn, &text);
+        }
+        self.told = reason;
+    }
+}

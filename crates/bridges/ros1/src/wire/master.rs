@@ -1,0 +1,59 @@
+//! Calls of the master, and of other nodes.
+
+use super::http::{HttpAddress, post};
+use super::xml::{XmlValue, call, read_answer};
+
+/// Why a call has no value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum CallError {
+    /// Nobody answers as ROS does.
+    Unreachable(String),
+    /// The answer is no.
+    Refused(String),
+}
+
+impl std::fmt::Display for CallError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (Self::Unreachable(reason) | Self::Refused(reason)) = self;
+        f.write_str(reason)
+    }
+}
+
+/// Calls a method, and returns the value that the answer has beside its code and its text.
+///
+/// # Errors
+/// Why there is none.
+pub async fn call_method(
+    address: &HttpAddress,
+    method: &str,
+    arguments: &[XmlValue],
+) -> Result<XmlValue, CallError> {
+    let answer = post(address, &call(method, arguments)).await;
+    let answer = answer.and_then(|text| read_answer(&text)).map_err(CallError::Unreachable)?;
+    match answer.as_list() {
+        Some([code, text, value]) => match (code.as_integer(), text.as_text()) {
+            (Some(1), _) => Ok(value.clone()),
+            (_, text) => Err(CallError::Refused(text.unwrap_or("it refuses").into())),
+        },
+        _ => Err(CallError::Unreachable(format!("`{method}` has another answer than in ROS"))),
+    }
+}
+
+/// The master, for one node.
+#[derive(Clone, Debug)]
+pub struct MasterClient {
+    pub address: HttpAddress,
+    /// The node that calls.
+    pub node: String,
+}
+
+impl MasterClient {
+    /// Calls a method on behalf of the node.
+    ///
+    /// # Errors
+    /// Why there is no value.
+    pub async fn call(&self, method: &str, rest: Vec<XmlValue>) -> Result<XmlValue, CallError> {
+        let arguments = [vec![XmlValue::from(self.node.as_str())], rest].concat();
+        call_method(&self.address, method, &arguments).await
+    }
+}

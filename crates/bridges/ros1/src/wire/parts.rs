@@ -1,0 +1,15 @@
+use std::sync::Arc;
+
+use super::publication::TopicPublication;
+use super::service::RosrpcServer;
+use super::subscription::TopicSubscription;
+
+/// What a node takes part in.
+#[derive(Default)]
+pub struct NodeParts {
+    pub publications: Vec<Arc<TopicPublication>>,
+    pub subscriptions: Vec<Arc<TopicSubscription>>,
+    pub services: Vec<RosrpcServer>,
+    /// Whether it has parameters.
+    pub has_parameters: bool,
+}

@@ -1,0 +1,158 @@
+//! Services, both ends.
+
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use serde_json::Value as Json;
+use slate_topics::ServiceType;
+use tokio::io::{AsyncReadExt, AsyncWriteExt};
+use tokio::net::TcpStream;
+use tokio::time::{sleep, timeout};
+
+use super::context::NodeContext;
+use super::header::{ConnectionHeader, length, read_message};
+use super::http::TIMEOUT;
+use crate::checksum::service_checksum;
+
+/// Bytes that a request or a response may have.
+const LONGEST: u32 = 1 << 20;
+
+/// How often it is looked whether an agent has begun.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// Answers a request, or tells why it does not.
+pub type RequestHandler = Box<dyn Fn(&Json) -> Result<Json, String> + Send>;
+
+/// A service that a node offers.
+pub struct RosrpcServer {
+    pub service: String,
+    of: ServiceType,
+    checksum: String,
+    handler: Arc<Mutex<RequestHandler>>,
+}
+
+impl RosrpcServer {
+    /// A service of a type.
+    ///
+    /// # Errors
+    /// A definition that lacks a message, in words.
+    pub fn new(service: &str, of: &ServiceType, handler: RequestHandler) -> Result<Self, String> {
+        let checksum = checksum(of)?;
+        Ok(Self { service: service.into(), of: of.clone(), checksum, handler: Arc::new(Mutex::new(handler)) })
+    }
+
+    /// Answers requests of a client whose header has come.
+    ///
+    /// # Errors
+    /// When the connection is lost; or a text for the log, when the client means another service.
+    pub async fn serve(
+        &self,
+        mut stream: TcpStream,
+        header: &ConnectionHeader,
+        node: &NodeContext,
+    ) -> io::Result<Option<String>> {
+        if ![self.checksum.as_str(), "*"].contains(&header.get("md5sum")) {
+            let [client, of, sum] = ["callerid", "type", "md5sum"].map(|name| header.shown(name));
+            let told = format!(
+                "{}: a client, {client}, has type {of} ({sum}) and this agent {} ({}): use another service",
+                self.service,
+                self.of.name(),
+                self.checksum
+            );
+            ConnectionHeader::of([("error", told.as_str())]).write(&mut stream).await?;
+            return Ok(Some(told));
+        }
+        let (request, response) = (self.of.request_name(), self.of.response_name());
+        let own = [
+            ("callerid", node.name()),
+            ("md5sum", &self.checksum),
+            ("request_type", &request),
+            ("response_type", &response),
+            ("service", &self.service),
+            ("type", self.of.name()),
+        ];
+        ConnectionHeader::of(own).write(&mut stream).await?;
+        if header.get("probe") == "1" {
+            return Ok(None);
+        }
+        loop {
+            let message = match read_message(&mut stream, LONGEST).await {
+                Ok(message) => message,
+                Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(None),
+                Err(error) => return Err(error),
+            };
+            // A rerun sends messages after the cycle in which they came.
+            while node.composer.is_lockstep() && node.composer.cycles() == 0 {
+                sleep(LOOK).await;
+            }
+            let (is_done, body) = match self.answer(&message).await {
+                Ok(response) => (1, response),
+                Err(reason) => (0, reason.into_bytes()),
+            };
+            let answer = [&[is_done][..], &length(body.len())?, &body].concat();
+            timeout(TIMEOUT, stream.write_all(&answer)).await??;
+            if header.get("persistent") != "1" {
+                return Ok(None);
+            }
+        }
+    }
+
+    async fn answer(&self, message: &[u8]) -> Result<Vec<u8>, String> {
+        let request = self.of.decode_request(message)?;
+        let handler = Arc::clone(&self.handler);
+        // It waits for a cycle of the agent.
+        let answer = move || {
+            let handler = handler.lock().unwrap_or_else(PoisonError::into_inner);
+            (*handler)(&request)
+        };
+        let response = tokio::task::spawn_blocking(answer).await.map_err(|error| error.to_string())??;
+        self.of.encode_response(&response)
+    }
+}
+
+/// The checksum of a service.
+///
+/// # Errors
+/// A definition that lacks a message, in words.
+fn checksum(of: &ServiceType) -> Result<String, String> {
+    let (request, response) = of.definitions();
+    service_checksum(of.name(), request, response)
+}
+
+/// Calls a service, and returns its response; or else why it failed, as its server says.
+///
+/// # Errors
+/// Why there is no response, in words.
+pub async fn call_service(
+    node: &NodeContext,
+    service: &str,
+    of: &ServiceType,
+    request: &Json,
+) -> Result<Result<Json, String>, String> {
+    let request = of.encode_request(request)?;
+    let found = node.master.call("lookupService", vec![service.into()]).await;
+    let found = found.map_err(|error| format!("{service} has no server: {error}"))?;
+    let authority = found.as_text().and_then(|own| own.strip_prefix("rosrpc://")).unwrap_or_default();
+    let authority = authority.trim_end_matches('/');
+    let lost = |error: io::Error| format!("the server of {service} at {authority} is not reached: {error}");
+    node.check_reach(authority).await.map_err(lost)?;
+    let mut stream = TcpStream::connect(authority).await.map_err(lost)?;
+    stream.set_nodelay(true).map_err(lost)?;
+    let checksum = checksum(of)?;
+    let own = [("callerid", node.name()), ("md5sum", &checksum), ("service", service), ("type", of.name())];
+    ConnectionHeader::of(own).write(&mut stream).await.map_err(lost)?;
+    let theirs = ConnectionHeader::read(&mut stream).await.map_err(lost)?;
+    if !theirs.get("error").is_empty() {
+        let theirs = theirs.shown("error");
+        return Err(format!("{service} is no {} ({checksum}): {theirs}", of.name()));
+    }
+    let bytes = [&length(request.len()).map_err(lost)?[..], &request].concat();
+    stream.write_all(&bytes).await.map_err(lost)?;
+    let is_done = stream.read_u8().await.map_err(lost)? == 1;
+    let answer = read_message(&mut stream, LONGEST).await.map_err(lost)?;
+    if is_done {
+        return of.decode_response(&answer).map(Ok);
+    }
+    Ok(Err(String::from_utf8_lossy(&answer).into_owned()))
+}

@@ -1,0 +1,183 @@
+//! From topics to inputs.
+
+use std::collections::BTreeSet;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use slate_blackboard::Property;
+use slate_blackboard::interface::{Descriptor, Kind};
+use slate_module::Level;
+use slate_runtime::{Composer, ExternalContent, ExternalDelivery};
+
+use crate::status::TopicStatus;
+
+/// Different reasons that are logged.
+const TOLD: usize = 256;
+
+/// An input that a topic fills.
+#[derive(Debug)]
+pub struct InboundTopic {
+    /// The topic, as the others call it.
+    topic: String,
+    /// Type of its messages, as the others call it.
+    message: String,
+    /// Path of the input.
+    input: String,
+    descriptor: &'static Descriptor,
+    /// Items of the input's tail, at most.
+    capacity: usize,
+    /// Values that may wait for the next cycle.
+    depth: usize,
+    received: AtomicU64,
+    refused: AtomicU64,
+    dropped: AtomicU64,
+    error: Mutex<Option<String>>,
+}
+
+impl InboundTopic {
+    /// A topic that fills an input, whose property that is; `depth` of its values may wait for the next cycle.
+    pub fn new(topic: &str, message: &str, input: &str, property: &Property, depth: usize) -> Self {
+        Self {
+            topic: topic.into(),
+            message: message.into(),
+            input: input.into(),
+            descriptor: property.descriptor(),
+            capacity: property.channel().map_or(0, |channel| channel.shape().capacity),
+            depth,
+            received: AtomicU64::new(0),
+            refused: AtomicU64::new(0),
+            dropped: AtomicU64::new(0),
+            error: Mutex::default(),
+        }
+    }
+
+    /// The topic, as the others call it.
+    pub fn topic(&self) -> &str {
+        &self.topic
+    }
+
+    /// Type of its messages, as the others call it.
+    pub fn message(&self) -> &str {
+        &self.message
+    }
+
+    /// Path of the input.
+    pub fn input(&self) -> &str {
+        &self.input
+    }
+
+    /// Takes note of values that were lost before they were decoded.
+    pub fn note_dropped(&self, count: u64) {
+        self.dropped.fetch_add(count, Ordering::Relaxed);
+    }
+
+    /// How it stands; `others` are publishers that it is connected with.
+    pub fn status(&self, others: Option<usize>) -> TopicStatus {
+        let count = |own: &AtomicU64| own.load(Ordering::Relaxed);
+        TopicStatus {
+            topic: self.topic.clone(),
+            message: self.message.clone(),
+            property: self.input.clone(),
+            is_read: true,
+            others,
+            count: count(&self.received),
+            refused: count(&self.refused),
+            dropped: count(&self.dropped),
+            error: locked(&self.error).clone(),
+        }
+    }
+
+    /// Whether the input has room for a value.
+    fn check(&self, bytes: &[u8]) -> Result<(), String> {
+        let item = self.descriptor.tail().map_or(1, Kind::size);
+        let items = bytes.len().saturating_sub(self.descriptor.size) / item.max(1);
+        if items <= self.capacity {
+            return Ok(());
+        }
+        let tail = self.descriptor.fields.last().map_or("", |field| field.name);
+        Err(format!("`{tail}` has {items} items, and the input has room for {}", self.capacity))
+    }
+}
+
+/// Inputs that topics fill, and what came for them and was not set yet.
+#[derive(Debug)]
+pub struct InboundTopics {
+    /// Scheme of the bridge, for the log.
+    scheme: &'static str,
+    topics: Vec<InboundTopic>,
+    composer: Composer,
+    delivery: ExternalDelivery,
+    /// What was logged once.
+    told: Mutex<BTreeSet<String>>,
+}
+
+impl InboundTopics {
+    /// Topics of a bridge.
+    pub fn new(scheme: &'static str, composer: Composer, topics: Vec<InboundTopic>) -> Self {
+        let depths = topics.iter().map(|topic| (topic.input.clone(), topic.depth));
+        let delivery = ExternalDelivery::new(composer.clone(), depths);
+        Self { scheme, topics, composer, delivery, told: Mutex::default() }
+    }
+
+    /// All of them, by place.
+    pub fn topics(&self) -> &[InboundTopic] {
+        &self.topics
+    }
+
+    /// Takes the value of a message of the topic at a place, or why it has none. The oldest value goes when as many wait as may.
+    pub fn push(&self, place: usize, value: Result<Vec<u8>, String>) {
+        let topic = &self.topics[place];
+        let value = value.and_then(|bytes| topic.check(&bytes).map(|()| bytes));
+        match value {
+            Ok(bytes) => {
+                if !self.delivery.push(place, ExternalContent::Bytes(bytes)) {
+                    topic.note_dropped(1);
+                }
+            }
+            Err(reason) => self.note(place, Err(reason)),
+        }
+    }
+
+    /// Sets the inputs to what came, until [`end`](Self::end).
+    pub fn deliver(&self) {
+        self.delivery.run(|place, result| self.note(place, result.map_err(|error| error.to_string())));
+    }
+
+    /// Ends [`deliver`](Self::deliver).
+    pub fn end(&self) {
+        self.delivery.end();
+    }
+
+    /// Logs once what is wrong with messages that are for several inputs.
+    pub fn tell(&self, text: &str) {
+        let mut told = locked(&self.told);
+        if told.len() < TOLD && told.insert(text.into()) {
+            self.composer.log(Level::Warn, text);
+        }
+    }
+
+    /// Takes note of what became of a message; the same reason is logged once.
+    fn note(&self, place: usize, result: Result<(), String>) {
+        let topic = &self.topics[place];
+        let mut error = locked(&topic.error);
+        let Err(reason) = result else {
+            topic.received.fetch_add(1, Ordering::Relaxed);
+            *error = None;
+            return;
+        };
+        topic.refused.fetch_add(1, Ordering::Relaxed);
+        if error.as_ref() != Some(&reason) {
+            let text = format!(
+                "{}: a message of {} does not fit /{}: {reason}",
+                self.scheme, topic.topic, topic.input
+            );
+            self.composer.log(Level::Warn, &text);
+            *error = Some(reason);
+        }
+    }
+}
+
+/// What stays intact when another thread panicked while it held the lock.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}

@@ -1,0 +1,78 @@
+use std::sync::Arc;
+
+use slate_blackboard::Property;
+use slate_runtime::Composer;
+use slate_runtime::configuration::{Configuration, Diagnostic, Report, Span};
+
+/// A property that does not fit its topic.
+#[derive(Debug, thiserror::Error)]
+#[error("/{property} and {topic}: {reason}")]
+pub struct TopicMisfit {
+    /// Path of the property.
+    pub property: String,
+    /// The topic.
+    pub topic: String,
+    /// In words.
+    pub reason: String,
+    /// What to do.
+    pub help: &'static str,
+    /// Where it is written.
+    pub place: Option<Span>,
+}
+
+impl TopicMisfit {
+    /// A misfit of a property and a topic.
+    pub fn new(property: &str, topic: &str, reason: impl Into<String>, help: &'static str) -> Box<Self> {
+        let (property, topic) = (property.into(), topic.into());
+        Box::new(Self { property, topic, reason: reason.into(), help, place: None })
+    }
+
+    /// The same, written at a place.
+    #[must_use]
+    pub fn at(mut self: Box<Self>, place: Option<Span>) -> Box<Self> {
+        self.place = place;
+        self
+    }
+
+    /// The error with file, line and what to do, of the configuration that the topic came from.
+    pub fn report(&self, configuration: &Configuration) -> Report {
+        let help = Some(self.help.to_owned());
+        Report::from(match self.place {
+            Some(span) => configuration.diagnostic(span, self.to_string(), help),
+            None => Diagnostic::without_place(self.to_string(), help),
+        })
+    }
+}
+
+/// The input that a topic fills.
+///
+/// # Errors
+/// When there is none, a link fills it, or a field of it is named.
+pub fn input(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMisfit>> {
+    let found = composer.external_input(path);
+    let (property, field) = found.map_err(|error| TopicMisfit::new(path, topic, error.reason, error.help))?;
+    if field.is_empty() {
+        return Ok(property);
+    }
+    let reason = format!("`{field}` is a field, and a topic has a whole value");
+    Err(TopicMisfit::new(path, topic, reason, "name the input alone"))
+}
+
+/// The property whose values a topic has.
+///
+/// # Errors
+/// When there is none, it has no value, or a field of it is named.
+pub fn output(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Property>, Box<TopicMisfit>> {
+    let wrong = |reason: String, help| TopicMisfit::new(path, topic, reason, help);
+    let found = composer.board().find(path);
+    let (property, field) =
+        found.map_err(|error| wrong(error.to_string(), "`slate list` shows the properties"))?;
+    if !field.is_empty() {
+        let reason = format!("`{field}` is a field, and a topic has a whole value");
+        return Err(wrong(reason, "name the property"));
+    }
+    match property.channel() {
+        Some(_) => Ok(property),
+        None => Err(wrong("it takes messages, and has no value".into(), "name an output")),
+    }
+}

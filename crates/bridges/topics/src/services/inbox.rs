@@ -1,0 +1,45 @@
+//! Requests as messages to an inbox.
+
+use serde_json::{Map, Value as Json};
+
+use super::fit::FieldPairs;
+use super::operations::AgentOperations;
+use crate::service_settings::ServiceOffer;
+
+/// Sends requests to an inbox.
+pub struct InboxHandler {
+    /// The service.
+    pub offer: ServiceOffer,
+    /// How requests are messages.
+    pub pairs: FieldPairs,
+    /// Sends them.
+    pub operations: AgentOperations,
+}
+
+impl InboxHandler {
+    /// Sends the message of a request, and returns the response. Its fields `success` and `message`, if it has them, tell how the
+    /// message fares.
+    ///
+    /// # Errors
+    /// Why the message is not taken, when the response has no field that tells, with that response.
+    pub fn answer(&self, request: &Json) -> Result<Json, (String, Json)> {
+        let message = self.pairs.value(request, &self.offer.value);
+        let (success, text) = match self.operations.carry_out("send", &self.offer.inbox, message) {
+            Ok(answer) => (true, answer["status"].as_str().unwrap_or("done").to_owned()),
+            Err(reason) => (false, reason),
+        };
+        let (mut response, mut is_told) = (Map::new(), success);
+        for name in self.offer.of.response().field_names() {
+            match name {
+                "success" => {
+                    is_told = true;
+                    response.insert(name.into(), success.into());
+                }
+                "message" => drop(response.insert(name.into(), text.clone().into())),
+                _ => {}
+            }
+        }
+        let response = Json::Object(response);
+        if is_told { Ok(response) } else { Err((text, response)) }
+    }
+}
