@@ -71,17 +71,17 @@ impl FrameReader {
     pub fn take(&self, message: &[u8], is_fixed: bool, inbound: &InboundTopics) -> Result<(), String> {
         let message = self.schema.decode_in(self.format, message).map_err(|error| error.to_string())?;
         let message = serde_json::to_value(message).map_err(|error| error.to_string())?;
-        for told in message["transforms"].as_array().into_iter().flatten() {
-            let child = frame(&told["child_frame_id"]);
+        for sent in message["transforms"].as_array().into_iter().flatten() {
+            let child = frame(&sent["child_frame_id"]);
             let Some((_, place)) = self.frames.iter().find(|(name, _)| *name == child) else { continue };
-            let stamp = &told["header"]["stamp"];
+            let stamp = &sent["header"]["stamp"];
             let seconds = stamp["sec"].as_u64().unwrap_or_default();
             let time =
                 seconds.saturating_mul(SECOND).saturating_add(stamp["nanosec"].as_u64().unwrap_or_default());
-            let transform = &told["transform"];
+            let transform = &sent["transform"];
             let value = json!({
                 "time": self.agent_time(time),
-                "parent": frame(&told["header"]["frame_id"]),
+                "parent": frame(&sent["header"]["frame_id"]),
                 "child": child,
                 "translation": transform["translation"],
                 "rotation": transform["rotation"],

@@ -145,7 +145,7 @@ impl NodeParameter {
 
     /// A `rcl_interfaces/msg/ParameterDescriptor`.
     pub fn describe(&self, is_settable: bool) -> Json {
-        let mut told = json!({
+        let mut descriptor = json!({
             "name": self.name,
             "type": self.kind,
             "description": self.doc,
@@ -154,14 +154,14 @@ impl NodeParameter {
         match self.range {
             Some((from, to)) if self.kind == INTEGER => {
                 let range = json!([{ "from_value": from as i64, "to_value": to as i64 }]);
-                told["integer_range"] = range;
+                descriptor["integer_range"] = range;
             }
             Some((from, to)) if from.is_finite() && to.is_finite() => {
-                told["floating_point_range"] = json!([{ "from_value": from, "to_value": to }]);
+                descriptor["floating_point_range"] = json!([{ "from_value": from, "to_value": to }]);
             }
             _ => {}
         }
-        told
+        descriptor
     }
 }
 

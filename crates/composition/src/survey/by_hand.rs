@@ -2,8 +2,7 @@
 
 use slate_configuration::{Configuration, Message};
 
-use super::links::attachment_refusal;
-use super::names::{split_module, split_port};
+use super::names::port_at;
 use super::{Survey, actuation, known};
 use crate::complaints::Complaints;
 
@@ -39,18 +38,5 @@ pub fn hand_refusal(
     survey: &Survey<'_>,
     path: &str,
 ) -> Option<(Message, String)> {
-    refusal(configuration, survey, port(survey, path)?)
-}
-
-/// Why the input at a path can't be linked to another program: the rule of attachment.
-pub fn bridge_refusal(survey: &Survey<'_>, path: &str) -> Option<Message> {
-    attachment_refusal(survey, port(survey, path)?, path, "another program").map(|(message, _)| message)
-}
-
-/// Module and port that a path is of.
-fn port(survey: &Survey<'_>, path: &str) -> Option<(usize, usize)> {
-    let (module, rest) = split_module(&survey.modules, path)?;
-    let ports = &survey.modules[module].description.ports;
-    let name = split_port(ports, rest).0;
-    Some((module, ports.iter().position(|port| port.name == name)?))
+    refusal(configuration, survey, port_at(survey, path)?)
 }

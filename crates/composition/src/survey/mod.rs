@@ -40,10 +40,10 @@ use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, Filter, Program};
 pub use aspects::needs;
 pub use block::{GATE, TRUTH, inbox_part, part};
-pub use by_hand::{bridge_refusal, hand_refusal};
+pub use by_hand::hand_refusal;
 pub use infer::{Inferred, LinkKeeping, infer};
 pub use limits::{DescribedLimits, described_limits};
-pub use links::{elsewhere, remote_path};
+pub use links::{bridge_refusal, elsewhere, remote_path};
 pub use loose::loose;
 use slate_configuration::{Configuration, Link, Mistake, Module};
 

@@ -3,7 +3,7 @@
 use slate_blackboard::is_within;
 use slate_module::{Direction, PortDescription};
 
-use super::Surveyed;
+use super::{Survey, Surveyed};
 
 /// The module whose name begins the path: the longest.
 pub(super) fn owner<'n>(names: &[&'n str], path: &str) -> Option<&'n str> {
@@ -32,6 +32,14 @@ pub(super) fn split_port<'p>(ports: &[PortDescription], path: &'p str) -> (&'p s
         Some(length) => (&path[..length], path[length..].trim_start_matches('/')),
         None => path.split_once('/').unwrap_or((path, "")),
     }
+}
+
+/// The module and the port of it that a path is of.
+pub(super) fn port_at(survey: &Survey<'_>, path: &str) -> Option<(usize, usize)> {
+    let (module, rest) = split_module(&survey.modules, path)?;
+    let ports = &survey.modules[module].description.ports;
+    let name = split_port(ports, rest).0;
+    Some((module, ports.iter().position(|port| port.name == name)?))
 }
 
 /// The name of a missing port in messages: the whole path, where names of ports begin like it.

@@ -28,11 +28,11 @@ impl InboxHandler {
             Ok(answer) => (true, answer["status"].as_str().unwrap_or("done").to_owned()),
             Err(reason) => (false, reason),
         };
-        let (mut response, mut is_told) = (Map::new(), success);
+        let (mut response, mut is_reported) = (Map::new(), success);
         for name in self.offer.of.response().field_names() {
             match name {
                 "success" => {
-                    is_told = true;
+                    is_reported = true;
                     response.insert(name.into(), success.into());
                 }
                 "message" => drop(response.insert(name.into(), text.clone().into())),
@@ -40,6 +40,6 @@ impl InboxHandler {
             }
         }
         let response = Json::Object(response);
-        if is_told { Ok(response) } else { Err((text, response)) }
+        if is_reported { Ok(response) } else { Err((text, response)) }
     }
 }

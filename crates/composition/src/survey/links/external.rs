@@ -10,7 +10,7 @@ use super::words::roles;
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, NoField};
 use crate::survey::block::{Block, Provenance, binds, role_permits};
-use crate::survey::names::{deep_name, owner, split_module, split_port};
+use crate::survey::names::{deep_name, owner, port_at, split_module, split_port};
 use crate::survey::{LinkSource, Survey, Wire};
 
 /// What is wrong with a link, and what to do about it.
@@ -113,9 +113,14 @@ fn input(
     }
 }
 
+/// Why the input at a path can't be linked to another program: the rule of attachment.
+pub fn bridge_refusal(survey: &Survey<'_>, path: &str) -> Option<Message> {
+    attachment_refusal(survey, port_at(survey, path)?, path, "another program").map(|(message, _)| message)
+}
+
 /// Why a port can't read what comes from outside: that is of a driver, and a robot's blocks read it through a Sensor.
 /// The message names the source as `from` does.
-pub(in crate::survey) fn attachment_refusal(
+fn attachment_refusal(
     survey: &Survey<'_>,
     (module, port): (usize, usize),
     path: &str,
