@@ -207,6 +207,31 @@ fn lost_leader_is_looked_for_where_it_was() {
 }
 
 #[test]
+fn follower_looks_around_for_a_leader_that_it_does_not_detect() {
+    let turns = |leader: Option<Located>| {
+        let mut planner = follower();
+        if let Some(leader) = leader {
+            planner.push("leader", leader);
+        }
+        planner.tick();
+        let planned = planner.sent::<Planned>("plan");
+        let action = planned.last().unwrap().action;
+        assert_eq!(action.kind.as_str(), "SetWheelSpeed");
+        assert_eq!(action.arguments[0], -action.arguments[1], "on the spot");
+        action.arguments[1]
+    };
+    assert!(turns(None) > 0.0, "one that was never there");
+    let lost = |bearing| Located {
+        x: math::cos(bearing),
+        y: math::sin(bearing),
+        range: 1.0,
+        bearing,
+        seen: false.into(),
+    };
+    assert!(turns(Some(lost(2.5))) > 0.0 && turns(Some(lost(-2.5))) < 0.0, "to the side where it was last");
+}
+
+#[test]
 fn plan_does_not_interrupt_a_reflex() {
     let mut planner = follower();
     planner.set("situation", mapek::ExecuteStatus { route: mapek::Route::REACTIVE, ..Default::default() });

@@ -64,8 +64,17 @@ fn react_at(
     robots: Option<Sightings>,
     velocity: f64,
 ) -> Option<[f64; 3]> {
+    react_in_motion(scan, rules, robots, Twist2 { linear: velocity, angular: 0.0 })
+}
+
+/// The same in any motion.
+fn react_in_motion(
+    scan: SonarScan,
+    rules: WheeledRules,
+    robots: Option<Sightings>,
+    twist: Twist2,
+) -> Option<[f64; 3]> {
     let mut model = Fixture::<ReactiveBlock<AvoidObstacleModel>>::new();
-    let twist = Twist2 { linear: velocity, angular: 0.0 };
     model.set("odometry", Odometry { twist, ..Odometry::default() });
     model.set("robot", pioneer());
     model.set("rules", rules);
@@ -210,6 +219,19 @@ fn it_stops_for_a_robot_ahead() {
         assert_eq!(sees(0.8, 0.0, velocity), None, "it may back off");
     }
     assert_eq!(sees(0.8, 3.1, -0.1), Some([0.0; 3]), "not towards another one");
+}
+
+#[test]
+fn it_stops_for_a_robot_that_its_outline_sweeps() {
+    let both = rules(&[rule(SONAR, 0.1), rule("robot_sensor", 0.25)]);
+    let turns = |angular| {
+        let behind = Sighting { range: 0.58, bearing: 2.094, name: Text::new("r1") };
+        let robots = Some(Sightings { list: Sequence::new(&[behind]) });
+        react_in_motion(scan(&[]), both, robots, Twist2 { linear: 0.0, angular })
+    };
+    assert_eq!(turns(-2.0), Some([0.0; 3]), "its back swings to the robot behind on the left");
+    assert_eq!(turns(2.0), None, "it swings away");
+    assert_eq!(turns(0.0), None, "it stands");
 }
 
 #[test]
