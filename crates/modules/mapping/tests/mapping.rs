@@ -61,26 +61,6 @@ fn a_belief_drops_outliers_and_begins_anew() {
 }
 
 #[test]
-fn ranges_beyond_the_limits_of_the_robot_model_are_no_measurement() {
-    let mut monitor = Fixture::<MonitorBlock<LaserMonitor>>::new();
-    let mut limits = |minimum: f64, maximum: f64| {
-        let laser = Device { minimum, maximum, name: Text::new("laser"), ..Device::default() };
-        monitor.set("robot", RobotModel { sensors: Sequence::new(&[laser]), ..RobotModel::default() });
-        monitor.write("laser", 3, |scan: &mut LaserScan| {
-            (scan.range_min, scan.range_max, scan.angle_increment) = (0.06, 4.0, 0.1);
-            scan.ranges.copy_from_slice(&[0.5, 2.0, 3.5]);
-        });
-        monitor.tick();
-        let percept = |scan: &LaserScan| (scan.range_min, scan.range_max, scan.ranges.to_vec());
-        monitor.read("percept", percept).unwrap()
-    };
-    let ranges = vec![0.5, 2.0, 3.5];
-    assert_eq!(limits(0.0, 0.0), (0.06, 4.0, ranges.clone()), "a device without limits");
-    assert_eq!(limits(0.02, 5.6), (0.06, 4.0, ranges.clone()));
-    assert_eq!(limits(0.1, 3.0), (0.1, 3.0, ranges));
-}
-
-#[test]
 fn the_estimate_begins_at_the_start_and_is_reset_manually() {
     let mut robot = Fixture::<AnalyzeBlock<PoseEstimator>>::new();
     robot.set("odometry", odometry(3.0, 4.0, 1.0));
