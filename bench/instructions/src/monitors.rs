@@ -167,7 +167,8 @@ pub fn cycle(count: u32, monitor_kind: &str) -> Result<(), String> {
     if monitor_kind.len() > 1 {
         robot += &format!("{monitor_kind} = {{}}\n{analyze_kind} = {{}}\n");
     }
-    let database = Database::from_text("robot.toml", &robot, Layers::default()).map_err(|error| text(&error))?;
+    let database =
+        Database::from_text("robot.toml", &robot, Layers::default()).map_err(|error| text(&error))?;
     let kinds = [
         sensor::<Sonars>(),
         sensor::<Laser>(),
