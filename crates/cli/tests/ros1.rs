@@ -32,7 +32,7 @@ fn what_does_not_fit_ros_1_is_told_before_a_run() {
     let cases = [
         ("\"ros1:/wheels\"", "\"ros1:/my-wheels\"", "`/my-wheels` can't be the name of a topic: it has '-'"),
         ("\"ros1:/wheels\"", "\"ros1:/odom\"", "/odom is read by /simulator/r2/wheels and written by"),
-        ("localhost", "robot", "the master at http://robot:11311 is on another machine"),
+        ("localhost", "robot", "the master at http://robot:11311 is not named by localhost"),
         (
             "[links]",
             "frames.\"simulator/r2/wheels\" = \"laser\"\n[links]",

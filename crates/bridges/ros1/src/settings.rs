@@ -196,7 +196,7 @@ impl Ros1SettingsReader<'_> {
             }
             Some(host) if !trusted && !is_local(host) => {
                 let message = format!(
-                    "the master at {master} is on another machine, and ROS 1 is neither encrypted nor authenticated"
+                    "the master at {master} is not named by localhost or a loopback address, and ROS 1 is neither encrypted nor authenticated"
                 );
                 let help =
                     "write trusted = true in [ros1] if all who reach this machine may read and command";
@@ -277,6 +277,23 @@ impl Ros1SettingsReader<'_> {
                     format!("{} is written by two entries, of /{first} and /{second}", output.topic);
                 let help = "a topic has the values of one property: take one away";
                 self.note(Some(output.place), message, help);
+            }
+        }
+        let options = &settings.options;
+        let own = [
+            (options.log, "/rosout", "rosout = false"),
+            (options.clock, "/clock", "clock = false"),
+            (options.transforms, "/tf", "tf = false"),
+            (options.transforms, "/tf_static", "tf = false"),
+        ];
+        for (_, topic, setting) in own.into_iter().filter(|(is_on, ..)| *is_on) {
+            if let Some(output) = written.get(topic) {
+                let message = format!("{topic} is written by /{} and by the node itself", output.property);
+                self.note(
+                    Some(output.place),
+                    message,
+                    &format!("write {setting} in [ros1], or take the entry away"),
+                );
             }
         }
         for input in &settings.read {

@@ -6,8 +6,8 @@ use slate_interfaces::{
     LaserScan, MapMark, MapStroke, OccupancyGrid, Odometry, Orientation, Path, Point2, Pose2, PoseEstimate,
     Position, Twist2,
 };
-use slate_mapek::{AnalyzeBlock, Device, MonitorBlock, RobotModel};
-use slate_mapping::{LaserMonitor, OccupancyMapper, OdometryNoise, PathPlanner, PoseBelief, PoseEstimator};
+use slate_mapek::{AnalyzeBlock, Device, RobotModel};
+use slate_mapping::{OccupancyMapper, OdometryNoise, PathPlanner, PoseBelief, PoseEstimator};
 use slate_module::testing::Fixture;
 use slate_module::{Sequence, Text, math};
 

@@ -30,8 +30,10 @@ const ROUNDING: f64 = 1e-9;
 fn is_in_range(device: &Device, seen: &Sighting) -> bool {
     let Sighting { range, bearing, .. } = *seen;
     let (x, y) = (range * math::cos(bearing) - device.mount.x, range * math::sin(bearing) - device.mount.y);
+    let distance = math::hypot(x, y);
+    let is_limited = device.minimum != 0.0 || device.maximum != 0.0;
     // NaN is no number of metres.
-    math::hypot(x, y) <= device.maximum + ROUNDING
+    if is_limited { distance <= device.maximum + ROUNDING } else { distance.is_finite() }
 }
 
 impl Monitor for RobotMonitor {

@@ -11,7 +11,7 @@ use super::xml::{XmlValue, answer, read_call};
 /// Answers the call that comes.
 pub async fn serve_api(node: &NodeContext, parts: &NodeParts, mut stream: TcpStream) {
     let called = read_request(&mut stream).await.and_then(|text| read_call(&text));
-    // Who has called may be gone.
+    // The caller may be gone.
     let _ = match called {
         Ok((method, arguments)) => {
             respond(&mut stream, "200 OK", &answer(answer_call(node, parts, &method, &arguments))).await
@@ -50,9 +50,9 @@ fn answer_call(node: &NodeContext, parts: &NodeParts, method: &str, arguments: &
         }
         "getBusInfo" => done("", XmlValue::List(Vec::new())),
         "publisherUpdate" => {
-            if let Some(own) = parts.subscriptions.iter().find(|own| Some(own.topic.as_str()) == text(1)) {
-                own.ask_publishers();
-            }
+            // Several inputs may read one topic.
+            let topics = parts.subscriptions.iter().filter(|own| Some(own.topic.as_str()) == text(1));
+            topics.for_each(|own| own.ask_publishers());
             done("", XmlValue::Integer(0))
         }
         "paramUpdate" => {
@@ -61,8 +61,7 @@ fn answer_call(node: &NodeContext, parts: &NodeParts, method: &str, arguments: &
         }
         "requestTopic" => answer_topic(node, parts, text(1), arguments.get(2)),
         "shutdown" => {
-            let reason: String = text(1).unwrap_or_default().chars().take(100).collect();
-            node.tell(Level::Warn, &format!("a node asks this one to end, which it does not: {reason:?}"));
+            node.tell(Level::Warn, "a node asks this one to end, which it does not: end its program instead");
             refused("this node is an agent of Slate: end its program instead")
         }
         _ => refused("nodes have no such method"),

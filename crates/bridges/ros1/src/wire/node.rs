@@ -76,7 +76,9 @@ impl RosNode {
         for own in &self.parts.subscriptions {
             tokio::spawn(Arc::clone(own).run(Arc::clone(&self.context)));
         }
-        tokio::spawn(Arc::clone(self).watch());
+        if self.parts.are_registered() {
+            tokio::spawn(Arc::clone(self).watch());
+        }
     }
 
     /// Tells the master all that the node has.
@@ -132,7 +134,7 @@ impl RosNode {
         XmlValue::Text(format!("rosrpc://{}:{}", self.context.host, self.context.port))
     }
 
-    /// Registers again at a master that has begun anew.
+    /// Registers again at a master that has restarted.
     async fn watch(self: Arc<Self>) {
         let (mut is_lost, mut is_displaced) = (false, false);
         let name = &self.context.master.node;
@@ -157,7 +159,7 @@ impl RosNode {
             }
             is_displaced = is_other;
             if found.is_err() && self.register().await.is_ok() {
-                log(Level::Info, format!("{master} has begun anew, and knows {name} again"));
+                log(Level::Info, format!("{master} has restarted, and {name} is registered again"));
             } else if is_lost {
                 log(Level::Info, format!("{master} answers again"));
             }
@@ -199,7 +201,7 @@ where
     let places = Arc::new(Semaphore::new(MOST));
     loop {
         let Ok((stream, _)) = listener.accept().await else {
-            // Of files there may be none left.
+            // File descriptors may be exhausted.
             sleep(Duration::from_millis(50)).await;
             continue;
         };

@@ -13,3 +13,11 @@ pub struct NodeParts {
     /// Whether it has parameters.
     pub has_parameters: bool,
 }
+
+impl NodeParts {
+    /// Whether the master knows the node by any of them.
+    pub fn are_registered(&self) -> bool {
+        self.has_parameters
+            || !(self.publications.is_empty() && self.subscriptions.is_empty() && self.services.is_empty())
+    }
+}

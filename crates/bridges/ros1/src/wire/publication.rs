@@ -3,14 +3,19 @@
 use std::io;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 use tokio::io::{AsyncReadExt, AsyncWriteExt};
 use tokio::net::TcpStream;
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::RecvError;
+use tokio::time::timeout;
 
 use super::header::{ConnectionHeader, length, misfit};
 use crate::checksum::message_checksum;
+
+/// How long a subscriber may take nothing of a message until it is dropped.
+const SEND_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// A topic, and the queues of its subscribers.
 pub struct TopicPublication {
@@ -116,7 +121,7 @@ impl TopicPublication {
             (self.messages.subscribe(), last.clone())
         };
         if let Some(last) = last {
-            stream.write_all(&last).await?;
+            timeout(SEND_TIMEOUT, stream.write_all(&last)).await??;
         }
         let (mut from, mut to) = stream.split();
         let mut rest = [0; 64];
@@ -125,7 +130,7 @@ impl TopicPublication {
                 // Subscribers say nothing more, but may leave.
                 left = from.read(&mut rest) => if left? == 0 { return Ok(None) },
                 message = messages.recv() => match message {
-                    Ok(message) => to.write_all(&message).await?,
+                    Ok(message) => timeout(SEND_TIMEOUT, to.write_all(&message)).await??,
                     Err(RecvError::Lagged(count)) => drop(self.lost.fetch_add(count, Ordering::Relaxed)),
                     Err(RecvError::Closed) => return Ok(None),
                 },

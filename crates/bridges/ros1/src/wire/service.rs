@@ -18,6 +18,9 @@ use crate::checksum::service_checksum;
 /// Bytes that a request or a response may have.
 const LONGEST: u32 = 1 << 20;
 
+/// How long a client that is not persistent may take for its request.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(30);
+
 /// How often it is looked whether an agent has begun.
 const LOOK: Duration = Duration::from_millis(2);
 
@@ -77,7 +80,10 @@ impl RosrpcServer {
             return Ok(None);
         }
         loop {
-            let message = match read_message(&mut stream, LONGEST).await {
+            let is_persistent = header.get("persistent") == "1";
+            let request = read_message(&mut stream, LONGEST);
+            let read = if is_persistent { request.await } else { timeout(REQUEST_TIMEOUT, request).await? };
+            let message = match read {
                 Ok(message) => message,
                 Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(None),
                 Err(error) => return Err(error),
@@ -92,7 +98,7 @@ impl RosrpcServer {
             };
             let answer = [&[is_done][..], &length(body.len())?, &body].concat();
             timeout(TIMEOUT, stream.write_all(&answer)).await??;
-            if header.get("persistent") != "1" {
+            if !is_persistent {
                 return Ok(None);
             }
         }

@@ -20,7 +20,7 @@ use super::xml::XmlValue;
 use crate::checksum::message_checksum;
 
 /// Bytes that a message may have.
-const LONGEST: u32 = 256 << 20;
+const LONGEST: u32 = 64 << 20;
 
 /// Publishers of a topic that are connected with, at most.
 const MOST: usize = 64;

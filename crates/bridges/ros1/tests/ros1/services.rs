@@ -2,7 +2,7 @@
 
 use serde_json::{Value as Json, json};
 use slate_blackboard::interface::Value;
-use slate_ros1::{Ros1Settings, check_topics};
+use slate_ros1::{Ros1Bridge, Ros1Settings, check_topics};
 use slate_runtime::Options;
 
 use crate::ros1::agent::{Running, eventually};
@@ -103,6 +103,15 @@ fn a_service_of_ros_1_that_does_not_fit_its_port_is_refused() {
         let error = check_topics(&agent.composer, &settings).unwrap_err().to_string();
         assert!(error.contains(words), "{table}: {error}");
     }
+}
+
+#[test]
+fn services_without_a_master_are_an_error_that_names_it() {
+    let table = "serve.\"/lamp\" = { to = \"lamp/switches\", type = \"std_srvs/SetBool\" }";
+    let agent = Running::load(&text("http://127.0.0.1:9", table), Options::default());
+    let settings = Ros1Settings::of(&agent.configuration).unwrap().unwrap();
+    let error = Ros1Bridge::open(&agent.surface, &settings).unwrap_err().to_string();
+    assert!(error.contains("127.0.0.1:9"), "{error}");
 }
 
 #[test]

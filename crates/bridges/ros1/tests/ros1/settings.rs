@@ -39,7 +39,7 @@ fn who_does_not_trust_the_network_has_a_master_on_this_machine() {
     for local in ["http://localhost:11311", "http://127.0.0.1:11311/", "http://[::1]:11311"] {
         assert!(!read(&table(&format!("master = \"{local}\""))).unwrap().unwrap().trusted);
     }
-    let words = ["is on another machine", "trusted = true", "r2.toml:4"];
+    let words = ["is not named by localhost", "trusted = true", "r2.toml:4"];
     refused(&table("master = \"http://robot:11311\""), &words);
     refused(&table("master = \"http://robot:11311\"\ntrusted = false"), &words);
     refused(&table("trusted = 1"), &["takes true or false"]);
@@ -83,6 +83,7 @@ fn mistakes_are_named_with_their_place() {
         &with("\"ros1:/x\" = \"a/b\"\n\"c/d\" = \"ros1:/x\""),
         &["/x is read by /c/d and written by /a/b"],
     );
+    refused(&with("\"ros1:/rosout\" = \"a/b\""), &["/rosout is written by /a/b and by the node itself"]);
     refused(&with("\"a/b\" = { from = \"ros1:/x\", depth = 0 }"), &["`depth` is a number from 1 to 10000"]);
     refused(&with("\"a/b\" = { from = \"ros1:/x\", latched = true }"), &["latched"]);
     refused("[ros1]\ntrusted = true", &["[ros1] names no topic, and no link does"]);

@@ -52,6 +52,24 @@ fn what_a_node_publishes_fills_inputs() {
 }
 
 #[test]
+fn two_inputs_of_a_topic_both_learn_of_a_later_publisher() {
+    let master = Master::start();
+    let links = "\"base/command\" = \"ros1:/cmd_vel\"\n\"second/command\" = \"ros1:/cmd_vel\"";
+    let text = linked(&master.address(), links).replacen(
+        "[modules.base]",
+        "[modules.base]\n[modules.second]\nkind = \"base\"",
+        1,
+    );
+    let agent = Running::of(&text);
+    let mut peer = master.peer("driver");
+    peer.advertise("/cmd_vel", "geometry_msgs/Twist");
+    eventually("subscriptions", || {
+        let topics = agent.bridge().topics();
+        topics.len() == 2 && topics.iter().all(|own| own.others == Some(1))
+    });
+}
+
+#[test]
 fn properties_are_topics_with_the_checksums_of_ros() {
     let master = Master::start();
     let links = "\"ros1:/odom\" = \"base/odometry\"\n\"ros1:/sum\" = \"base/sum\"";
@@ -154,7 +172,7 @@ fn a_master_that_begins_anew_learns_all_again() {
     // Nodes that know each other need no master.
     turn(&mut old, 2.0);
     master.revive();
-    eventually("its return", || agent.logged("has begun anew, and knows /r2_d2 again") == 1);
+    eventually("its return", || agent.logged("has restarted, and /r2_d2 is registered again") == 1);
     let mut new = master.peer("new");
     new.advertise("/cmd_vel", "geometry_msgs/Twist");
     eventually("the subscription", || new.matched("/cmd_vel") == 1);

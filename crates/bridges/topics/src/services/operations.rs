@@ -14,7 +14,8 @@ const PLACES: usize = 4;
 pub struct AgentOperations {
     dispatcher: Dispatcher,
     caller: Caller,
-    runtime: Runtime,
+    /// Taken at the end.
+    runtime: Option<Runtime>,
 }
 
 impl AgentOperations {
@@ -32,7 +33,8 @@ impl AgentOperations {
             place: Arc::new(Arc::new(Connections::default()).admit()),
         };
         let dispatcher = Dispatcher::new(Arc::clone(surface), PLACES, true);
-        Ok(Self { dispatcher, caller, runtime: Builder::new_current_thread().enable_time().build()? })
+        let runtime = Builder::new_current_thread().enable_time().build()?;
+        Ok(Self { dispatcher, caller, runtime: Some(runtime) })
     }
 
     /// Carries out an operation; returns its answer.
@@ -42,10 +44,20 @@ impl AgentOperations {
     pub fn carry_out(&self, name: &str, path: &str, body: Json) -> Result<Json, String> {
         let reason = |problem: Problem| problem.detail().to_owned();
         let operation = by_name(name).ok_or_else(|| format!("no operation is called `{name}`"))?;
-        let _turn = self.runtime.block_on(self.dispatcher.turn(operation)).map_err(reason)?;
+        let runtime = self.runtime.as_ref().ok_or("the bridge has ended")?;
+        let _turn = runtime.block_on(self.dispatcher.turn(operation)).map_err(reason)?;
         match self.dispatcher.carry_out(&self.caller, name, path, body).map_err(reason)? {
             OperationAnswer::Json(_, body, _) => Ok(body),
             _ => Ok(Json::Null),
+        }
+    }
+}
+
+/// A bridge that does not open drops it within a task, where a runtime must not wait for its own.
+impl Drop for AgentOperations {
+    fn drop(&mut self) {
+        if let Some(runtime) = self.runtime.take() {
+            runtime.shutdown_background();
         }
     }
 }
