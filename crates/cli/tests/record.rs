@@ -432,6 +432,10 @@ fn what_can_not_be_made_again_is_not_covered() {
     let run = ["run", "exp1", "--headless", "--seed", "5", "--out", "here"];
     running.start("exp1", &[&run[..], &ON, &LONG].concat());
     running.done(&["snapshot", "save", "here.snapshot"]);
+    // Else the snapshot could change nothing.
+    let status = || running.read("exp1", "/r2/execute/status");
+    let saved = status();
+    common::wait_for("another state of Execute", || status() != saved);
     running.done(&["snapshot", "load", "here.snapshot"]);
     running.finish();
     let (said, code) = verify(running.folder(), "here/run.mcap");
