@@ -113,7 +113,7 @@ impl ParameterSync {
             if found.as_ref() == Some(known) {
                 continue;
             }
-            // What is there now is not what this side knows: it is told again, unless it is what this side then has.
+            // A node has changed it: the next comparison sets the master again, unless both values agree by then.
             self.known.remove(&key);
             self.settings = None;
             let Some(found) = found.filter(|found| *found != value) else { continue };

@@ -121,7 +121,7 @@ impl OutboxClient {
         }
     }
 
-    /// Sends a request and passes its response on; or else the reason why that was refused, if one is told.
+    /// Sends a request and forwards its response, or the reason of its refusal, if the server gives one.
     fn ask(
         &self,
         value: &Json,

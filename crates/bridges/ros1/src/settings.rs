@@ -341,7 +341,7 @@ impl Ros1SettingsReader<'_> {
     }
 }
 
-/// The host of a master's address; nothing when that is none.
+/// The host of a master's address; nothing if the address is invalid.
 fn host(master: &str) -> Option<&str> {
     let authority = master.strip_prefix("http://")?.trim_end_matches('/');
     let (host, port) = authority.rsplit_once(':')?;

@@ -26,7 +26,7 @@ const SECOND: u64 = 1_000_000_000;
 /// The input that reads the transform of a frame.
 ///
 /// # Errors
-/// When there is none, or it holds something else.
+/// The input is missing, or is not a `Transform`.
 pub fn frame_input(composer: &Composer, own: &FrameInput) -> Result<Arc<Property>, Box<TopicMisfit>> {
     let topic = format!("frame {}", own.frame);
     let property =

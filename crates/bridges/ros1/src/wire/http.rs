@@ -42,7 +42,7 @@ impl HttpAddress {
 /// Sends a request, and returns the body of the answer.
 ///
 /// # Errors
-/// Why there is none, in words.
+/// Why no answer has come, in words.
 pub async fn post(address: &HttpAddress, body: &str) -> Result<String, String> {
     let exchange = async {
         let mut stream = TcpStream::connect(&address.authority).await.map_err(|error| error.to_string())?;
@@ -68,7 +68,7 @@ pub async fn post(address: &HttpAddress, body: &str) -> Result<String, String> {
 /// The body of the request that comes.
 ///
 /// # Errors
-/// Why there is none, in words.
+/// Why no request could be read, in words.
 pub async fn read_request(stream: &mut TcpStream) -> Result<String, String> {
     let late = |_| "it does not end".to_owned();
     let (line, body) = timeout(TIMEOUT, read(stream)).await.map_err(late)??;

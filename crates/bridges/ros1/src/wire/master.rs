@@ -22,7 +22,7 @@ impl std::fmt::Display for CallError {
 /// Calls a method, and returns the value that the answer has beside its code and its text.
 ///
 /// # Errors
-/// Why there is none.
+/// The call was refused, or the other end was not reached.
 pub async fn call_method(
     address: &HttpAddress,
     method: &str,

@@ -348,7 +348,7 @@ impl Running {
         self.bridge.as_ref().unwrap()
     }
 
-    /// A number on the board; NaN when there is none.
+    /// A number on the board; NaN if it is missing.
     pub fn number(&self, path: &str) -> f64 {
         let found = self.composer.board().read(path).unwrap();
         found.and_then(|(value, _): (Value, _)| value.as_f64()).unwrap_or(f64::NAN)
