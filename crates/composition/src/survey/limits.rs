@@ -15,7 +15,7 @@ pub struct DescribedLimits<'s> {
     pub robot: &'s str,
     /// Interface of the command.
     pub command: &'static Descriptor,
-    /// A limit of each number without a written one.
+    /// A limit of each number of the first one's unit without a written one.
     pub limits: Vec<Limit>,
 }
 
@@ -54,10 +54,12 @@ fn described<'s>(
     Some((model, command.descriptor, device.limits?))
 }
 
-/// The fields of a command that are numbers.
+/// The numbers of a command that an actuator's limits bind: its first one, and those of the same unit.
 fn numbers(command: &Descriptor) -> impl Iterator<Item = &'static str> {
     let is_number = |kind: &Kind| matches!(kind, Kind::Primitive(primitive) if *primitive != Primitive::Bool);
-    command.fields.iter().filter(move |field| is_number(&field.kind)).map(|field| field.name)
+    let mut fields = command.fields.iter().filter(move |field| is_number(&field.kind)).peekable();
+    let unit = fields.peek().map_or("", |first| first.unit);
+    fields.filter(move |field| field.unit == unit).map(|field| field.name)
 }
 
 /// Warnings of written limits that are wider than those of the RobotModel.

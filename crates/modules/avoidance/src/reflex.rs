@@ -49,6 +49,12 @@ pub struct ReflexRules {
     /// Linear velocity of that drive.
     #[unit("m/s")]
     pub linear_velocity: f64,
+    /// Clearance from another robot below which it drives no nearer: the other one moves meanwhile. At most 0.3 m count.
+    #[unit("m")]
+    pub robot_clearance: f64,
+    /// The same of a turn on the spot.
+    #[unit("m")]
+    pub robot_turn_clearance: f64,
     /// Thresholds of the sensors; a sensor without one causes no reflex.
     pub sensors: Sequence<SensorRule, 4>,
 }
@@ -195,10 +201,6 @@ const ROBOTS: usize = 8;
 const MOVING: f64 = 0.02;
 /// Angular velocity above which the robot turns, rad/s.
 const TURNING: f64 = 0.02;
-/// Clearance from another robot below which no motion may end that comes nearer to it, metres: it moves meanwhile.
-const ROBOT_CLEARANCE: f64 = 0.08;
-/// Clearance from another robot during a turn on the spot, metres.
-const TURN_CLEARANCE: f64 = 0.03;
 /// Distance beyond which a clearance makes no difference, metres.
 const REACH: f64 = 0.3;
 /// Step between headings, radians.
@@ -296,25 +298,26 @@ impl ReflexInput {
         })
     }
 
-    /// Returns whether the robot, with its present twist, comes within the clearance of another one in a time (s).
-    fn approaches_robot(&self, footprint: &Footprint, time: f64) -> bool {
+    /// Returns whether the robot, with its present twist, comes within the clearance of another one in the reaction time.
+    fn approaches_robot(&self, footprint: &Footprint, rules: &ReflexRules) -> bool {
         let Twist2 { linear, angular } = self.twist;
         if linear.abs() <= MOVING && angular.abs() <= TURNING {
             return false;
         }
         let now = self.robot_clearance(footprint, Pose2::default());
         [0.25, 0.5, 0.75, 1.0].into_iter().any(|part| {
-            let (way, turn) = (part * time * linear, part * time * angular);
+            let time = part * rules.reaction_time;
+            let (way, turn) = (time * linear, time * angular);
             let (x, y) = (way * math::cos(0.5 * turn), way * math::sin(0.5 * turn));
             let then = self.robot_clearance(footprint, Pose2 { x, y, theta: turn });
-            then < ROBOT_CLEARANCE && then < now - SLACK
+            then < rules.robot_clearance && then < now - SLACK
         })
     }
 
     /// Returns whether a turn on the spot by an angle (rad) ends at another robot, and nearer to it than now.
-    fn turn_meets_robot(&self, footprint: &Footprint, angle: f64) -> bool {
+    fn turn_meets_robot(&self, footprint: &Footprint, rules: &ReflexRules, angle: f64) -> bool {
         let then = self.robot_clearance(footprint, Pose2 { theta: angle, ..Pose2::default() });
-        then < TURN_CLEARANCE && then < self.robot_clearance(footprint, Pose2::default()) - SLACK
+        then < rules.robot_turn_clearance && then < self.robot_clearance(footprint, Pose2::default()) - SLACK
     }
 
     /// Returns the least distance of robots from the outline at a pose in the robot's frame.
@@ -377,7 +380,7 @@ pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput)
         if speed > MOVING && (is_near || near < rules.min_clearance) {
             return Some(Maneuver::STOP);
         }
-        if measured.approaches_robot(footprint, rules.reaction_time) {
+        if measured.approaches_robot(footprint, rules) {
             return Some(Maneuver::STOP);
         }
     }
@@ -393,7 +396,7 @@ pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput)
         for number in 0..=(std::f64::consts::PI / STEP) as u32 {
             let angle = side * f64::from(number) * STEP;
             least = math::min(least, measured.clearance(footprint, angle, 0.0));
-            if measured.turn_meets_robot(footprint, angle) {
+            if measured.turn_meets_robot(footprint, rules, angle) {
                 break;
             }
             if least < math::min(0.5 * rules.min_clearance, near - SLACK) {

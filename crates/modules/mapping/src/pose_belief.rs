@@ -64,11 +64,6 @@ impl PoseBelief {
         true
     }
 
-    /// Returns the mean; `None` while the pose is unknown.
-    pub fn pose(&self) -> Option<Pose2> {
-        self.filter.map(|filter| filter.pose())
-    }
-
     /// Returns mean and covariance; `None` while the pose is unknown.
     pub fn estimate(&self) -> Option<PoseEstimate> {
         self.filter.map(|filter| filter.estimate())

@@ -48,14 +48,16 @@ fn a_belief_drops_outliers_and_begins_anew() {
     assert!(belief.predict(at(3.0), Some(&noise)), "the first pose of the odometry is no motion");
     belief.begin(at(1.0), [0.1, 0.1]);
     assert!(belief.predict(at(3.5), Some(&noise)) && !belief.predict(at(f64::NAN), Some(&noise)));
-    assert_eq!(belief.pose(), Some(at(1.5)));
-    assert!(!belief.update_position([2.5, 0.0], 0.1, 4.0) && belief.pose() == Some(at(1.5)));
+    assert_eq!(belief.estimate().map(|of| of.pose), Some(at(1.5)));
+    assert!(
+        !belief.update_position([2.5, 0.0], 0.1, 4.0) && belief.estimate().map(|of| of.pose) == Some(at(1.5))
+    );
     assert!(belief.update_position([1.6, 0.0], 0.1, 4.0));
-    let x = belief.pose().unwrap().x;
+    let x = belief.estimate().unwrap().pose.x;
     assert!(x > 1.5 && x < 1.6, "{x}");
     assert!(belief.update_position([2.5, 0.0], 0.1, f64::INFINITY), "without a gate");
     assert!(
-        belief.update_heading(0.1, 0.0, 4.0) && belief.pose().unwrap().theta == 0.1,
+        belief.update_heading(0.1, 0.0, 4.0) && belief.estimate().unwrap().pose.theta == 0.1,
         "an exact one is never an outlier"
     );
 }

@@ -85,12 +85,6 @@ impl WheeledModel {
         math::min(Parameters::default().deceleration, greatest)
     }
 
-    /// Returns the estimated pose of a robot whose positioning system or compass errs.
-    pub fn estimated_pose(&self) -> Option<Pose2> {
-        let SensorAccuracy { position_stddev, orientation_stddev, .. } = self.accuracy;
-        (position_stddev > 0.0 || orientation_stddev > 0.0).then_some(self.robot.pose)
-    }
-
     /// Response of the wheels of each side; `None` while the drive is unknown.
     pub fn sides(&self) -> Option<Sides> {
         let Kinematics { wheel_radius, track, .. } = self.robot.drive;
@@ -221,16 +215,17 @@ impl WheeledModels {
     fn list_sensors(
         &self,
         list: &mut [Device; SENSORS],
-        watched: &mut [(u64, u8); SENSORS],
+        watched: &mut [WatchedSensor; SENSORS],
         model: &WheeledModel,
         rules: &WheeledRules,
         now: &Tick,
     ) -> usize {
         let mut length = 0;
-        for (sensor, (measured, health)) in model.robot.sensors.iter().zip(watched) {
-            let mut sensor = Device { measured: *measured, health: DeviceHealth(*health), ..*sensor };
+        for (sensor, watched) in model.robot.sensors.iter().zip(watched) {
+            let WatchedSensor { measured, health } = *watched;
+            let mut sensor = Device { measured, health: DeviceHealth(health), ..*sensor };
             let has_measured = self.watch(&mut sensor, now);
-            (*measured, *health) = (sensor.measured, sensor.health.0);
+            *watched = WatchedSensor { measured: sensor.measured, health: sensor.health.0 };
             if has_measured || rules.is_required(sensor.name.as_str()) {
                 list[length] = sensor;
                 length += 1;
@@ -290,6 +285,15 @@ impl<T: Interface + ?Sized> SensorInput for Sensed<T> {
     }
 }
 
+/// What Knowledge keeps of a sensor.
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
+struct WatchedSensor {
+    /// When it measured last, nanoseconds.
+    measured: u64,
+    /// Its [`DeviceHealth`].
+    health: u8,
+}
+
 /// State of [`WheeledKnowledge`]: the robot by its description, which is read again after a restart.
 #[derive(Default, Serialize, Deserialize)]
 pub struct WheeledKnowledgeState {
@@ -297,9 +301,9 @@ pub struct WheeledKnowledgeState {
     robot: KnownRobot,
     #[serde(skip)]
     rules: CheckedRules,
-    /// Health of the described sensors, and when they measured last.
+    /// The described sensors, as they were last.
     #[serde(default)]
-    watched: [(u64, u8); SENSORS],
+    watched: [WatchedSensor; SENSORS],
     /// Whether the pose was known once.
     #[serde(default)]
     was_placed: bool,

@@ -57,6 +57,10 @@ pub struct WheeledKnowledgeParams {
     pub drive_distance: f64,
     #[param(default = 0.3, range = 0.01..=3.0, unit = "m/s", doc = "linear velocity of that drive")]
     pub reflex_velocity: f64,
+    #[param(default = 0.08, range = 0.0..=0.3, unit = "m", doc = "clearance from another robot below which the robot drives no nearer to it")]
+    pub robot_clearance: f64,
+    #[param(default = 0.03, range = 0.0..=0.3, unit = "m", doc = "the same of a turn on the spot")]
+    pub robot_turn_clearance: f64,
     #[param(default = 0.3, range = 0.0..=10.0, unit = "m", doc = "additional distance of the sonars' rule, if the sonars err")]
     pub error_distance: f64,
     #[param(default = 0.04, range = 0.0..=1.0, unit = "m", doc = "addition to `side_clearance` and `min_clearance`, if the sonars err")]
@@ -142,6 +146,8 @@ impl WheeledKnowledgeParams {
             turn_clearance: self.turn_clearance,
             drive_distance: self.drive_distance,
             linear_velocity: self.reflex_velocity,
+            robot_clearance: self.robot_clearance,
+            robot_turn_clearance: self.robot_turn_clearance,
             sensors: self.sensor_rules,
         }
     }
