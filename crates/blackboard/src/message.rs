@@ -192,6 +192,13 @@ impl Mailbox {
         self.desk().names.get(sender as usize).cloned().unwrap_or_default()
     }
 
+    /// The names of the senders that there are now; empty for one without a name.
+    pub fn sender_names(&self) -> Vec<String> {
+        let desk = self.desk();
+        let taken = desk.senders.iter().zip(&desk.names).filter(|(taken, _)| **taken);
+        taken.map(|(_, name)| name.clone()).collect()
+    }
+
     /// The receiver; messages sent before it came wait for it.
     ///
     /// # Errors

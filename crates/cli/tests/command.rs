@@ -155,6 +155,14 @@ fn the_end_of_a_run_names_a_sensor_that_stopped_or_never_measured() {
     assert!(warned.contains("r2/range_monitor: the sensor `sonar` has stopped"), "{warned}");
     let summary = std::fs::read_to_string(folder.join("here/summary.json")).unwrap();
     assert!(summary.contains("the sensor `sonar` stopped at 0.98 s"), "{summary}");
+    let late = fault.replace("silent", "late").replace("100.0", "2.0, delay = 0.5");
+    let output = slate(&folder, &["run", "exp1", "--headless", "--set", &late, "--set", limit]);
+    let warned = text(&output.stderr);
+    assert_eq!(
+        warned.matches("r2/knowledge: the sensor `sonar` is late, and the reflexes").count(),
+        1,
+        "{warned}"
+    );
     let never = "modules.\"r2/sonar\".enabled=false";
     let output = slate(&folder, &["run", "exp1", "--headless", "--set", never, "--set", limit]);
     let said = text(&output.stdout);

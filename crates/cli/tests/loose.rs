@@ -66,6 +66,13 @@ fn a_reflex_without_what_knowledge_has_for_it_is_warned_of() {
         assert_ne!(off, text);
         assert_eq!(warnings("loose-reflex", &off), Vec::<String>::new());
     }
+    // One that reads no Sensor stands.
+    let deaf = EXP1.replacen(links, &format!("{links}\"avoid_obstacle/sonar\" = false\n"), 1);
+    let found = warnings("loose-reflex", &deaf);
+    assert_eq!(found.len(), 1, "{found:?}");
+    let words = "input `r2/avoid_obstacle/sonar` reads no Sensor";
+    let line = "write \"/r2/avoid_obstacle/sonar\" = \"/r2/sonar/value\"";
+    assert!(found[0].starts_with(words) && found[0].contains(line), "{found:?}");
     let running = Running::new("loose-reflex-run");
     let limit = ["run", "exp1", "--headless", "--set", "modules.referee.params.time_limit=0.5"];
     let output = running.call(&[&limit[..], &["--set", "links.\"/r2/avoid_obstacle/rules\"=false"]].concat());
@@ -81,6 +88,16 @@ fn a_robot_without_sonars_offers_none_to_its_monitors() {
     let found = warnings("loose-sonar", &deaf);
     assert_eq!(found.len(), 1, "{found:?}");
     let words = "input `r2/sonar/source` has no source, and nothing else feeds `r2/sonar`";
+    assert!(found[0].starts_with(words), "{found:?}");
+}
+
+#[test]
+fn a_sensor_that_reads_the_device_of_another_robot_is_warned_of() {
+    let links = "[robots.r2.links]\n";
+    let text = EXP1.replacen(links, &format!("{links}\"position/source\" = \"/simulator/r1/position\"\n"), 1);
+    let found = warnings("loose-abroad", &text);
+    assert_eq!(found.len(), 1, "{found:?}");
+    let words = "`r2/position/source` of robot `r2` measures by `simulator/r1/position`, which is of `r1`: write \"/r2/position/source\" = \"/simulator/r2/position\"";
     assert!(found[0].starts_with(words), "{found:?}");
 }
 

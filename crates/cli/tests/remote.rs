@@ -81,7 +81,7 @@ fn what_an_agent_refuses_is_shown_with_its_place_and_its_mend() {
     running.fails(
         5,
         &["config", "set", "modules.referee.params.robot=r9"],
-        &["`referee` can't begin with these parameters", "r9"],
+        &["`referee` refuses these parameters", "r9"],
     );
     running.done(&["config", "set", "modules.referee.params.goal_tolerance=0.3"]);
     assert!(running.done(&["config", "revert", "modules.referee"]).contains("0.3 -> "));

@@ -65,7 +65,7 @@ fn false_in_a_list_leaves_only_senders_that_are_named() {
 }
 
 #[test]
-fn no_warning_of_a_sender_whose_inbox_is_left_out() {
+fn a_reflex_that_reaches_no_execute_is_warned_of() {
     let catalogue = catalogue(&[]);
     let warnings = |sets: &[&str]| {
         let configuration = read("", sets);
@@ -78,9 +78,12 @@ fn no_warning_of_a_sender_whose_inbox_is_left_out() {
             .filter(|one| one.contains("reflex"))
             .collect::<Vec<_>>()
     };
-    assert_eq!(warnings(&["links.\"r2/execute/reflexes\"=false"]), Vec::<String>::new());
+    let loose =
+        |block: &str| format!("outbox `r2/{block}/reflex` has no receiver: nothing obeys this reflex");
+    assert_eq!(warnings(&["links.\"r2/execute/reflexes\"=false"]), [loose("avoid"), loose("retreat")]);
     let one = "links.\"r2/execute/reflexes\"={ \"/r2/avoid/reflex\" = false }";
-    assert_eq!(warnings(&[one]), Vec::<String>::new());
+    assert_eq!(warnings(&[one]), [loose("avoid")]);
+    assert_eq!(warnings(&[one, "robots.r2.modules.avoid.enabled=false"]), Vec::<String>::new());
 }
 
 /// What is said of the robot with more of it in another layer.

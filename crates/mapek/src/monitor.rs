@@ -102,7 +102,8 @@ fn watch<M: Monitor>(sensors: &M::Sensors, now: &Tick) -> Outcome {
         return Outcome::Ok;
     };
     let age = now.now().saturating_sub(stamp.time);
-    let by_rate = M::device(sensors, name).map_or(0, |device| (device.silent_after() * 1e9) as u64);
+    let device = M::device(sensors, name);
+    let by_rate = device.map_or(0, |device| (device.silent_after() * 1e9) as u64);
     let after = declared.max(by_rate);
     if age > declared && age <= after {
         // It is slower than the port says.
@@ -111,6 +112,7 @@ fn watch<M: Monitor>(sensors: &M::Sensors, now: &Tick) -> Outcome {
     let last_tick = (now.elapsed() * 1e9 + 0.5) as u64;
     // An input whose Sensor is gone is stale at once, and has a value that is old later; at the last tick it was not yet.
     if age > after && age.saturating_sub(last_tick) <= after {
+        let name = device.map_or(name, |device| device.name.as_str());
         now.warn(format_args!(
             "the sensor `{name}` has stopped: its newest value is {:.2} s old",
             age as f64 * 1e-9

@@ -69,6 +69,41 @@ fn an_agent_may_do_what_is_said_and_nothing_else() {
 }
 
 #[test]
+fn an_execute_with_a_plan_takes_none_of_another_agent() {
+    let folder = Folder::new();
+    let base = Agent::start(setup("base").listen(&folder.endpoint("base")));
+    let inbox = |path: &str, part: &str| {
+        let mailbox = Mailbox::new(Number::DESCRIPTOR.shape(0), 4, 2);
+        let property = base.board.add_mailbox(path, "Actions.", Number::DESCRIPTOR, mailbox.clone()).unwrap();
+        property.set_part(part);
+        mailbox
+    };
+    let (plan, reflexes) = (inbox("r2/execute/plan", "plan"), inbox("r2/execute/reflexes", "reactive"));
+    let [arm, leg] = ["arm", "leg"].map(|name| {
+        let agent = Agent::start(setup(name));
+        agent.peers.connect("base", &folder.endpoint("base")).unwrap();
+        let listed = || agent.peers.list("base", "**", false, Duration::from_secs(20)).unwrap_or_default();
+        wait_for("the agent", || !listed().is_empty());
+        agent
+    });
+    let send = |from: &Agent, path: &str| {
+        let mut message = Number { value: 1 };
+        let bytes = View::of(&mut message).bytes().to_vec();
+        let answers = from.peers.send("base", path, Number::DESCRIPTOR.hash, 0, &bytes).unwrap();
+        answers.recv_timeout(Duration::from_secs(20)).unwrap()
+    };
+    // A robot whose Plan and reflexes are elsewhere: one Plan, several reflexes.
+    assert_eq!(send(&arm, "r2/execute/plan"), DeliveryStatus::Accepted);
+    assert_eq!(send(&leg, "r2/execute/plan"), DeliveryStatus::Denied);
+    assert_eq!(send(&arm, "r2/execute/reflexes"), DeliveryStatus::Accepted);
+    assert_eq!(send(&leg, "r2/execute/reflexes"), DeliveryStatus::Accepted);
+    // Its own blocks come.
+    let _own = [plan.sender_of("r2/planner/plan"), reflexes.sender_of("r2/avoid/reflex")].map(Result::unwrap);
+    assert_eq!(send(&arm, "r2/execute/plan"), DeliveryStatus::Denied);
+    assert_eq!(send(&arm, "r2/execute/reflexes"), DeliveryStatus::Denied);
+}
+
+#[test]
 fn a_value_that_is_not_told_says_why() {
     let folder = Folder::new();
     let rights = rights(&[("arm", &["camera/*"], &["drive/*"])]);

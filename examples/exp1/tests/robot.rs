@@ -161,6 +161,16 @@ fn bridges_fill_no_port_of_a_block_that_may_not_read_outside() {
 }
 
 #[test]
+fn bridges_carry_no_command_that_has_not_passed_its_gate() {
+    let agent = agent(&[]);
+    let composer = agent.composer();
+    let (reason, help) = composer.output_refusal("r2/execute/wheels").unwrap();
+    assert_eq!(reason, "`/r2/execute/wheels` is a command that has not passed its gate");
+    assert!(help.contains("`<actuator>/command`"), "{help}");
+    assert_eq!(composer.output_refusal("r2/wheels/command"), None);
+}
+
+#[test]
 fn a_running_robot_takes_no_other_description() {
     let database = Database::from_text("exp1.toml", slate_exp1::CONFIGURATION, with(&[])).unwrap();
     let plugins = [slate::sim::plugin(), slate_wheeled::plugin()];

@@ -49,7 +49,7 @@ pub struct FollowParams {
     detour_velocity: f64,
     #[param(default = 0.6, range = 0.0..=3.0, unit = "rad/s", doc = "angular velocity while it looks around for a leader that it does not detect")]
     search_velocity: f64,
-    #[param(default = 3.0, range = 0.1..=1e6, unit = "s", doc = "time without coming nearer to a leader that is too far away after which it drives round what is between, for as long")]
+    #[param(default = 3.0, range = 0.1..=1e6, unit = "s", doc = "time without coming nearer to a leader that is too far away, after which it drives a detour, for as long")]
     progress_timeout: f64,
 }
 

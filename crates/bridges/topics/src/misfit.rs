@@ -71,6 +71,9 @@ pub fn output(composer: &Composer, path: &str, topic: &str) -> Result<Arc<Proper
         let reason = format!("`{field}` is a field, and a topic has a whole value");
         return Err(wrong(reason, "name the property"));
     }
+    if let Some((reason, help)) = composer.output_refusal(path) {
+        return Err(wrong(reason, help));
+    }
     match property.channel() {
         Some(_) => Ok(property),
         None => Err(wrong("it takes messages, and has no value".into(), "name an output")),

@@ -30,7 +30,7 @@ pub const PLAN: &str = "plan";
 pub const REFLEX: &str = "reflex";
 
 /// Role of a fact: an input of Knowledge that all blocks read.
-const FACT: &str = "fact";
+pub const FACT: &str = "fact";
 
 /// Role of an output of Knowledge that reflexes may read, such as their thresholds.
 pub const RULE: &str = "rule";
@@ -345,6 +345,14 @@ pub fn role_permits(role: &str, origin: Provenance) -> bool {
         COMMAND => matches!(origin, Provenance::Gate | Provenance::Unknown),
         GATE_STATE => matches!(origin, Provenance::GateState | Provenance::Unknown),
         MEASUREMENT | HANDED_ON => matches!(origin, Provenance::Block(Block::Sensor) | Provenance::Unknown),
+        // All blocks read a fact, so a Plan would read what fills it.
+        FACT => !matches!(
+            origin,
+            Provenance::Block(Block::Sensor | Block::Monitor | Block::Actuator)
+                | Provenance::Module
+                | Provenance::Health
+                | Provenance::GateState
+        ),
         _ => true,
     }
 }

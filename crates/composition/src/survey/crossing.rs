@@ -1,7 +1,8 @@
-//! Links by which a block of one robot drives another robot.
+//! Links by which a block of one robot drives another robot, or measures in its place.
 
-use slate_module::Direction;
+use slate_module::{Direction, PortDescription};
 
+use super::block::Block;
 use super::commander::commands_actuator;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic};
@@ -10,6 +11,7 @@ use slate_configuration::{Configuration, Diagnostic};
 pub fn crossing(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
     let mut found = sent(configuration, survey);
     found.extend(commanded(configuration));
+    found.extend(measured(configuration, survey));
     found
 }
 
@@ -76,4 +78,26 @@ fn commanded(configuration: &Configuration) -> Vec<Diagnostic> {
 
 fn help(from: &str, to: &str) -> String {
     format!("link a block of `{to}`, unless `{from}` is to drive both")
+}
+
+/// Sensors that read a device of another robot, though their own has the same one.
+fn measured(configuration: &Configuration, survey: &Survey<'_>) -> Vec<Diagnostic> {
+    let warn = |joint: &super::ResolvedLink<'_>| {
+        let LinkSource::Port(device, output) = joint.target else { return None };
+        let (reader, ports) = (&survey.modules[joint.port.0], &survey.modules[device].description.ports);
+        let robot = scope(&reader.module.name.value);
+        let (other, part) = ports[output].name.split_once('/')?;
+        let is_own = |port: &&PortDescription| port.name.split_once('/') == Some((robot, part));
+        let own = ports.iter().find(is_own).filter(|_| other != robot)?;
+        if Block::of(&reader.description) != Some(Block::Sensor) {
+            return None;
+        }
+        let source = survey.path(configuration, joint.target);
+        let sensor = survey.wire_path(joint.port.0, joint.port.1);
+        let message = format!("`{sensor}` of robot `{robot}` measures by `{source}`, which is of `{other}`");
+        let device = &survey.modules[device].module.name.value;
+        let help = format!("write \"/{sensor}\" = \"/{device}/{}\", or leave the link out", own.name);
+        Some(configuration.diagnostic(joint.link.to.span, message, Some(help)))
+    };
+    survey.joints.iter().filter_map(warn).collect()
 }

@@ -65,8 +65,8 @@ pub(super) fn refusal(
     let descriptor = survey.modules[module].description.ports[port].descriptor;
     let is_wrong = |origin: &ValueOrigin<'_>| match origin.provenance {
         Provenance::Rule | Provenance::Block(Block::Knowledge) | Provenance::Unknown => false,
-        // A reflex may measure what Knowledge has, too.
-        Provenance::Block(Block::Sensor) => has_robot_model(descriptor),
+        // A reflex may measure what Knowledge has, too: the whole, as a part would be a threshold that nobody checks.
+        Provenance::Block(Block::Sensor) => has_robot_model(descriptor) || !joint.field.is_empty(),
         _ => true,
     };
     let wrong = origins.iter().find(|origin| is_wrong(origin))?;

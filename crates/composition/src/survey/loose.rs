@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use slate_module::{Direction, PortDescription};
 
-use super::block::{ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, binds, is_percept};
+use super::block::{
+    ACTUATION, ACTUATOR_STATUS, Block, CHANGE, MEASUREMENT, PERCEPT, REFLEX, binds, is_percept,
+};
 use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
 use super::known::known_output;
@@ -53,11 +55,20 @@ fn loose_port(
     let is_linked = survey.joints.iter().any(|joint| joint.port == (module, Wire::Port(port)))
         || reads(own) && configuration.is_filled(&path)
         || configuration.is_bridged(&path);
+    let is_reflex = Block::of(&surveyed.description) == Some(Block::Reactive);
+    if is_reflex && own.role == REFLEX {
+        return astray(survey, (module, port), &path);
+    }
+    if is_reflex
+        && !is_linked
+        && let Some(found) = unmeasured(survey, module, own, &path)
+    {
+        return Some(found);
+    }
     if is_linked || surveyed.inputs.contains_key(&port) {
         return None;
     }
-    // Also where it is left out: without what Knowledge has for it, such as its rules, a reflex stops the robot or does nothing.
-    let is_reflex = Block::of(&surveyed.description) == Some(Block::Reactive);
+    // Also where it is left out: without what Knowledge has for it, such as its rules, a reflex stops the robot.
     if let Some(output) = known_output(survey, (module, port)).filter(|_| is_reflex) {
         let message = format!("input `{path}` has no source, and Knowledge has that for the reflex");
         let help = format!("{}, or set `enabled = false` of its module", line(&path, &output));
@@ -120,6 +131,49 @@ fn loose_port(
         }
         _ => None,
     }
+}
+
+/// Reflexes that reach no Execute of their robot, also where the link is left out: nothing stops the robot then.
+fn astray(survey: &Survey<'_>, (module, port): (usize, usize), path: &str) -> Option<(String, String)> {
+    let robot = scope(&survey.modules[module].module.name.value);
+    let reaches = |joint: &super::ResolvedLink<'_>| match joint.target {
+        LinkSource::Port(other, _) => scope(&survey.modules[other].module.name.value) == robot,
+        // Of a robot whose Execute is elsewhere.
+        LinkSource::Remote(_) => in_scope(survey, module, is_inbox).is_empty(),
+        _ => true,
+    };
+    let mut own = survey.joints.iter().filter(|joint| joint.port == (module, Wire::Port(port)));
+    if own.any(reaches) {
+        return None;
+    }
+    let help = match &in_scope(survey, module, is_inbox)[..] {
+        [] => "no block of its robot takes a reflex".into(),
+        inboxes => format!("{}, or set `enabled = false` of its module", line(&inboxes[0], path)),
+    };
+    Some((format!("outbox `{path}` has no receiver: nothing obeys this reflex"), help))
+}
+
+fn is_inbox(port: &PortDescription) -> bool {
+    port.direction == Direction::Inbox && port.role == REFLEX
+}
+
+/// An input of a reflex that reads no Sensor, though its robot has one for it. If the sensor has a rule, the robot stands.
+fn unmeasured(
+    survey: &Survey<'_>,
+    module: usize,
+    own: &PortDescription,
+    path: &str,
+) -> Option<(String, String)> {
+    let measures = |other: &PortDescription| {
+        other.direction == Direction::Output
+            && other.role == MEASUREMENT
+            && other.descriptor.hash == own.descriptor.hash
+    };
+    let sensor = in_scope(survey, module, measures).into_iter().next().filter(|_| reads(own))?;
+    let message =
+        format!("input `{path}` reads no Sensor, and without one that has a rule a reflex stops the robot");
+    let help = format!("{}, or set `enabled = false` of its module", line(path, &sensor));
+    Some((message, help))
 }
 
 /// An input of a Plan without an Analyze, of what its robot has a percept or a measurement of.

@@ -144,6 +144,18 @@ fn fact_with_a_bad_origin_is_refused_at_knowledge() {
 }
 
 #[test]
+fn a_fact_is_no_way_for_measurements_to_a_plan() {
+    let says = ["Knowledge learns from", "`/r2/knowledge/fact", "a Plan reads facts"];
+    for from in ["/r2/sonar/value", "/r2/front/percept"] {
+        refused(&format!(r#"links."/r2/knowledge/fact"="{from}""#), &says);
+        refused(&format!(r#"links."/r2/knowledge/fact/distance"="{from}/distance""#), &says);
+    }
+    for from in ["/r2/compare/change", "/r2/planner/goal", "/r3/knowledge/goal"] {
+        allowed(&format!(r#"links."/r2/knowledge/fact"="{from}""#));
+    }
+}
+
+#[test]
 fn reflex_reads_sensors_and_knowledge() {
     allowed(r#"links."/r2/avoid/range"="/r2/knowledge/rule""#);
     for from in ["/r2/planner/goal", "/r2/compare/change", "/r2/front/percept"] {
@@ -160,8 +172,8 @@ fn reflex_knows_no_goal_and_no_map() {
         refused(&format!(r#"links."/r2/avoid/range"="{from}""#), &says[..1]);
         refused(&format!(r#"links."/r2/avoid/range/distance"="{from}/distance""#), &says[..1]);
     }
-    // A fact is one wherever its link leads: to an Analyze's map, or to a Sensor.
-    for origin in ["/r2/compare/change", "/r2/sonar/value", "/r2/knowledge/rule"] {
+    // A fact is one wherever its link leads.
+    for origin in ["/r2/compare/change", "/r2/knowledge/rule"] {
         let fact = [
             format!(r#"links."/r2/knowledge/fact"="{origin}""#),
             r#"links."/r2/avoid/range"="/r2/knowledge/fact""#.to_owned(),

@@ -216,7 +216,7 @@ const PART: f64 = 0.4;
 const LEFT: f64 = 0.05;
 /// Clearance beyond the minimum at which a drive should end, metres.
 const AWAY: f64 = 0.05;
-/// Clearance that a motion may take from what is too near already, metres.
+/// Clearance that a motion may take from an obstacle that is too near already, metres.
 const SLACK: f64 = 0.003;
 
 /// One set of measurements, in the robot's frame.
@@ -384,7 +384,8 @@ pub fn react(rules: &ReflexRules, footprint: &Footprint, measured: &ReflexInput)
             return Some(Maneuver::STOP);
         }
     }
-    let distance = rules.distance(SONAR)? + measured.twist.linear.abs() * rules.reaction_time;
+    let Some(distance) = rules.distance(SONAR) else { return Some(Maneuver::STOP) };
+    let distance = distance + measured.twist.linear.abs() * rules.reaction_time;
     let near = measured.clearance(footprint, 0.0, 0.0);
     if measured.free_length(footprint, 0.0, rules.side_clearance) >= distance && near >= rules.min_clearance {
         return None;

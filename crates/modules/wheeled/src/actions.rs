@@ -264,7 +264,7 @@ impl<B: WheeledBody> Action<B> for GoToOrigin {
     }
 }
 
-/// Turns away and drives on, out of the way of what is near.
+/// Turns away from an obstacle and drives on.
 #[derive(Serialize, Deserialize)]
 pub struct AvoidObstacle {
     evasion: Evasion,

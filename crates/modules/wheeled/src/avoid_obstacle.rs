@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
-use crate::late_sensors::{is_blind, is_late};
+use crate::late_sensors::{has_no_model, is_blind, is_late};
 use crate::rules::WheeledRules;
 
 /// Sensors and knowledge of the reflex.
@@ -31,7 +31,7 @@ const ODOMETRY: &str = "odometry";
 
 /// Maps the newest measurements to `AvoidObstacle`, by the rules in Knowledge. It has no memory.
 ///
-/// It stops the robot while a sensor with a rule is late, and without rules or a valid outline.
+/// It stops the robot while a sensor with a rule is late, and without rules for the sonars, a robot model or a valid outline.
 pub struct AvoidObstacleModel;
 
 impl ReactiveModel for AvoidObstacleModel {
@@ -42,6 +42,10 @@ impl ReactiveModel for AvoidObstacleModel {
     type State = ();
 
     fn run(_: &mut (), sensors: &AvoidObstacleSensors, (): &(), now: &Tick) -> Option<ActionRequest> {
+        if has_no_model(&sensors.robot) {
+            let Maneuver { angle, duration, .. } = Maneuver::STOP;
+            return Some(AvoidObstacle::request(Evasion { angle, left: 0.0, right: 0.0, duration }));
+        }
         let robot = sensors.robot.get()?;
         let Maneuver { angle, linear, duration } = maneuver(sensors, robot, now)?;
         let wheels = robot.wheels_for(linear, 0.0);
@@ -53,9 +57,9 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
     let AvoidObstacleSensors { sonar, robots, odometry, rules, .. } = sensors;
     let is_blind =
         is_blind(SONAR, sonar, rules, robot, now) || is_blind(ROBOT_SENSOR, robots, rules, robot, now);
-    // Without an outline or a rule nothing is known to be far enough away.
-    let (false, Ok(footprint), Some(thresholds)) =
-        (is_blind, Footprint::of(&robot.chassis.outline), rules.get())
+    // The same without an outline, a rule or a scan.
+    let (false, Ok(footprint), Some(thresholds), Some(scan)) =
+        (is_blind, Footprint::of(&robot.chassis.outline), rules.get(), sonar.get())
     else {
         return Some(Maneuver::STOP);
     };
@@ -70,5 +74,5 @@ fn maneuver(sensors: &AvoidObstacleSensors, robot: &WheeledModel, now: &Tick) ->
         // Encoders that have stopped, or never measured, may hide the greatest speed.
         _ => Twist2 { linear: robot.chassis.maximum_wheel_speed * robot.chassis.wheel_radius, angular: 0.0 },
     };
-    react(&thresholds.avoid_obstacle, &footprint, &ReflexInput::new(sonar.get()?, discs, twist))
+    react(&thresholds.avoid_obstacle, &footprint, &ReflexInput::new(scan, discs, twist))
 }

@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
-use crate::late_sensors::is_blind;
+use crate::late_sensors::{has_no_model, is_blind};
 use crate::monitors::is_valid;
 use crate::rules::WheeledRules;
 
@@ -43,11 +43,11 @@ impl ReactiveModel for AvoidWallModel {
 
     fn run(_: &mut (), sensors: &Sonar, params: &AvoidWallParams, now: &Tick) -> Option<ActionRequest> {
         let Sonar { sonar, rules, robot } = sensors;
-        let robot = robot.get()?;
         let variant = if params.corrected_clamp.get() { RocsVariant::RocsFixed } else { RocsVariant::Rocs };
         // The law skips what is no number, so that a failed sonar looks like free space.
-        let is_blind =
-            is_blind(SONAR, sonar, rules, robot, now) || sonar.get().is_some_and(|scan| !is_valid(scan));
+        let is_blind = has_no_model(robot)
+            || is_blind(SONAR, sonar, rules, robot.get()?, now)
+            || sonar.get().is_some_and(|scan| !is_valid(scan));
         let wheels = if is_blind { WheelSpeeds::ZERO } else { Rocs { variant }.react(sonar.get()?)? };
         let WheelSpeeds { left, right } = wheels;
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))

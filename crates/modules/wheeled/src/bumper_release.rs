@@ -5,7 +5,7 @@ use slate_plugin::prelude::*;
 
 use crate::actions::{Release, ReleaseBumper};
 use crate::knowledge::WheeledModel;
-use crate::late_sensors::{is_blind, is_late};
+use crate::late_sensors::{has_no_model, is_blind, is_late};
 use crate::rules::{BUMPER, BumperReleaseRules, WheeledRules};
 
 /// Sensors and knowledge of the reflex.
@@ -33,12 +33,16 @@ impl ReactiveModel for BumperReleaseModel {
 
     fn run((): &mut (), sensors: &BumperSensors, (): &(), now: &Tick) -> Option<ActionRequest> {
         let BumperSensors { bumper, rules, robot } = sensors;
-        let robot = robot.get()?;
         let known = rules.get();
         let time_limit = known.map_or(HOLD, |rules| rules.bumper_release.timeout);
+        let stop =
+            Some(ReleaseBumper::request(Release { left: 0.0, right: 0.0, duration: HOLD, time_limit }));
+        if has_no_model(robot) {
+            return stop;
+        }
+        let robot = robot.get()?;
         let (false, Some(known)) = (is_blind(BUMPER, bumper, rules, robot, now), known) else {
-            let stop = Release { left: 0.0, right: 0.0, duration: HOLD, time_limit };
-            return Some(ReleaseBumper::request(stop));
+            return stop;
         };
         let BumperReleaseRules { linear_velocity, distance, .. } = known.bumper_release;
         let bumper = bumper

@@ -6,7 +6,7 @@ use slate_plugin::prelude::*;
 
 use crate::actions::{AvoidObstacle, Evasion};
 use crate::knowledge::WheeledModel;
-use crate::late_sensors::{is_blind, is_late};
+use crate::late_sensors::{has_no_model, is_blind, is_late};
 use crate::monitors::is_valid;
 use crate::rules::{GiveWayRules, WheeledRules};
 
@@ -42,9 +42,13 @@ impl ReactiveModel for GiveWayModel {
     type State = ();
 
     fn run((): &mut (), sensors: &GiveWaySensors, (): &(), now: &Tick) -> Option<ActionRequest> {
-        let robot = sensors.robot.get()?;
-        let linear = sensors.velocity(robot, now)?;
-        let WheelSpeeds { left, right } = robot.wheels_for(linear, 0.0);
+        let wheels = if has_no_model(&sensors.robot) {
+            WheelSpeeds::ZERO
+        } else {
+            let robot = sensors.robot.get()?;
+            robot.wheels_for(sensors.velocity(robot, now)?, 0.0)
+        };
+        let WheelSpeeds { left, right } = wheels;
         Some(AvoidObstacle::request(Evasion { angle: 0.0, left, right, duration: HOLD }))
     }
 }

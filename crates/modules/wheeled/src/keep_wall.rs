@@ -11,7 +11,7 @@ use slate_plugin::prelude::*;
 
 use crate::actions::{KeepWall, Speeds};
 use crate::knowledge::WheeledModel;
-use crate::late_sensors::{is_blind, is_late};
+use crate::late_sensors::{has_no_model, is_blind, is_late};
 use crate::monitors::is_valid;
 use crate::rules::{KeepWallRules, WheeledRules};
 
@@ -43,13 +43,16 @@ impl ReactiveModel for KeepWallModel {
 
     fn run((): &mut (), sensors: &KeepWallSensors, (): &(), now: &Tick) -> Option<ActionRequest> {
         let KeepWallSensors { sonar, rules, robot } = sensors;
+        if has_no_model(robot) {
+            return Some(stop());
+        }
         let robot = robot.get()?;
         let is_blind = is_blind(SONAR, sonar, rules, robot, now);
-        let (false, Some(rules)) = (is_blind || sonar.get().is_some_and(|scan| !is_valid(scan)), rules.get())
+        let (false, Some(known)) = (is_blind || sonar.get().is_some_and(|scan| !is_valid(scan)), rules.get())
         else {
-            return Some(KeepWall::request(Speeds { left: 0.0, right: 0.0, duration: HOLD }));
+            return Some(stop());
         };
-        let rules = &rules.keep_wall;
+        let rules = &known.keep_wall;
         let scan = sonar.get().filter(|_| !is_late(SONAR, sonar, robot, now))?;
         let ([x, y], duration) = rules.target(scan)?;
         let bearing = math::atan2(y, x);
@@ -60,6 +63,10 @@ impl ReactiveModel for KeepWallModel {
         let WheelSpeeds { left, right } = robot.wheels_for(linear, math::clamp(angular, -limit, limit));
         Some(KeepWall::request(Speeds { left, right, duration }))
     }
+}
+
+fn stop() -> ActionRequest {
+    KeepWall::request(Speeds { left: 0.0, right: 0.0, duration: HOLD })
 }
 
 impl KeepWallRules {

@@ -225,6 +225,9 @@ impl WheeledModels {
             let WatchedSensor { measured, health } = *watched;
             let mut sensor = Device { measured, health: DeviceHealth(health), ..*sensor };
             let has_measured = self.watch(&mut sensor, now);
+            if rules.is_required(sensor.name.as_str()) {
+                tell_late(DeviceHealth(health), &sensor, now);
+            }
             *watched = WatchedSensor { measured: sensor.measured, health: sensor.health.0 };
             if has_measured || rules.is_required(sensor.name.as_str()) {
                 list[length] = sensor;
@@ -258,6 +261,22 @@ impl WheeledModels {
             y: position.y,
             theta: orientation.theta,
         })
+    }
+}
+
+/// Logs once that a sensor which the reflexes have a rule for is late, and once that it is fresh again. One that has stopped
+/// is its Monitor's to log.
+fn tell_late(before: DeviceHealth, sensor: &Device, now: &Tick) {
+    let name = sensor.name.as_str();
+    match (before, sensor.health) {
+        (DeviceHealth::FRESH, DeviceHealth::LATE) => now.warn(format_args!(
+            "the sensor `{name}` is late, and the reflexes that read it stop the robot: its newest value is {:.2} s old",
+            now.now().saturating_sub(sensor.measured) as f64 * 1e-9
+        )),
+        (DeviceHealth::LATE | DeviceHealth::SILENT, DeviceHealth::FRESH) => {
+            now.info(format_args!("the sensor `{name}` is in time again"));
+        }
+        _ => {}
     }
 }
 

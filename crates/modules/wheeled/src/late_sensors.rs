@@ -6,6 +6,12 @@ use slate_plugin::prelude::*;
 use crate::knowledge::WheeledModel;
 use crate::rules::WheeledRules;
 
+/// Returns whether no Knowledge has a robot model for a reflex: nothing is known to be far enough away then, and the reflex stops
+/// the robot. Before Knowledge has published its first one, no action runs.
+pub fn has_no_model(robot: &Input<WheeledModel>) -> bool {
+    robot.get().is_none() && !robot.has_writer()
+}
+
 /// Returns whether a sensor that the reflexes have a rule for gives no timely measurement: it counts as near, and all reflexes
 /// that read it stop the robot.
 pub fn is_blind<T: Interface + ?Sized>(

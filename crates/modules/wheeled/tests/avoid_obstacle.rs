@@ -101,7 +101,7 @@ fn it_turns_away_from_the_side_with_the_echo_and_drives_on() {
     assert_eq!(react(scan(&[(2, 0.4), (3, 0.4)]), only_sonar, None), None, "that is far away");
     let farther = rules(&[rule(SONAR, 0.45)]);
     assert!(react(scan(&[(2, 0.4), (3, 0.4)]), farther, None).is_some(), "by the rule it is near");
-    assert_eq!(react(scan(&[(3, 0.09)]), rules(&[]), None), None, "no rule, no reflex");
+    assert_eq!(react(scan(&[(3, 0.09)]), rules(&[]), None), Some([0.0; 3]), "without a rule it stands");
 }
 
 #[test]
@@ -295,6 +295,13 @@ fn sonars_that_are_missing_have_their_rule_and_count_as_near() {
     model.set("rules", known);
     model.tick();
     assert_eq!(model.sent::<Reflex>("reflex").len(), 1, "and without a scan");
+    model.set("sonar", scan(&[]));
+    model.tick();
+    assert!(model.sent::<Reflex>("reflex").is_empty(), "nothing is near");
+    model.set("rules", WheeledRules::default());
+    model.set("sonar", scan(&[]));
+    model.tick();
+    assert_eq!(model.sent::<Reflex>("reflex").len(), 1, "and with rules that have none for the sonars");
 }
 
 #[test]

@@ -3,13 +3,16 @@
 
 use slate::blackboard::interface::Value;
 use slate::interfaces::{Bumper, Echo, SensorAccuracy, SonarPlacement, SonarScan, WheelSpeeds};
-use slate::mapek::{ActionKind, Device, ExecuteBlock, MonitorBlock, ReactiveBlock, Reflex, SensorBlock};
+use slate::mapek::{
+    ActionKind, Device, ExecuteBlock, MonitorBlock, ReactiveBlock, ReactiveModel, Reflex, SensorBlock,
+};
 use slate::module::testing::Fixture;
 use slate::module::{Bool, Sequence, Text, math};
 use slate::runtime::configuration::{self, Configuration};
 use slate::runtime::{Agent, Options, Rate};
 use slate::sim::robot::RobotDescription;
 use slate_wheeled::actions::{Release, ReleaseBumper};
+use slate_wheeled::avoid_obstacle::AvoidObstacleModel;
 use slate_wheeled::avoid_wall::AvoidWallModel;
 use slate_wheeled::bumper_release::BumperReleaseModel;
 use slate_wheeled::differential::DifferentialActions;
@@ -62,6 +65,24 @@ fn who_is_pressed_backs_away_from_there() {
     assert!(back.0 > 0.0 && back.0 == back.1, "{back:?}");
     assert_eq!(release([(true, true)]), [Some((0.0, 0.0))], "there is no way out");
     assert_eq!(release([(true, false), (false, false)])[1], None, "the reflex has no memory of the contact");
+}
+
+#[test]
+fn a_reflex_without_a_robot_model_stops_the_robot() {
+    fn stops<M: ReactiveModel>() {
+        let mut model = Fixture::<ReactiveBlock<M>>::new();
+        model.tick();
+        model.set("rules", rules());
+        model.tick();
+        let sent = model.sent::<Reflex>("reflex");
+        assert!(!sent.is_empty(), "{}", M::NAME);
+        assert!(sent.iter().all(|sent| sent.action.arguments[..2] == [0.0, 0.0]), "{}: {sent:?}", M::NAME);
+    }
+    stops::<AvoidObstacleModel>();
+    stops::<AvoidWallModel>();
+    stops::<BumperReleaseModel>();
+    stops::<GiveWayModel>();
+    stops::<KeepWallModel>();
 }
 
 /// The wheels after each tenth of a second of an action that the reflex renews as long as it is pressed.

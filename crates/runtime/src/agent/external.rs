@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use slate_blackboard::interface::Value;
 use slate_blackboard::{Access, Property};
-use slate_composition::{Complaints, Survey, bridge_refusal, survey};
+use slate_composition::{Complaints, Survey, bridge_refusal, leaving_refusal, survey};
 use slate_configuration::Configuration;
 use slate_module::Direction;
 
@@ -48,6 +48,11 @@ pub(in crate::agent) fn hand_refusal(agent: &AgentHandle, input: &str) -> Option
     let refusal =
         refused(agent, |configuration, survey| slate_composition::hand_refusal(configuration, survey, input));
     refusal.map(|(reason, _)| reason.text)
+}
+
+/// Why programs outside can't have a property: it is a command that has not passed its gate. And what to do instead.
+pub(in crate::agent) fn output_refusal(agent: &AgentHandle, path: &str) -> Option<(String, &'static str)> {
+    refused(agent, |_, survey| leaving_refusal(survey, path)).map(|(reason, help)| (reason.text, help))
 }
 
 /// What a rule says of the composition.

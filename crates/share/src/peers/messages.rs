@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use slate_blackboard::message::{ABANDONED, Sender, Status, Ticket};
+use slate_blackboard::message::{ABANDONED, Mailbox, Sender, Status, Ticket};
 use slate_blackboard::{Board, Carrier, Property};
 
 use crate::session::{DeliveryStatus, Session};
@@ -58,6 +58,9 @@ impl Messages {
             return Err(DeliveryStatus::NoMailbox);
         }
         let known = self.senders.get(&message.path).is_some_and(|(known, _)| Arc::ptr_eq(known, &property));
+        if is_taken(&property.part(), mailbox, known) {
+            return Err(DeliveryStatus::Denied);
+        }
         if !known {
             if self.senders.len() >= MAILBOXES {
                 return Err(DeliveryStatus::Full);
@@ -89,5 +92,20 @@ impl Messages {
     pub fn end(&mut self) {
         self.open.clear();
         self.senders.clear();
+    }
+}
+
+/// Whether the blocks that alone send to an inbox are others: an Execute has one Plan, and where its robot has reflexes of its own,
+/// another agent sends it none. `known` is whether the other agent has a sender there.
+fn is_taken(part: &str, mailbox: &Mailbox, known: bool) -> bool {
+    // Modules of this agent have names.
+    let is_own = |names: &[String]| names.iter().any(|name| !name.is_empty());
+    match part {
+        "plan" => {
+            let names = mailbox.sender_names();
+            is_own(&names) || !known && !names.is_empty()
+        }
+        "reactive" => is_own(&mailbox.sender_names()),
+        _ => false,
     }
 }

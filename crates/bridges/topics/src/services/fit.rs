@@ -113,6 +113,10 @@ pub fn inbox(
     };
     let (property, shape) =
         mailbox(composer, &offer.inbox).map_err(|reason| wrong(reason, "`slate list` shows the inboxes"))?;
+    if matches!(&*property.part(), "plan" | "reactive") {
+        let help = "serve an inbox of another module; a person drives by `slate teleop`";
+        return Err(wrong("Execute takes actions of its robot's Plan and reflexes alone".into(), help));
+    }
     let descriptor = property.descriptor();
     let pairs = FieldPairs::new(offer.of.request(), descriptor);
     let value = empty_request(&offer.of).map(|message| pairs.value(&message, &offer.value));

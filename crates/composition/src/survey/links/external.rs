@@ -6,7 +6,7 @@ use slate_module::{Direction, PortDescription};
 
 use super::sinks::LinkSink;
 use super::sources::LinkSources;
-use super::words::roles;
+use super::words::{past_gate, roles};
 use crate::complaints::{Complaints, suggest};
 use crate::link::{FieldPlace, NoField};
 use crate::survey::block::{Block, Provenance, binds, role_permits};
@@ -116,6 +116,13 @@ fn input(
 /// Why the input at a path can't be linked to another program: the rule of attachment.
 pub fn bridge_refusal(survey: &Survey<'_>, path: &str) -> Option<Message> {
     attachment_refusal(survey, port_at(survey, path)?, path, "another program").map(|(message, _)| message)
+}
+
+/// Why another program can't have the values of a port: it is a command that has not passed its gate.
+pub fn leaving_refusal(survey: &Survey<'_>, path: &str) -> Option<(Message, &'static str)> {
+    let (module, port) = port_at(survey, path)?;
+    let is_command = survey.modules[module].description.ports[port].direction == Direction::Command;
+    is_command.then(|| past_gate(path))
 }
 
 /// Why a port can't read what comes from outside: that is of a driver, and a robot's blocks read it through a Sensor.

@@ -7,6 +7,7 @@ use slate_module::{Direction, PortDescription};
 
 use super::ends::{self, TargetField};
 use super::sinks::LinkSink;
+use super::words::past_gate;
 use super::{fit, remote};
 use crate::complaints::{Complaints, suggest};
 use crate::survey::names::{SERVICE, deep_name, is_service, join, owner, split_module, split_port};
@@ -218,10 +219,7 @@ impl<'s, 'a> LinkSources<'s, 'a> {
             Direction::Output | Direction::Debug | Direction::Inbox => {
                 return Some(TargetField::new(LinkSource::Port(module, at), field));
             }
-            Direction::Command => (
-                Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate")),
-                "link to the command that passed its gate: `<actuator>/command`",
-            ),
+            Direction::Command => past_gate(path),
             Direction::Aspect | Direction::Provider => {
                 (Mistake::Ends.of(format!("`/{path}` is a service")), SERVICE)
             }

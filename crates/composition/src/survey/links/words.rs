@@ -1,10 +1,17 @@
 //! Why the ends of a link don't fit, in words.
 
 use slate_blackboard::interface::Descriptor;
+use slate_configuration::{Message, Mistake};
 
 /// Help: the rule of links.
 pub(super) const HELP: &str = "both ends of a link carry the same interface, or one that converts exactly: to wider numbers, whole \
                     numbers to a smaller unit, and interfaces with such fields of the same names";
+
+/// Message and help: a command that no gate has passed leads nowhere but to one.
+pub(super) fn past_gate(path: &str) -> (Message, &'static str) {
+    let message = Mistake::PastGate.of(format!("`/{path}` is a command that has not passed its gate"));
+    (message, "link to the command that passed its gate: `<actuator>/command`")
+}
 
 /// Message: both ends carry different interfaces.
 pub(super) fn different(to: &str, from: &str, own: &Descriptor, other: &Descriptor) -> String {

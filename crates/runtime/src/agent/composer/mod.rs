@@ -10,7 +10,7 @@ use std::time::{Duration, SystemTime};
 use slate_blackboard::{Board, BoardError, Property};
 use slate_module::{Level, Parameter, PortDescription};
 
-use super::external::{ExternalInputError, ExternalInputs, ExternalValue, hand_refusal};
+use super::external::{ExternalInputError, ExternalInputs, ExternalValue, hand_refusal, output_refusal};
 use super::handle::{AgentHandle, ModuleStatus, PluginStatus, WeakHandle};
 use super::modules::ModuleAccess;
 use super::plugins::{Loaded, PluginError, PluginLoader, Reload, Reloader, ShadowRunner};
@@ -175,6 +175,11 @@ impl Composer {
     /// Why it can't be filled.
     pub fn external_input(&self, input: &str) -> Result<(Arc<Property>, String), ExternalInputError> {
         ExternalInputs::new(&self.agent).find(input)
+    }
+
+    /// Returns why a program outside of the agent can't have the values of a property, and what to do instead.
+    pub fn output_refusal(&self, path: &str) -> Option<(String, &'static str)> {
+        output_refusal(&self.agent, path)
     }
 
     /// Sets inputs to values from outside, in their order; returns what came of each. In lockstep it waits for the end of

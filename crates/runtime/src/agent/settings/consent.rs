@@ -62,7 +62,7 @@ pub(super) fn ask(questions: Vec<ConsentQuestion>, configuration: &Configuration
         match patience.create(&kind, &setup, &params) {
             Ok(instance) => drop(Retired::new(kind, instance, patience)),
             Err(refusal) => {
-                let message = format!("`{}` can't begin with these parameters: {refusal}", setup.name);
+                let message = format!("`{}` refuses these parameters: {refusal}", setup.name);
                 diagnostics.push(objection(configuration, (&setup.name, &refusal.0), place, message));
             }
         }
@@ -79,5 +79,5 @@ fn objection(
     let module = configuration.modules().iter().find(|module| module.name.value == name);
     let said = module.and_then(|module| module.place_of(complaint));
     let place = said.or_else(|| configuration.place_of(complaint)).unwrap_or(place);
-    configuration.diagnostic(place, message, Some("it has to begin with them at the next start".into()))
+    configuration.diagnostic(place, message, Some("with them it could not start the next time".into()))
 }
