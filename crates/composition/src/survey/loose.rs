@@ -11,6 +11,8 @@ use super::commander::{commands_actuator, decides, is_of_actuator};
 use super::crossing::crossing;
 use super::known::known_output;
 use super::limits::wide_limits;
+use super::loose_reflexes::{astray, unmeasured};
+use super::names::{in_scope, line};
 use super::switched_off::switched_off;
 use super::{LinkSource, Survey, Wire, scope};
 use slate_configuration::{Configuration, Diagnostic, empty_robots};
@@ -78,30 +80,9 @@ fn loose_port(
         return None;
     }
     match own.direction {
-        Direction::Outbox if !own.role.is_empty() => {
-            let fits =
-                |other: &PortDescription| other.direction == Direction::Inbox && other.role == own.role;
-            let inboxes = in_scope(survey, module, fits);
-            if !inboxes.is_empty() && inboxes.iter().all(|inbox| configuration.is_left_out(inbox)) {
-                return None;
-            }
-            let help = match &inboxes[..] {
-                [] => format!("no block of its robot takes a {}", own.role),
-                inboxes => line(&inboxes[0], &path),
-            };
-            Some((format!("outbox `{path}` has no receiver"), help))
-        }
+        Direction::Outbox if !own.role.is_empty() => unreceived(configuration, survey, module, own, &path),
         Direction::Inbox if awaits_commands(configuration, survey, module, port) => {
-            let fits =
-                |other: &PortDescription| other.direction == Direction::Outbox && other.role == own.role;
-            let help = match &in_scope(survey, module, fits)[..] {
-                [] => format!(
-                    "add a {} to the robot, or write \"/{path}\" = false if it is to have no sender",
-                    block_that_sends(&own.role)
-                ),
-                outboxes => line(&path, &outboxes[0]),
-            };
-            Some((format!("inbox `{path}` has no sender, and commands an actuator"), help))
+            Some(unsent(survey, module, own, &path))
         }
         Direction::Input | Direction::Queue if is_needed(survey, module, own) => {
             Some((format!("input `{path}` has no source"), source_help(survey, module, own, &path)))
@@ -133,47 +114,37 @@ fn loose_port(
     }
 }
 
-/// Reflexes that reach no Execute of their robot, also where the link is left out: nothing stops the robot then.
-fn astray(survey: &Survey<'_>, (module, port): (usize, usize), path: &str) -> Option<(String, String)> {
-    let robot = scope(&survey.modules[module].module.name.value);
-    let reaches = |joint: &super::ResolvedLink<'_>| match joint.target {
-        LinkSource::Port(other, _) => scope(&survey.modules[other].module.name.value) == robot,
-        // Of a robot whose Execute is elsewhere.
-        LinkSource::Remote(_) => in_scope(survey, module, is_inbox).is_empty(),
-        _ => true,
-    };
-    let mut own = survey.joints.iter().filter(|joint| joint.port == (module, Wire::Port(port)));
-    if own.any(reaches) {
-        return None;
-    }
-    let help = match &in_scope(survey, module, is_inbox)[..] {
-        [] => "no block of its robot takes a reflex".into(),
-        inboxes => format!("{}, or set `enabled = false` of its module", line(&inboxes[0], path)),
-    };
-    Some((format!("outbox `{path}` has no receiver: nothing obeys this reflex"), help))
-}
-
-fn is_inbox(port: &PortDescription) -> bool {
-    port.direction == Direction::Inbox && port.role == REFLEX
-}
-
-/// An input of a reflex that reads no Sensor, though its robot has one for it. If the sensor has a rule, the robot stands.
-fn unmeasured(
+/// An outbox without a receiver; none where all inboxes for it are left out.
+fn unreceived(
+    configuration: &Configuration,
     survey: &Survey<'_>,
     module: usize,
     own: &PortDescription,
     path: &str,
 ) -> Option<(String, String)> {
-    let measures = |other: &PortDescription| {
-        other.direction == Direction::Output
-            && other.role == MEASUREMENT
-            && other.descriptor.hash == own.descriptor.hash
+    let fits = |other: &PortDescription| other.direction == Direction::Inbox && other.role == own.role;
+    let inboxes = in_scope(survey, module, fits);
+    if !inboxes.is_empty() && inboxes.iter().all(|inbox| configuration.is_left_out(inbox)) {
+        return None;
+    }
+    let help = match &inboxes[..] {
+        [] => format!("no block of its robot takes a {}", own.role),
+        inboxes => line(&inboxes[0], path),
     };
-    let sensor = in_scope(survey, module, measures).into_iter().next().filter(|_| reads(own))?;
-    let message =
-        format!("input `{path}` reads no Sensor, and without one that has a rule a reflex stops the robot");
-    let help = format!("{}, or set `enabled = false` of its module", line(path, &sensor));
-    Some((message, help))
+    Some((format!("outbox `{path}` has no receiver"), help))
+}
+
+/// An inbox of commands without a sender.
+fn unsent(survey: &Survey<'_>, module: usize, own: &PortDescription, path: &str) -> (String, String) {
+    let fits = |other: &PortDescription| other.direction == Direction::Outbox && other.role == own.role;
+    let help = match &in_scope(survey, module, fits)[..] {
+        [] => format!(
+            "add a {} to the robot, or write \"/{path}\" = false if it is to have no sender",
+            block_that_sends(&own.role)
+        ),
+        outboxes => line(path, &outboxes[0]),
+    };
+    (format!("inbox `{path}` has no sender, and commands an actuator"), help)
 }
 
 /// An input of a Plan without an Analyze, of what its robot has a percept or a measurement of.
@@ -303,17 +274,6 @@ fn is_needed(survey: &Survey<'_>, module: usize, port: &PortDescription) -> bool
     };
     let is_traffic = binds(&port.role);
     port.required || is_traffic && (port.direction == Direction::Input || !notices())
-}
-
-/// The ports of the modules of the same robot that fit.
-fn in_scope(survey: &Survey<'_>, module: usize, fits: impl Fn(&PortDescription) -> bool) -> Vec<String> {
-    let robot = scope(&survey.modules[module].module.name.value);
-    let own = survey.modules.iter().filter(|surveyed| scope(&surveyed.module.name.value) == robot);
-    own.flat_map(|surveyed| {
-        let ports = surveyed.description.ports.iter().filter(|port| fits(port));
-        ports.map(|port| format!("{}/{}", surveyed.module.name.value, port.name)).collect::<Vec<_>>()
-    })
-    .collect()
 }
 
 /// Actuators whose commands pass the gate and reach nothing.
@@ -449,9 +409,4 @@ fn free_input(survey: &Survey<'_>, interface: u64, name: &str) -> Option<String>
     let own = name.rsplit('/').next().unwrap_or(name);
     let called = |name: &str| free.iter().find(|path| path.ends_with(&format!("/{name}"))).cloned();
     called(name).or_else(|| called(own)).or_else(|| <[String; 1]>::try_from(free).ok().map(|[one]| one))
-}
-
-/// The line of a link that would do.
-fn line(to: &str, from: &str) -> String {
-    format!("write \"/{to}\" = \"/{from}\"")
 }

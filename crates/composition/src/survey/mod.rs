@@ -14,6 +14,7 @@ mod levels;
 mod limits;
 mod links;
 mod loose;
+mod loose_reflexes;
 mod module;
 mod names;
 mod order;

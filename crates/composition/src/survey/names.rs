@@ -3,7 +3,7 @@
 use slate_blackboard::is_within;
 use slate_module::{Direction, PortDescription};
 
-use super::{Survey, Surveyed};
+use super::{Survey, Surveyed, scope};
 
 /// The module whose name begins the path: the longest.
 pub(super) fn owner<'n>(names: &[&'n str], path: &str) -> Option<&'n str> {
@@ -60,3 +60,23 @@ pub(super) fn is_service(port: &PortDescription) -> bool {
 
 /// Help for a link to a service.
 pub(super) const SERVICE: &str = "leave the link out: who needs a service finds the one that provides it";
+
+/// The ports of the modules of the same robot that fit.
+pub(super) fn in_scope(
+    survey: &Survey<'_>,
+    module: usize,
+    fits: impl Fn(&PortDescription) -> bool,
+) -> Vec<String> {
+    let robot = scope(&survey.modules[module].module.name.value);
+    let own = survey.modules.iter().filter(|surveyed| scope(&surveyed.module.name.value) == robot);
+    own.flat_map(|surveyed| {
+        let ports = surveyed.description.ports.iter().filter(|port| fits(port));
+        ports.map(|port| format!("{}/{}", surveyed.module.name.value, port.name)).collect::<Vec<_>>()
+    })
+    .collect()
+}
+
+/// The line of a link that would do.
+pub(super) fn line(to: &str, from: &str) -> String {
+    format!("write \"/{to}\" = \"/{from}\"")
+}

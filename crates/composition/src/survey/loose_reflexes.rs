@@ -1,0 +1,57 @@
+//! Reflexes that act on nothing or nobody.
+
+use slate_module::{Direction, PortDescription};
+
+use super::block::{MEASUREMENT, REFLEX};
+use super::names::{in_scope, line};
+use super::{LinkSource, ResolvedLink, Survey, Wire, scope};
+
+/// Reflexes that reach no Execute of their robot, also where the link is left out: nothing stops the robot then.
+pub(super) fn astray(
+    survey: &Survey<'_>,
+    (module, port): (usize, usize),
+    path: &str,
+) -> Option<(String, String)> {
+    let robot = scope(&survey.modules[module].module.name.value);
+    let reaches = |joint: &ResolvedLink<'_>| match joint.target {
+        LinkSource::Port(other, _) => scope(&survey.modules[other].module.name.value) == robot,
+        // Of a robot whose Execute is elsewhere.
+        LinkSource::Remote(_) => in_scope(survey, module, is_inbox).is_empty(),
+        _ => true,
+    };
+    let mut own = survey.joints.iter().filter(|joint| joint.port == (module, Wire::Port(port)));
+    if own.any(reaches) {
+        return None;
+    }
+    let help = match &in_scope(survey, module, is_inbox)[..] {
+        [] => "no block of its robot takes a reflex".into(),
+        inboxes => format!("{}, or set `enabled = false` of its module", line(&inboxes[0], path)),
+    };
+    Some((format!("outbox `{path}` has no receiver: nothing obeys this reflex"), help))
+}
+
+fn is_inbox(port: &PortDescription) -> bool {
+    port.direction == Direction::Inbox && port.role == REFLEX
+}
+
+/// An input of a reflex that reads no Sensor, though its robot has one for it. If the sensor has a rule, the robot stands.
+pub(super) fn unmeasured(
+    survey: &Survey<'_>,
+    module: usize,
+    own: &PortDescription,
+    path: &str,
+) -> Option<(String, String)> {
+    let measures = |other: &PortDescription| {
+        other.direction == Direction::Output
+            && other.role == MEASUREMENT
+            && other.descriptor.hash == own.descriptor.hash
+    };
+    let sensor = in_scope(survey, module, measures)
+        .into_iter()
+        .next()
+        .filter(|_| own.direction == Direction::Input)?;
+    let message =
+        format!("input `{path}` reads no Sensor, and without one that has a rule a reflex stops the robot");
+    let help = format!("{}, or set `enabled = false` of its module", line(path, &sensor));
+    Some((message, help))
+}
